@@ -1,0 +1,30 @@
+package dev.ml2sensors.source
+
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+import java.util.concurrent.ArrayBlockingQueue
+
+/**
+ * A fixed number of direct buffers of [bufferBytes] each, allocated once.
+ *
+ * Any thread may acquire and give back. The memory lives as long as the pool is reachable: it is never unmapped
+ * under a reader.
+ */
+public class BufferPool(public val bufferBytes: Int, public val count: Int) {
+    private val free = ArrayBlockingQueue<ByteBuffer>(count)
+
+    init {
+        repeat(count) { free.add(ByteBuffer.allocateDirect(bufferBytes).order(ByteOrder.LITTLE_ENDIAN)) }
+    }
+
+    /** Buffers that are in use. */
+    public val outstanding: Int get() = count - free.size
+
+    /** A cleared buffer, or null when all are in use: then the caller delivers [LostSamples], [DropReason.NO_BUFFER]. */
+    public fun acquire(): ByteBuffer? = free.poll()?.clear()
+
+    /** Gives back a buffer of this pool; the caller no longer touches it. */
+    public fun giveBack(buffer: ByteBuffer) {
+        check(free.offer(buffer)) { "buffer given back twice: all $count buffers of the pool are free" }
+    }
+}

@@ -1,0 +1,6 @@
+package dev.ml2sensors.source
+
+/** The device timebase in nanoseconds: never goes back, counts while suspended (Android: CLOCK_BOOTTIME). */
+public fun interface DeviceClock {
+    public fun nowNanos(): Long
+}

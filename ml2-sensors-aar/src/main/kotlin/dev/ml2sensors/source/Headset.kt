@@ -1,0 +1,49 @@
+package dev.ml2sensors.source
+
+import dev.ml2sensors.stream.StreamSpec
+import kotlinx.coroutines.flow.Flow
+
+/**
+ * A headset's senses, real, simulated or recorded.
+ *
+ * Streams that are made of others (`imu_*` of `accel_*` and `gyro_*`, `tf` of the poses) are the library's work; a
+ * headset answers for the sensors themselves.
+ */
+public interface Headset : AutoCloseable {
+    public val identity: Identity
+    public val clock: DeviceClock
+    public val timeline: Timeline
+
+    /** Whether [stream] can run with the values asked for, and with which it will. Does not start anything. */
+    public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
+
+    /**
+     * The samples of a stream, in order of capture; nothing runs before the flow is collected. [ImageSample]s are
+     * borrowed: released when the collector returns. Ends when the headset is closed or a recording is over; fails
+     * with the source's typed error.
+     *
+     * @param values as answered by [negotiate].
+     */
+    public fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample>
+
+    /** Who it is: [deviceId] stays over restarts, [name] is for people. */
+    public data class Identity(val deviceId: String, val name: String)
+
+    /** Where capture times come from. */
+    public enum class Timeline {
+        /** Sensors run as time does and cannot wait for a reader. */
+        LIVE,
+
+        /** Recorded instants, delivered unchanged up to one constant; poses are sent as recorded. */
+        RECORDED,
+    }
+}
+
+/** What a headset says to a request. */
+public sealed interface Answer {
+    public data class Applied(val values: StreamValues) : Answer
+
+    public data class Adjusted(val values: StreamValues, val reason: String) : Answer
+
+    public data class Refused(val reason: String) : Answer
+}

@@ -1,0 +1,20 @@
+package dev.ml2sensors.source
+
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+
+/** The values of one stream, named as in config.yaml; null where the stream has no such key. Rates in Hz. */
+@Serializable
+public data class StreamValues(
+    val stream: Int? = null,
+    @SerialName("resolution_width") val width: Int? = null,
+    @SerialName("resolution_height") val height: Int? = null,
+    @SerialName("update_rate") val rateHz: Int? = null,
+    val format: String? = null,
+    val confidence: Boolean? = null,
+    val flags: Boolean? = null,
+    val radial: Boolean? = null,
+    @SerialName("linear_acceleration_variance") val accelerationVariance: Double? = null,
+    @SerialName("angular_velocity_variance") val angularVelocityVariance: Double? = null,
+    val layout: String? = null,
+)
