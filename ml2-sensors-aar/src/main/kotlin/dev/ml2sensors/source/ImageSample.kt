@@ -1,6 +1,6 @@
 package dev.ml2sensors.source
 
-import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.Transform
 import java.nio.ByteBuffer
 import java.util.concurrent.atomic.AtomicInteger
 
@@ -23,7 +23,7 @@ public class ImageSample(
     public val width: Int,
     public val height: Int,
     public val strideBytes: Int,
-    public val pose: Pose?,
+    public val pose: Transform?,
     public val intrinsics: Intrinsics?,
     public val settings: CaptureSettings,
     private val planes: List<Plane>,

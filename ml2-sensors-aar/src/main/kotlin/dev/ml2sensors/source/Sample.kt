@@ -1,6 +1,7 @@
 package dev.ml2sensors.source
 
 import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.Transform
 
 /**
  * What a source delivers: one reading of one sensor.
@@ -28,7 +29,7 @@ public class ScalarSample(override val captureNanos: Long, public val value: Dou
  *
  * [pose] is null while it is not tracked.
  */
-public class PoseSample(override val captureNanos: Long, public val pose: Pose?) : Sample
+public class PoseSample(override val captureNanos: Long, public val pose: Transform?) : Sample
 
 /** The joints of a hand in the world frame; empty while the hand is not seen. */
 public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample

@@ -1,0 +1,101 @@
+package dev.ml2sensors.wire
+
+import dev.ml2sensors.source.StreamValues
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+
+// The JSON bodies of PROTOCOL.md, by the names of their kinds.
+
+@Serializable
+internal class Hello(
+    val versions: List<Int>,
+    @SerialName("device_id") val deviceId: String,
+    @SerialName("instance_id") val instanceId: String,
+    val name: String,
+    val software: String,
+    val capabilities: Capabilities,
+    val permissions: Map<String, Boolean>,
+) {
+    @Serializable
+    class Capabilities(val streams: List<String>)
+}
+
+@Serializable
+internal class Welcome(
+    val version: Int,
+    val session: String,
+    val name: String,
+    val software: String,
+    val tickets: Map<String, String>,
+    val received: Map<String, Long>,
+    val limits: Limits,
+    val timeouts: Timeouts,
+) {
+    @Serializable
+    class Limits(@SerialName("data_bytes") val dataBytes: Int, @SerialName("control_bytes") val controlBytes: Int)
+
+    @Serializable
+    class Timeouts(
+        @SerialName("handshake_s") val handshakeSeconds: Double,
+        @SerialName("ping_s") val pingSeconds: Double,
+        @SerialName("dead_s") val deadSeconds: Double,
+    )
+}
+
+@Serializable
+internal class Join(val session: String, val ticket: String, val lane: String)
+
+@Serializable
+internal class Joined(val lane: String)
+
+@Serializable
+internal class Configure(val request: Int, val streams: Map<String, StreamValues>)
+
+@Serializable
+internal class Configured(val request: Int, val streams: Map<String, StreamAnswer>) {
+    @Serializable
+    class StreamAnswer(val result: String, val values: StreamValues? = null, val reason: String? = null)
+}
+
+@Serializable
+internal class ChannelBody(
+    val id: Int,
+    val stream: String,
+    val role: String,
+    val topic: String,
+    val type: String,
+    val qos: String,
+    @SerialName("frame_id") val frameId: String,
+    val lane: String,
+)
+
+@Serializable
+internal class ChannelEnd(val id: Int)
+
+@Serializable
+internal class Start(val request: Int)
+
+@Serializable
+internal class Status(
+    val final: Boolean,
+    @SerialName("uptime_s") val uptimeSeconds: Double,
+    val channels: Map<String, ChannelCounts>,
+    val clock: Clock,
+) {
+    @Serializable
+    class ChannelCounts(val produced: Long, val sent: Long, val dropped: Map<String, Long>)
+
+    @Serializable
+    class Clock(
+        val state: String,
+        @SerialName("offset_ns") val offsetNanos: Long,
+        @SerialName("uncertainty_ns") val uncertaintyNanos: Long,
+        @SerialName("round_trip_ns") val roundTripNanos: Long,
+    )
+}
+
+@Serializable
+internal class ErrorBody(val code: String, val message: String, val fatal: Boolean)
+
+@Serializable
+internal class Bye(val reason: String)

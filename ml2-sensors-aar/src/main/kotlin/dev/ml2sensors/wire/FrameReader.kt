@@ -1,0 +1,58 @@
+package dev.ml2sensors.wire
+
+import java.io.EOFException
+import java.nio.ByteBuffer
+import java.nio.channels.ReadableByteChannel
+
+/** Reads whole frames from a blocking channel; used by one thread. What a receiver sends is small, so bodies are copied. */
+internal class FrameReader(private val source: ReadableByteChannel) {
+    private val header = ByteBuffer.allocateDirect(FrameHeader.BYTES)
+
+    /** Frames of unknown kinds that were skipped. */
+    var skipped: Long = 0
+        private set
+
+    /**
+     * Waits for the next frame of a known kind; null at the end of the stream between two frames.
+     *
+     * @throws ProtocolException when the bytes are not a frame of this version.
+     * @throws EOFException when the stream ends inside a frame.
+     */
+    fun next(): Frame? {
+        while (true) {
+            header.clear()
+            if (!fill(header, endAllowed = true)) return null
+            val parsed = FrameHeader.read(header.flip())
+            val body = readBody(parsed.length)
+            val kind = parsed.kind
+            if (kind != null) return Frame(kind, parsed, body)
+            skipped++
+        }
+    }
+
+    private fun readBody(length: Int): ByteArray {
+        var body = ByteBuffer.allocate(minOf(length, CHUNK_BYTES))
+        while (true) {
+            fill(body, endAllowed = false)
+            if (body.capacity() == length) return body.array()
+            body = ByteBuffer.allocate(minOf(length, body.capacity() * 2)).put(body.flip())
+        }
+    }
+
+    private fun fill(target: ByteBuffer, endAllowed: Boolean): Boolean {
+        while (target.hasRemaining()) {
+            if (source.read(target) >= 0) continue
+            if (endAllowed && target.position() == 0) return false
+            throw EOFException("expected ${target.remaining()} more bytes of a frame, found the end of the stream")
+        }
+        return true
+    }
+
+    private companion object {
+        /** A lying length costs at most this much before its bytes arrive. */
+        const val CHUNK_BYTES = 4096
+    }
+}
+
+/** A frame as it arrived. */
+internal class Frame(val kind: FrameKind, val header: FrameHeader, val body: ByteArray)

@@ -1,0 +1,34 @@
+package dev.ml2sensors.wire
+
+import java.nio.ByteBuffer
+import java.nio.channels.GatheringByteChannel
+
+/** Writes whole frames to a blocking channel; safe for use by several threads, frames never mix. */
+internal class FrameWriter(private val target: GatheringByteChannel, private val rosNowNanos: () -> Long) {
+    private val pieces = arrayOfNulls<ByteBuffer>(2)
+
+    /** Writes a control frame. */
+    fun write(kind: FrameKind, body: ByteArray) {
+        require(body.size <= kind.maxLength) { "$kind of ${body.size} bytes, at most ${kind.maxLength} are allowed" }
+        val frame = ByteBuffer.allocate(FrameHeader.BYTES + body.size)
+        FrameHeader(kind.code, body.size).writeTo(frame)
+        write(frame.put(body).flip(), null)
+    }
+
+    /**
+     * Writes a frame whose header and first bytes stand in [head] and whose remaining body is [tail], both from position
+     * to limit, by gathering writes; returns when the last byte is handed to the kernel.
+     */
+    @Synchronized
+    fun write(head: ByteBuffer, tail: ByteBuffer?) {
+        FrameHeader.patchSendNanos(head, head.position(), rosNowNanos())
+        if (tail == null) {
+            while (head.hasRemaining()) target.write(head)
+            return
+        }
+        pieces[0] = head
+        pieces[1] = tail
+        while (tail.hasRemaining()) target.write(pieces)
+        pieces.fill(null)
+    }
+}

@@ -1,0 +1,19 @@
+package dev.ml2sensors.wire
+
+import java.io.IOException
+
+/** The peer broke PROTOCOL.md, or says that we did; ends the connection. */
+internal class ProtocolException(val code: ErrorCode, message: String) : IOException(message)
+
+/** The codes of ERROR bodies. */
+internal enum class ErrorCode(val wireName: String) {
+    VERSION("version"),
+    BUSY("busy"),
+    MALFORMED("malformed"),
+    TOO_LARGE("too_large"),
+    UNEXPECTED("unexpected"),
+    TICKET("ticket"),
+    CHANNEL("channel"),
+    TIMEOUT("timeout"),
+    SOURCE("source"),
+}
