@@ -1,0 +1,81 @@
+package dev.ml2sensors.clock
+
+import dev.ml2sensors.source.DeviceClock
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.withTimeoutOrNull
+
+/**
+ * What the device knows of the host's clock over all sessions: takes exchanges in, keeps the [stamps] map steered, and
+ * tells its state. Safe for use by several threads.
+ */
+internal class HostClock(private val deviceClock: DeviceClock) {
+    val stamps: StampMap = StampMap()
+    private var estimator = OffsetEstimator()
+    private var exchanges = 0
+    private var lastSteeredNanos = Long.MIN_VALUE
+    private val estimate = MutableStateFlow<OffsetEstimate?>(null)
+    private val state = MutableStateFlow(State.WAITING)
+
+    enum class State(val wireName: String) {
+        WAITING("waiting"),
+        SYNCHRONISED("synchronised"),
+        HOLDOVER("holdover"),
+        FROZEN("frozen"),
+    }
+
+    /** A new link: what was measured on another path no longer counts. */
+    @Synchronized
+    fun linkUp() {
+        estimator = OffsetEstimator()
+        exchanges = 0
+    }
+
+    /** No link: the last estimate is held. */
+    @Synchronized
+    fun linkDown() {
+        if (state.value == State.SYNCHRONISED) state.value = State.HOLDOVER
+    }
+
+    @Synchronized
+    fun add(exchange: TimeExchange) {
+        val latest = estimator.add(exchange)
+        estimate.value = latest
+        if (++exchanges < FIRST_EXCHANGES) return
+        if (exchange.t4 - lastSteeredNanos >= STEER_INTERVAL_NANOS || !stamps.isSet) {
+            stamps.steerTo(latest.offsetNanos, exchange.t4)
+            lastSteeredNanos = exchange.t4
+        }
+        if (state.value != State.FROZEN) state.value = State.SYNCHRONISED
+    }
+
+    /**
+     * Waits until stamps can be made: for a good first estimate, but at most [FIRST_ESTIMATE_LIMIT_MILLIS]; then the
+     * device's own [realtimeOffsetNanos] serves, and false is returned.
+     */
+    suspend fun awaitStamps(realtimeOffsetNanos: () -> Long): Boolean {
+        val synchronised = withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { state.first { it != State.WAITING } } != null
+        if (!stamps.isSet) stamps.steerTo(realtimeOffsetNanos(), deviceClock.nowNanos())
+        return synchronised
+    }
+
+    /** Fixes the map at its present offset for good. */
+    @Synchronized
+    fun freeze() {
+        if (state.value == State.FROZEN) return
+        stamps.freeze(deviceClock.nowNanos())
+        state.value = State.FROZEN
+    }
+
+    /** The present ROS time by the latest estimate, 0 before there is one. */
+    fun rosNowNanos(): Long = estimate.value?.let { deviceClock.nowNanos() + it.offsetNanos } ?: 0
+
+    fun report(): Pair<State, OffsetEstimate?> = state.value to estimate.value
+
+    private companion object {
+        /** A tenth of the first burst: the least round trip of so many is within jitter of the best on a quiet link. */
+        const val FIRST_EXCHANGES = 16
+        const val STEER_INTERVAL_NANOS = 1_000_000_000L
+        const val FIRST_ESTIMATE_LIMIT_MILLIS = 5_000L
+    }
+}

@@ -1,0 +1,62 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.table.QueueSpec
+import dev.ml2sensors.wire.FrameWriter
+import kotlinx.coroutines.channels.BufferOverflow
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.runInterruptible
+
+/**
+ * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
+ * session lends it one through [sendThrough].
+ *
+ * When the queue is full the oldest frame whose writing has not begun is dropped; a lane that [waits], for sources that
+ * can, suspends its producers instead. Safe for use by several producers.
+ */
+internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolean) {
+    @Volatile
+    private var isLinked = false
+
+    private val queue = Channel<OutgoingFrame>(
+        spec.capacityFrames,
+        if (waits) BufferOverflow.SUSPEND else BufferOverflow.DROP_OLDEST,
+        onUndeliveredElement = { it.drop(DropReason.QUEUE_FULL) },
+    )
+
+    /** Takes over [frame]: it will be sent or dropped, and counted. */
+    suspend fun offer(frame: OutgoingFrame) {
+        if (isLinked || waits) queue.send(frame) else frame.drop(DropReason.LINK_DOWN)
+    }
+
+    /** Sends what is offered through [writer] until the lane is finished; fails when the connection does. */
+    suspend fun sendThrough(writer: FrameWriter) {
+        isLinked = true
+        try {
+            for (frame in queue) send(frame, writer)
+        } finally {
+            isLinked = false
+            if (!waits) dropQueued()
+        }
+    }
+
+    /** Nothing more will be offered: [sendThrough] returns when the queue is empty. */
+    fun finish() {
+        queue.close()
+    }
+
+    /** Counts what is still queued as lost with the link. */
+    fun dropQueued() {
+        while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
+    }
+
+    private suspend fun send(frame: OutgoingFrame, writer: FrameWriter) {
+        var isSent = false
+        try {
+            runInterruptible { writer.write(frame.head, frame.data) }
+            isSent = true
+        } finally {
+            if (isSent) frame.sent() else frame.drop(DropReason.LINK_DOWN)
+        }
+    }
+}

@@ -1,0 +1,35 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.Status
+
+/** What a session does to the device's streams. Called by one coroutine at a time, but for [counts]. */
+internal interface StreamControl {
+    /** Ids of the streams that can be configured. */
+    val capabilities: List<String>
+
+    /** A session began; the peer has [received] so many messages per topic of this instance. */
+    fun linkUp(received: Map<String, Long>)
+
+    /** The session ended. */
+    fun linkDown(reason: String)
+
+    /** Makes [requested] what is to run and stops all else. */
+    suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer>
+
+    /** Channels of what is configured, and the lanes they use. */
+    fun channels(): List<ChannelBody>
+
+    fun lane(name: String): Lane
+
+    /** Begins what is configured and does not run yet. */
+    suspend fun start()
+
+    /** Stops all sources; returns when the last message has been offered. */
+    suspend fun stopSources()
+
+    /** The books by topic. */
+    fun counts(): Map<String, Status.ChannelCounts>
+}
