@@ -70,7 +70,8 @@ internal class HostClock(private val deviceClock: DeviceClock) {
     /** The present ROS time by the latest estimate, 0 before there is one. */
     fun rosNowNanos(): Long = estimate.value?.let { deviceClock.nowNanos() + it.offsetNanos } ?: 0
 
-    fun report(): Pair<State, OffsetEstimate?> = state.value to estimate.value
+    /** The state and the latest estimate, null before there is one. */
+    val status: Pair<State, OffsetEstimate?> get() = state.value to estimate.value
 
     private companion object {
         /** A tenth of the first burst: the least round trip of so many is within jitter of the best on a quiet link. */

@@ -30,15 +30,19 @@ internal class Connection private constructor(private val socket: SocketChannel,
         if (frame.kind == FrameKind.ERROR) {
             val error = ControlJson.decode<ErrorBody>(frame.body)
             val code = ErrorCode.entries.firstOrNull { it.wireName == error.code } ?: ErrorCode.UNEXPECTED
-            if (error.fatal) throw ProtocolException(code, "the receiver says ${error.code}: ${error.message}")
+            if (error.fatal) throw ProtocolException(code, "the receiver says ${error.code}: ${error.message}", true)
         }
         return frame
     }
 
+    inline fun <reified T> write(kind: FrameKind, body: T): Unit = writer.write(kind, ControlJson.encode(body))
+
     /** Waits for the next frame, which must be of [kind], and gives its body. */
     inline fun <reified T> expect(kind: FrameKind): T {
         val frame = read()
-        if (frame.kind != kind) throw ProtocolException(ErrorCode.UNEXPECTED, "expected $kind, found ${frame.kind}")
+        if (frame.kind != kind) {
+            throw ProtocolException(ErrorCode.UNEXPECTED, "expected $kind, found ${frame.kind}")
+        }
         return ControlJson.decode<T>(frame.body)
     }
 

@@ -5,6 +5,8 @@ import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.FrameWriter
 import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runInterruptible
 
 /**
@@ -12,11 +14,11 @@ import kotlinx.coroutines.runInterruptible
  * session lends it one through [sendThrough].
  *
  * When the queue is full the oldest frame whose writing has not begun is dropped; a lane that [waits], for sources that
- * can, suspends its producers instead. Safe for use by several producers.
+ * can, suspends its producers instead, also while there is
+ * no session. Safe for use by several producers.
  */
 internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolean) {
-    @Volatile
-    private var isLinked = false
+    private val isLinked = MutableStateFlow(false)
 
     private val queue = Channel<OutgoingFrame>(
         spec.capacityFrames,
@@ -26,17 +28,18 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
 
     /** Takes over [frame]: it will be sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
-        if (isLinked || waits) queue.send(frame) else frame.drop(DropReason.LINK_DOWN)
+        if (waits) isLinked.first { it }
+        if (isLinked.value) queue.send(frame) else frame.drop(DropReason.LINK_DOWN)
     }
 
     /** Sends what is offered through [writer] until the lane is finished; fails when the connection does. */
     suspend fun sendThrough(writer: FrameWriter) {
-        isLinked = true
+        isLinked.value = true
         try {
             for (frame in queue) send(frame, writer)
         } finally {
-            isLinked = false
-            if (!waits) dropQueued()
+            isLinked.value = false
+            dropQueued()
         }
     }
 
@@ -45,8 +48,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
         queue.close()
     }
 
-    /** Counts what is still queued as lost with the link. */
-    fun dropQueued() {
+    private fun dropQueued() {
         while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
     }
 

@@ -10,11 +10,8 @@ internal interface StreamControl {
     /** Ids of the streams that can be configured. */
     val capabilities: List<String>
 
-    /** A session began; the peer has [received] so many messages per topic of this instance. */
-    fun linkUp(received: Map<String, Long>)
-
-    /** The session ended. */
-    fun linkDown(reason: String)
+    /** A session began; the peer has [received] so many messages per topic of this instance, null when it cannot know. */
+    fun linkUp(received: Map<String, Long>?)
 
     /** Makes [requested] what is to run and stops all else. */
     suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer>

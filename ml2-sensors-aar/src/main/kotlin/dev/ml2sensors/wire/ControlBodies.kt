@@ -27,12 +27,12 @@ internal class Welcome(
     val name: String,
     val software: String,
     val tickets: Map<String, String>,
-    val received: Map<String, Long>,
+    val received: Map<String, Long>?,
     val limits: Limits,
     val timeouts: Timeouts,
 ) {
     @Serializable
-    class Limits(@SerialName("data_bytes") val dataBytes: Int, @SerialName("control_bytes") val controlBytes: Int)
+    class Limits(@SerialName("data_bytes") val dataBytes: Int)
 
     @Serializable
     class Timeouts(

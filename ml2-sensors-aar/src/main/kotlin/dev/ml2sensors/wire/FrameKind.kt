@@ -17,8 +17,8 @@ internal enum class FrameKind(val code: Int, val maxLength: Int) {
     TIME_REQUEST(32, TimeBodies.REQUEST_BYTES),
     TIME_REPLY(33, TimeBodies.REPLY_BYTES),
     STATUS(48, 64 * KIB),
-    PING(49, 4 * KIB),
-    PONG(50, 4 * KIB),
+    PING(49, 0),
+    PONG(50, 0),
     ERROR(51, 4 * KIB),
     BYE(52, 4 * KIB),
     ;

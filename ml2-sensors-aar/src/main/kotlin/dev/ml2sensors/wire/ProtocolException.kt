@@ -2,8 +2,9 @@ package dev.ml2sensors.wire
 
 import java.io.IOException
 
-/** The peer broke PROTOCOL.md, or says that we did; ends the connection. */
-internal class ProtocolException(val code: ErrorCode, message: String) : IOException(message)
+/** The peer broke PROTOCOL.md, or, when [isPeers], says in an ERROR that we did; ends the connection. */
+internal class ProtocolException(val code: ErrorCode, message: String, val isPeers: Boolean = false) :
+    IOException(message)
 
 /** The codes of ERROR bodies. */
 internal enum class ErrorCode(val wireName: String) {

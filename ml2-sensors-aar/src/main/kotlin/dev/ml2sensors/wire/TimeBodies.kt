@@ -12,16 +12,19 @@ internal object TimeBodies {
     fun request(t1: Long): ByteArray =
         ByteBuffer.allocate(REQUEST_BYTES).order(ByteOrder.LITTLE_ENDIAN).putLong(t1).array()
 
-    /** @throws ProtocolException when [body] is not the reply to the request of [expectedT1]. */
-    fun exchange(body: ByteArray, expectedT1: Long, t4: Long): TimeExchange {
+    /**
+     * The exchange of [request] that [body] ends, or null when it is not the reply to it or not a possible one.
+     *
+     * @throws ProtocolException when [body] is no time reply at all.
+     */
+    fun exchange(request: Long, body: ByteArray, t4: Long): TimeExchange? {
         if (body.size != REPLY_BYTES) {
             throw ProtocolException(ErrorCode.MALFORMED, "expected a time reply of $REPLY_BYTES bytes, found ${body.size}")
         }
         val times = ByteBuffer.wrap(body).order(ByteOrder.LITTLE_ENDIAN)
         val t1 = times.long
-        if (t1 != expectedT1) {
-            throw ProtocolException(ErrorCode.MALFORMED, "expected a reply to time request $expectedT1, found $t1")
-        }
-        return TimeExchange(t1, times.long, times.long, t4)
+        val t2 = times.long
+        val t3 = times.long
+        return if (t1 == request && t3 >= t2) TimeExchange(t1, t2, t3, t4) else null
     }
 }
