@@ -1,0 +1,95 @@
+package dev.ml2sensors.cdr
+
+import kotlinx.serialization.ExperimentalSerializationApi
+import kotlinx.serialization.SerializationException
+import kotlinx.serialization.descriptors.SerialDescriptor
+import kotlinx.serialization.descriptors.StructureKind
+import kotlinx.serialization.encoding.AbstractEncoder
+import kotlinx.serialization.encoding.CompositeEncoder
+import kotlinx.serialization.modules.SerializersModule
+import java.nio.ByteBuffer
+
+/** Walks a message. Knows what is written in which order; [writer] knows how. */
+@OptIn(ExperimentalSerializationApi::class)
+internal class CdrEncoder(
+    private val writer: CdrWriter,
+    private val borrowsBytes: Boolean = false,
+) : AbstractEncoder() {
+    override val serializersModule: SerializersModule get() = Cdr.serializersModule
+
+    /** The byte sequence that ended the message, if one did and it was not to be copied. */
+    var borrowed: ByteBuffer? = null
+        private set
+
+    /** Of the property about to be encoded; null for a sequence. */
+    private var fixedLength: FixedLength? = null
+
+    fun reset() {
+        writer.reset()
+        borrowed = null
+        fixedLength = null
+    }
+
+    override fun encodeElement(
+        descriptor: SerialDescriptor,
+        index: Int,
+    ): Boolean {
+        require(borrowed == null) { "Expected the byte sequence last, but found ${descriptor.getElementName(index)}" }
+        fixedLength = descriptor.fixedLength(index)
+        return true
+    }
+
+    override fun beginStructure(descriptor: SerialDescriptor): CompositeEncoder = also { descriptor.checkHasCdr() }
+
+    override fun beginCollection(
+        descriptor: SerialDescriptor,
+        collectionSize: Int,
+    ): CompositeEncoder {
+        encodeLength(collectionSize)
+        return beginStructure(descriptor)
+    }
+
+    fun encodeBytes(value: ByteBuffer) {
+        encodeLength(value.remaining())
+        if (borrowsBytes) borrowed = value.duplicate() else writer.bytes(value)
+    }
+
+    private fun encodeLength(length: Int) {
+        val fixed = fixedLength ?: return writer.int(length)
+        require(length == fixed.length) { "Expected ${fixed.length} elements, but found $length" }
+    }
+
+    // A nullable property is refused whatever its value
+    override fun encodeNotNullMark() = encodeNull()
+
+    override fun encodeBoolean(value: Boolean) = writer.byte(if (value) 1 else 0)
+
+    override fun encodeByte(value: Byte) = writer.byte(value)
+
+    override fun encodeShort(value: Short) = writer.short(value)
+
+    override fun encodeInt(value: Int) = writer.int(value)
+
+    override fun encodeLong(value: Long) = writer.long(value)
+
+    override fun encodeFloat(value: Float) = writer.float(value)
+
+    override fun encodeDouble(value: Double) = writer.double(value)
+
+    override fun encodeString(value: String) = writer.string(value)
+}
+
+// Allocation-friendly loop
+@OptIn(ExperimentalSerializationApi::class)
+internal fun SerialDescriptor.fixedLength(index: Int): FixedLength? {
+    val annotations = getElementAnnotations(index)
+    for (i in annotations.indices) (annotations[i] as? FixedLength)?.let { return it }
+    return null
+}
+
+@OptIn(ExperimentalSerializationApi::class)
+internal fun SerialDescriptor.checkHasCdr() {
+    if (kind != StructureKind.LIST && (kind != StructureKind.CLASS || elementsCount == 0)) {
+        throw SerializationException("Expected a message or a sequence, but found $serialName of kind $kind")
+    }
+}

@@ -1,0 +1,46 @@
+package dev.ml2sensors.cdr
+
+import kotlinx.serialization.SerializationStrategy
+import java.nio.ByteBuffer
+
+/**
+ * One message as CDR in two pieces, so that pixels go from their pool to the socket by a gathering write.
+ *
+ * @property prefix Everything up to and including the length of the borrowed byte sequence, or the whole message when
+ * it has none. A view of the memory of the [PayloadEncoder] that made it, valid until that encodes again.
+ * @property data The borrowed bytes, which follow [prefix] directly. Shares the memory of the message's buffer but not
+ * its position; the bytes must stay as they are until this payload is written.
+ */
+public class Payload internal constructor(
+    public val prefix: ByteBuffer,
+    public val data: ByteBuffer?,
+) {
+    /** The bytes of the message, encapsulation header included, whatever has been read from the buffers since. */
+    public val size: Int = Math.addExact(prefix.remaining(), data?.remaining() ?: 0)
+}
+
+/**
+ * Encodes one message after the other without copying their byte sequences: the `data` of an image, which is the last
+ * field, is borrowed.
+ *
+ * Owns a small direct buffer, which grows to the largest prefix seen and is reused, so that what an encoding allocates
+ * on the heap does not depend on the size of an image. To be used by one thread at a time.
+ */
+public class PayloadEncoder {
+    private val writer = CdrWriter.direct()
+    private val encoder = CdrEncoder(writer, borrowsBytes = true)
+
+    /**
+     * The bytes of [message] as in [Cdr]; they end the validity of the payload returned before.
+     *
+     * @throws IllegalArgumentException if anything follows a byte sequence in [message], and as in [Cdr].
+     */
+    public fun <T> encode(
+        serializer: SerializationStrategy<T>,
+        message: T,
+    ): Payload {
+        encoder.reset()
+        encoder.encodeSerializableValue(serializer, message)
+        return Payload(writer.written(), encoder.borrowed)
+    }
+}

@@ -1,0 +1,102 @@
+package dev.ml2sensors.message
+
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+
+/** A free vector; its unit is that of the property it is the value of. Source: geometry_msgs/msg/Vector3, Jazzy. */
+@Serializable
+@SerialName("geometry_msgs/msg/Vector3")
+public data class Vector3(
+    val x: Double,
+    val y: Double,
+    val z: Double,
+) {
+    public companion object {
+        public val ZERO: Vector3 = Vector3(0.0, 0.0, 0.0)
+    }
+}
+
+/** A position in metres. Source: geometry_msgs/msg/Point, Jazzy. */
+@Serializable
+@SerialName("geometry_msgs/msg/Point")
+public data class Point(
+    val x: Double,
+    val y: Double,
+    val z: Double,
+)
+
+/** A rotation as a unit quaternion; it and its negation are the same rotation. Source: geometry_msgs, Jazzy. */
+@Serializable
+@SerialName("geometry_msgs/msg/Quaternion")
+public data class Quaternion(
+    val x: Double,
+    val y: Double,
+    val z: Double,
+    val w: Double,
+) {
+    public companion object {
+        public val IDENTITY: Quaternion = Quaternion(0.0, 0.0, 0.0, 1.0)
+    }
+}
+
+/** Position in metres and orientation. Source: geometry_msgs/msg/Pose, Jazzy. */
+@Serializable
+@SerialName("geometry_msgs/msg/Pose")
+public data class Pose(
+    val position: Point,
+    val orientation: Quaternion,
+)
+
+/** A pose in the frame of the header. Source: geometry_msgs/msg/PoseStamped, Jazzy. */
+@Serializable
+@SerialName("geometry_msgs/msg/PoseStamped")
+public data class PoseStamped(
+    val header: Header,
+    val pose: Pose,
+)
+
+/** Poses in the frame of the header, such as the joints of a hand. Source: geometry_msgs/msg/PoseArray, Jazzy. */
+@Serializable
+@SerialName("geometry_msgs/msg/PoseArray")
+public data class PoseArray(
+    val header: Header,
+    val poses: List<Pose>,
+)
+
+/**
+ * Where a child frame is in its parent: takes coordinates in the child to coordinates in the parent, rotation first.
+ * Source: geometry_msgs/msg/Transform, Jazzy.
+ *
+ * @property translation The child's origin in the parent, metres.
+ * @property rotation The child's axes in the parent.
+ */
+@Serializable
+@SerialName("geometry_msgs/msg/Transform")
+public data class Transform(
+    val translation: Vector3,
+    val rotation: Quaternion,
+) {
+    public companion object {
+        public val IDENTITY: Transform = Transform(Vector3.ZERO, Quaternion.IDENTITY)
+    }
+}
+
+/**
+ * One edge of the TF tree. Source: geometry_msgs/msg/TransformStamped, Jazzy.
+ *
+ * @property header The time the transform is for, and the parent frame.
+ */
+@Serializable
+@SerialName("geometry_msgs/msg/TransformStamped")
+public data class TransformStamped(
+    val header: Header,
+    val childFrameId: String,
+    val transform: Transform,
+)
+
+/** What is published on `/tf` and `/tf_static`. Source: tf2_msgs/msg/TFMessage, Jazzy. */
+@Serializable
+@SerialName("tf2_msgs/msg/TFMessage")
+public data class TFMessage(
+    val transforms: List<TransformStamped>,
+)

@@ -1,0 +1,116 @@
+package dev.ml2sensors.message
+
+import dev.ml2sensors.cdr.FixedLength
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+
+/**
+ * A measurement of an inertial unit in its own axes. Covariances are 3x3, row-major, about x, y, z: all zeros mean
+ * unknown, and -1 as the first element means that the quantity was not measured. Source: sensor_msgs/msg/Imu, Jazzy.
+ *
+ * @property header Time of the measurement and frame of the sensor.
+ * @property orientation Orientation of the sensor in the world.
+ * @property orientationCovariance rad².
+ * @property angularVelocity rad/s.
+ * @property angularVelocityCovariance rad²/s².
+ * @property linearAcceleration Proper acceleration, so 9.81 m/s² upwards at rest.
+ * @property linearAccelerationCovariance m²/s⁴.
+ */
+@Serializable
+@SerialName("sensor_msgs/msg/Imu")
+public class Imu(
+    public val header: Header,
+    public val orientation: Quaternion,
+    @FixedLength(9) public val orientationCovariance: DoubleArray,
+    public val angularVelocity: Vector3,
+    @FixedLength(9) public val angularVelocityCovariance: DoubleArray,
+    public val linearAcceleration: Vector3,
+    @FixedLength(9) public val linearAccelerationCovariance: DoubleArray,
+)
+
+/**
+ * Magnetic field in the axes of the sensor. Source: sensor_msgs/msg/MagneticField, Jazzy.
+ *
+ * @property header Time of the measurement and frame of the sensor.
+ * @property magneticField Tesla.
+ * @property magneticFieldCovariance Tesla²; 3x3, row-major; all zeros mean unknown.
+ */
+@Serializable
+@SerialName("sensor_msgs/msg/MagneticField")
+public class MagneticField(
+    public val header: Header,
+    public val magneticField: Vector3,
+    @FixedLength(9) public val magneticFieldCovariance: DoubleArray,
+)
+
+/**
+ * Ambient light. Source: sensor_msgs/msg/Illuminance, Jazzy.
+ *
+ * @property header Time of the measurement and frame of the sensor, whose x axis points to the light.
+ * @property illuminance Lux.
+ * @property variance Lux²; 0 means unknown.
+ */
+@Serializable
+@SerialName("sensor_msgs/msg/Illuminance")
+public data class Illuminance(
+    val header: Header,
+    val illuminance: Double,
+    val variance: Double,
+)
+
+/**
+ * Air pressure. Source: sensor_msgs/msg/FluidPressure, Jazzy.
+ *
+ * @property header Time of the measurement and frame of the sensor.
+ * @property fluidPressure Absolute pressure, pascal.
+ * @property variance Pascal²; 0 means unknown.
+ */
+@Serializable
+@SerialName("sensor_msgs/msg/FluidPressure")
+public data class FluidPressure(
+    val header: Header,
+    val fluidPressure: Double,
+    val variance: Double,
+)
+
+/**
+ * State of a battery; NaN stands for what is not measured. The numbers of status, health and technology are those of
+ * the constants in the `.msg` file, 0 being unknown in each. Source: sensor_msgs/msg/BatteryState, Jazzy.
+ *
+ * @property header Time of the measurement.
+ * @property voltage Volt.
+ * @property temperature Degrees Celsius.
+ * @property current Ampere; negative when discharging.
+ * @property charge Ampere hours left.
+ * @property capacity Ampere hours when last full.
+ * @property designCapacity Ampere hours when new.
+ * @property percentage Fraction left, 0 to 1.
+ * @property powerSupplyStatus `POWER_SUPPLY_STATUS_*`.
+ * @property powerSupplyHealth `POWER_SUPPLY_HEALTH_*`.
+ * @property powerSupplyTechnology `POWER_SUPPLY_TECHNOLOGY_*`.
+ * @property present True if there is a battery.
+ * @property cellVoltage Volt, per cell.
+ * @property cellTemperature Degrees Celsius, per cell.
+ * @property location Slot or plug of the battery.
+ * @property serialNumber Serial number, as far as known.
+ */
+@Serializable
+@SerialName("sensor_msgs/msg/BatteryState")
+public data class BatteryState(
+    val header: Header,
+    val voltage: Float,
+    val temperature: Float,
+    val current: Float,
+    val charge: Float,
+    val capacity: Float,
+    val designCapacity: Float,
+    val percentage: Float,
+    val powerSupplyStatus: UByte,
+    val powerSupplyHealth: UByte,
+    val powerSupplyTechnology: UByte,
+    val present: Boolean,
+    val cellVoltage: List<Float>,
+    val cellTemperature: List<Float>,
+    val location: String,
+    val serialNumber: String,
+)

@@ -1,0 +1,91 @@
+package dev.ml2sensors.message
+
+import kotlin.math.abs
+import kotlin.math.acos
+import kotlin.math.sin
+import kotlin.math.sqrt
+
+/** The rotation that does [other] first, then this. Both are unit quaternions, and so is the result. */
+public operator fun Quaternion.times(other: Quaternion): Quaternion =
+    Quaternion(
+        w * other.x + x * other.w + y * other.z - z * other.y,
+        w * other.y - x * other.z + y * other.w + z * other.x,
+        w * other.z + x * other.y - y * other.x + z * other.w,
+        w * other.w - x * other.x - y * other.y - z * other.z,
+    ).normalized()
+
+/** The opposite rotation. */
+public fun Quaternion.inverse(): Quaternion = Quaternion(-x, -y, -z, w)
+
+/** @throws IllegalArgumentException if the norm is zero or not finite, so that there is no rotation to speak of. */
+public fun Quaternion.normalized(): Quaternion {
+    val norm = sqrt(x * x + y * y + z * z + w * w)
+    require(norm > 0 && norm.isFinite()) { "Expected a rotation, but found $this" }
+    return Quaternion(x / norm, y / norm, z / norm, w / norm)
+}
+
+/** [vector] turned by this unit quaternion. */
+public fun Quaternion.rotate(vector: Vector3): Vector3 {
+    // v + w t + u x t, with u = (x, y, z) and t = 2 u x v
+    val tx = 2 * (y * vector.z - z * vector.y)
+    val ty = 2 * (z * vector.x - x * vector.z)
+    val tz = 2 * (x * vector.y - y * vector.x)
+    return Vector3(
+        vector.x + w * tx + y * tz - z * ty,
+        vector.y + w * ty + z * tx - x * tz,
+        vector.z + w * tz + x * ty - y * tx,
+    )
+}
+
+/** The rotation [fraction] of the shorter way from this to [other], at constant angular velocity. */
+public fun Quaternion.slerp(
+    other: Quaternion,
+    fraction: Double,
+): Quaternion {
+    val dot = x * other.x + y * other.y + z * other.z + w * other.w
+    val angle = acos(abs(dot).coerceAtMost(1.0))
+    // So near each other the chord is as good as the arc, and sin(angle) no divisor
+    val isNear = angle < 1e-6
+    val here = if (isNear) 1 - fraction else sin((1 - fraction) * angle) / sin(angle)
+    val there = (if (isNear) fraction else sin(fraction * angle) / sin(angle)) * if (dot < 0) -1 else 1
+    return Quaternion(
+        here * x + there * other.x,
+        here * y + there * other.y,
+        here * z + there * other.z,
+        here * w + there * other.w,
+    ).normalized()
+}
+
+/** The pose in the grandparent of what has pose [child] in the frame that has this pose. */
+public operator fun Transform.times(child: Transform): Transform =
+    Transform(apply(child.translation), rotation * child.rotation)
+
+/** The pose of the parent in the child. */
+public fun Transform.inverse(): Transform {
+    val back = rotation.inverse()
+    val (x, y, z) = back.rotate(translation)
+    return Transform(Vector3(-x, -y, -z), back)
+}
+
+/** Where the point at [point] in the child is in the parent, metres. */
+public fun Transform.apply(point: Vector3): Vector3 {
+    val (x, y, z) = rotation.rotate(point)
+    return Vector3(x + translation.x, y + translation.y, z + translation.z)
+}
+
+/** The pose [fraction] of the way from this to [other]: on a straight line, turning evenly the shorter way. */
+public fun Transform.interpolate(
+    other: Transform,
+    fraction: Double,
+): Transform {
+    require(fraction in 0.0..1.0) { "Expected a fraction of 0 to 1, but found $fraction" }
+    val translation =
+        Vector3(
+            translation.x + fraction * (other.translation.x - translation.x),
+            translation.y + fraction * (other.translation.y - translation.y),
+            translation.z + fraction * (other.translation.z - translation.z),
+        )
+    return Transform(translation, rotation.slerp(other.rotation, fraction))
+}
+
+public fun Transform.toPose(): Pose = Pose(Point(translation.x, translation.y, translation.z), rotation)
