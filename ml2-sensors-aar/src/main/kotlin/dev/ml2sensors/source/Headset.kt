@@ -1,6 +1,6 @@
 package dev.ml2sensors.source
 
-import dev.ml2sensors.stream.StreamSpec
+import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 
 /**

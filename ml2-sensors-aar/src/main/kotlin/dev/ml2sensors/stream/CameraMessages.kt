@@ -1,0 +1,111 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.message.CameraInfo
+import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Image
+import dev.ml2sensors.message.RegionOfInterest
+import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Intrinsics
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+import kotlinx.serialization.json.Json
+import java.nio.ByteBuffer
+
+/** The plane [pixels] of this sample as it is, in [encoding] of image_encodings.hpp. */
+internal fun ImageSample.toImage(
+    header: Header,
+    encoding: String,
+    pixels: ByteBuffer,
+): Image =
+    Image(
+        header,
+        height = height.toUInt(),
+        width = width.toUInt(),
+        encoding = encoding,
+        isBigendian = 0u,
+        step = (pixels.remaining() / height).toUInt(),
+        data = pixels,
+    )
+
+/** The JPEG of this sample; [format] as image_transport has it. */
+internal fun ImageSample.toCompressedImage(
+    header: Header,
+    format: String,
+): CompressedImage = CompressedImage(header, format, pixels)
+
+/** R = identity, P = [K | 0], no binning, whole image. */
+internal fun Intrinsics.toCameraInfo(header: Header): CameraInfo =
+    CameraInfo(
+        header,
+        height = height.toUInt(),
+        width = width.toUInt(),
+        distortionModel = distortion.rosName,
+        d = distortion.coefficients.toDoubleArray(),
+        k = doubleArrayOf(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0),
+        r = doubleArrayOf(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        p = doubleArrayOf(fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0),
+        binningX = 0u,
+        binningY = 0u,
+        roi = RegionOfInterest(0u, 0u, 0u, 0u, false),
+    )
+
+/** What the device says of this capture, as JSON with a stable schema; what it does not say is absent. */
+internal fun ImageSample.toMetadata(header: Header): StringMessage {
+    val metadata =
+        Metadata(
+            Metadata.Stamp(header.stamp.sec, header.stamp.nanosec.toLong()),
+            header.frameId,
+            frameNumber,
+            settings.exposureNanos,
+            settings.analogGain,
+            settings.digitalGain,
+            intrinsics?.let { Metadata.DeviceIntrinsics.of(it) },
+            settings.illumination,
+        )
+    return StringMessage(metadataJson.encodeToString(Metadata.serializer(), metadata))
+}
+
+private val metadataJson = Json { explicitNulls = false }
+
+/** Schema of the metadata topics; lengths in pixels. */
+@Serializable
+private class Metadata(
+    val stamp: Stamp,
+    @SerialName("frame_id") val frameId: String,
+    @SerialName("frame_number") val frameNumber: Long,
+    @SerialName("exposure_ns") val exposureNanos: Long?,
+    @SerialName("analog_gain") val analogGain: Double?,
+    @SerialName("digital_gain") val digitalGain: Double?,
+    val intrinsics: DeviceIntrinsics?,
+    val illumination: String?,
+) {
+    @Serializable
+    class Stamp(
+        val sec: Int,
+        val nanosec: Long,
+    )
+
+    @Serializable
+    class DeviceIntrinsics(
+        val width: Int,
+        val height: Int,
+        @SerialName("focal_length") val focalLength: List<Double>,
+        @SerialName("principal_point") val principalPoint: List<Double>,
+        @SerialName("distortion_model") val distortionModel: String,
+        @SerialName("distortion") val distortion: List<Double>,
+    ) {
+        companion object {
+            fun of(it: Intrinsics): DeviceIntrinsics =
+                DeviceIntrinsics(
+                    it.width,
+                    it.height,
+                    listOf(it.fx, it.fy),
+                    listOf(it.cx, it.cy),
+                    it.distortion.rosName,
+                    it.distortion.coefficients,
+                )
+        }
+    }
+}

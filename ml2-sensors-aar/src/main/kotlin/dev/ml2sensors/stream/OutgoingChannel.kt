@@ -1,0 +1,52 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.cdr.PayloadEncoder
+import dev.ml2sensors.session.ChannelAccount
+import dev.ml2sensors.session.Lane
+import dev.ml2sensors.session.OutgoingFrame
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.table.TopicSpec
+import dev.ml2sensors.wire.FrameHeader
+import dev.ml2sensors.wire.FrameKind
+import kotlinx.serialization.SerializationStrategy
+import java.nio.ByteBuffer
+
+/** One topic on its way out: message -> payload -> frame -> lane. Used by one coroutine at a time. */
+internal class OutgoingChannel(
+    val id: Int,
+    val topic: TopicSpec,
+    val lane: Lane,
+) {
+    val account = ChannelAccount()
+    private val encoder = PayloadEncoder()
+
+    /**
+     * Encodes and queues a message captured at [stampNanos], ROS time. Memory that the payload borrows from [sample] is
+     * kept until it is sent or dropped.
+     */
+    suspend fun <T> publish(
+        serializer: SerializationStrategy<T>,
+        message: T,
+        stampNanos: Long,
+        sample: ImageSample? = null,
+    ) {
+        val payload = encoder.encode(serializer, message)
+        val header = FrameHeader(FrameKind.DATA.code, payload.size, id, account.produce(), stampNanos)
+        // The prefix is the encoder's until it encodes again, and several frames may be queued.
+        val head = ByteBuffer.allocate(FrameHeader.BYTES + payload.prefix.remaining())
+        header.writeTo(head)
+        head.put(payload.prefix).flip()
+        val borrowed = payload.data?.let { sample }
+        borrowed?.retain()
+        lane.offer(OutgoingFrame(account, head, payload.data, borrowed))
+    }
+
+    /** Enters [count] messages that could not be captured. */
+    fun lose(
+        count: Int,
+        reason: DropReason,
+    ) {
+        account.lose(count, reason)
+    }
+}

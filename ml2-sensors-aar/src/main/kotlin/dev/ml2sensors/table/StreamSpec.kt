@@ -1,0 +1,67 @@
+package dev.ml2sensors.table
+
+/**
+ * One row of config/streams.yaml: what is configured, accepted or refused as a whole.
+ *
+ * @property id also the name of its image lane.
+ * @property section of config.yaml.
+ * @property topics in the order of the table; channels of the stream.
+ * @property frameId of its messages.
+ * @property bodyFrameId the REP-103 frame beside an optical [frameId], null where the stream has no pose.
+ * @property encoding of its image; for JPEG the format as image_transport has it.
+ * @property permissions Android permissions it needs.
+ * @property modes legal combinations of a camera; empty for other sensors.
+ */
+public class StreamSpec(
+    public val id: String,
+    public val section: String,
+    public val topics: List<TopicSpec>,
+    public val frameId: String,
+    public val bodyFrameId: String?,
+    public val encoding: String?,
+    public val permissions: List<String>,
+    public val modes: List<Mode>,
+) {
+    override fun toString(): String = id
+}
+
+/**
+ * One topic of a stream.
+ *
+ * @property role what it carries: `image`, `camera_info`, `metadata`, `imu`, ...
+ * @property name relative to the receiver's prefix, or global with a leading slash.
+ * @property type ROS 2 type, such as `sensor_msgs/msg/Image`.
+ * @property lane `sensors`, or the stream's id for a lane of its own.
+ * @property qos row of the table's QoS.
+ * @property encoding of an image, null for the stream's.
+ * @property condition configuration key that switches it on, null when it is always on.
+ */
+public class TopicSpec(
+    public val role: String,
+    public val name: String,
+    public val type: String,
+    public val lane: String,
+    public val qos: String,
+    public val encoding: String?,
+    public val condition: String?,
+)
+
+/**
+ * Legal values of a camera that go together.
+ *
+ * @property rates in Hz.
+ * @property resolutions width to height, pixels.
+ * @property delivers rates the device takes but answers with another, in Hz.
+ */
+public class Mode(
+    public val stream: Int,
+    public val formats: List<String>,
+    public val rates: List<Int>,
+    public val resolutions: List<Pair<Int, Int>>,
+    public val delivers: Map<Int, Int>,
+)
+
+/** The queue of a lane: [capacityFrames] frames, and the oldest goes when it is full. */
+public class QueueSpec(
+    public val capacityFrames: Int,
+)
