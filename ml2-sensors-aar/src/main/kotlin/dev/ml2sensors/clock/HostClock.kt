@@ -51,12 +51,13 @@ internal class HostClock(private val deviceClock: DeviceClock) {
 
     /**
      * Waits until stamps can be made: for a good first estimate, but at most [FIRST_ESTIMATE_LIMIT_MILLIS]; then the
-     * device's own [realtimeOffsetNanos] serves, and false is returned.
+     * device's own wall clock serves, and the state stays waiting until there is an estimate.
      */
-    suspend fun awaitStamps(realtimeOffsetNanos: () -> Long): Boolean {
-        val synchronised = withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { state.first { it != State.WAITING } } != null
-        if (!stamps.isSet) stamps.steerTo(realtimeOffsetNanos(), deviceClock.nowNanos())
-        return synchronised
+    suspend fun awaitStamps() {
+        withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { state.first { it != State.WAITING } }
+        if (stamps.isSet) return
+        val nowNanos = deviceClock.nowNanos()
+        stamps.steerTo(System.currentTimeMillis() * NANOS_PER_MILLI - nowNanos, nowNanos)
     }
 
     /** Fixes the map at its present offset for good. */
@@ -78,5 +79,6 @@ internal class HostClock(private val deviceClock: DeviceClock) {
         const val FIRST_EXCHANGES = 16
         const val STEER_INTERVAL_NANOS = 1_000_000_000L
         const val FIRST_ESTIMATE_LIMIT_MILLIS = 5_000L
+        const val NANOS_PER_MILLI = 1_000_000L
     }
 }

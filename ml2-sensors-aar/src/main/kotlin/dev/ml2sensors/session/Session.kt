@@ -8,6 +8,7 @@ import dev.ml2sensors.wire.ChannelEnd
 import dev.ml2sensors.wire.Configure
 import dev.ml2sensors.wire.Configured
 import dev.ml2sensors.wire.ControlJson
+import dev.ml2sensors.wire.ErrorBody
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameKind
@@ -88,6 +89,7 @@ internal class Session(
         lanes.join(SessionLanes.SENSORS)
         launch(Dispatchers.IO) { timeLane.run() }
         launch { control.keepAlive(welcome.timeouts) }
+        launch { reportFailures(control) }
         val statusing = launch { reportStatus(control) }
         val reading = launch {
             while (true) handle(control.read() ?: break, control, lanes, this@coroutineScope)
@@ -138,6 +140,13 @@ internal class Session(
         while (true) {
             delay(STATUS_INTERVAL)
             writeStatus(control, final = false)
+        }
+    }
+
+    private suspend fun reportFailures(control: ControlLane) {
+        for (failure in streams.failures) {
+            val message = "stream ${failure.stream} ended: ${failure.reason}"
+            control.write(FrameKind.ERROR, ErrorBody(ErrorCode.SOURCE.wireName, message, fatal = false))
         }
     }
 

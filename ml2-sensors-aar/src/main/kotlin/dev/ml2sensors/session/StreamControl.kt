@@ -4,6 +4,7 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.ChannelBody
 import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.channels.ReceiveChannel
 
 /** What a session does to the device's streams. Called by one coroutine at a time, but for [counts]. */
 internal interface StreamControl {
@@ -24,9 +25,18 @@ internal interface StreamControl {
     /** Begins what is configured and does not run yet. */
     suspend fun start()
 
+    /** Streams that ended because their source failed, as it happens. */
+    val failures: ReceiveChannel<SourceFailure>
+
     /** Stops all sources; returns when the last message has been offered. */
     suspend fun stopSources()
 
     /** The books by topic. */
     fun counts(): Map<String, Status.ChannelCounts>
 }
+
+/** A source failed, and its [stream] ended. */
+internal class SourceFailure(
+    val stream: String,
+    val reason: String,
+)

@@ -47,3 +47,12 @@ public sealed interface Answer {
 
     public data class Refused(val reason: String) : Answer
 }
+
+/** The values a stream runs with by this answer, null when it does not. */
+internal val Answer.acceptedValues: StreamValues?
+    get() =
+        when (this) {
+            is Answer.Applied -> values
+            is Answer.Adjusted -> values
+            is Answer.Refused -> null
+        }

@@ -21,6 +21,14 @@ public class VectorSample(
     public val z: Double,
 ) : Sample
 
+/** Both halves of an inertial unit at the instant of its gyroscope's reading; rad/s and m/s^2. */
+public class InertialSample(
+    public val angularVelocity: VectorSample,
+    public val linearAcceleration: VectorSample,
+) : Sample {
+    override val captureNanos: Long get() = angularVelocity.captureNanos
+}
+
 /** One number: lux or pascal. */
 public class ScalarSample(override val captureNanos: Long, public val value: Double) : Sample
 

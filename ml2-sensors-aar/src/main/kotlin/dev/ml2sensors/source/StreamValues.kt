@@ -1,5 +1,6 @@
 package dev.ml2sensors.source
 
+import dev.ml2sensors.table.StreamSpec
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 
@@ -18,3 +19,19 @@ public data class StreamValues(
     @SerialName("angular_velocity_variance") val angularVelocityVariance: Double? = null,
     val layout: String? = null,
 )
+
+/** The first mode of a camera; nothing for other streams. */
+internal fun StreamSpec.defaultValues(): StreamValues {
+    val mode = modes.firstOrNull() ?: return StreamValues()
+    val (width, height) = mode.resolutions.first()
+    return StreamValues(mode.stream, width, height, mode.rates.first(), mode.formats.first())
+}
+
+/** Whether a topic with this [condition] of the stream table is on. */
+internal fun StreamValues.switchesOn(condition: String?): Boolean =
+    when (condition) {
+        null -> true
+        "confidence" -> confidence == true
+        "flags" -> flags == true
+        else -> error("the stream table has a condition $condition that no value answers")
+    }

@@ -4,9 +4,10 @@ import dev.ml2sensors.cdr.PayloadEncoder
 import dev.ml2sensors.session.ChannelAccount
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.OutgoingFrame
-import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.TopicSpec
+import dev.ml2sensors.wire.ChannelBody
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import kotlinx.serialization.SerializationStrategy
@@ -42,11 +43,7 @@ internal class OutgoingChannel(
         lane.offer(OutgoingFrame(account, head, payload.data, borrowed))
     }
 
-    /** Enters [count] messages that could not be captured. */
-    fun lose(
-        count: Int,
-        reason: DropReason,
-    ) {
-        account.lose(count, reason)
-    }
+    /** How CHANNEL announces it, as a topic of [spec]. */
+    fun describe(spec: StreamSpec): ChannelBody =
+        ChannelBody(id, spec.id, topic.role, topic.name, topic.type, topic.qos, spec.frameId, topic.lane)
 }

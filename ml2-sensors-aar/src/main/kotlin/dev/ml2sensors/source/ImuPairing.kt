@@ -1,8 +1,5 @@
-package dev.ml2sensors.stream
+package dev.ml2sensors.source
 
-import dev.ml2sensors.source.LostSamples
-import dev.ml2sensors.source.Sample
-import dev.ml2sensors.source.VectorSample
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.Flow
@@ -11,28 +8,22 @@ import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.produceIn
 
-/** One gyroscope reading and the acceleration at the same instant. */
-internal class InertialPair(
-    val angularVelocity: VectorSample,
-    val linearAcceleration: VectorSample,
-)
-
 /**
  * Every reading of [gyroscope], in order and none merged, with the acceleration interpolated to its instant. Readings
- * before the first or after the last acceleration have none: it is never extrapolated. Elements are [InertialPair]s, and
- * the gyroscope's [LostSamples].
+ * before the first or after the last acceleration have none and are left out: it is never extrapolated. Elements are
+ * [InertialSample]s, and the gyroscope's [LostSamples].
  */
-internal fun pairedWith(
+internal fun pairInertial(
     gyroscope: Flow<Sample>,
     accelerometer: Flow<Sample>,
-): Flow<Any> =
+): Flow<Sample> =
     flow {
         coroutineScope {
             val accelerations = accelerometer.filterIsInstance<VectorSample>().buffer(READ_AHEAD).produceIn(this)
             val bracket = Bracket(accelerations)
             gyroscope.buffer(READ_AHEAD).collect { rate ->
                 when (rate) {
-                    is VectorSample -> bracket.at(rate.captureNanos)?.let { emit(InertialPair(rate, it)) }
+                    is VectorSample -> bracket.at(rate.captureNanos)?.let { emit(InertialSample(rate, it)) }
                     is LostSamples -> emit(rate)
                     else -> error("a gyroscope delivers vectors, not $rate")
                 }

@@ -1,0 +1,206 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.session.Lane
+import dev.ml2sensors.session.SourceFailure
+import dev.ml2sensors.session.StreamControl
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.ImuUnit
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.acceptedValues
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.source.pairInertial
+import dev.ml2sensors.source.switchesOn
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.CancellationException
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.filterIsInstance
+import kotlinx.coroutines.flow.update
+import kotlinx.coroutines.joinAll
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
+import java.util.concurrent.ConcurrentHashMap
+
+/**
+ * The streams of one app instance over all its sessions: what is configured, what runs, and the books.
+ *
+ * @param scope the pipelines' own.
+ */
+internal class ActiveStreams(
+    private val headset: Headset,
+    private val clock: HostClock,
+    private val scope: CoroutineScope,
+) : StreamControl {
+    private class Running(
+        val values: StreamValues,
+        val job: Job,
+    )
+
+    private val waits = headset.timeline == Headset.Timeline.RECORDED
+    private val lanes = ConcurrentHashMap<String, Lane>()
+    private val channels = ConcurrentHashMap<String, OutgoingChannel>()
+    private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
+    private val running = LinkedHashMap<StreamSpec, Running>()
+    private val tree by lazy { TransformTree(channel(StreamTable.tf, 0), clock.stamps, composes = !waits) }
+
+    private val changes = Mutex()
+    private val hasStarted = CompletableDeferred<Unit>()
+
+    @Volatile
+    private var treeIsOn = false
+
+    /** What became of each stream asked for, by id. */
+    val states = MutableStateFlow<Map<String, StreamState>>(emptyMap())
+
+    override val failures: Channel<SourceFailure> = Channel(Channel.UNLIMITED)
+
+    override val capabilities: List<String>
+        get() = StreamTable.all.filter { negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
+
+    override fun linkUp(received: Map<String, Long>?) {
+        if (received == null) return
+        channels.forEach { (topic, channel) -> channel.account.settle(received[topic] ?: 0) }
+    }
+
+    override suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer> {
+        val answers = requested.mapValues { (id, values) ->
+            StreamTable.byId(id)?.let { negotiate(it, values) } ?: Answer.Refused("this headset knows no stream $id")
+        }
+        changes.withLock {
+            accepted.clear()
+            for ((id, answer) in answers) answer.acceptedValues?.let { accepted[checkNotNull(StreamTable.byId(id))] = it }
+            running.filter { (spec, it) -> accepted[spec] != it.values }.forEach { (spec, it) -> end(spec, it) }
+            treeIsOn = StreamTable.tf in accepted
+        }
+        states.value = answers.mapValues { (_, answer) -> answer.toState() }
+        return answers
+    }
+
+    private suspend fun end(
+        spec: StreamSpec,
+        stream: Running,
+    ) {
+        stream.job.cancelAndJoin()
+        running.remove(spec)
+        tree.forget(spec)
+    }
+
+    override fun channels(): List<ChannelBody> =
+        accepted.flatMap { (spec, values) -> activeChannels(spec, values).map { it.describe(spec) } }
+
+    override fun lane(name: String): Lane =
+        lanes.computeIfAbsent(name) {
+            Lane(it, if (it == SENSORS) StreamTable.sensorsLane else StreamTable.imageLane, waits)
+        }
+
+    override suspend fun start() {
+        clock.awaitStamps()
+        if (waits) clock.freeze()
+        changes.withLock {
+            for ((spec, values) in accepted) {
+                if (spec !in running) running[spec] = Running(values, scope.launch { run(spec, values) })
+            }
+        }
+        hasStarted.complete(Unit)
+    }
+
+    override suspend fun stopSources(): Unit =
+        changes.withLock { running.values.forEach { it.job.cancelAndJoin() } }
+
+    override fun counts(): Map<String, Status.ChannelCounts> = channels.mapValues { (_, it) -> it.account.counts() }
+
+    /** Waits until all that a recording holds has been delivered; live sensors never end. */
+    suspend fun awaitEnd(): String {
+        hasStarted.await()
+        if (!waits) awaitCancellation()
+        changes.withLock { running.values.map { it.job } }.joinAll()
+        return "the recording is over"
+    }
+
+    private suspend fun run(
+        spec: StreamSpec,
+        values: StreamValues,
+    ) {
+        try {
+            pipeline(spec, values)
+        } catch (e: CancellationException) {
+            throw e
+        } catch (e: Exception) {
+            val reason = "${e.javaClass.simpleName}: ${e.message}"
+            states.update { it + (spec.id to StreamState.Failed(reason)) }
+            failures.send(SourceFailure(spec.id, reason))
+        }
+    }
+
+    private suspend fun pipeline(
+        spec: StreamSpec,
+        values: StreamValues,
+    ) {
+        val active = activeChannels(spec, values)
+        val unit = ImuUnit.entries.firstOrNull { it.united == spec }
+        when {
+            spec == StreamTable.tf ->
+                headset.samples(StreamTable.headPose, values).filterIsInstance<PoseSample>().collect(tree::head)
+            spec.modes.isNotEmpty() ->
+                CameraPipeline(spec, active, clock.stamps) { if (treeIsOn) tree else null }
+                    .run(headset.samples(spec, values))
+            unit != null -> {
+                val gyroscope = headset.samples(unit.gyroscope, values)
+                val accelerometer = headset.samples(unit.accelerometer, values)
+                MeasurementPipeline(spec, values, active.single(), clock.stamps).run(pairInertial(gyroscope, accelerometer))
+            }
+            else -> MeasurementPipeline(spec, values, active.single(), clock.stamps).run(headset.samples(spec, values))
+        }
+    }
+
+    private fun negotiate(
+        spec: StreamSpec,
+        values: StreamValues,
+    ): Answer {
+        val unit = ImuUnit.entries.firstOrNull { it.united == spec }
+        val parts = when {
+            unit != null -> listOf(unit.gyroscope, unit.accelerometer)
+            spec == StreamTable.tf -> listOf(StreamTable.headPose)
+            else -> return headset.negotiate(spec, values)
+        }
+        val refusal = parts.map { headset.negotiate(it, values) }.firstOrNull { it is Answer.Refused }
+        return when {
+            refusal != null -> refusal
+            values.layout == "rig" -> Answer.Adjusted(values.copy(layout = "flat"), "only the flat layout is known so far")
+            else -> Answer.Applied(values)
+        }
+    }
+
+    private fun activeChannels(
+        spec: StreamSpec,
+        values: StreamValues,
+    ): List<OutgoingChannel> =
+        spec.topics.indices.filter { values.switchesOn(spec.topics[it].condition) }.map { channel(spec, it) }
+
+    private fun channel(
+        spec: StreamSpec,
+        index: Int,
+    ): OutgoingChannel {
+        val topic = spec.topics[index]
+        return channels.computeIfAbsent(topic.name) {
+            OutgoingChannel(ALL_TOPICS.indexOf(topic) + 1, topic, lane(topic.lane))
+        }
+    }
+
+    private companion object {
+        const val SENSORS = "sensors"
+        val ALL_TOPICS = StreamTable.all.flatMap { it.topics }
+    }
+}

@@ -1,0 +1,30 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.message.BatteryState
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.source.BatterySample
+
+/** sensor_msgs/BatteryState: what the headset does not tell is NaN, empty or UNKNOWN. */
+internal fun BatterySample.toMessage(header: Header): BatteryState =
+    BatteryState(
+        header,
+        voltage = voltage,
+        temperature = Float.NaN,
+        current = current,
+        charge = Float.NaN,
+        capacity = Float.NaN,
+        designCapacity = Float.NaN,
+        percentage = percentage,
+        powerSupplyStatus = if (charging) CHARGING else DISCHARGING,
+        powerSupplyHealth = 0u,
+        powerSupplyTechnology = 0u,
+        present = true,
+        cellVoltage = emptyList(),
+        cellTemperature = emptyList(),
+        location = "",
+        serialNumber = "",
+    )
+
+/** POWER_SUPPLY_STATUS_CHARGING and _DISCHARGING of the .msg file. */
+private const val CHARGING: UByte = 1u
+private const val DISCHARGING: UByte = 2u

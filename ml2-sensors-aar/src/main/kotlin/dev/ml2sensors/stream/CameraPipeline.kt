@@ -1,0 +1,74 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.message.CameraInfo
+import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Image
+import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.message.Time
+import dev.ml2sensors.message.rosType
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.flow.Flow
+
+/**
+ * A running camera stream: gives each capture one stamp, and puts image, camera_info, metadata and pose on their way.
+ *
+ * @param channels of the topics that are switched on.
+ * @param tree where poses go; null while the transform tree is off.
+ */
+internal class CameraPipeline(
+    private val spec: StreamSpec,
+    private val channels: List<OutgoingChannel>,
+    private val stamps: StampMap,
+    private val tree: () -> TransformTree?,
+) {
+    /** Runs until [samples] end or fail. */
+    suspend fun run(samples: Flow<Sample>) {
+        samples.collect { sample ->
+            when (sample) {
+                is ImageSample -> publish(sample)
+                is LostSamples -> channels.forEach { it.account.lose(sample.count, sample.reason) }
+                else -> error("$spec is a camera, but delivered $sample")
+            }
+        }
+    }
+
+    private suspend fun publish(sample: ImageSample) {
+        val stampNanos = stamps.stampNanos(sample.captureNanos)
+        val header = Header(Time.ofNanos(stampNanos), spec.frameId)
+        for (channel in channels) publish(channel, sample, header, stampNanos)
+        if (spec.bodyFrameId != null) tree()?.camera(spec, sample)
+    }
+
+    private suspend fun publish(
+        channel: OutgoingChannel,
+        sample: ImageSample,
+        header: Header,
+        stampNanos: Long,
+    ) {
+        val topic = channel.topic
+        when (topic.type) {
+            Image.serializer().rosType -> {
+                val pixels = sample.plane(topic.role) ?: return
+                val encoding = checkNotNull(topic.encoding ?: spec.encoding) { "$spec has no encoding in the table" }
+                channel.publish(Image.serializer(), sample.toImage(header, encoding, pixels), stampNanos, sample)
+            }
+            CompressedImage.serializer().rosType -> {
+                val format = checkNotNull(spec.encoding) { "$spec has no encoding in the table" }
+                val message = sample.toCompressedImage(header, format)
+                channel.publish(CompressedImage.serializer(), message, stampNanos, sample)
+            }
+            CameraInfo.serializer().rosType -> {
+                val intrinsics = sample.intrinsics ?: return
+                channel.publish(CameraInfo.serializer(), intrinsics.toCameraInfo(header), stampNanos)
+            }
+            StringMessage.serializer().rosType ->
+                channel.publish(StringMessage.serializer(), sample.toMetadata(header), stampNanos)
+            else -> error("no camera publishes ${topic.type}")
+        }
+    }
+}

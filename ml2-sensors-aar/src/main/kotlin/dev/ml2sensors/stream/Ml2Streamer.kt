@@ -1,0 +1,122 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.Version
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.session.Session
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.wire.FrameHeader
+import dev.ml2sensors.wire.Hello
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.SupervisorJob
+import kotlinx.coroutines.cancel
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.StateFlow
+import kotlinx.coroutines.flow.asStateFlow
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.withTimeoutOrNull
+import java.io.IOException
+import java.util.UUID
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
+
+/**
+ * Streams what the receiver asks of [headset] to [receiver], and connects again whenever the link is lost, until
+ * stopped. One streamer is one instance in the sense of PROTOCOL.md: it is started once. All methods may be called from
+ * any thread; nothing runs on the caller's.
+ */
+public class Ml2Streamer(
+    private val headset: Headset,
+    private val receiver: ReceiverAddress,
+) {
+    private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
+    private val hostClock = HostClock(headset.clock)
+    private val active = ActiveStreams(headset, hostClock, scope)
+    private val stopReason = CompletableDeferred<String>()
+    private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
+    private var running: Job? = null
+
+    /** Where the streamer is between start and end. */
+    public val state: StateFlow<StreamerState> = mutableState.asStateFlow()
+
+    /** What became of each stream the receiver asked for, by the ids of the stream table. */
+    public val streams: StateFlow<Map<String, StreamState>> = active.states.asStateFlow()
+
+    /** Begins to connect. */
+    @Synchronized
+    public fun start() {
+        check(running == null) { "a streamer is started once" }
+        running = scope.launch {
+            launch { stopReason.complete(active.awaitEnd()) }
+            stayConnected()
+        }
+    }
+
+    /**
+     * Stops the sources, sends what they have delivered, tells the receiver [reason], and returns when all has ended;
+     * after [STOP_LIMIT] it ends without.
+     */
+    public suspend fun stop(reason: String = "stopped") {
+        stopReason.complete(reason)
+        val job = synchronized(this) { running } ?: return
+        withTimeoutOrNull(STOP_LIMIT) { job.join() }
+        job.cancelAndJoin()
+        scope.cancel()
+        mutableState.value = StreamerState.Ended(stopReason.await())
+    }
+
+    private suspend fun stayConnected() {
+        val identity = headset.identity
+        val hello = Hello(
+            listOf(FrameHeader.VERSION),
+            identity.deviceId,
+            instanceId = UUID.randomUUID().toString(),
+            identity.name,
+            software = "ml2-sensors ${Version.NAME}",
+            Hello.Capabilities(active.capabilities),
+            permissions = emptyMap(),
+        )
+        var pause = FIRST_PAUSE
+        while (!stopReason.isCompleted) {
+            try {
+                Session(receiver, headset.clock, hostClock, active).run(hello, stopReason) { name ->
+                    pause = FIRST_PAUSE
+                    mutableState.value = StreamerState.Connected(name)
+                }
+            } catch (e: IOException) {
+                mutableState.value = StreamerState.Connecting(e.message ?: e.javaClass.simpleName)
+                withTimeoutOrNull(pause) { stopReason.await() }
+                pause = minOf(pause * 2, LONGEST_PAUSE)
+            }
+        }
+        active.stopSources()
+        mutableState.value = StreamerState.Ended(stopReason.await())
+    }
+
+    private companion object {
+        val FIRST_PAUSE = 50.milliseconds
+        val LONGEST_PAUSE = 1.seconds
+        val STOP_LIMIT = 8.seconds
+    }
+}
+
+/** Where a streamer is. */
+public sealed interface StreamerState {
+    /** No session; [reason] is why the last one failed or ended, null before the first. */
+    public data class Connecting(
+        val reason: String?,
+    ) : StreamerState
+
+    public data class Connected(
+        val receiverName: String,
+    ) : StreamerState
+
+    /** Over: it was stopped, or a recording has come to its end. */
+    public data class Ended(
+        val reason: String,
+    ) : StreamerState
+}

@@ -1,0 +1,29 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.StreamValues
+
+/** What became of a stream the receiver asked for. */
+public sealed interface StreamState {
+    /** Runs with [values]; [adjusted] says why they are not those asked for, null when they are. */
+    public data class Accepted(
+        val values: StreamValues,
+        val adjusted: String?,
+    ) : StreamState
+
+    public data class Refused(
+        val reason: String,
+    ) : StreamState
+
+    /** Ran until its source failed. */
+    public data class Failed(
+        val reason: String,
+    ) : StreamState
+}
+
+internal fun Answer.toState(): StreamState =
+    when (this) {
+        is Answer.Applied -> StreamState.Accepted(values, adjusted = null)
+        is Answer.Adjusted -> StreamState.Accepted(values, reason)
+        is Answer.Refused -> StreamState.Refused(reason)
+    }
