@@ -1,0 +1,137 @@
+"""`make demo`: a simulated headset or a recording, the receiver, and an independent observer, watched live."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from live_table import LiveTable
+from ml2_receiver.config import load_config
+from ml2_receiver.errors import ConfigError
+from ml2_receiver.table import load_table
+from report import build_report, verdict
+from rich.console import Console
+
+ROOT = Path(__file__).resolve().parents[2]
+RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
+HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
+OUTPUT = ROOT / "build" / "demo"
+_LISTENING = "listening on "
+
+
+def main() -> int:
+    """Runs the demo; 0 only if every accepted stream arrived."""
+    arguments = _parse()
+    console = Console()
+    try:
+        prefix = load_config(arguments.config).prefix
+    except ConfigError as error:
+        console.print(str(error), style="red", markup=False)
+        return 2
+    # The demo stays on this machine unless the user has chosen otherwise.
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        receiver = stack.enter_context(_process("receiver", [RECEIVER, *_receiver_options(arguments)]))
+        address = _address(receiver)
+        observer = stack.enter_context(_process("observer", _observer_command(prefix)))
+        stack.enter_context(_process("headset", [HEADSET, *_headset_options(arguments, address)]))
+        final = _watch(console, observer, prefix, "replay" if arguments.replay else "simulated")
+    if final is None:
+        console.print(f"the observer ended early; its words are in {OUTPUT}/*.log", style="red")
+        return 1
+    report = build_report(final, "replay" if arguments.replay else "simulated")
+    (OUTPUT / "report.json").write_text(json.dumps(report, indent=2) + "\n")
+    failures = verdict(final, is_simulated=arguments.replay is None)
+    for failure in failures:
+        console.print(failure, style="red", markup=False)
+    console.print(f"report: {OUTPUT / 'report.json'}\npictures: {OUTPUT / 'streams.png'}")
+    return 1 if failures else 0
+
+
+def _parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="make demo")
+    parser.add_argument("--duration", type=float, default=15.0, help="seconds of simulated sensors")
+    parser.add_argument("--config", type=Path, default=ROOT / "config" / "demo.yaml")
+    parser.add_argument("--replay", type=Path, help="an EuRoC/ASL folder instead of the simulation")
+    return parser.parse_args()
+
+
+def _receiver_options(arguments: argparse.Namespace) -> list[str]:
+    return ["run", "--config", str(arguments.config), "--listen", "127.0.0.1:0", "--start-paused"]
+
+
+def _headset_options(arguments: argparse.Namespace, address: str) -> list[str]:
+    if arguments.replay:
+        return ["--receiver", address, "--replay", str(arguments.replay)]
+    return ["--receiver", address, "--duration", str(arguments.duration)]
+
+
+def _observer_command(prefix: str) -> list[str | Path]:
+    depths = {name: qos.depth for name, qos in load_table().qos.items()}
+    script = Path(__file__).with_name("observer.py")
+    pictures = OUTPUT / "streams.png"
+    pictures.unlink(missing_ok=True)
+    return [
+        *(sys.executable, script, "--prefix", prefix),
+        *("--qos-depths", json.dumps(depths), "--pictures", pictures),
+    ]
+
+
+@contextmanager
+def _process(name: str, command: list[str | Path]) -> Iterator[subprocess.Popen[str]]:
+    """A child whose standard error goes to build/demo/<name>.log, interrupted and awaited at the end."""
+    with (OUTPUT / f"{name}.log").open("w") as log:
+        child = subprocess.Popen(
+            [str(word) for word in command], stdout=subprocess.PIPE, stderr=log, text=True
+        )
+        try:
+            yield child
+        finally:
+            _end(child)
+
+
+def _end(child: subprocess.Popen[str]) -> None:
+    child.send_signal(signal.SIGINT)
+    try:
+        child.wait(timeout=10)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.wait()
+
+
+def _address(receiver: subprocess.Popen[str]) -> str:
+    for line in _lines(receiver):
+        if _LISTENING in line:
+            return line.split(_LISTENING, 1)[1].split()[0]
+    raise SystemExit(f"the receiver did not start; its words are in {OUTPUT / 'receiver.log'}")
+
+
+def _watch(
+    console: Console, observer: subprocess.Popen[str], prefix: str, source: str
+) -> dict[str, Any] | None:
+    """Shows the observer's snapshots until the final one, which is returned; None if it never comes."""
+    with LiveTable(console, prefix, source) as table:
+        for line in _lines(observer):
+            snapshot: dict[str, Any] = json.loads(line)
+            table.show(snapshot)
+            if snapshot["final"]:
+                return snapshot
+    return None
+
+
+def _lines(child: subprocess.Popen[str]) -> IO[str]:
+    assert child.stdout is not None
+    return child.stdout
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""One picture of all image streams, as they arrived."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from message_types import message_class
+
+_TILE = (400, 300)
+_LABEL_HEIGHT = 28
+_IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+
+
+def write_contact_sheet(last: dict[str, tuple[str, bytes]], path: Path) -> None:
+    """Writes a PNG with one labelled tile for the last message of each image topic; nothing when there is none.
+
+    Args:
+        last: topic -> (ROS type, CDR payload).
+        path: the PNG to write.
+    """
+    tiles = [
+        _tile(topic, _decode(message_type, payload))
+        for topic, (message_type, payload) in sorted(last.items())
+        if message_type in _IMAGE_TYPES
+    ]
+    if not tiles:
+        return
+    columns = math.ceil(math.sqrt(len(tiles)))
+    tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % columns)
+    rows = [np.hstack(tiles[i : i + columns]) for i in range(0, len(tiles), columns)]
+    cv2.imwrite(str(path), np.vstack(rows))
+
+
+def _decode(message_type: str, payload: bytes) -> NDArray[Any]:
+    message = deserialize_message(payload, message_class(message_type))
+    if message_type.endswith("CompressedImage"):
+        return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
+    dtype = {"mono8": np.uint8, "32FC1": np.float32, "32SC1": np.int32}[message.encoding]
+    rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
+    pixels = rows.view(dtype)[:, : message.width]
+    return cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if dtype is np.uint8 else _coloured(pixels)
+
+
+def _coloured(values: NDArray[Any]) -> NDArray[Any]:
+    """Depth and its kind from near (red) to far (blue); black where there is no value."""
+    known = np.isfinite(values)
+    values = np.where(known, values, 0).astype(np.float32)
+    # Row 0 of a simulated frame carries its number, not the scene.
+    low, high = np.percentile(values[1:][known[1:]], (2, 98)) if known[1:].any() else (0.0, 1.0)
+    scaled = np.clip((values - low) / max(high - low, 1e-9), 0, 1)
+    coloured = cv2.applyColorMap((255 * (1 - scaled)).astype(np.uint8), cv2.COLORMAP_JET)
+    coloured[~known] = 0
+    return coloured
+
+
+def _tile(label: str, picture: NDArray[Any]) -> NDArray[Any]:
+    width, height = _TILE
+    scale = min(width / picture.shape[1], height / picture.shape[0])
+    size = (round(picture.shape[1] * scale), round(picture.shape[0] * scale))
+    tile = np.zeros((height + _LABEL_HEIGHT, width, 3), np.uint8)
+    x, y = (width - size[0]) // 2, (height - size[1]) // 2
+    tile[y : y + size[1], x : x + size[0]] = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    cv2.putText(tile, label, (6, height + 19), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1)
+    return tile

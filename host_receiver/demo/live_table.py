@@ -1,0 +1,69 @@
+"""The demo's table: every stream as it arrives at the observer."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from report import drops
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+
+class LiveTable:
+    """Redraws itself with each snapshot; on a plain pipe only the last one is printed."""
+
+    def __init__(self, console: Console, prefix: str, source: str) -> None:
+        self._prefix = prefix
+        self._source = source
+        waiting = Text(f"starting the receiver, the {source} headset and the observer ...")
+        self._live = Live(waiting, console=console, refresh_per_second=4)
+        self._previous: dict[str, Any] = {}
+
+    def __enter__(self) -> Self:
+        self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._live.stop()
+
+    def show(self, snapshot: dict[str, Any]) -> None:
+        """Draws one snapshot of the observer."""
+        refused = [
+            Text(f"{name} refused: {answer['reason']}", style="yellow")
+            for name, answer in snapshot["streams"].items()
+            if answer["result"] == "refused"
+        ]
+        self._live.update(Group(self._table(snapshot), *refused, self._clock(snapshot["session"])))
+
+    def _table(self, snapshot: dict[str, Any]) -> Table:
+        table = Table(title=f"ML2 Sensors, {self._source} headset, topics under {self._prefix}")
+        for heading in ("stream", "topic", "type"):
+            table.add_column(heading)
+        for heading in ("messages", "Hz", "Mbit/s", "drops", "p50 ms", "p99 ms"):
+            table.add_column(heading, justify="right")
+        previous_stream = ""
+        for name, seen in snapshot["topics"].items():
+            span_s = seen["last_s"] - seen["first_s"]
+            mbit_per_s = seen["bytes"] * 8e-6 / span_s if span_s > 0 else 0.0
+            lost = drops(seen)
+            table.add_row(
+                seen["stream"] if seen["stream"] != previous_stream else "",
+                name.removeprefix(f"{self._prefix}/"),
+                seen["type"].replace("/msg/", "/"),
+                str(seen["count"]),
+                f"{seen['rate_hz']:.1f}",
+                f"{mbit_per_s:.1f}",
+                Text(str(lost), style="red" if lost > 0 and snapshot["final"] else ""),
+                f"{seen['latency_ms']['p50']:.1f}",
+                f"{seen['latency_ms']['p99']:.1f}",
+            )
+            previous_stream = seen["stream"]
+        return table
+
+    @staticmethod
+    def _clock(session: dict[str, str]) -> Text:
+        uncertainty_us = int(session.get("clock.uncertainty_ns", 0)) / 1e3
+        state = session.get("clock.state", "waiting")
+        return Text(f"clock {state}, headset to ROS within {uncertainty_us:.0f} us")

@@ -1,0 +1,203 @@
+"""The independent witness of the demo: a process of its own that subscribes to every topic and counts.
+
+It learns the topics from `<prefix>/config`, as any ROS program could, subscribes to the raw bytes, waits until each
+publisher is matched from both sides, lets the headset start through the receiver's service, and writes one JSON object
+a line to standard output: a snapshot each second, and a last one with `"final": true`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import threading
+import time
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from contact_sheet import write_contact_sheet
+from diagnostic_msgs.msg import DiagnosticArray
+from raw_taker import RawSubscription, RawTaker
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from stamps import stamp_reader
+
+RECEIVER_NODE = "/ml2_receiver"
+
+
+@dataclass
+class Observed:
+    """What arrived on one topic; times in seconds of this process's wall clock."""
+
+    type: str
+    stream: str
+    read_stamp: Callable[[bytes], int]
+    count: int = 0
+    bytes: int = 0
+    first_s: float = 0.0
+    last_s: float = 0.0
+    last_payload: bytes = b""
+    latencies_ms: array[float] = field(default_factory=lambda: array("d"))
+
+    def take(self, payload: bytes) -> None:
+        """Counts one message, as it arrives."""
+        now_ns = time.time_ns()
+        self.last_s = now_ns * 1e-9
+        if self.count == 0:
+            self.first_s = self.last_s
+        self.count += 1
+        self.bytes += len(payload)
+        self.last_payload = payload
+        self.latencies_ms.append((now_ns - self.read_stamp(payload)) * 1e-6)
+
+    def row(self) -> dict[str, Any]:
+        span_s = self.last_s - self.first_s
+        p50, p99, maximum = np.percentile(self.latencies_ms or [0.0], (50, 99, 100))
+        return {
+            "type": self.type,
+            "stream": self.stream,
+            "count": self.count,
+            "bytes": self.bytes,
+            "first_s": self.first_s,
+            "last_s": self.last_s,
+            "rate_hz": (self.count - 1) / span_s if span_s > 0 else 0.0,
+            "latency_ms": {"p50": float(p50), "p99": float(p99), "max": float(maximum)},
+        }
+
+
+class Observer(Node):  # type: ignore[misc]
+    """Subscribes to what the receiver says it publishes; one thread spins it."""
+
+    def __init__(self, prefix: str, qos_depths: dict[str, int]) -> None:
+        super().__init__("ml2_observer")
+        self._qos_depths = qos_depths
+        self.topics: dict[str, Observed] = {}
+        self.streams: dict[str, Any] = {}
+        self.diagnostics: dict[str, dict[str, str]] = {}
+        self._raw_node = rclpy.create_node("ml2_observer_raw")
+        self._taker: RawTaker | None = None
+        self.is_configured = threading.Event()
+        self.is_final = threading.Event()
+        latched = QoSProfile(
+            depth=1,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+            reliability=ReliabilityPolicy.RELIABLE,
+        )
+        self.create_subscription(String, f"{prefix}/config", self._configure, latched)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._diagnose, 10)
+        self._start = self.create_client(Trigger, f"{RECEIVER_NODE}/start")
+
+    def is_matched(self) -> bool:
+        """Whether every publisher is known here, and knows this subscriber."""
+        return all(
+            self.count_publishers(topic) > 0
+            and int(self.diagnostics.get(f"ml2_receiver: {topic}", {}).get("subscribers", 0)) > 0
+            for topic in self.topics
+        )
+
+    def start_headset(self) -> None:
+        """Asks the receiver to let the headset begin."""
+        self._start.wait_for_service()
+        self._start.call_async(Trigger.Request())
+
+    def _configure(self, message: String) -> None:
+        if self._taker is not None:
+            return
+        applied = json.loads(message.data)
+        self.streams = applied["streams"]
+        wanted = [self._subscription(s, t) for s, a in self.streams.items() for t in a.get("topics", [])]
+        self._taker = RawTaker(self._raw_node, wanted)
+        self.is_configured.set()
+
+    def _subscription(self, stream: str, topic: dict[str, str]) -> RawSubscription:
+        observed = Observed(topic["type"], stream, stamp_reader(topic["type"]))
+        self.topics[topic["topic"]] = observed
+        depth = self._qos_depths[topic["qos"]]
+        return RawSubscription(topic["type"], topic["topic"], depth, observed.take)
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.diagnostics[status.name] = {pair.key: pair.value for pair in status.values}
+        if self.session.get("final") == "true":
+            self.is_final.set()
+
+    @property
+    def session(self) -> dict[str, str]:
+        """The latest diagnostics of the session."""
+        return self.diagnostics.get("ml2_receiver: session", {})
+
+    def snapshot(self, final: bool) -> dict[str, Any]:
+        """Everything seen so far, for the demo's table and report."""
+        topics = {
+            name: observed.row() | {"diagnostics": self.diagnostics.get(f"ml2_receiver: {name}", {})}
+            for name, observed in self.topics.items()
+        }
+        return {"final": final, "streams": self.streams, "session": self.session, "topics": topics}
+
+    def destroy_node(self) -> None:
+        """Stops taking before the subscriptions go."""
+        if self._taker is not None:
+            self._taker.stop()
+        self._raw_node.destroy_node()
+        super().destroy_node()
+
+    def awaits_more(self) -> bool:
+        """Whether the receiver published messages that have not arrived here."""
+        published = {
+            name: int(self.diagnostics.get(f"ml2_receiver: {name}", {}).get("received", 0))
+            for name in self.topics
+        }
+        return any(self.topics[name].count < count for name, count in published.items())
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--prefix", required=True)
+    parser.add_argument("--qos-depths", type=json.loads, required=True)
+    parser.add_argument("--pictures", type=Path, required=True)
+    arguments = parser.parse_args()
+    rclpy.init()
+    observer = Observer(arguments.prefix, arguments.qos_depths)
+    executor = SingleThreadedExecutor()
+    executor.add_node(observer)
+    spinner = threading.Thread(target=executor.spin)
+    spinner.start()
+    try:
+        observe(observer)
+        write_contact_sheet(
+            {name: (o.type, o.last_payload) for name, o in observer.topics.items() if o.count},
+            arguments.pictures,
+        )
+        print(json.dumps(observer.snapshot(final=True)), flush=True)
+    finally:
+        executor.shutdown()
+        spinner.join()
+        observer.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def observe(observer: Observer) -> None:
+    """Runs from the first configuration to the last message."""
+    observer.is_configured.wait()
+    while not observer.is_matched():
+        time.sleep(0.05)
+    observer.start_headset()
+    while not observer.is_final.wait(timeout=1.0):
+        print(json.dumps(observer.snapshot(final=False)), flush=True)
+    deadline_s = time.monotonic() + 2.0
+    while observer.awaits_more() and time.monotonic() < deadline_s:
+        time.sleep(0.05)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

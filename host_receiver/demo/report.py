@@ -1,0 +1,51 @@
+"""What the demo found, as build/demo/report.json and as a verdict."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def build_report(final: dict[str, Any], source: str) -> dict[str, Any]:
+    """The report of a final snapshot of the observer.
+
+    Drops are what the device produced, by its final STATUS, less what the observer received.
+    """
+    session = final["session"]
+    topics = {name: _topic(seen) for name, seen in sorted(final["topics"].items())}
+    spans_s = [seen["last_s"] - seen["first_s"] for seen in final["topics"].values() if seen["count"]]
+    return {
+        "duration_s": max(spans_s, default=0.0),
+        "source": source,
+        "topics": topics,
+        "clock": {
+            "offset_s": int(session.get("clock.offset_ns", 0)) * 1e-9,
+            "uncertainty_s": int(session.get("clock.uncertainty_ns", 0)) * 1e-9,
+        },
+    }
+
+
+def drops(seen: dict[str, Any]) -> int:
+    """Messages the device has produced so far that the observer has not received."""
+    return int(seen["diagnostics"].get("produced", seen["count"])) - int(seen["count"])
+
+
+def verdict(final: dict[str, Any], is_simulated: bool) -> list[str]:
+    """What the demo must not end with; empty when all is well."""
+    streams = final["streams"]
+    refused = {name: answer["reason"] for name, answer in streams.items() if answer["result"] == "refused"}
+    failures = [f"{name}: nothing arrived" for name, seen in final["topics"].items() if not seen["count"]]
+    if len(refused) == len(streams):
+        failures.append("no stream was accepted")
+    if is_simulated:
+        failures += [f"{name} was refused: {reason}" for name, reason in refused.items()]
+    return failures
+
+
+def _topic(seen: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "type": seen["type"],
+        "count": seen["count"],
+        "rate_hz": seen["rate_hz"],
+        "drops": drops(seen),
+        "latency_ms": seen["latency_ms"],
+    }
