@@ -1,0 +1,121 @@
+package dev.ml2sensors.conformance
+
+import dev.ml2sensors.cdr.FixedLength
+import dev.ml2sensors.message.BatteryState
+import dev.ml2sensors.message.CameraInfo
+import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.FluidPressure
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Illuminance
+import dev.ml2sensors.message.Image
+import dev.ml2sensors.message.Imu
+import dev.ml2sensors.message.MagneticField
+import dev.ml2sensors.message.Point
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.PoseArray
+import dev.ml2sensors.message.PoseStamped
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.RegionOfInterest
+import dev.ml2sensors.message.StringMessage
+import dev.ml2sensors.message.TFMessage
+import dev.ml2sensors.message.Time
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.TransformStamped
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.rosType
+import kotlinx.serialization.ExperimentalSerializationApi
+import kotlinx.serialization.KSerializer
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.JsonArray
+import kotlinx.serialization.json.JsonElement
+import kotlinx.serialization.json.JsonNamingStrategy
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.JsonPrimitive
+import kotlinx.serialization.json.int
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import java.io.File
+
+/** The largest array of common_interfaces, which no message of the product has. */
+@Serializable
+@SerialName("geometry_msgs/msg/PoseWithCovariance")
+internal class PoseWithCovariance(
+    val pose: Pose,
+    @FixedLength(36) val covariance: DoubleArray,
+)
+
+internal val MESSAGE_SERIALIZERS: Map<String, KSerializer<*>> =
+    listOf(
+        Time.serializer(),
+        Header.serializer(),
+        StringMessage.serializer(),
+        Vector3.serializer(),
+        Point.serializer(),
+        Quaternion.serializer(),
+        Pose.serializer(),
+        PoseStamped.serializer(),
+        PoseArray.serializer(),
+        PoseWithCovariance.serializer(),
+        Transform.serializer(),
+        TransformStamped.serializer(),
+        TFMessage.serializer(),
+        Image.serializer(),
+        CompressedImage.serializer(),
+        CameraInfo.serializer(),
+        RegionOfInterest.serializer(),
+        Imu.serializer(),
+        MagneticField.serializer(),
+        Illuminance.serializer(),
+        FluidPressure.serializer(),
+        BatteryState.serializer(),
+    ).associateBy { it.rosType }
+
+/** Fields of a message under their ROS names. */
+@OptIn(ExperimentalSerializationApi::class)
+internal val fieldsJson =
+    Json {
+        namingStrategy = JsonNamingStrategy.SnakeCase
+        allowSpecialFloatingPointValues = true
+    }
+
+/** A case of tests/conformance/vectors/cdr; cdr_vectors.py says what its files hold. */
+internal class CdrVector private constructor(
+    json: File,
+) {
+    private val fields = Json.parseToJsonElement(json.readText()).jsonObject
+    private val name = json.nameWithoutExtension
+
+    @Suppress("UNCHECKED_CAST") // Any message type will do
+    val serializer = MESSAGE_SERIALIZERS.getValue(fields.getValue("type").jsonPrimitive.content) as KSerializer<Any>
+    val message = fieldsJson.decodeFromJsonElement(serializer, expandPattern(fields.getValue("message")))
+    val bytes = json.resolveSibling("$name.bin").readBytes()
+    val size = fields.getValue("size").jsonPrimitive.int
+    val prefixSize = fields["prefix_size"]?.jsonPrimitive?.int
+
+    override fun toString() = name
+
+    companion object {
+        val all =
+            File(
+                "../tests/conformance/vectors/cdr",
+            ).listFiles { it.extension == "json" }!!.sorted().map(::CdrVector)
+
+        private fun expandPattern(element: JsonElement): JsonElement =
+            when (element) {
+                is JsonObject if "pattern" in element -> {
+                    check(element.getValue("pattern").jsonPrimitive.content == "index mod 251")
+                    JsonArray(List(element.getValue("length").jsonPrimitive.int) { JsonPrimitive((it % 251).toByte()) })
+                }
+
+                is JsonObject -> {
+                    JsonObject(element.mapValues { expandPattern(it.value) })
+                }
+
+                else -> {
+                    element
+                }
+            }
+    }
+}
