@@ -40,10 +40,7 @@ import kotlinx.serialization.modules.SerializersModule
 public object Cdr : BinaryFormat {
     override val serializersModule: SerializersModule = EmptySerializersModule()
 
-    override fun <T> encodeToByteArray(
-        serializer: SerializationStrategy<T>,
-        value: T,
-    ): ByteArray {
+    override fun <T> encodeToByteArray(serializer: SerializationStrategy<T>, value: T): ByteArray {
         val writer = CdrWriter.onHeap()
         CdrEncoder(writer).encodeSerializableValue(serializer, value)
         return writer.written().let { bytes -> ByteArray(bytes.remaining()).also(bytes::get) }
@@ -55,10 +52,7 @@ public object Cdr : BinaryFormat {
      * @throws SerializationException if [bytes] are not exactly one message, naming what was expected, what was found,
      * and where. No allocation is larger than the number of [bytes] warrants.
      */
-    override fun <T> decodeFromByteArray(
-        deserializer: DeserializationStrategy<T>,
-        bytes: ByteArray,
-    ): T {
+    override fun <T> decodeFromByteArray(deserializer: DeserializationStrategy<T>, bytes: ByteArray): T {
         val reader = CdrReader(bytes)
         return CdrDecoder(reader).decodeSerializableValue(deserializer).also { reader.end() }
     }

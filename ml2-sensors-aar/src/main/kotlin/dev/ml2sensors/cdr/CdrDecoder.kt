@@ -13,9 +13,7 @@ import java.nio.ByteBuffer
 
 /** Walks a message type. Knows what is read in which order; [reader] knows how. */
 @OptIn(ExperimentalSerializationApi::class)
-internal class CdrDecoder(
-    private val reader: CdrReader,
-) : AbstractDecoder() {
+internal class CdrDecoder(private val reader: CdrReader) : AbstractDecoder() {
     override val serializersModule: SerializersModule get() = Cdr.serializersModule
 
     /** Of the property about to be decoded; null for a sequence. */
@@ -66,12 +64,11 @@ internal class CdrDecoder(
 
 /** The fewest bytes a value can take, padding aside: what bounds the number of elements before they are allocated. */
 @OptIn(ExperimentalSerializationApi::class)
-private fun SerialDescriptor.leastSize(): Int =
-    when (kind) {
-        PrimitiveKind.SHORT -> Short.SIZE_BYTES
-        PrimitiveKind.INT, PrimitiveKind.FLOAT, StructureKind.LIST -> Int.SIZE_BYTES
-        PrimitiveKind.LONG, PrimitiveKind.DOUBLE -> Long.SIZE_BYTES
-        PrimitiveKind.STRING -> Int.SIZE_BYTES + 1
-        StructureKind.CLASS -> (0 until elementsCount).sumOf { getElementDescriptor(it).leastSize() }
-        else -> Byte.SIZE_BYTES
-    }
+private fun SerialDescriptor.leastSize(): Int = when (kind) {
+    PrimitiveKind.SHORT -> Short.SIZE_BYTES
+    PrimitiveKind.INT, PrimitiveKind.FLOAT, StructureKind.LIST -> Int.SIZE_BYTES
+    PrimitiveKind.LONG, PrimitiveKind.DOUBLE -> Long.SIZE_BYTES
+    PrimitiveKind.STRING -> Int.SIZE_BYTES + 1
+    StructureKind.CLASS -> (0 until elementsCount).sumOf { getElementDescriptor(it).leastSize() }
+    else -> Byte.SIZE_BYTES
+}

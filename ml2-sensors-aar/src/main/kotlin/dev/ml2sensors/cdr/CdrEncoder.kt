@@ -11,10 +11,8 @@ import java.nio.ByteBuffer
 
 /** Walks a message. Knows what is written in which order; [writer] knows how. */
 @OptIn(ExperimentalSerializationApi::class)
-internal class CdrEncoder(
-    private val writer: CdrWriter,
-    private val borrowsBytes: Boolean = false,
-) : AbstractEncoder() {
+internal class CdrEncoder(private val writer: CdrWriter, private val borrowsBytes: Boolean = false) :
+    AbstractEncoder() {
     override val serializersModule: SerializersModule get() = Cdr.serializersModule
 
     /** The byte sequence that ended the message, if one did and it was not to be copied. */
@@ -30,10 +28,7 @@ internal class CdrEncoder(
         fixedLength = null
     }
 
-    override fun encodeElement(
-        descriptor: SerialDescriptor,
-        index: Int,
-    ): Boolean {
+    override fun encodeElement(descriptor: SerialDescriptor, index: Int): Boolean {
         require(borrowed == null) { "Expected the byte sequence last, but found ${descriptor.getElementName(index)}" }
         fixedLength = descriptor.fixedLength(index)
         return true
@@ -41,10 +36,7 @@ internal class CdrEncoder(
 
     override fun beginStructure(descriptor: SerialDescriptor): CompositeEncoder = also { descriptor.checkHasCdr() }
 
-    override fun beginCollection(
-        descriptor: SerialDescriptor,
-        collectionSize: Int,
-    ): CompositeEncoder {
+    override fun beginCollection(descriptor: SerialDescriptor, collectionSize: Int): CompositeEncoder {
         encodeLength(collectionSize)
         return beginStructure(descriptor)
     }

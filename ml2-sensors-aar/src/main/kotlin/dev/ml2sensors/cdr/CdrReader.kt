@@ -8,9 +8,7 @@ import java.nio.charset.CharacterCodingException
  * Plain little-endian CDR, value by value: the one place that knows byte order and alignment of what is received.
  * Every read is checked against the bytes that remain before anything is allocated.
  */
-internal class CdrReader(
-    private val input: ByteArray,
-) {
+internal class CdrReader(private val input: ByteArray) {
     private val buffer = ByteBuffer.wrap(input)
 
     init {
@@ -19,12 +17,11 @@ internal class CdrReader(
         buffer.order(ByteOrder.LITTLE_ENDIAN)
     }
 
-    fun boolean(): Boolean =
-        when (val value = byte().toInt()) {
-            0 -> false
-            1 -> true
-            else -> unexpected("bool of 0 or 1", "${value and 0xff}", buffer.position() - 1)
-        }
+    fun boolean(): Boolean = when (val value = byte().toInt()) {
+        0 -> false
+        1 -> true
+        else -> unexpected("bool of 0 or 1", "${value and 0xff}", buffer.position() - 1)
+    }
 
     fun byte(): Byte = aligned(Byte.SIZE_BYTES).get()
 
@@ -48,10 +45,7 @@ internal class CdrReader(
         return decodeUtf8(start, end)
     }
 
-    private fun decodeUtf8(
-        start: Int,
-        end: Int,
-    ): String {
+    private fun decodeUtf8(start: Int, end: Int): String {
         val text =
             try {
                 input.decodeToString(start, end, throwOnInvalidSequence = true)
@@ -92,10 +86,6 @@ internal class CdrReader(
         return buffer
     }
 
-    private fun unexpected(
-        expected: String,
-        found: String,
-        offset: Int,
-        cause: Throwable? = null,
-    ): Nothing = throw CdrDecodingException(expected, found, offset, cause)
+    private fun unexpected(expected: String, found: String, offset: Int, cause: Throwable? = null): Nothing =
+        throw CdrDecodingException(expected, found, offset, cause)
 }

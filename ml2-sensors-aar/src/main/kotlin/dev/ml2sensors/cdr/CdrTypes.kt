@@ -16,9 +16,7 @@ import java.nio.ByteBuffer
 @OptIn(ExperimentalSerializationApi::class)
 @SerialInfo
 @Target(AnnotationTarget.PROPERTY)
-public annotation class FixedLength(
-    val length: Int,
-)
+public annotation class FixedLength(val length: Int)
 
 /**
  * A `uint8[]` held as the bytes between position and limit of a buffer, whose position stays as it is.
@@ -32,10 +30,7 @@ public object ByteSequenceSerializer : KSerializer<ByteBuffer> {
     @OptIn(ExperimentalSerializationApi::class)
     override val descriptor: SerialDescriptor = SerialDescriptor("uint8[]", arraySerializer.descriptor)
 
-    override fun serialize(
-        encoder: Encoder,
-        value: ByteBuffer,
-    ) {
+    override fun serialize(encoder: Encoder, value: ByteBuffer) {
         if (encoder is CdrEncoder) {
             encoder.encodeBytes(value)
         } else {

@@ -5,9 +5,7 @@ import java.nio.ByteOrder
 import java.nio.charset.CharacterCodingException
 
 /** Plain little-endian CDR, value by value: the one place that knows byte order and alignment of what is sent. */
-internal class CdrWriter private constructor(
-    private val allocate: (Int) -> ByteBuffer,
-) {
+internal class CdrWriter private constructor(private val allocate: (Int) -> ByteBuffer) {
     private var buffer = allocate(INITIAL_CAPACITY)
 
     init {
@@ -95,7 +93,4 @@ internal const val CDR_LE = 0x00_01_00_00
 internal const val NUL = '\u0000'
 
 /** [position] includes the encapsulation header; alignment is counted from its end. */
-internal fun paddingBefore(
-    position: Int,
-    size: Int,
-): Int = (Int.SIZE_BYTES - position) and (size - 1)
+internal fun paddingBefore(position: Int, size: Int): Int = (Int.SIZE_BYTES - position) and (size - 1)

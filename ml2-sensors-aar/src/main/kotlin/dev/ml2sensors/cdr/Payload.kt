@@ -11,10 +11,7 @@ import java.nio.ByteBuffer
  * @property data The borrowed bytes, which follow [prefix] directly. Shares the memory of the message's buffer but not
  * its position; the bytes must stay as they are until this payload is written.
  */
-public class Payload internal constructor(
-    public val prefix: ByteBuffer,
-    public val data: ByteBuffer?,
-) {
+public class Payload internal constructor(public val prefix: ByteBuffer, public val data: ByteBuffer?) {
     /** The bytes of the message, encapsulation header included, whatever has been read from the buffers since. */
     public val size: Int = Math.addExact(prefix.remaining(), data?.remaining() ?: 0)
 }
@@ -35,10 +32,7 @@ public class PayloadEncoder {
      *
      * @throws IllegalArgumentException if anything follows a byte sequence in [message], and as in [Cdr].
      */
-    public fun <T> encode(
-        serializer: SerializationStrategy<T>,
-        message: T,
-    ): Payload {
+    public fun <T> encode(serializer: SerializationStrategy<T>, message: T): Payload {
         encoder.reset()
         encoder.encodeSerializableValue(serializer, message)
         return Payload(writer.written(), encoder.borrowed)

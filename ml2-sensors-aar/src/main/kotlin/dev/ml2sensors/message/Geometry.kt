@@ -6,11 +6,7 @@ import kotlinx.serialization.Serializable
 /** A free vector; its unit is that of the property it is the value of. Source: geometry_msgs/msg/Vector3, Jazzy. */
 @Serializable
 @SerialName("geometry_msgs/msg/Vector3")
-public data class Vector3(
-    val x: Double,
-    val y: Double,
-    val z: Double,
-) {
+public data class Vector3(val x: Double, val y: Double, val z: Double) {
     public companion object {
         public val ZERO: Vector3 = Vector3(0.0, 0.0, 0.0)
     }
@@ -19,21 +15,12 @@ public data class Vector3(
 /** A position in metres. Source: geometry_msgs/msg/Point, Jazzy. */
 @Serializable
 @SerialName("geometry_msgs/msg/Point")
-public data class Point(
-    val x: Double,
-    val y: Double,
-    val z: Double,
-)
+public data class Point(val x: Double, val y: Double, val z: Double)
 
 /** A rotation as a unit quaternion; it and its negation are the same rotation. Source: geometry_msgs, Jazzy. */
 @Serializable
 @SerialName("geometry_msgs/msg/Quaternion")
-public data class Quaternion(
-    val x: Double,
-    val y: Double,
-    val z: Double,
-    val w: Double,
-) {
+public data class Quaternion(val x: Double, val y: Double, val z: Double, val w: Double) {
     public companion object {
         public val IDENTITY: Quaternion = Quaternion(0.0, 0.0, 0.0, 1.0)
     }
@@ -42,26 +29,17 @@ public data class Quaternion(
 /** Position in metres and orientation. Source: geometry_msgs/msg/Pose, Jazzy. */
 @Serializable
 @SerialName("geometry_msgs/msg/Pose")
-public data class Pose(
-    val position: Point,
-    val orientation: Quaternion,
-)
+public data class Pose(val position: Point, val orientation: Quaternion)
 
 /** A pose in the frame of the header. Source: geometry_msgs/msg/PoseStamped, Jazzy. */
 @Serializable
 @SerialName("geometry_msgs/msg/PoseStamped")
-public data class PoseStamped(
-    val header: Header,
-    val pose: Pose,
-)
+public data class PoseStamped(val header: Header, val pose: Pose)
 
 /** Poses in the frame of the header, such as the joints of a hand. Source: geometry_msgs/msg/PoseArray, Jazzy. */
 @Serializable
 @SerialName("geometry_msgs/msg/PoseArray")
-public data class PoseArray(
-    val header: Header,
-    val poses: List<Pose>,
-)
+public data class PoseArray(val header: Header, val poses: List<Pose>)
 
 /**
  * Where a child frame is in its parent: takes coordinates in the child to coordinates in the parent, rotation first.
@@ -72,10 +50,7 @@ public data class PoseArray(
  */
 @Serializable
 @SerialName("geometry_msgs/msg/Transform")
-public data class Transform(
-    val translation: Vector3,
-    val rotation: Quaternion,
-) {
+public data class Transform(val translation: Vector3, val rotation: Quaternion) {
     public companion object {
         public val IDENTITY: Transform = Transform(Vector3.ZERO, Quaternion.IDENTITY)
     }
@@ -88,15 +63,9 @@ public data class Transform(
  */
 @Serializable
 @SerialName("geometry_msgs/msg/TransformStamped")
-public data class TransformStamped(
-    val header: Header,
-    val childFrameId: String,
-    val transform: Transform,
-)
+public data class TransformStamped(val header: Header, val childFrameId: String, val transform: Transform)
 
 /** What is published on `/tf` and `/tf_static`. Source: tf2_msgs/msg/TFMessage, Jazzy. */
 @Serializable
 @SerialName("tf2_msgs/msg/TFMessage")
-public data class TFMessage(
-    val transforms: List<TransformStamped>,
-)
+public data class TFMessage(val transforms: List<TransformStamped>)

@@ -15,10 +15,7 @@ public val KSerializer<*>.rosType: String get() = descriptor.serialName
  */
 @Serializable
 @SerialName("builtin_interfaces/msg/Time")
-public data class Time(
-    val sec: Int,
-    val nanosec: UInt,
-) {
+public data class Time(val sec: Int, val nanosec: UInt) {
     /** Nanoseconds since the Unix epoch. */
     public fun toNanos(): Long = sec * NANOS_PER_SECOND + nanosec.toLong()
 
@@ -42,14 +39,9 @@ public data class Time(
  */
 @Serializable
 @SerialName("std_msgs/msg/Header")
-public data class Header(
-    val stamp: Time,
-    val frameId: String,
-)
+public data class Header(val stamp: Time, val frameId: String)
 
 /** Text, such as a JSON document. Source: std_msgs/msg/String, Jazzy. */
 @Serializable
 @SerialName("std_msgs/msg/String")
-public data class StringMessage(
-    val data: String,
-)
+public data class StringMessage(val data: String)

@@ -52,11 +52,7 @@ public class MagneticField(
  */
 @Serializable
 @SerialName("sensor_msgs/msg/Illuminance")
-public data class Illuminance(
-    val header: Header,
-    val illuminance: Double,
-    val variance: Double,
-)
+public data class Illuminance(val header: Header, val illuminance: Double, val variance: Double)
 
 /**
  * Air pressure. Source: sensor_msgs/msg/FluidPressure, Jazzy.
@@ -67,11 +63,7 @@ public data class Illuminance(
  */
 @Serializable
 @SerialName("sensor_msgs/msg/FluidPressure")
-public data class FluidPressure(
-    val header: Header,
-    val fluidPressure: Double,
-    val variance: Double,
-)
+public data class FluidPressure(val header: Header, val fluidPressure: Double, val variance: Double)
 
 /**
  * State of a battery; NaN stands for what is not measured. The numbers of status, health and technology are those of

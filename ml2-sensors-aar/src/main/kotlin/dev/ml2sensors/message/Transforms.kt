@@ -6,13 +6,12 @@ import kotlin.math.sin
 import kotlin.math.sqrt
 
 /** The rotation that does [other] first, then this. Both are unit quaternions, and so is the result. */
-public operator fun Quaternion.times(other: Quaternion): Quaternion =
-    Quaternion(
-        w * other.x + x * other.w + y * other.z - z * other.y,
-        w * other.y - x * other.z + y * other.w + z * other.x,
-        w * other.z + x * other.y - y * other.x + z * other.w,
-        w * other.w - x * other.x - y * other.y - z * other.z,
-    ).normalized()
+public operator fun Quaternion.times(other: Quaternion): Quaternion = Quaternion(
+    w * other.x + x * other.w + y * other.z - z * other.y,
+    w * other.y - x * other.z + y * other.w + z * other.x,
+    w * other.z + x * other.y - y * other.x + z * other.w,
+    w * other.w - x * other.x - y * other.y - z * other.z,
+).normalized()
 
 /** The opposite rotation. */
 public fun Quaternion.inverse(): Quaternion = Quaternion(-x, -y, -z, w)
@@ -38,10 +37,7 @@ public fun Quaternion.rotate(vector: Vector3): Vector3 {
 }
 
 /** The rotation [fraction] of the shorter way from this to [other], at constant angular velocity. */
-public fun Quaternion.slerp(
-    other: Quaternion,
-    fraction: Double,
-): Quaternion {
+public fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
     val dot = x * other.x + y * other.y + z * other.z + w * other.w
     val angle = acos(abs(dot).coerceAtMost(1.0))
     // So near each other the chord is as good as the arc, and sin(angle) no divisor
@@ -74,10 +70,7 @@ public fun Transform.apply(point: Vector3): Vector3 {
 }
 
 /** The pose [fraction] of the way from this to [other]: on a straight line, turning evenly the shorter way. */
-public fun Transform.interpolate(
-    other: Transform,
-    fraction: Double,
-): Transform {
+public fun Transform.interpolate(other: Transform, fraction: Double): Transform {
     require(fraction in 0.0..1.0) { "Expected a fraction of 0 to 1, but found $fraction" }
     val translation =
         Vector3(

@@ -14,11 +14,7 @@ import kotlin.test.assertFailsWith
 
 @OptIn(ExperimentalSerializationApi::class)
 class CdrDecodingTest {
-    private fun <T> assertRefused(
-        message: String,
-        serializer: KSerializer<T>,
-        listing: String,
-    ) {
+    private fun <T> assertRefused(message: String, serializer: KSerializer<T>, listing: String) {
         val error = assertFailsWith<CdrDecodingException> { Cdr.decodeFromByteArray(serializer, hex(listing)) }
         assertEquals(message, error.message)
     }

@@ -58,14 +58,10 @@ class CdrPropertyTest {
     }
 
     /** Anything thrown but a [CdrDecodingException] fails the test. */
-    private fun isDecoded(
-        serializer: KSerializer<*>,
-        bytes: ByteArray,
-    ): Boolean =
-        try {
-            Cdr.decodeFromByteArray(serializer, bytes)
-            true
-        } catch (_: CdrDecodingException) {
-            false
-        }
+    private fun isDecoded(serializer: KSerializer<*>, bytes: ByteArray): Boolean = try {
+        Cdr.decodeFromByteArray(serializer, bytes)
+        true
+    } catch (_: CdrDecodingException) {
+        false
+    }
 }

@@ -52,13 +52,7 @@ class CdrTest {
     }
 
     @Serializable
-    data class Mixed(
-        val yes: Boolean,
-        val number: Double,
-        val no: Boolean,
-        val fraction: Float,
-        val tail: Boolean,
-    )
+    data class Mixed(val yes: Boolean, val number: Double, val no: Boolean, val fraction: Float, val tail: Boolean)
 
     @Test
     fun alignmentCountsFromTheEndOfTheEncapsulationHeader() {
@@ -152,11 +146,7 @@ class CdrTest {
     }
 
     @Serializable
-    data class Lists(
-        val times: List<Time>,
-        val names: List<String>,
-        @FixedLength(2) val pair: List<List<UByte>>,
-    )
+    data class Lists(val times: List<Time>, val names: List<String>, @FixedLength(2) val pair: List<List<UByte>>)
 
     @Test
     fun sequencesHoldMessagesTextAndSequences() {
@@ -228,14 +218,10 @@ class CdrTest {
     }
 
     @Serializable
-    data class Optional(
-        val value: Int?,
-    )
+    data class Optional(val value: Int?)
 
     @Serializable
-    data class Keyed(
-        val values: Map<String, Int>,
-    )
+    data class Keyed(val values: Map<String, Int>)
 
     @Serializable
     class Empty

@@ -9,9 +9,7 @@ import kotlin.random.Random
 
 /** "Decodes" any message type from chance. */
 @OptIn(ExperimentalSerializationApi::class)
-internal class RandomMessage(
-    private val random: Random,
-) : AbstractDecoder() {
+internal class RandomMessage(private val random: Random) : AbstractDecoder() {
     override val serializersModule = EmptySerializersModule()
     private var fixedLength: FixedLength? = null
 

@@ -41,10 +41,7 @@ import java.io.File
 /** The largest array of common_interfaces, which no message of the product has. */
 @Serializable
 @SerialName("geometry_msgs/msg/PoseWithCovariance")
-internal class PoseWithCovariance(
-    val pose: Pose,
-    @FixedLength(36) val covariance: DoubleArray,
-)
+internal class PoseWithCovariance(val pose: Pose, @FixedLength(36) val covariance: DoubleArray)
 
 internal val MESSAGE_SERIALIZERS: Map<String, KSerializer<*>> =
     listOf(
@@ -81,9 +78,7 @@ internal val fieldsJson =
     }
 
 /** A case of tests/conformance/vectors/cdr; cdr_vectors.py says what its files hold. */
-internal class CdrVector private constructor(
-    json: File,
-) {
+internal class CdrVector private constructor(json: File) {
     private val fields = Json.parseToJsonElement(json.readText()).jsonObject
     private val name = json.nameWithoutExtension
 
@@ -102,20 +97,19 @@ internal class CdrVector private constructor(
                 "../tests/conformance/vectors/cdr",
             ).listFiles { it.extension == "json" }!!.sorted().map(::CdrVector)
 
-        private fun expandPattern(element: JsonElement): JsonElement =
-            when (element) {
-                is JsonObject if "pattern" in element -> {
-                    check(element.getValue("pattern").jsonPrimitive.content == "index mod 251")
-                    JsonArray(List(element.getValue("length").jsonPrimitive.int) { JsonPrimitive((it % 251).toByte()) })
-                }
-
-                is JsonObject -> {
-                    JsonObject(element.mapValues { expandPattern(it.value) })
-                }
-
-                else -> {
-                    element
-                }
+        private fun expandPattern(element: JsonElement): JsonElement = when (element) {
+            is JsonObject if "pattern" in element -> {
+                check(element.getValue("pattern").jsonPrimitive.content == "index mod 251")
+                JsonArray(List(element.getValue("length").jsonPrimitive.int) { JsonPrimitive((it % 251).toByte()) })
             }
+
+            is JsonObject -> {
+                JsonObject(element.mapValues { expandPattern(it.value) })
+            }
+
+            else -> {
+                element
+            }
+        }
     }
 }

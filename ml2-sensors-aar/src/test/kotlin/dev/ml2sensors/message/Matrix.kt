@@ -7,13 +7,8 @@ import kotlin.random.Random
 import kotlin.test.assertEquals
 
 /** A 4x4 matrix, row-major: the other way to compute with transforms. */
-internal class Matrix(
-    private vararg val values: Double,
-) {
-    operator fun get(
-        row: Int,
-        column: Int,
-    ) = values[4 * row + column]
+internal class Matrix(private vararg val values: Double) {
+    operator fun get(row: Int, column: Int) = values[4 * row + column]
 
     operator fun times(other: Matrix) = of { row, column -> (0..3).sumOf { this[row, it] * other[it, column] } }
 
@@ -22,14 +17,13 @@ internal class Matrix(
     companion object {
         fun of(value: (Int, Int) -> Double) = Matrix(*DoubleArray(16) { value(it / 4, it % 4) })
 
-        fun rotation(vararg rows: Int) =
-            of { row, column ->
-                when {
-                    row < 3 && column < 3 -> rows[3 * row + column].toDouble()
-                    row == column -> 1.0
-                    else -> 0.0
-                }
+        fun rotation(vararg rows: Int) = of { row, column ->
+            when {
+                row < 3 && column < 3 -> rows[3 * row + column].toDouble()
+                row == column -> 1.0
+                else -> 0.0
             }
+        }
     }
 }
 
@@ -57,29 +51,20 @@ internal fun Transform.toMatrix(): Matrix {
     )
 }
 
-internal fun assertMatrix(
-    expected: Matrix,
-    found: Matrix,
-) {
+internal fun assertMatrix(expected: Matrix, found: Matrix) {
     for (row in 0..3) {
         for (column in 0..3) assertEquals(expected[row, column], found[row, column], 1e-12, "[$row, $column]")
     }
 }
 
-internal fun assertVector(
-    expected: Vector3,
-    found: Vector3,
-) {
+internal fun assertVector(expected: Vector3, found: Vector3) {
     assertEquals(expected.x, found.x, 1e-12, "x of $found")
     assertEquals(expected.y, found.y, 1e-12, "y of $found")
     assertEquals(expected.z, found.z, 1e-12, "z of $found")
 }
 
 /** A quaternion and its negation are the same rotation. */
-internal fun assertRotation(
-    expected: Quaternion,
-    found: Quaternion,
-) {
+internal fun assertRotation(expected: Quaternion, found: Quaternion) {
     val dot = expected.x * found.x + expected.y * found.y + expected.z * found.z + expected.w * found.w
     assertEquals(1.0, abs(dot), 1e-12, "expected $expected, but found $found")
 }
