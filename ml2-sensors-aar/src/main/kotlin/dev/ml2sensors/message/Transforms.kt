@@ -54,7 +54,7 @@ public fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
 
 /** The pose in the grandparent of what has pose [child] in the frame that has this pose. */
 public operator fun Transform.times(child: Transform): Transform =
-    Transform(apply(child.translation), rotation * child.rotation)
+    Transform(map(child.translation), rotation * child.rotation)
 
 /** The pose of the parent in the child. */
 public fun Transform.inverse(): Transform {
@@ -64,7 +64,7 @@ public fun Transform.inverse(): Transform {
 }
 
 /** Where the point at [point] in the child is in the parent, metres. */
-public fun Transform.apply(point: Vector3): Vector3 {
+public fun Transform.map(point: Vector3): Vector3 {
     val (x, y, z) = rotation.rotate(point)
     return Vector3(x + translation.x, y + translation.y, z + translation.z)
 }

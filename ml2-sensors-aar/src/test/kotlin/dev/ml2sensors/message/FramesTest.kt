@@ -32,9 +32,9 @@ class FramesTest {
 
     @Test
     fun anOpticalFrameHasZForwardXRightAndYDown() {
-        assertVector(Vector3(1.0, 0.0, 0.0), OPTICAL_IN_BODY.apply(Vector3(0.0, 0.0, 1.0)))
-        assertVector(Vector3(0.0, -1.0, 0.0), OPTICAL_IN_BODY.apply(Vector3(1.0, 0.0, 0.0)))
-        assertVector(Vector3(0.0, 0.0, -1.0), OPTICAL_IN_BODY.apply(Vector3(0.0, 1.0, 0.0)))
+        assertVector(Vector3(1.0, 0.0, 0.0), OPTICAL_IN_BODY.map(Vector3(0.0, 0.0, 1.0)))
+        assertVector(Vector3(0.0, -1.0, 0.0), OPTICAL_IN_BODY.map(Vector3(1.0, 0.0, 0.0)))
+        assertVector(Vector3(0.0, 0.0, -1.0), OPTICAL_IN_BODY.map(Vector3(0.0, 1.0, 0.0)))
         assertMatrix(c * d, OPTICAL_IN_BODY.toMatrix())
     }
 

@@ -45,7 +45,7 @@ class TransformsTest {
             val transform = random.transform()
             val point = random.vector()
             val mapped = transform.toMatrix() * Transform(point, Quaternion.IDENTITY).toMatrix()
-            assertVector(Vector3(mapped[0, 3], mapped[1, 3], mapped[2, 3]), transform.apply(point))
+            assertVector(Vector3(mapped[0, 3], mapped[1, 3], mapped[2, 3]), transform.map(point))
         }
     }
 
