@@ -1,0 +1,1 @@
+"""Receives the sensor streams of a Magic Leap 2 headset and publishes them as ROS 2 topics."""
