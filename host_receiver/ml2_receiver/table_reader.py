@@ -113,9 +113,10 @@ def _mode(
 
 def _camera_keys(modes: tuple[Mode, ...], defaults: Row) -> Iterator[Key]:
     def mode_key(name: str, type: str, values: set[Any], doc: str) -> Key:
-        _one_of(f"defaults.{name}", defaults[name], values)
         return Key(name, type, defaults[name], doc, allowed=tuple(sorted(values)))
 
+    if not any(_allows(mode, defaults) for mode in modes):
+        raise ValueError(f"defaults: expected the values of one mode, found {defaults}")
     sizes = {size for mode in modes for size in mode.resolutions}
     rates = {rate for mode in modes for rate in mode.rates}
     formats = {format for mode in modes for format in mode.formats}
@@ -125,6 +126,15 @@ def _camera_keys(modes: tuple[Mode, ...], defaults: Row) -> Iterator[Key]:
     yield mode_key("resolution_height", "integer", {height for _, height in sizes}, "In pixels.")
     yield mode_key("update_rate", "integer", rates, "In Hz.")
     yield mode_key("format", "text", formats, "What the device delivers.")
+
+
+def _allows(mode: Mode, values: Row) -> bool:
+    return (
+        values["stream"] == mode.stream
+        and (values["resolution_width"], values["resolution_height"]) in mode.resolutions
+        and values["update_rate"] in mode.rates
+        and values["format"] in mode.formats
+    )
 
 
 def _key(name: str, row: Row) -> Key:

@@ -1,0 +1,65 @@
+"""Reads config.yaml: which streams shall run, and how."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from .config_rules import Values, camera_problems, key_problems, read_values
+from .errors import ConfigError, Problem
+from .parameter_file import MAX_BYTES, read_parameters
+from .table import Stream, load_table
+
+
+@dataclass(frozen=True)
+class Config:
+    """A valid configuration.
+
+    `prefix` is where all relative topics live, "/magic_leap2". `requests` has, for each stream
+    that shall run and in the order of the table, the values CONFIGURE carries.
+    """
+
+    prefix: str
+    requests: Mapping[str, Values]
+
+
+def load_config(path: Path) -> Config:
+    """Reads a ROS 2 parameter file; keys that are not in it have the table's defaults.
+
+    Raises:
+        ConfigError: with everything that is wrong in it, in the order of its lines.
+    """
+    try:
+        with path.open("rb") as file:
+            return parse_config(file.read(MAX_BYTES + 1))
+    except OSError as error:
+        raise ConfigError([Problem(0, "", "", f"cannot be read: {error.strerror}")]) from error
+
+
+def parse_config(data: bytes) -> Config:
+    """As load_config, from the bytes of the file."""
+    table = load_table()
+    parameters, problems = read_parameters(data)
+    problems += key_problems(parameters, table.sections)
+    values = read_values(parameters, table.sections)
+    for section in table.sections.values():
+        problems += camera_problems(section, parameters, values)
+    if problems:
+        raise ConfigError(sorted(problems, key=lambda problem: problem.line))
+
+    prefix = str(values["general.topic_name"])
+    running = [stream for stream in table.streams.values() if stream.when and _runs(stream, values)]
+    if running:
+        running += [stream for stream in table.streams.values() if stream.when is None]
+    return Config(
+        prefix=prefix if prefix.startswith("/") else f"/{prefix}",
+        requests={stream.id: _request(stream, values) for stream in running},
+    )
+
+
+def _runs(stream: Stream, values: Values) -> bool:
+    when = stream.when or {}
+    return all(values[f"{stream.section}.{key}"] == value for key, value in when.items())
+
+
+def _request(stream: Stream, values: Values) -> Values:
+    return {name.rpartition(".")[2]: values[name] for name in stream.values}
