@@ -9,11 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import cdr_vectors
+import malformed_vectors
+import wire_vectors
 
 VECTORS = Path(__file__).parent / "vectors"
 
 FOLDERS: dict[str, Callable[[], dict[str, bytes]]] = {
     "cdr": cdr_vectors.files,
+    "wire": wire_vectors.files,
+    "malformed": malformed_vectors.files,
 }
 
 

@@ -1,0 +1,125 @@
+"""Well-formed bodies, the starting points of all vectors."""
+
+from typing import Any
+
+Body = dict[str, Any]
+
+# Texts in a malformed vector that its player replaces, at the same width, by values of the live
+# session.
+SESSION = "SESSION".ljust(32, "_")
+TICKET = "TICKET".ljust(32, "_")
+REQUEST = "REQUEST".ljust(32, "_")
+
+HELLO: Body = {
+    "versions": [1],
+    "device_id": "9f86d081884c7d65",
+    "instance_id": "2c26b46b68ffc68f",
+    "name": "Conformance headset",
+    "software": "conformance 1",
+    "capabilities": {"streams": ["battery", "world_left", "tf"]},
+    "permissions": {"android.permission.CAMERA": True},
+}
+
+WELCOME: Body = {
+    "version": 1,
+    "session": "00112233445566778899aabbccddeeff",
+    "name": "Conformance receiver",
+    "software": "conformance 1",
+    "tickets": {
+        "time": "0123456789abcdef0123456789abcdef",
+        "sensors": "123456789abcdef0123456789abcdef0",
+        "world_left": "23456789abcdef0123456789abcdef01",
+    },
+    "received": {"battery": 12, "world_left/image_raw": 4294967297},
+    "limits": {"data_bytes": 16777216},
+    "timeouts": {"handshake_s": 5, "ping_s": 1, "dead_s": 2},
+}
+
+JOIN: Body = {"session": SESSION, "ticket": TICKET, "lane": "sensors"}
+
+WORLD_CAMERA: Body = {
+    "stream": 0,
+    "resolution_width": 1016,
+    "resolution_height": 1016,
+    "update_rate": 30,
+    "format": "Grayscale",
+}
+
+CONFIGURE: Body = {
+    "request": 1,
+    "streams": {"battery": {}, "world_left": WORLD_CAMERA, "tf": {"layout": "flat"}},
+}
+
+CONFIGURED: Body = {
+    "request": 1,
+    "streams": {
+        "battery": {"result": "applied", "values": {}},
+        "world_left": {
+            "result": "adjusted",
+            "values": WORLD_CAMERA | {"update_rate": 20},
+            "reason": "recorded at 20 Hz",
+        },
+        "tf": {"result": "refused", "reason": "not in this recording"},
+    },
+}
+
+
+def channel(number: int, stream: str, role: str, topic: str, kind: str, **other: Any) -> Body:
+    return {
+        "id": number,
+        "stream": stream,
+        "role": role,
+        "topic": topic,
+        "type": kind,
+        "qos": "sensor",
+        "frame_id": "head_frame",
+        "lane": "sensors",
+    } | other
+
+
+# The channels of the two accepted streams, on their numbers.
+CHANNEL = channel(7, "battery", "battery", "battery", "sensor_msgs/msg/BatteryState")
+WORLD_LEFT: Body = {"qos": "image", "frame_id": "world_left_optical_frame"}
+CHANNELS = [
+    CHANNEL,
+    channel(
+        8,
+        "world_left",
+        "image",
+        "world_left/image_raw",
+        "sensor_msgs/msg/Image",
+        **WORLD_LEFT,
+        lane="world_left",
+    ),
+    channel(
+        9,
+        "world_left",
+        "camera_info",
+        "world_left/camera_info",
+        "sensor_msgs/msg/CameraInfo",
+        **WORLD_LEFT,
+    ),
+    channel(
+        10, "world_left", "metadata", "world_left/metadata", "std_msgs/msg/String", **WORLD_LEFT
+    ),
+]
+
+STATUS: Body = {
+    "final": False,
+    "uptime_s": 12.5,
+    "channels": {
+        "battery": {"produced": 13, "sent": 12, "dropped": {"link_down": 1}},
+        "world_left/image_raw": {"produced": 4294967300, "sent": 4294967300, "dropped": {}},
+    },
+    "clock": {
+        "state": "synchronised",
+        "offset_ns": -1700000000000000000,
+        "uncertainty_ns": 20000,
+        "round_trip_ns": 40000,
+    },
+}
+
+BYE: Body = {"reason": "the app was closed"}
+
+# std_msgs/String "hi": encapsulation, length with the final zero, text, zero.
+STRING_PAYLOAD = bytes.fromhex("00010000 03000000 686900")

@@ -1,0 +1,79 @@
+"""One malformed vector: what is sent, when, and what has to come of it. See README.md."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from bodies import REQUEST, Body
+from frame_bytes import case_bytes, frame, json_bytes
+
+
+@dataclass(frozen=True)
+class Case:
+    given: str
+    lane: str
+    sent: bytes
+    expect: dict[str, Any]
+    why: str
+    cut: bool = False
+
+    def files(self, side: str, name: str) -> dict[str, bytes]:
+        stem = side.capitalize() + name
+        case: dict[str, Any] = {"side": side, "lane": self.lane, "given": self.given}
+        case |= {"cut": True} if self.cut else {}
+        case |= {"expect": self.expect, "why": self.why}
+        return {f"{stem}.json": case_bytes(case), f"{stem}.bin": self.sent}
+
+
+def error(code: str) -> dict[str, Any]:
+    return {"error": code}
+
+
+def body_frame(name: str, body: Any) -> bytes:
+    """A frame with a JSON body, in which the number REQUEST is replaced when it is played."""
+    return frame(name, json_bytes(body).replace(f'"{REQUEST}"'.encode(), REQUEST.encode()))
+
+
+def pascal(name: str) -> str:
+    """`device_id` and `CHANNEL_END` as they stand in case names: DeviceId, ChannelEnd."""
+    return "".join(word.capitalize() for word in name.replace(".", "_").split("_"))
+
+
+def wrong_type(value: Any) -> Any:
+    """A value of another JSON type that careless readers take for the right one."""
+    match value:
+        case bool():
+            return int(value)
+        case int() | float():
+            return str(value)
+        case str() if value == REQUEST:
+            return "1"
+        case str():
+            return 1
+        case list():
+            return {}
+        case _:
+            return []
+
+
+def key_cases(name: str, given: str, lane: str, body: Body, nested: str = "") -> dict[str, Case]:
+    """Each key of `body`, or of the object at its key `nested`, once missing, once mistyped."""
+    cases = {}
+    target = body[nested] if nested else body
+    for key in target:
+        without = {k: v for k, v in target.items() if k != key}
+        typed = target | {key: wrong_type(target[key])}
+        path = f"{nested}.{key}" if nested else key
+        for label, part in (("Without", without), ("Mistyped", typed)):
+            whole = body | {nested: part} if nested else part
+            sent = body_frame(name, whole)
+            why = f"{name} needs `{path}`" + (" in its type." if label == "Mistyped" else ".")
+            case_name = f"{pascal(name)}{label}{pascal(path)}"
+            cases[case_name] = Case(given, lane, sent, error("malformed"), why)
+    return cases
+
+
+def over_bound(
+    name: str, header_bytes: bytes, given: str, lane: str, bound: int
+) -> dict[str, Case]:
+    why = f"{name} is longer than {bound} bytes; refused by its header alone."
+    return {f"{pascal(name)}TooLarge": Case(given, lane, header_bytes, error("too_large"), why)}

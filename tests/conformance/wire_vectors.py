@@ -1,0 +1,254 @@
+"""Frames that every reader accepts and every writer can write: vectors/wire."""
+
+import struct
+from typing import Any
+
+from bodies import (
+    BYE,
+    CHANNEL,
+    CONFIGURE,
+    CONFIGURED,
+    HELLO,
+    JOIN,
+    STATUS,
+    STRING_PAYLOAD,
+    WELCOME,
+)
+from frame_bytes import KINDS, UNKNOWN_BOUND, case_bytes, header, json_bytes
+
+INT64_MIN, INT64_MAX = -(2**63), 2**63 - 1
+Frame = dict[str, Any]
+# Case name -> sender, lane, why, frames.
+Case = tuple[str, str, str, list[Frame]]
+
+
+def read(name: str, **parts: Any) -> Frame:
+    """A frame of a known kind; the parts are header fields and one of json, time, hex."""
+    return {"name": name, "kind": KINDS[name], **parts}
+
+
+def skipped(kind: int, body: bytes = b"") -> Frame:
+    return {"name": None, "kind": kind, "body": body}
+
+
+def body_bytes(part: Frame) -> bytes:
+    if "body" in part:
+        return bytes(part["body"])
+    if "text" in part:
+        return str(part["text"]).encode()
+    if "json" in part:
+        return json_bytes(part["json"])
+    if "time" in part:
+        return b"".join(struct.pack("<q", nanos) for nanos in part["time"].values())
+    return bytes.fromhex(part.get("hex", ""))
+
+
+def data(channel: int, sequence: int, **parts: Any) -> Frame:
+    return read("DATA", channel=channel, sequence=sequence, hex=STRING_PAYLOAD.hex(), **parts)
+
+
+def body_of(name: str, length: int) -> dict[str, str]:
+    """A JSON body of exactly `length` bytes, for kinds with one string."""
+    return {name: "x" * (length - len(json_bytes({name: ""})))}
+
+
+def nested(depth: int) -> Any:
+    return {"deeper": nested(depth - 1)} if depth > 1 else {}
+
+
+def kinds() -> dict[str, Case]:
+    """One case for every kind."""
+    return {
+        "Hello": ("device", "control", "HELLO", [read("HELLO", json=HELLO)]),
+        "Welcome": ("receiver", "control", "WELCOME", [read("WELCOME", json=WELCOME)]),
+        "WelcomeUnknownInstance": (
+            "receiver",
+            "control",
+            "The receiver does not know the instance, so it cannot know what arrived.",
+            [read("WELCOME", json=WELCOME | {"received": None})],
+        ),
+        "Join": (
+            "device",
+            "sensors",
+            "JOIN",
+            [
+                read(
+                    "JOIN",
+                    json=JOIN
+                    | {"session": WELCOME["session"], "ticket": WELCOME["tickets"]["sensors"]},
+                )
+            ],
+        ),
+        "Joined": ("receiver", "sensors", "JOINED", [read("JOINED", json={"lane": "sensors"})]),
+        "Configure": ("receiver", "control", "CONFIGURE", [read("CONFIGURE", json=CONFIGURE)]),
+        "Configured": (
+            "device",
+            "control",
+            "One stream applied, one adjusted, one refused.",
+            [read("CONFIGURED", json=CONFIGURED)],
+        ),
+        "Channel": ("device", "control", "CHANNEL", [read("CHANNEL", json=CHANNEL)]),
+        "ChannelEnd": ("device", "control", "CHANNEL_END", [read("CHANNEL_END", json={"id": 7})]),
+        "Start": ("receiver", "control", "START", [read("START", json={"request": 1})]),
+        "Data": (
+            "device",
+            "sensors",
+            "std_msgs/String 'hi': encapsulation, length 3 with its zero, h, i, zero.",
+            [data(7, 41, capture=1_700_000_000_123_456_789, send=1_700_000_000_125_000_000)],
+        ),
+        "TimeRequest": (
+            "device",
+            "time",
+            "TIME_REQUEST; the sender does not know ROS time yet, so send is 0.",
+            [read("TIME_REQUEST", time={"t1": 5_000_000_001})],
+        ),
+        "TimeReply": (
+            "receiver",
+            "time",
+            "TIME_REPLY",
+            [
+                read(
+                    "TIME_REPLY",
+                    send=1_700_000_000_000_000_300,
+                    time={
+                        "t1": 5_000_000_001,
+                        "t2": 1_700_000_000_000_000_100,
+                        "t3": 1_700_000_000_000_000_300,
+                    },
+                )
+            ],
+        ),
+        "Status": ("device", "control", "STATUS", [read("STATUS", json=STATUS)]),
+        "StatusFinal": (
+            "device",
+            "control",
+            "The final STATUS and BYE, back to back.",
+            [read("STATUS", json=STATUS | {"final": True}), read("BYE", json=BYE)],
+        ),
+        "Ping": ("device", "control", "PING, with no body.", [read("PING")]),
+        "Pong": ("receiver", "control", "PONG, with no body.", [read("PONG")]),
+        "Error": (
+            "receiver",
+            "control",
+            "ERROR",
+            [
+                read(
+                    "ERROR",
+                    json={"code": "busy", "message": "another headset is connected", "fatal": True},
+                )
+            ],
+        ),
+        "Bye": ("receiver", "control", "BYE", [read("BYE", json=BYE)]),
+    }
+
+
+def edges() -> dict[str, Case]:
+    """Values at the ends of their ranges, and what readers have to pass over."""
+    return {
+        "HeaderMaximum": (
+            "device",
+            "sensors",
+            "Every field of the header at its maximum; readers ignore flags.",
+            [
+                data(65535, 2**32 - 1, flags=65535, capture=INT64_MAX, send=INT64_MAX),
+            ],
+        ),
+        "HeaderMinimum": (
+            "device",
+            "sensors",
+            "Negative times, and a sequence that has wrapped to 0.",
+            [data(1, 0, capture=INT64_MIN, send=INT64_MIN), data(1, 1, capture=-1, send=-1)],
+        ),
+        "TimeExtremes": (
+            "receiver",
+            "time",
+            "Times are signed.",
+            [read("TIME_REPLY", time={"t1": INT64_MIN, "t2": -1, "t3": INT64_MAX})],
+        ),
+        "NonAsciiName": (
+            "device",
+            "control",
+            "Two-, three- and four-byte UTF-8; length counts bytes.",
+            [read("HELLO", json=HELLO | {"name": "Größe 眼鏡 👓"})],
+        ),
+        "EscapedJson": (
+            "device",
+            "control",
+            "White space and escapes, a surrogate pair among them, are JSON too.",
+            [
+                read(
+                    "BYE",
+                    json={"reason": "Größe \n 👓"},
+                    text=' { "reason" :\r\n\t"Gr\\u00f6\\u00dfe \\n \\ud83d\\udc53" } ',
+                )
+            ],
+        ),
+        "UnknownKeys": (
+            "device",
+            "control",
+            "Keys of a later minor version are ignored at every level.",
+            [
+                read(
+                    "HELLO",
+                    json={"later": {"a": [1, None]}}
+                    | HELLO
+                    | {"capabilities": HELLO["capabilities"] | {"later": True}},
+                ),
+            ],
+        ),
+        "DeepestJson": (
+            "device",
+            "control",
+            "16 levels, the outermost object being the first.",
+            [read("BYE", json=BYE | {"later": nested(15)})],
+        ),
+        "LargestBye": (
+            "device",
+            "control",
+            "A body as long as its kind allows.",
+            [read("BYE", json=body_of("reason", 4096))],
+        ),
+        "UnknownKindSkipped": (
+            "device",
+            "control",
+            "An unknown kind between two known ones is skipped with its body.",
+            [read("PING"), skipped(99, b"M2 from a later version"), read("PONG")],
+        ),
+        "LargestUnknownKind": (
+            "device",
+            "control",
+            "An unknown kind of 64 KiB is skipped.",
+            [skipped(255, bytes(UNKNOWN_BOUND)), read("PING")],
+        ),
+        "ReservedKindsSkipped": (
+            "receiver",
+            "control",
+            "The kinds reserved for data to the device are unknown in version 1.",
+            [skipped(128, b"\x00\x01\x00\x00"), skipped(191), read("PING")],
+        ),
+        "UnknownEmptyKinds": (
+            "device",
+            "sensors",
+            "Kinds 0 and 17, without a body, around DATA.",
+            [skipped(0), data(3, 5), skipped(17), data(3, 6)],
+        ),
+    }
+
+
+def frame_files(part: Frame) -> tuple[Frame, bytes]:
+    """What a reader must find, and the bytes it is to find it in."""
+    body = body_bytes(part)
+    fields = {key: part.get(key, 0) for key in ("flags", "channel", "sequence", "capture", "send")}
+    found = {"name": part["name"], "kind": part["kind"], "length": len(body)} | fields
+    found |= {key: part[key] for key in ("json", "time", "hex") if key in part}
+    return found, header(part["kind"], len(body), **fields) + body
+
+
+def files() -> dict[str, bytes]:
+    result = {}
+    for name, (sender, lane, why, frames) in (kinds() | edges()).items():
+        parts = [frame_files(part) for part in frames]
+        case = {"sender": sender, "lane": lane, "why": why, "frames": [found for found, _ in parts]}
+        result[f"{name}.json"] = case_bytes(case)
+        result[f"{name}.bin"] = b"".join(binary for _, binary in parts)
+    return result
