@@ -1,0 +1,84 @@
+package dev.ml2sensors.simulator.testsignal
+
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.StreamValues
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+
+/**
+ * The depth camera: distances in metres, z along the optical axis unless `radial`, NaN where invalid; `confidence` is
+ * the light that came back, `flags` say why a pixel is invalid. Short range sees the room at a quarter of its size.
+ */
+internal fun depthCamera(values: StreamValues): Camera {
+    val scale = if (values.stream == SHORT_RANGE) 0.25 else 1.0
+    val scene = DepthScene(DEPTH_LENS, MOUNTS.getValue("depth").rotation)
+    val planes = buildMap {
+        put(ImageSample.IMAGE, FrameNumber.FLOAT32)
+        if (values.confidence == true) put(CONFIDENCE, FrameNumber.FLOAT32)
+        if (values.flags == true) put(FLAGS, FrameNumber.INT32)
+    }
+    return camera(values, planes, illumination = null) { phase ->
+        val echoes = scene.echoes(phase)
+        planes.keys.map { role ->
+            image { out, pixel ->
+                val echo = echoes[pixel]
+                val metres = scale * echo.range * if (values.radial == true) 1f else scene.axial[pixel]
+                when (role) {
+                    CONFIDENCE -> out.putFloat((COUNTS * echo.signal).toFloat())
+                    FLAGS -> out.putInt(echo.flags)
+                    else -> out.putFloat(if (echo.flags == 0) metres.toFloat() else Float.NaN)
+                }
+            }
+        }
+    }
+}
+
+/** The infrared image of the same camera, lit by its illuminator, in counts. */
+internal fun infraredCamera(values: StreamValues): Camera {
+    val scene = DepthScene(DEPTH_LENS, MOUNTS.getValue("depth").rotation)
+    return camera(values, mapOf(ImageSample.IMAGE to FrameNumber.FLOAT32), illumination = "on") { phase ->
+        val echoes = scene.echoes(phase)
+        listOf(image { out, pixel -> out.putFloat((AMBIENT_COUNTS + COUNTS * echoes[pixel].signal).toFloat()) })
+    }
+}
+
+private const val SHORT_RANGE = 1
+private const val CONFIDENCE = "confidence"
+private const val FLAGS = "flags"
+
+private const val COUNTS = 1000
+private const val AMBIENT_COUNTS = 8
+
+/** Less than this does not measure a distance. */
+private const val LOW_SIGNAL = 0.012
+
+/** MLDepthCameraFlags of a pixel: 0, or bit 0 (invalid) and bit 3 (low signal) or 4 (flying pixel). */
+private val Echo.flags get() = if (isEdge) 0b10001 else if (signal < LOW_SIGNAL) 0b01001 else 0
+
+private fun DepthScene.echoes(phase: Double): List<Echo> {
+    val balls = Room.balls(phase)
+    return axial.indices.map { echo(it, balls) }
+}
+
+private fun image(put: (out: ByteBuffer, pixel: Int) -> Unit): ByteArray {
+    val out = ByteBuffer.allocate(DEPTH_LENS.width * DEPTH_LENS.height * Float.SIZE_BYTES).order(ByteOrder.LITTLE_ENDIAN)
+    for (pixel in 0 until DEPTH_LENS.width * DEPTH_LENS.height) put(out, pixel)
+    return out.array()
+}
+
+private fun camera(
+    values: StreamValues,
+    planes: Map<String, FrameNumber>,
+    illumination: String?,
+    draw: (phase: Double) -> List<ByteArray>,
+) = Camera(
+    DEPTH_LENS.width,
+    DEPTH_LENS.height,
+    strideBytes = DEPTH_LENS.width * Float.SIZE_BYTES,
+    planes,
+    CaptureSettings(if (values.stream == SHORT_RANGE) 375_000 else 1_600_000, illumination = illumination),
+    DEPTH_LENS,
+    MOUNTS.getValue("depth"),
+    draw,
+)

@@ -1,0 +1,41 @@
+package dev.ml2sensors.simulator.testsignal
+
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.inverse
+import dev.ml2sensors.message.rotate
+import dev.ml2sensors.source.VectorSample
+
+/** Standard gravity in the world, m/s^2 (CGPM 1901). */
+private val GRAVITY = Vector3(0.0, 0.0, -9.80665)
+
+/** The earth's field where the world's x axis points to magnetic north: that of central Europe (WMM), tesla. */
+private val EARTH_FIELD = Vector3(22e-6, 0.0, -42e-6)
+
+internal fun inertialUnits(trajectory: Trajectory): Map<String, Signal> = buildMap {
+    for (side in listOf("left", "right", "compute_pack")) {
+        val mount = MOUNTS.getValue("imu_$side")
+        put("accel_$side", vectors(200) { trajectory.at(it).specificForce(mount) })
+        put("gyro_$side", vectors(200) { trajectory.at(it).angularVelocity(mount) })
+        if (side != "compute_pack") put("magnetometer_$side", vectors(50) { trajectory.at(it).field(mount) })
+    }
+}
+
+private fun vectors(rateHz: Int, read: (seconds: Double) -> Vector3) =
+    Signal(rateHz) { capture ->
+        val (x, y, z) = read(capture.seconds)
+        VectorSample(capture.nanos, x, y, z)
+    }
+
+/** What an accelerometer at [mount] feels, in its own axes: +9.81 upwards at rest. */
+internal fun HeadState.specificForce(mount: Transform): Vector3 {
+    val lever = mount.translation
+    val ofHead = pose.rotation.inverse().rotate(acceleration - GRAVITY)
+    val ofLever = (angularAcceleration cross lever) + (angularVelocity cross (angularVelocity cross lever))
+    return mount.rotation.inverse().rotate(ofHead + ofLever)
+}
+
+private fun HeadState.angularVelocity(mount: Transform) = mount.rotation.inverse().rotate(angularVelocity)
+
+private fun HeadState.field(mount: Transform) =
+    mount.rotation.inverse().rotate(pose.rotation.inverse().rotate(EARTH_FIELD))

@@ -1,0 +1,29 @@
+package dev.ml2sensors.simulator.testsignal
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.Mode
+import dev.ml2sensors.table.StreamSpec
+
+/** What a headset that has every sensor and every mode of the table answers. */
+internal fun StreamSpec.answer(requested: StreamValues): Answer {
+    var fitting = modes
+    for ((key, value, legal) in requested.cameraKeys()) {
+        val expected = fitting.flatMap(legal).distinct()
+        fitting = fitting.filter { value in legal(it) }
+        if (fitting.isEmpty() && modes.isNotEmpty()) {
+            return Answer.Refused("$key is $value, expected one of ${expected.joinToString()}")
+        }
+    }
+    val delivered = fitting.firstOrNull()?.delivers?.get(requested.rateHz) ?: return Answer.Applied(requested)
+    val reason = "update_rate ${requested.rateHz} is taken and delivers $delivered"
+    return Answer.Adjusted(requested.copy(rateHz = delivered), reason)
+}
+
+private fun StreamValues.cameraKeys(): List<Triple<String, Any?, (Mode) -> List<Any>>> =
+    listOf(
+        Triple("stream", stream) { listOf(it.stream) },
+        Triple("format", format) { it.formats },
+        Triple("resolution", "${width}x$height") { mode -> mode.resolutions.map { (width, height) -> "${width}x$height" } },
+        Triple("update_rate", rateHz) { it.rates },
+    )

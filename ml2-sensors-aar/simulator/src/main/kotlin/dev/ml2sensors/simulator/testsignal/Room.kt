@@ -1,0 +1,138 @@
+package dev.ml2sensors.simulator.testsignal
+
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.apply
+import dev.ml2sensors.message.rotate
+import dev.ml2sensors.message.times
+import java.awt.Color
+import kotlin.math.PI
+import kotlin.math.abs
+import kotlin.math.cos
+import kotlin.math.sin
+
+internal class Ball(val center: Vector3, val radius: Double)
+
+/** The room all cameras look at: x forward, y left, z up from where the wearer stands; metres. */
+internal object Room {
+    const val FRONT = 3.5
+    const val SIDE = 3.0
+    const val HIGH = 1.4
+
+    private val HOOK = Vector3(2.6, -1.3, HIGH)
+    private const val BALL_RADIUS = 0.28
+
+    /** Bounces twice in a [phase] from 0 to 1, on a way across the room and back. */
+    private fun bouncing(phase: Double) =
+        Ball(
+            Vector3(
+                2.3 + 0.3 * cos(2 * PI * phase),
+                0.9 * sin(2 * PI * phase),
+                -HIGH + BALL_RADIUS + 1.3 * abs(sin(2 * PI * phase + 0.5)),
+            ),
+            BALL_RADIUS,
+        )
+
+    /** Swings from [HOOK] once in a [phase] from 0 to 1. */
+    private fun lamp(phase: Double): Ball {
+        val angle = 0.45 * sin(2 * PI * phase)
+        return Ball(HOOK + Vector3(0.0, sin(angle), -cos(angle)) * 0.9, 0.16)
+    }
+
+    fun balls(phase: Double): List<Ball> = listOf(lamp(phase), bouncing(phase))
+
+    /** Where the wearer's head is, who sways once in a [phase] from 0 to 1. */
+    fun head(phase: Double) =
+        Transform(
+            Vector3(0.0, 0.08 * sin(2 * PI * phase), 0.03 * cos(2 * PI * phase)),
+            yaw(0.06 * sin(2 * PI * phase)) * roll(0.02 * cos(2 * PI * phase)),
+        )
+
+    /** A number from 0 to 1 that looks random. */
+    fun grain(a: Int, b: Int): Double {
+        var hash = a * 374_761_393 + b * 668_265_263
+        hash = (hash xor (hash ushr 13)) * 1_274_126_177
+        return ((hash xor (hash ushr 16)) and 0xffff) / 65_535.0
+    }
+
+    fun draw(canvas: Canvas, phase: Double) {
+        canvas.drawWalls()
+        canvas.drawFurniture()
+        canvas.drawCube(phase)
+        canvas.line(Color(0x303030), 3.0, listOf(HOOK, lamp(phase).center))
+        canvas.ball(Color(0xf2d060), lamp(phase))
+        canvas.ball(Color(0xd64830), bouncing(phase))
+    }
+}
+
+private val LEFT = Vector3(0.0, 2 * Room.SIDE, 0.0)
+private val UP = Vector3(0.0, 0.0, 2 * Room.HIGH)
+private val AHEAD = Vector3(2 * Room.FRONT, 0.0, 0.0)
+
+private fun corner(x: Int, y: Int, z: Int) = Vector3(x * Room.FRONT, y * Room.SIDE, z * Room.HIGH)
+
+private fun Canvas.drawWalls() {
+    tiles(corner(-1, -1, -1), AHEAD, LEFT, 14, 12) { i, j ->
+        Color(if ((i + j) % 2 == 0) 0x9c7f5c else 0x6e5338).shaded(i, j)
+    }
+    tiles(corner(-1, -1, 1), AHEAD, LEFT, 14, 12) { i, j -> Color(0xd8d8d2).shaded(i + 40, j) }
+    tiles(corner(1, -1, -1), LEFT, UP, 12, 6) { i, j -> Color(0xb9ad94).shaded(i + 80, j) }
+    tiles(corner(-1, 1, -1), AHEAD, UP, 14, 6) { i, j -> Color(0x8fa3b3).shaded(i + 120, j) }
+    tiles(corner(-1, -1, -1), AHEAD, UP, 14, 6) { i, j -> Color(0xa69a9f).shaded(i + 160, j) }
+}
+
+private fun Canvas.drawFurniture() {
+    val wall = Room.FRONT - 0.02
+    tiles(Vector3(wall, 0.3, -0.3), Vector3(0.0, 1.2, 0.0), Vector3(0.0, 0.0, 1.2), 8, 8) { i, j ->
+        if ((i + j) % 2 == 0) Color(0x101010) else Color(0xf0f0f0)
+    }
+    tiles(Vector3(wall, -1.8, -0.2), Vector3(0.0, 1.3, 0.0), Vector3(0.0, 0.0, 0.9), 13, 9) { i, j ->
+        Color.getHSBColor(((i + 2 * j) / 30f), 0.55f, (0.5 + 0.45 * Room.grain(i, j)).toFloat())
+    }
+    val side = Room.SIDE - 0.02
+    tiles(Vector3(1.0, side, -0.2), Vector3(1.8, 0.0, 0.0), Vector3(0.0, 0.0, 1.2), 6, 4) { i, j ->
+        if (i % 3 == 0) Color(0xf4f4f0) else Color(0x7db7e8 + 0x0a0600 * j)
+    }
+    tiles(Vector3(0.8, -side, -1.2), Vector3(2.0, 0.0, 0.0), Vector3(0.0, 0.0, 1.9), 20, 4) { i, j ->
+        Color.getHSBColor(Room.grain(i, j + 9).toFloat(), 0.6f, (0.35 + 0.5 * Room.grain(i + 50, j)).toFloat())
+    }
+}
+
+private fun Canvas.drawCube(phase: Double) {
+    val center = Transform(Vector3(2.2, 1.2, -0.5), yaw(2 * PI * phase) * roll(0.6))
+    val eye = Vector3.ZERO
+    FACES.map { (outward, u, v) -> Face(outward, listOf(u + v, u - v, Vector3.ZERO - u - v, v - u).map { it + outward }) }
+        .filter { face -> facing(center, face, eye) > 0 }
+        .forEach { face ->
+            val light = 0.35 + 0.65 * abs(center.rotation.rotate(face.outward).x)
+            polygon(Color(0x35, 0x9a, 0x6e).times(light), face.corners.map { center.apply(it * CUBE_HALF) })
+        }
+}
+
+private const val CUBE_HALF = 0.25
+
+private class Face(val outward: Vector3, val corners: List<Vector3>)
+
+private val FACES: List<Triple<Vector3, Vector3, Vector3>> = run {
+    val x = Vector3(1.0, 0.0, 0.0)
+    val y = Vector3(0.0, 1.0, 0.0)
+    val z = Vector3(0.0, 0.0, 1.0)
+    listOf(Triple(x, y, z), Triple(y, z, x), Triple(z, x, y)).flatMap { (a, b, c) ->
+        listOf(Triple(a, b, c), Triple(a * -1.0, b, c))
+    }
+}
+
+private fun facing(cube: Transform, face: Face, eye: Vector3): Double {
+    val outward = cube.rotation.rotate(face.outward)
+    val toEye = eye - cube.apply(face.outward * CUBE_HALF)
+    return outward dot toEye
+}
+
+private fun Color.shaded(a: Int, b: Int) = times(0.86 + 0.28 * Room.grain(a, b))
+
+internal fun Color.times(factor: Double) =
+    Color(
+        (red * factor).toInt().coerceIn(0, 255),
+        (green * factor).toInt().coerceIn(0, 255),
+        (blue * factor).toInt().coerceIn(0, 255),
+    )
