@@ -23,6 +23,9 @@ public class BufferPool(public val bufferBytes: Int, public val count: Int) {
     /** A cleared buffer, or null when all are in use: then the caller delivers [LostSamples], [DropReason.NO_BUFFER]. */
     public fun acquire(): ByteBuffer? = free.poll()?.clear()
 
+    /** A cleared buffer, after waiting for one when all are in use; blocks, for sources that can wait. */
+    public fun take(): ByteBuffer = free.take().clear()
+
     /** Gives back a buffer of this pool; the caller no longer touches it. */
     public fun giveBack(buffer: ByteBuffer) {
         check(free.offer(buffer)) { "buffer given back twice: all $count buffers of the pool are free" }

@@ -1,0 +1,56 @@
+package dev.ml2sensors.simulator.replay
+
+import dev.ml2sensors.message.times
+import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.ImageSample
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.runInterruptible
+import java.io.File
+import java.nio.ByteBuffer
+
+/** Makes the samples of a recorded camera; waits when all its buffers are in use. */
+internal class CameraPlayer(private val camera: RecordedCamera, private val groundTruth: GroundTruth?) {
+    private val width = camera.intrinsics.width
+    private val height = camera.intrinsics.height
+    private val pool = BufferPool(width * height, BUFFERS)
+    private val decoder = GreyPngDecoder(width, height)
+
+    fun track(): Track = Track(LongArray(camera.images.size) { camera.images[it].stampNanos }, ::sample)
+
+    private suspend fun sample(row: Int, captureNanos: Long): ImageSample {
+        val image = camera.images[row]
+        return ImageSample(
+            captureNanos,
+            frameNumber = row.toLong(),
+            width,
+            height,
+            strideBytes = width,
+            pose = groundTruth?.poseAt(image.stampNanos)?.let { it * camera.inBody },
+            camera.intrinsics,
+            CaptureSettings(),
+            listOf(ImageSample.Plane(ImageSample.IMAGE, pixels(image.file), pool)),
+        )
+    }
+
+    private suspend fun pixels(file: File): ByteBuffer {
+        var buffer: ByteBuffer? = null
+        var isDecoded = false
+        try {
+            return runInterruptible(Dispatchers.IO) {
+                pool.take().also {
+                    buffer = it
+                    decoder.decode(file, it)
+                    it.flip()
+                }
+            }.also { isDecoded = true }
+        } finally {
+            if (!isDecoded) buffer?.let(pool::giveBack)
+        }
+    }
+
+    private companion object {
+        /** More than a lane holds and writes, so that a reader that keeps up never waits. */
+        const val BUFFERS = 8
+    }
+}

@@ -1,0 +1,41 @@
+package dev.ml2sensors.simulator.replay
+
+import java.io.File
+
+/**
+ * A recording in the EuRoC/ASL format, checked but for the pixels, which are decoded while it plays.
+ *
+ * Read are `cam0` (the left camera), `cam1` (the right one), `imu0` and `state_groundtruth_estimate0` of the folder
+ * `mav0`; a folder that is missing is a sensor the recording does not have.
+ */
+public class EurocRecording private constructor(
+    /** Name of the folder it was read from. */
+    public val name: String,
+    internal val left: RecordedCamera?,
+    internal val right: RecordedCamera?,
+    internal val imu: RecordedImu?,
+    internal val groundTruth: GroundTruth?,
+) {
+    public companion object {
+        /**
+         * @param folder holds the folder `mav0`.
+         * @throws RecordingException if there is no sensor, or a file that is not as the format says.
+         */
+        public fun open(folder: File): EurocRecording {
+            val sensors = folder.resolve("mav0")
+            fun <T> sensor(name: String, open: (File) -> T): T? = sensors.resolve(name).takeIf(File::isDirectory)?.let(open)
+            val recording = EurocRecording(
+                folder.canonicalFile.name,
+                sensor("cam0", RecordedCamera::open),
+                sensor("cam1", RecordedCamera::open),
+                sensor("imu0", RecordedImu::open),
+                sensor("state_groundtruth_estimate0", GroundTruth::open),
+            )
+            val found = listOf(recording.left, recording.right, recording.imu, recording.groundTruth)
+            if (found.all { it == null }) {
+                throw RecordingException(sensors, null, "cam0, cam1, imu0 or state_groundtruth_estimate0", "none of them")
+            }
+            return recording
+        }
+    }
+}

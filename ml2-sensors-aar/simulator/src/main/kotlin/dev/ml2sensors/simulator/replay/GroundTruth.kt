@@ -1,0 +1,38 @@
+package dev.ml2sensors.simulator.replay
+
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.interpolate
+import java.io.File
+import kotlin.math.abs
+
+/** The body in the world at recorded times: the `state_groundtruth_estimate0` folder. */
+internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
+    /** The pose at [stampNanos] between two rows, null outside of the recorded span. */
+    fun poseAt(stampNanos: Long): Transform? {
+        val found = stamps.binarySearch(stampNanos)
+        if (found >= 0) return poses[found]
+        val after = -found - 1
+        if (after == 0 || after == stamps.size) return null
+        val elapsed = (stampNanos - stamps[after - 1]).toDouble()
+        return poses[after - 1].interpolate(poses[after], elapsed / (stamps[after] - stamps[after - 1]))
+    }
+
+    companion object {
+        private const val NORM_TOLERANCE = 1e-3
+
+        fun open(folder: File): GroundTruth {
+            val rows = CsvTable(folder.resolve("data.csv"), columns = 17).rows()
+            return GroundTruth(LongArray(rows.size) { rows[it].stampNanos }, rows.map(::pose))
+        }
+
+        private fun pose(row: CsvTable.Row): Transform {
+            val (px, py, pz, w) = (1..4).map(row::number)
+            val (x, y, z) = (5..7).map(row::number)
+            val norm = x * x + y * y + z * z + w * w
+            if (abs(norm - 1) > NORM_TOLERANCE) throw row.error("a unit quaternion w,x,y,z", "$w,$x,$y,$z")
+            return Transform(Vector3(px, py, pz), Quaternion(x, y, z, w))
+        }
+    }
+}

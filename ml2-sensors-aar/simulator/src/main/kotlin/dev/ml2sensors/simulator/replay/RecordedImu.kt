@@ -1,0 +1,17 @@
+package dev.ml2sensors.simulator.replay
+
+import java.io.File
+
+/** Angular velocities (rad/s) and accelerations (m/s^2) in the axes of the sensor: an `imu*` folder. */
+internal class RecordedImu(val stamps: LongArray, val gyro: List<DoubleArray>, val accel: List<DoubleArray>) {
+    companion object {
+        fun open(folder: File): RecordedImu {
+            val rows = CsvTable(folder.resolve("data.csv"), columns = 7).rows()
+            return RecordedImu(
+                LongArray(rows.size) { rows[it].stampNanos },
+                rows.map { row -> DoubleArray(3) { row.number(1 + it) } },
+                rows.map { row -> DoubleArray(3) { row.number(4 + it) } },
+            )
+        }
+    }
+}
