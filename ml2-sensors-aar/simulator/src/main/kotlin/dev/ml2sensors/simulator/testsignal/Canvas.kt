@@ -2,7 +2,7 @@ package dev.ml2sensors.simulator.testsignal
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
-import dev.ml2sensors.message.apply
+import dev.ml2sensors.message.map
 import dev.ml2sensors.message.inverse
 import dev.ml2sensors.source.Intrinsics
 import java.awt.BasicStroke
@@ -56,8 +56,8 @@ internal class Canvas(image: BufferedImage, private val lens: Intrinsics, camera
     }
 
     fun ball(color: Color, ball: Ball) {
-        val middle = lens.project(toCamera.apply(ball.center)) ?: return
-        val top = lens.project(toCamera.apply(ball.center + Vector3(0.0, 0.0, ball.radius))) ?: return
+        val middle = lens.project(toCamera.map(ball.center)) ?: return
+        val top = lens.project(toCamera.map(ball.center + Vector3(0.0, 0.0, ball.radius))) ?: return
         val r = middle.distance(top)
         graphics.paint = RadialGradientPaint(
             (middle.x - r / 3).toFloat(),
@@ -85,7 +85,7 @@ internal class Canvas(image: BufferedImage, private val lens: Intrinsics, camera
     private fun path(points: List<Vector3>): Path2D? {
         val path = Path2D.Double()
         for (point in points) {
-            val pixel = lens.project(toCamera.apply(point)) ?: return null
+            val pixel = lens.project(toCamera.map(point)) ?: return null
             if (path.currentPoint == null) path.moveTo(pixel.x, pixel.y) else path.lineTo(pixel.x, pixel.y)
         }
         return path.apply { closePath() }

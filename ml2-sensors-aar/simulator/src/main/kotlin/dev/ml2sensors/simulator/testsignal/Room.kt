@@ -2,7 +2,7 @@ package dev.ml2sensors.simulator.testsignal
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
-import dev.ml2sensors.message.apply
+import dev.ml2sensors.message.map
 import dev.ml2sensors.message.rotate
 import dev.ml2sensors.message.times
 import java.awt.Color
@@ -105,7 +105,7 @@ private fun Canvas.drawCube(phase: Double) {
         .filter { face -> facing(center, face, eye) > 0 }
         .forEach { face ->
             val light = 0.35 + 0.65 * abs(center.rotation.rotate(face.outward).x)
-            polygon(Color(0x35, 0x9a, 0x6e).times(light), face.corners.map { center.apply(it * CUBE_HALF) })
+            polygon(Color(0x35, 0x9a, 0x6e).times(light), face.corners.map { center.map(it * CUBE_HALF) })
         }
 }
 
@@ -124,7 +124,7 @@ private val FACES: List<Triple<Vector3, Vector3, Vector3>> = run {
 
 private fun facing(cube: Transform, face: Face, eye: Vector3): Double {
     val outward = cube.rotation.rotate(face.outward)
-    val toEye = eye - cube.apply(face.outward * CUBE_HALF)
+    val toEye = eye - cube.map(face.outward * CUBE_HALF)
     return outward dot toEye
 }
 
