@@ -32,15 +32,25 @@ internal class OutgoingChannel(
         stampNanos: Long,
         sample: ImageSample? = null,
     ) {
+        lane.offer(frame(serializer, message, stampNanos, sample))
+    }
+
+    /** The next frame of this channel; it is to be offered to a lane, or else sent or dropped. */
+    fun <T> frame(
+        serializer: SerializationStrategy<T>,
+        message: T,
+        stampNanos: Long,
+        sample: ImageSample?,
+    ): OutgoingFrame {
         val payload = encoder.encode(serializer, message)
         val header = FrameHeader(FrameKind.DATA.code, payload.size, id, account.produce(), stampNanos)
         // The prefix is the encoder's until it encodes again, and several frames may be queued.
         val head = ByteBuffer.allocate(FrameHeader.BYTES + payload.prefix.remaining())
         header.writeTo(head)
         head.put(payload.prefix).flip()
-        val borrowed = payload.data?.let { sample }
+        val borrowed = if (payload.data == null) null else sample
         borrowed?.retain()
-        lane.offer(OutgoingFrame(account, head, payload.data, borrowed))
+        return OutgoingFrame(account, head, payload.data, borrowed)
     }
 
     /** How CHANNEL announces it, as a topic of [spec]. */

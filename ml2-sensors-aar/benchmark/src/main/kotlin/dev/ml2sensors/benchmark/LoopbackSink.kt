@@ -1,0 +1,35 @@
+package dev.ml2sensors.benchmark
+
+import java.net.InetAddress
+import java.net.InetSocketAddress
+import java.nio.ByteBuffer
+import java.nio.channels.ServerSocketChannel
+import java.nio.channels.SocketChannel
+import kotlin.concurrent.thread
+
+/** A connected TCP socket whose other end reads and forgets. */
+internal class LoopbackSink : AutoCloseable {
+    val channel: SocketChannel
+    private val reader: Thread
+
+    init {
+        ServerSocketChannel.open().use { server ->
+            server.bind(InetSocketAddress(InetAddress.getLoopbackAddress(), 0))
+            channel = SocketChannel.open(server.localAddress)
+            val peer = server.accept()
+            reader = thread(name = "sink") { peer.use(::drain) }
+        }
+    }
+
+    override fun close() {
+        channel.close()
+        reader.join()
+    }
+
+    private fun drain(peer: SocketChannel) {
+        val buffer = ByteBuffer.allocateDirect(1 shl 20)
+        do {
+            val read = peer.read(buffer.clear())
+        } while (read >= 0)
+    }
+}
