@@ -30,9 +30,13 @@ def load_config(path: Path) -> Config:
     """
     try:
         with path.open("rb") as file:
-            return parse_config(file.read(MAX_BYTES + 1))
+            data = file.read(MAX_BYTES + 1)
+        return parse_config(data)
     except OSError as error:
-        raise ConfigError([Problem(0, "", "", f"cannot be read: {error.strerror}")]) from error
+        problem = Problem(0, "", "", f"cannot be read: {error.strerror}")
+        raise ConfigError([problem], str(path)) from error
+    except ConfigError as error:
+        raise ConfigError(error.problems, str(path)) from error
 
 
 def parse_config(data: bytes) -> Config:

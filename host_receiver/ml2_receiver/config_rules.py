@@ -39,7 +39,8 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
             message = f"expected keys under it, found {parameter.text}"
             yield Problem(parameter.line, name, parameter.text, message)
         elif key not in sections[section].keys:
-            message = f"unknown key; {expected_one_of(sections[section].keys, key)}"
+            expected = expected_one_of(sections[section].keys, key)
+            message = f"unknown key with value {parameter.text}; {expected}"
             yield Problem(parameter.line, name, parameter.text, message)
         elif not _accepts(parameter.value, sections[section].keys[key]):
             message = f"expected {_expected(sections[section].keys[key])}, found {parameter.text}"

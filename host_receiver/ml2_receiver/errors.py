@@ -26,16 +26,20 @@ class Problem:
     value: str
     message: str
 
-    def __str__(self) -> str:
-        return f"{self.key}: {self.message}" if self.key else self.message
+    def located_in(self, file: str) -> str:
+        place = f"{file}:{self.line}" if self.line else file
+        return ": ".join(filter(None, (place, self.key, self.message)))
 
 
 class ConfigError(ReceiverError):
-    """A configuration file that cannot be used; `problems` has all that is wrong with it."""
+    """A configuration that cannot be used; `problems` has all that is wrong with it.
 
-    def __init__(self, problems: Sequence[Problem]) -> None:
+    Its text has one line per problem, "FILE:LINE: KEY: what was expected and found".
+    """
+
+    def __init__(self, problems: Sequence[Problem], file: str = "configuration") -> None:
         self.problems = tuple(problems)
-        super().__init__("; ".join(f"line {problem.line}: {problem}" for problem in self.problems))
+        super().__init__("\n".join(problem.located_in(file) for problem in problems))
 
 
 class TableError(ReceiverError):

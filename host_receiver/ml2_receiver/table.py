@@ -53,6 +53,9 @@ class Topic:
     when: str | None
     frame: str
 
+    def full_name(self, prefix: str) -> str:
+        return self.name if self.name.startswith("/") else f"{prefix}/{self.name}"
+
 
 @dataclass(frozen=True)
 class ReceiverTopic:
