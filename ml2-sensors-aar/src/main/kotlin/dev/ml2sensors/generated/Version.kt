@@ -1,6 +1,4 @@
 package dev.ml2sensors
 
-/** The version of this library, from the root POM. */
-public object Version {
-    public const val NAME: String = "0.1.0"
-}
+/** Of this library; generated from pom.xml by config/generate.py. */
+public const val VERSION: String = "0.1.0"

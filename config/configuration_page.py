@@ -1,0 +1,132 @@
+"""The page that lists every key of config.yaml and every stream."""
+
+from collections.abc import Iterable, Iterator
+
+from ml2_receiver.table import Key, Scalar, Section, StreamTable
+
+_INTRODUCTION = """# Configuration
+
+`config/config.yaml` is a ROS 2 parameter file: sections of keys under `/ml2_receiver:` and
+`ros__parameters:`. A key that is not there has its default. `ml2-receiver config check FILE` says
+what is wrong in a file, or which topics it starts.
+
+This page is generated from `config/streams.yaml` by `config/generate.py`.
+"""
+
+_MODES = """Stream, resolution, rate and format of a camera are legal together when one row has them.
+"""
+
+_STREAMS = """Topics are under the prefix `general.topic_name`, except those with a leading slash. Publishers are
+reliable, volatile, and keep as many messages as the depth says. Which values start a stream stands
+in the last column; the transform tree runs whenever another stream does.
+"""
+
+
+def configuration_page(table: StreamTable) -> str:
+    return "\n".join(
+        [
+            _INTRODUCTION,
+            "## Keys\n",
+            *_table("section|key|type|allowed|default|topics it switches on|meaning", _keys(table)),
+            "\n## Camera modes\n",
+            _MODES,
+            *_table("section|stream|resolution|rate in Hz|format", _modes(table)),
+            "\n## Streams\n",
+            _STREAMS,
+            *_table("stream|topic|type|encoding|frame|body frame|depth|runs when", _topics(table)),
+            "\n## Topics of the receiver itself\n",
+            *_table("topic|type|depth|durability", _receiver_topics(table)),
+            "",
+        ]
+    )
+
+
+def _table(header: str, rows: Iterable[Iterable[str]]) -> Iterator[str]:
+    columns = header.split("|")
+    yield f"| {' | '.join(columns)} |"
+    yield f"|{'---|' * len(columns)}"
+    for row in rows:
+        yield f"| {' | '.join(row)} |"
+
+
+def _keys(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    for section in table.sections.values():
+        for key in section.keys.values():
+            meaning = key.doc
+            if key is next(iter(section.keys.values())):
+                meaning = " ".join(filter(None, (section.doc, meaning)))
+            yield (
+                section.id,
+                f"`{key.name}`",
+                key.type,
+                _allowed(key),
+                f"`{_yaml(key.default)}`",
+                ", ".join(f"`{name}`" for name in _switched_topics(table, section, key)),
+                meaning,
+            )
+
+
+def _allowed(key: Key) -> str:
+    if key.type == "bool":
+        return "true, false"
+    if key.type == "topic":
+        return "a ROS 2 topic name"
+    if key.allowed:
+        return ", ".join(map(str, key.allowed))
+    return "any" if key.minimum is None else f"at least {key.minimum}"
+
+
+def _switched_topics(table: StreamTable, section: Section, key: Key) -> list[str]:
+    if key.type != "bool":
+        return []
+    return [
+        topic.name
+        for stream in table.streams.values()
+        if stream.section == section.id and stream.when
+        for topic in stream.topics
+        if (topic.when is None and key.name in stream.when) or topic.when == key.name
+    ]
+
+
+def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    for section in table.sections.values():
+        for mode in section.modes:
+            rates = (
+                f"{rate} (delivers {mode.delivers[rate]})" if rate in mode.delivers else str(rate)
+                for rate in mode.rates
+            )
+            yield (
+                section.id,
+                str(mode.stream),
+                ", ".join(f"{width}x{height}" for width, height in mode.resolutions),
+                ", ".join(rates),
+                ", ".join(mode.formats),
+            )
+
+
+def _topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    for stream in table.streams.values():
+        for topic in stream.topics:
+            conditions = dict(stream.when or {}) | ({topic.when: True} if topic.when else {})
+            yield (
+                stream.id,
+                f"`{topic.name}`",
+                topic.type,
+                topic.encoding or "",
+                topic.frame,
+                stream.body_frame or "",
+                str(table.qos[topic.qos].depth),
+                ", ".join(
+                    f"`{stream.section}.{key}: {_yaml(value)}`" for key, value in conditions.items()
+                ),
+            )
+
+
+def _yaml(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _receiver_topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    for topic in table.receiver_topics:
+        qos = table.qos[topic.qos]
+        yield f"`{topic.name}`", topic.type, str(qos.depth), qos.durability

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Writes what other languages and readers need of config/streams.yaml and of the POM's version.
+
+--check writes nothing and exits with 1 when a file is not what would be written.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "host_receiver"))
+
+from configuration_page import configuration_page
+from kotlin_table import kotlin_table
+from ml2_receiver.table import load_table
+
+KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
+PYTHON = ROOT / "host_receiver/ml2_receiver"
+
+PYTHON_VERSION = """# Generated from pom.xml by config/generate.py.
+VERSION = "{}"
+"""
+KOTLIN_VERSION = """package dev.ml2sensors
+
+/** Of this library; generated from pom.xml by config/generate.py. */
+public const val VERSION: String = "{}"
+"""
+
+
+def outputs() -> Iterator[tuple[Path, str]]:
+    table = load_table()
+    yield KOTLIN / "table/generated/StreamTable.kt", kotlin_table(table)
+    yield ROOT / "docs/configuration.md", configuration_page(table)
+
+    version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
+    yield PYTHON / "generated/__init__.py", ""
+    yield PYTHON / "generated/version.py", PYTHON_VERSION.format(version)
+    yield KOTLIN / "generated/Version.kt", KOTLIN_VERSION.format(version)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="compare instead of writing")
+    check = parser.parse_args().check
+    stale = [(file, text) for file, text in outputs() if not is_current(file, text)]
+    for file, text in stale:
+        name = file.relative_to(ROOT)
+        if check:
+            print(f"{name} is stale: run config/generate.py", file=sys.stderr)
+        else:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, "utf-8")
+            print(f"wrote {name}")
+    return 1 if check and stale else 0
+
+
+def is_current(file: Path, text: str) -> bool:
+    return file.exists() and file.read_text("utf-8") == text
+
+
+if __name__ == "__main__":
+    sys.exit(main())
