@@ -2,15 +2,14 @@ package dev.ml2sensors.simulator.replay
 
 import java.awt.image.BufferedImage
 import java.awt.image.DataBufferByte
-import java.io.EOFException
 import java.io.File
-import java.io.IOException
 import java.nio.ByteBuffer
 import javax.imageio.ImageIO
 import javax.imageio.ImageReader
 
 /** Decodes 8-bit grey PNG files of one size, one at a time. */
-internal class GreyPngDecoder(private val width: Int, private val height: Int) {
+internal class GreyPngDecoder(width: Int, height: Int) {
+    private val expected = "${width}x$height, 8-bit grey"
     private val reader: ImageReader = ImageIO.getImageReadersByFormatName("png").next()
     private val image = BufferedImage(width, height, BufferedImage.TYPE_BYTE_GRAY)
     private val pixels = (image.raster.dataBuffer as DataBufferByte).data
@@ -22,24 +21,25 @@ internal class GreyPngDecoder(private val width: Int, private val height: Int) {
      * @throws RecordingException if it is no such PNG.
      */
     fun decode(file: File, target: ByteBuffer) {
-        try {
-            ImageIO.createImageInputStream(file).use { input ->
-                reader.input = input
-                checkFormat(file)
-                reader.read(0, parameters)
-            }
-        } catch (failure: RecordingException) {
-            throw failure
-        } catch (failure: IOException) {
-            throw RecordingException(file, null, "a PNG image", "${failure.message}", failure)
-        }
+        val found = read(file)
+        if (found != expected) throw RecordingException(file, null, expected, found)
         target.put(pixels)
     }
 
-    private fun checkFormat(file: File) {
+    /** Size and pixel format of [file], which is in [image] if they are as expected. */
+    private fun read(file: File): String =
+        try {
+            ImageIO.createImageInputStream(file).use { input ->
+                reader.input = input
+                format().also { if (it == expected) reader.read(0, parameters) }
+            }
+        } catch (failure: Exception) {
+            // Damage also makes the JDK's reader throw unchecked exceptions of several kinds
+            throw RecordingException(file, null, "a PNG image", "$failure", failure)
+        }
+
+    private fun format(): String {
         val isGrey = reader.getRawImageType(0)?.bufferedImageType == BufferedImage.TYPE_BYTE_GRAY
-        val found = "${reader.getWidth(0)}x${reader.getHeight(0)}, ${if (isGrey) "8-bit grey" else "another pixel format"}"
-        val expected = "${width}x$height, 8-bit grey"
-        if (found != expected) throw RecordingException(file, null, expected, found)
+        return "${reader.getWidth(0)}x${reader.getHeight(0)}, ${if (isGrey) "8-bit grey" else "another pixel format"}"
     }
 }

@@ -72,7 +72,7 @@ internal class RecordingFiles(val folder: File) {
 
         fun writePng(file: File, pixels: ByteArray, width: Int = WIDTH, type: Int = BufferedImage.TYPE_BYTE_GRAY) {
             val image = BufferedImage(width, pixels.size / width, type)
-            (image.raster.dataBuffer as? DataBufferByte)?.data?.let { pixels.copyInto(it) }
+            if (type == BufferedImage.TYPE_BYTE_GRAY) pixels.copyInto((image.raster.dataBuffer as DataBufferByte).data)
             ImageIO.write(image, "png", file)
         }
     }
