@@ -28,12 +28,11 @@ internal class CsvTable(private val file: File, private val columns: Int) {
         return rows
     }
 
-    private fun lines(): List<String> =
-        try {
-            file.readLines()
-        } catch (failure: IOException) {
-            throw RecordingException(file, null, "a readable file", "${failure.message}", failure)
-        }
+    private fun lines(): List<String> = try {
+        file.readLines()
+    } catch (failure: IOException) {
+        throw RecordingException(file, null, "a readable file", "${failure.message}", failure)
+    }
 
     private fun row(line: Int, text: String): Row? {
         if (text.isEmpty() || text.startsWith('#')) return null

@@ -23,7 +23,10 @@ public class EurocRecording private constructor(
          */
         public fun open(folder: File): EurocRecording {
             val sensors = folder.resolve("mav0")
-            fun <T> sensor(name: String, open: (File) -> T): T? = sensors.resolve(name).takeIf(File::isDirectory)?.let(open)
+
+            fun <T> sensor(name: String, open: (File) -> T): T? =
+                sensors.resolve(name).takeIf(File::isDirectory)?.let(open)
+
             val recording = EurocRecording(
                 folder.canonicalFile.name,
                 sensor("cam0", RecordedCamera::open),
@@ -33,7 +36,8 @@ public class EurocRecording private constructor(
             )
             val found = listOf(recording.left, recording.right, recording.imu, recording.groundTruth)
             if (found.all { it == null }) {
-                throw RecordingException(sensors, null, "cam0, cam1, imu0 or state_groundtruth_estimate0", "none of them")
+                val expected = "cam0, cam1, imu0 or state_groundtruth_estimate0"
+                throw RecordingException(sensors, null, expected, "none of them")
             }
             return recording
         }

@@ -27,16 +27,15 @@ internal class GreyPngDecoder(width: Int, height: Int) {
     }
 
     /** Size and pixel format of [file], which is in [image] if they are as expected. */
-    private fun read(file: File): String =
-        try {
-            ImageIO.createImageInputStream(file).use { input ->
-                reader.input = input
-                format().also { if (it == expected) reader.read(0, parameters) }
-            }
-        } catch (failure: Exception) {
-            // Damage also makes the JDK's reader throw unchecked exceptions of several kinds
-            throw RecordingException(file, null, "a PNG image", "$failure", failure)
+    private fun read(file: File): String = try {
+        ImageIO.createImageInputStream(file).use { input ->
+            reader.input = input
+            format().also { if (it == expected) reader.read(0, parameters) }
         }
+    } catch (failure: Exception) {
+        // Damage also makes the JDK's reader throw unchecked exceptions of several kinds
+        throw RecordingException(file, null, "a PNG image", "$failure", failure)
+    }
 
     private fun format(): String {
         val isGrey = reader.getRawImageType(0)?.bufferedImageType == BufferedImage.TYPE_BYTE_GRAY

@@ -86,24 +86,23 @@ public class ReplayHeadset(
         withTimeoutOrNull((dueNanos - clock.nowNanos()).nanoseconds) { closed.join() }
     }
 
-    private fun camera(stream: StreamSpec): RecordedCamera? =
-        when (stream) {
-            StreamTable.worldLeft -> recording.left
-            StreamTable.worldRight -> recording.right
-            else -> null
-        }
+    private fun camera(stream: StreamSpec): RecordedCamera? = when (stream) {
+        StreamTable.worldLeft -> recording.left
+        StreamTable.worldRight -> recording.right
+        else -> null
+    }
 
     private fun tracks(): Map<StreamSpec, Track> = buildMap {
         recording.left?.let { put(StreamTable.worldLeft, CameraPlayer(it, recording.groundTruth).track()) }
         recording.right?.let { put(StreamTable.worldRight, CameraPlayer(it, recording.groundTruth).track()) }
         recording.imu?.let { imu ->
-            put(StreamTable.accelLeft, Track(imu.stamps) { row, captureNanos -> imu.accel[row].at(captureNanos) })
-            put(StreamTable.gyroLeft, Track(imu.stamps) { row, captureNanos -> imu.gyro[row].at(captureNanos) })
+            put(StreamTable.accelLeft, Track(imu.stamps) { row, at -> imu.accel[row].sample(at) })
+            put(StreamTable.gyroLeft, Track(imu.stamps) { row, at -> imu.gyro[row].sample(at) })
         }
         recording.groundTruth?.let { truth ->
-            put(StreamTable.headPose, Track(truth.stamps) { row, captureNanos -> PoseSample(captureNanos, truth.poses[row]) })
+            put(StreamTable.headPose, Track(truth.stamps) { row, at -> PoseSample(at, truth.poses[row]) })
         }
     }
 
-    private fun DoubleArray.at(captureNanos: Long) = VectorSample(captureNanos, this[0], this[1], this[2])
+    private fun DoubleArray.sample(captureNanos: Long) = VectorSample(captureNanos, this[0], this[1], this[2])
 }

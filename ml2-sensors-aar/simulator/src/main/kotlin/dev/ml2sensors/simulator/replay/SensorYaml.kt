@@ -33,22 +33,20 @@ internal class SensorYaml(private val file: File) {
 
     private fun node(key: String): Node = find(key) ?: throw error(key, "present", "nothing")
 
-    private fun find(key: String): Node? =
-        key.split('.').fold(root as Node?) { node, name ->
-            (node as? MappingNode)?.value?.lastOrNull { (it.keyNode as? ScalarNode)?.value == name }?.valueNode
-        }
+    private fun find(key: String): Node? = key.split('.').fold(root as Node?) { node, name ->
+        (node as? MappingNode)?.value?.lastOrNull { (it.keyNode as? ScalarNode)?.value == name }?.valueNode
+    }
 
     private fun line(node: Node?): Int? = node?.startMark?.map { it.line + 1 }?.orElse(null)
 
-    private fun compose(): Node =
-        try {
-            // OpenCV's first line, which is no YAML directive
-            val text = file.readText().replaceFirst(Regex("^%YAML:.*"), "")
-            Compose(LoadSettings.builder().build()).composeString(text).orElse(null)
-        } catch (failure: YamlEngineException) {
-            val mark = (failure as? MarkedYamlEngineException)?.problemMark?.orElse(null)
-            throw RecordingException(file, mark?.line?.plus(1), "YAML", failure.message.orEmpty(), failure)
-        } catch (failure: IOException) {
-            throw RecordingException(file, null, "a readable file", "${failure.message}", failure)
-        } ?: throw RecordingException(file, null, "a YAML mapping", "an empty file")
+    private fun compose(): Node = try {
+        // OpenCV's first line, which is no YAML directive
+        val text = file.readText().replaceFirst(Regex("^%YAML:.*"), "")
+        Compose(LoadSettings.builder().build()).composeString(text).orElse(null)
+    } catch (failure: YamlEngineException) {
+        val mark = (failure as? MarkedYamlEngineException)?.problemMark?.orElse(null)
+        throw RecordingException(file, mark?.line?.plus(1), "YAML", failure.message.orEmpty(), failure)
+    } catch (failure: IOException) {
+        throw RecordingException(file, null, "a readable file", "${failure.message}", failure)
+    } ?: throw RecordingException(file, null, "a YAML mapping", "an empty file")
 }

@@ -51,7 +51,8 @@ class EurocExcerptTest {
             collect(stream) { samples += it as VectorSample }
             assertEquals(950, samples.size)
             assertSteps(rows, samples.map { it.captureNanos })
-            assertEquals(rows.map { row -> columns.map { row[it].toDouble() } }, samples.map { listOf(it.x, it.y, it.z) })
+            val expected = rows.map { row -> columns.map { row[it].toDouble() } }
+            assertEquals(expected, samples.map { listOf(it.x, it.y, it.z) })
         }
     }
 

@@ -62,46 +62,51 @@ class EurocRecordingTest {
     }
 
     @TestFactory
-    fun damagedFileIsNamedWithLineExpectedAndFound(): List<DynamicTest> =
-        listOf(
-            Damage("cam0/data.csv", ",${RecordingFiles.stamp(1)}.png", "", 3, "2 columns", "1"),
-            Damage("cam0/data.csv", "${RecordingFiles.stamp(1)}.png", "absent.png", 3, "data/absent.png", "no such file"),
-            Damage("cam0/data.csv", "${RecordingFiles.stamp(1)}.png", "\u0000.png", 3, "data/\u0000.png", "no such file"),
-            Damage("cam0/data.csv", "${RecordingFiles.stamp(1)},", "1.5,", 3, "integer nanoseconds", "1.5"),
-            Damage("cam0/data.csv", "${RecordingFiles.stamp(1)},", "99999999999999999999,", 3, "nanoseconds", "9999"),
-            Damage("cam0/data.csv", "${RecordingFiles.stamp(1)},", "${RecordingFiles.FIRST},", 3, "a time after", "1403"),
-            Damage("imu0/data.csv", "2e-3", "nan", 2, "finite number", "nan"),
-            Damage("imu0/data.csv", "2e-3", "NaN", 2, "finite number", "NaN"),
-            Damage("imu0/data.csv", "2e-3", "1e999", 2, "finite number", "1e999"),
-            Damage("imu0/data.csv", "2e-3", "2e-3,1", 2, "7 columns", "8"),
-            Damage("state_groundtruth_estimate0/data.csv", "0.8,0.6,0,0", "0.8,0.6,1,0", 3, "unit quaternion", "0.8,0.6"),
-            Damage("cam1/sensor.yaml", "  data: [", "  data: ]", 6, "YAML", "expected the node content, but found ']'"),
-            Damage("cam1/sensor.yaml", "T_BS:", "T_SB:", null, "T_BS.data to be present", "nothing"),
-            Damage("cam1/sensor.yaml", "0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 0.0]", 6, "16 numbers", "15"),
-            Damage("cam1/sensor.yaml", "0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 1.0, 1.0]", 6, "rigid transform", "1.0, 1.0"),
-            Damage("cam1/sensor.yaml", "[0.0, -1.0,", "[0.0, 1.0,", 6, "rigid transform", "[0.0, 1.0"),
-            Damage("cam1/sensor.yaml", "[0.0, -1.0,", "[0.0, -1e300,", 6, "rigid transform", "-1.0E300"),
-            Damage("cam1/sensor.yaml", "rate_hz: 20", "rate_hz: 0", 10, "rate_hz to be positive", "0"),
-            Damage("cam1/sensor.yaml", "rate_hz: 20", "rate_hz: 20.5", 10, "rate_hz to be an integer", "20.5"),
-            Damage("cam1/sensor.yaml", "rate_hz: 20", "rate_hz: [20]", 10, "one value", "a collection"),
-            Damage("cam1/sensor.yaml", "[5, 3]", "[0, 3]", 11, "resolution to be integers of 1 to 4095", "[0.0, 3.0]"),
-            Damage("cam1/sensor.yaml", "[5, 3]", "[5, 65536]", 11, "integers of 1 to 4095", "65536"),
-            Damage("cam1/sensor.yaml", "[5, 3]", "[5, 2.5]", 11, "integers of 1 to 4095", "2.5"),
-            Damage("cam1/sensor.yaml", "[5, 3]", "{a: 3}", 11, "list of numbers", "something else"),
-            Damage("cam1/sensor.yaml", "457.296", "x", 13, "finite numbers", "'x'"),
-            Damage("cam1/sensor.yaml", "pinhole", "omni", 12, "camera_model to be pinhole", "'omni'"),
-            Damage("cam1/sensor.yaml", "radial-tangential", "equidistant", 14, "radial-tangential", "'equidistant'"),
-        ).map { damage ->
-            dynamicTest("${damage.path}: ${damage.old} -> ${damage.new}") {
-                val files = RecordingFiles(Files.createTempDirectory(folder.toPath(), "damaged").toFile())
-                files.replace(damage.path, damage.old, damage.new)
-                val failure = assertFailsWith<RecordingException> { files.open() }
-                assertEquals(files.file(damage.path), failure.file)
-                assertEquals(damage.line, failure.line)
-                assertTrue(damage.expected in failure.expected, failure.message)
-                assertTrue(damage.found in failure.found, failure.message)
-            }
+    fun damagedFileIsNamedWithLineExpectedAndFound(): List<DynamicTest> = listOf(
+        Damage("cam0/data.csv", ",$SECOND.png", "", 3, "2 columns", "1"),
+        Damage("cam0/data.csv", "$SECOND.png", "absent.png", 3, "data/absent.png", "no such"),
+        Damage("cam0/data.csv", "$SECOND.png", "\u0000.png", 3, "data/\u0000.png", "no such file"),
+        Damage("cam0/data.csv", "$SECOND,", "1.5,", 3, "integer nanoseconds", "1.5"),
+        Damage("cam0/data.csv", "$SECOND,", "99999999999999999999,", 3, "nanoseconds", "9999"),
+        Damage("cam0/data.csv", "$SECOND,", "${RecordingFiles.FIRST},", 3, "time after", "1403"),
+        Damage("imu0/data.csv", "2e-3", "nan", 2, "finite number", "nan"),
+        Damage("imu0/data.csv", "2e-3", "NaN", 2, "finite number", "NaN"),
+        Damage("imu0/data.csv", "2e-3", "1e999", 2, "finite number", "1e999"),
+        Damage("imu0/data.csv", "2e-3", "2e-3,1", 2, "7 columns", "8"),
+        Damage(TRUTH, "0.8,0.6,0,0", "0.8,0.6,1,0", 3, "unit quaternion", "0.8,0.6"),
+        Damage(CAM1, "  data: [", "  data: ]", 6, "YAML", "but found ']'"),
+        Damage(CAM1, "T_BS:", "T_SB:", null, "T_BS.data to be present", "nothing"),
+        Damage(CAM1, "0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 0.0]", 6, "16 numbers", "15"),
+        Damage(CAM1, "0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 1.0, 1.0]", 6, "rigid transform", "1.0, 1.0"),
+        Damage(CAM1, "[0.0, -1.0,", "[0.0, 1.0,", 6, "rigid transform", "[0.0, 1.0"),
+        Damage(CAM1, "[0.0, -1.0,", "[0.0, -1e300,", 6, "rigid transform", "-1.0E300"),
+        Damage(CAM1, "rate_hz: 20", "rate_hz: 0", 10, "rate_hz to be positive", "0"),
+        Damage(CAM1, "rate_hz: 20", "rate_hz: 20.5", 10, "rate_hz to be an integer", "20.5"),
+        Damage(CAM1, "rate_hz: 20", "rate_hz: [20]", 10, "one value", "a collection"),
+        Damage(CAM1, "[5, 3]", "[0, 3]", 11, "resolution to be integers of 1 to 4095", "[0.0, 3.0]"),
+        Damage(CAM1, "[5, 3]", "[5, 65536]", 11, "integers of 1 to 4095", "65536"),
+        Damage(CAM1, "[5, 3]", "[5, 2.5]", 11, "integers of 1 to 4095", "2.5"),
+        Damage(CAM1, "[5, 3]", "{a: 3}", 11, "list of numbers", "something else"),
+        Damage(CAM1, "457.296", "x", 13, "finite numbers", "'x'"),
+        Damage(CAM1, "pinhole", "omni", 12, "camera_model to be pinhole", "'omni'"),
+        Damage(CAM1, "radial-tangential", "equidistant", 14, "radial-tangential", "'equidistant'"),
+    ).map { damage ->
+        dynamicTest("${damage.path}: ${damage.old} -> ${damage.new}") {
+            val files = RecordingFiles(Files.createTempDirectory(folder.toPath(), "damaged").toFile())
+            files.replace(damage.path, damage.old, damage.new)
+            val failure = assertFailsWith<RecordingException> { files.open() }
+            assertEquals(files.file(damage.path), failure.file)
+            assertEquals(damage.line, failure.line)
+            assertTrue(damage.expected in failure.expected, failure.message)
+            assertTrue(damage.found in failure.found, failure.message)
         }
+    }
+
+    private companion object {
+        const val CAM1 = "cam1/sensor.yaml"
+        const val TRUTH = "state_groundtruth_estimate0/data.csv"
+        val SECOND = RecordingFiles.stamp(1)
+    }
 
     private class Damage(
         val path: String,
@@ -130,13 +135,15 @@ class EurocRecordingTest {
     fun randomDamageIsARecordingOrATypedFailure() {
         val files = RecordingFiles(folder)
         val random = Random(20260101)
-        val paths = listOf("cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv", "state_groundtruth_estimate0/data.csv")
+        val paths = listOf("cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv", TRUTH)
         var failures = 0
         repeat(2000) {
             val file = files.file(paths.random(random))
             val original = file.readBytes()
             val bytes = original.copyOf(if (random.nextInt(4) == 0) random.nextInt(original.size) else original.size)
-            repeat(random.nextInt(1, 4)) { if (bytes.isNotEmpty()) bytes[random.nextInt(bytes.size)] = random.nextBytes(1)[0] }
+            if (bytes.isNotEmpty()) {
+                repeat(random.nextInt(1, 4)) { bytes[random.nextInt(bytes.size)] = random.nextBytes(1)[0] }
+            }
             file.writeBytes(bytes)
             try {
                 files.open()

@@ -27,9 +27,10 @@ class GroundTruthTest {
             val elapsed = random.nextLong(1, 1_000_000)
             val pose = assertNotNull(truth.poseAt(stamps[1] + elapsed))
             val fraction = elapsed / 1e6
-            assertEquals(before.translation.x * (1 - fraction) + after.translation.x * fraction, pose.translation.x, 1e-9)
-            assertEquals(before.translation.y * (1 - fraction) + after.translation.y * fraction, pose.translation.y, 1e-9)
-            assertEquals(before.translation.z * (1 - fraction) + after.translation.z * fraction, pose.translation.z, 1e-9)
+            for (axis in listOf(Vector3::x, Vector3::y, Vector3::z)) {
+                val expected = axis(before.translation) * (1 - fraction) + axis(after.translation) * fraction
+                assertEquals(expected, axis(pose.translation), 1e-9)
+            }
             val start = RotationMatrix.of(before.rotation)
             val turn = start.transposed() * RotationMatrix.of(after.rotation)
             assertMatrix(start * turn.scaled(fraction), RotationMatrix.of(pose.rotation))

@@ -257,8 +257,7 @@ class ReplayHeadsetTest {
         return collection
     }
 
-    private suspend fun Headset.captures(stream: StreamSpec) =
-        samples(stream, values).map { it.captureNanos }.toList()
+    private suspend fun Headset.captures(stream: StreamSpec) = samples(stream, values).map { it.captureNanos }.toList()
 
     /** Milliseconds of virtual time, rounded up as delays are. */
     private fun dueMillis(recordedNanos: Long, rateFactor: Double): Long {

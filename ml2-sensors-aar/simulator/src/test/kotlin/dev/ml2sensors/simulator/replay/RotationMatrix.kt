@@ -10,8 +10,7 @@ import kotlin.math.sqrt
 internal class RotationMatrix(private val m: Array<DoubleArray>) {
     operator fun get(row: Int, column: Int): Double = m[row][column]
 
-    operator fun times(other: RotationMatrix) =
-        of { row, column -> (0..2).sumOf { this[row, it] * other[it, column] } }
+    operator fun times(other: RotationMatrix) = of { row, column -> (0..2).sumOf { this[row, it] * other[it, column] } }
 
     operator fun times(v: DoubleArray) = DoubleArray(3) { row -> (0..2).sumOf { this[row, it] * v[it] } }
 
