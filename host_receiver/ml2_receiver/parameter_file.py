@@ -98,7 +98,7 @@ def _compose(text: str) -> MappingNode:
         raise _invalid(0, "nested too deeply") from error
     except (ValueError, OverflowError) as error:  # from escapes such as "\UFFFFFFFF"
         raise _invalid(0, error) from error
-    if not isinstance(root, MappingNode):
+    if not isinstance(root, MappingNode) or not root.value:
         found = "an empty file" if root is None else _text(root)
         message = f"expected /{_NODE_NAMES[0]}: with ros__parameters: under it, found {found}"
         raise ConfigError([Problem(1, "", found, message)])
@@ -114,10 +114,9 @@ def _entries(root: MappingNode) -> Iterator[Problem | tuple[str, Parameter]]:
         if _name(node_name).removeprefix("/") not in _NODE_NAMES:
             message = expected_one_of(_NODE_NAMES, _name(node_name))
             yield _wrong(node_name, node, f"unknown node; {message}")
-        elif not isinstance(node, MappingNode):
-            yield _wrong(
-                node_name, node, f"expected ros__parameters: under it, found {_text(node)}"
-            )
+        elif not isinstance(node, MappingNode) or not node.value:
+            message = f"expected ros__parameters: under it, found {_text(node)}"
+            yield _wrong(node_name, node, message)
         else:
             for name, sections in node.value:
                 yield from _node_entries(name, sections)
@@ -161,7 +160,8 @@ def _name(key: Node) -> str:
 
 def _text(node: Node) -> str:
     if not isinstance(node, ScalarNode):
-        return "a mapping" if isinstance(node, MappingNode) else "a list"
+        kind = "mapping" if isinstance(node, MappingNode) else "list"
+        return f"a {kind}" if node.value else f"an empty {kind}"
     text = _printable(node.value)
     if len(text) > _MAX_SHOWN:
         text = text[:_MAX_SHOWN] + "..."

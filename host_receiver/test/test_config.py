@@ -1,0 +1,368 @@
+import itertools
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ml2_receiver.config import Config, load_config, parse_config
+from ml2_receiver.errors import ConfigError, Problem
+
+ROOT = Path(__file__).resolve().parents[2]
+THESIS = ROOT.parent / "shared/data/thesis_config.yaml"
+
+# Legal picture_center values, from the specification: stream, rates, resolutions.
+COLOR_MODES = [
+    (0, {15, 30, 60}, "640x480 1280x720 1280x960 1440x1080 1920x1080 2048x1536"),
+    (0, {15, 30}, "2880x2160 3840x2160 4096x3072"),
+    (1, {30, 60}, "648x720 972x1080 960x720 1440x1080"),
+    (1, {30}, "1944x2160 2880x2160"),
+]
+COLOR = {
+    (stream, tuple(map(int, size.split("x"))), rate)
+    for stream, rates, sizes in COLOR_MODES
+    for rate in rates
+    for size in sizes.split()
+}
+DEPTH = {(0, 1), (0, 5), (1, 5), (1, 25), (1, 30), (1, 50), (1, 60)}
+
+
+def parse(sections: Any) -> Config:
+    return parse_config(yaml.safe_dump({"/ml2_receiver": {"ros__parameters": sections}}).encode())
+
+
+def problems(text: str | bytes) -> list[Problem]:
+    data = text.encode() if isinstance(text, str) else text
+    with pytest.raises(ConfigError) as raised:
+        parse_config(data)
+    return list(raised.value.problems)
+
+
+def wrong(section: str) -> Problem:
+    """The one problem of a file whose third line is `section`."""
+    (problem,) = problems(f"/ml2_receiver:\n  ros__parameters:\n    {section}\n")
+    assert problem.line == 3
+    return problem
+
+
+@pytest.mark.skipif(not THESIS.exists(), reason=f"{THESIS} is not there")
+def test_the_file_of_the_system_it_replaces_loads_unchanged() -> None:
+    assert load_config(THESIS) == Config(prefix="/magic_leap2", requests={})
+
+
+@pytest.mark.skipif(not THESIS.exists(), reason=f"{THESIS} is not there")
+def test_enabling_everything_in_that_file_asks_for_its_sensors() -> None:
+    text = THESIS.read_text("utf-8").replace("enabled: false", "enabled: true")
+    requests = parse_config(text.encode()).requests
+    cameras = {"color", "depth", "world_center", "world_left", "world_right"}
+    cameras |= {f"eye_{place}" for place in ("nasal_left", "nasal_right")}
+    cameras |= {f"eye_{place}" for place in ("temple_left", "temple_right")}
+    places = ("left", "right", "compute_pack")
+    imus = {f"{sensor}_{place}" for sensor in ("accel", "gyro") for place in places}
+    assert set(requests) == cameras | imus | {"light_sensor", "tf"}
+    assert requests["color"] == {
+        "stream": 0,
+        "resolution_width": 1920,
+        "resolution_height": 1080,
+        "update_rate": 30,
+        "format": "jpeg",
+    }
+
+
+def test_the_default_file_starts_a_camera_and_the_inertial_units() -> None:
+    requests = load_config(ROOT / "config/config.yaml").requests
+    assert {"world_center", "accel_left", "gyro_compute_pack", "light_sensor"} < set(requests)
+    assert not any(stream.startswith("eye_") for stream in requests)
+
+
+def test_the_default_file_shows_every_key() -> None:
+    document = yaml.safe_load((ROOT / "config/config.yaml").read_text("utf-8"))
+    table = yaml.safe_load((ROOT / "config/streams.yaml").read_text("utf-8"))
+    shown = document["/ml2_receiver"]["ros__parameters"]
+    for name, section in table["sections"].items():
+        camera = ["enabled", *section["defaults"]] if "modes" in section else []
+        assert list(shown[name]) == [*camera, *section.get("keys", {})], name
+
+
+def test_the_demo_file_starts_everything_that_goes_together() -> None:
+    requests = load_config(ROOT / "config/demo.yaml").requests
+    table = yaml.safe_load((ROOT / "config/streams.yaml").read_text("utf-8"))
+    assert set(table["streams"]) - set(requests) == {"mixed_reality", "infra"}
+    assert requests["color"]["resolution_height"] == 1080
+    assert requests["depth"]["format"] == "Depth32"
+    assert (requests["depth"]["stream"], requests["depth"]["update_rate"]) == (1, 30)
+
+
+def test_sections_choose_between_streams_that_exclude_each_other() -> None:
+    assert (
+        "mixed_reality"
+        in parse(
+            {"picture_center": {"enabled": True, "stream": 1, "resolution_width": 1440}}
+        ).requests
+    )
+    assert "infra" in parse({"depth_center": {"enabled": True, "format": "DepthRaw"}}).requests
+
+
+def test_values_of_another_section_travel_with_the_streams_that_need_them() -> None:
+    requests = parse(
+        {"other_sensors": {"enabled": True}, "imu": {"angular_velocity_variance": 1e-4}}
+    ).requests
+    assert requests["gyro_left"] == {"angular_velocity_variance": 1e-4}
+    assert requests["accel_left"] == {"linear_acceleration_variance": 0}
+    assert requests["tf"] == {"layout": "flat"}
+    assert requests["light_sensor"] == {}
+
+
+def test_without_any_stream_there_is_no_transform_tree() -> None:
+    assert parse({"tf": {"layout": "rig"}}).requests == {}
+
+
+@pytest.mark.parametrize("node", ["/ml2_receiver", "ml2_receiver", "/config_ML_node", "/**"])
+def test_node_names_are_those_of_parameter_files(node: str) -> None:
+    text = f"{node}:\n  ros__parameters:\n    gaze: {{enabled: true}}\n"
+    assert "gaze" in parse_config(text.encode()).requests
+
+
+def test_keys_may_be_written_with_dots() -> None:
+    assert parse({"general.topic_name": "/lab/ml2"}).prefix == "/lab/ml2"
+
+
+@pytest.mark.parametrize("name", ["/a", "a", "/a/b_1", "/_x/Y"])
+def test_the_prefix_gets_its_leading_slash(name: str) -> None:
+    assert parse({"general": {"topic_name": name}}).prefix == "/" + name.lstrip("/")
+
+
+@pytest.mark.parametrize(
+    "name", ["", "/", "/a/", "a//b", "/1a", "/a b", "/a__b", "/ä", "/a-b", "/" + "a" * 200, "~/a"]
+)
+def test_what_ros_does_not_take_as_a_topic_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match="topic_name: expected a topic name"):
+        parse({"general": {"topic_name": name}})
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "allowed"),
+    [
+        ('gaze: {enabled: "true"}', "gaze.enabled", '"true"', "true or false"),
+        ("gaze: {enabled: 1}", "gaze.enabled", "1", "true or false"),
+        ("gaze: {enabled: }", "gaze.enabled", "nothing", "true or false"),
+        ("gaze: {enabled: [true]}", "gaze.enabled", "a list", "true or false"),
+        ("gaze: {enabled: {a: b}}", "gaze.enabled", "a mapping", "true or false"),
+        ("gaze: {enabled: !!bool maybe}", "gaze.enabled", "maybe", "true or false"),
+        ("gaze: {enable: true}", "gaze.enable", "true", "did you mean enabled?"),
+        ("gaze: true", "gaze", "true", "keys under it"),
+        ("gaze:", "gaze", "nothing", "keys under it"),
+        ("gazes: {enabled: true}", "gazes", "true", "did you mean gaze?"),
+        ("general: {topic_name: 5}", "general.topic_name", "5", "/magic_leap2"),
+        ("general: {topic_name: yes}", "general.topic_name", "yes", "/magic_leap2"),
+        ("tf: {layout: tree}", "tf.layout", "tree", "flat, rig"),
+        ("depth_center: {format: no}", "depth_center.format", "no", "Depth32, DepthRaw"),
+        ("depth_center: {update_rate: 24}", "depth_center.update_rate", "24", "5, 25, 30, 50, 60"),
+        ("depth_center: {update_rate: 030}", "depth_center.update_rate", "030", "5, 25, 30, 50"),
+        ("depth_center: {update_rate: 30.0}", "depth_center.update_rate", "30.0", "5, 25, 30"),
+        ("depth_center: {update_rate: true}", "depth_center.update_rate", "true", "5, 25, 30"),
+        ('world_left: {stream: "0"}', "world_left.stream", '"0"', "0, 1"),
+        ("world_left: {stream: 2}", "world_left.stream", "2", "0, 1"),
+        ("world_left: {format: jpeg}", "world_left.format", "jpeg", "Grayscale"),
+        ("imu: {angular_velocity_variance: -1}", "imu.angular_velocity_variance", "-1", "least 0"),
+        ("imu: {angular_velocity_variance: .nan}", "imu.angular_velocity_variance", ".nan", "0"),
+        ("imu: {angular_velocity_variance: 1e999}", "imu.angular_velocity_variance", "1e999", "0"),
+        ("imu: {angular_velocity_variance: on}", "imu.angular_velocity_variance", "on", "0"),
+        ("<<: {a: b}", "<<", "b", "gaze"),
+    ],
+)
+def test_a_wrong_value_is_one_error_with_key_value_line_and_what_is_allowed(
+    section: str, key: str, value: str, allowed: str
+) -> None:
+    problem = wrong(section)
+    assert (problem.key, problem.value) == (key, value)
+    assert allowed in problem.message
+
+
+@pytest.mark.parametrize("yes", ["true", "True", "yes", "on"])
+def test_what_ros_reads_as_true_is_true(yes: str) -> None:
+    text = f"/ml2_receiver: {{ros__parameters: {{gaze: {{enabled: {yes}}}}}}}"
+    assert "gaze" in parse_config(text.encode()).requests
+
+
+@pytest.mark.parametrize("number", ["1e-3", "1.0e-3", "0.001", "+1E-3"])
+def test_numbers_may_have_an_exponent_without_a_point(number: str) -> None:
+    text = (
+        "/ml2_receiver: {ros__parameters: {imu: {united: true, linear_acceleration_variance: %s}}}"
+    )
+    requests = parse_config((text % number).encode()).requests
+    assert requests["imu_left"]["linear_acceleration_variance"] == 0.001
+
+
+def test_width_and_height_are_wrong_together_in_one_error() -> None:
+    problem = wrong("picture_center: {resolution_width: 1921, resolution_height: 1081}")
+    assert problem.value == "1921x1081"
+    assert "1920x1080" in problem.message
+    assert "648x720" not in problem.message, "that one is of stream 1"
+
+
+def test_a_default_that_no_longer_fits_is_reported_where_it_was_broken() -> None:
+    problem = wrong("picture_center: {stream: 1}")
+    assert problem.key == "picture_center.resolution_width"
+    assert "1920x1080 (the default)" in problem.message
+
+
+def test_disabled_sensors_are_checked_too() -> None:
+    assert wrong("world_left: {enabled: false, update_rate: 60}").key == "world_left.update_rate"
+
+
+def test_a_key_given_twice_names_both_lines() -> None:
+    (problem,) = problems(
+        "/**:\n  ros__parameters:\n    gaze:\n      enabled: true\n      enabled: false\n"
+    )
+    assert (problem.line, problem.key, problem.value) == (5, "gaze.enabled", "false")
+    assert "line 4" in problem.message
+
+
+def test_a_section_given_twice_is_found_by_its_keys() -> None:
+    (problem,) = problems(
+        "/**:\n  ros__parameters:\n    gaze: {enabled: true}\n    gaze.enabled: false\n"
+    )
+    assert problem.line == 4
+
+
+def test_all_errors_come_together_in_the_order_of_their_lines() -> None:
+    found = problems(
+        "/ml2_receiver:\n"
+        "  ros__parameters:\n"
+        "    gaze: {enabled: 3}\n"
+        "    picture_center:\n"
+        "      stream: 1\n"
+        "      resolution_width: 1944\n"
+        "      resolution_height: 2160\n"
+        "      update_rate: 60\n"
+        "      format: png\n"
+        "      colour: red\n"
+        "    hand: {enabled: true}\n"
+    )
+    assert [(problem.line, problem.key) for problem in found] == [
+        (3, "gaze.enabled"),
+        (8, "picture_center.update_rate"),
+        (9, "picture_center.format"),
+        (10, "picture_center.colour"),
+        (11, "hand"),
+    ]
+    assert "expected update_rate to be one of 30 with stream 1, 1944x2160" in found[1].message
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("", 1, "an empty file"),
+        ("# nothing but a comment\n", 1, "an empty file"),
+        ("- a\n- b\n", 1, "found a list"),
+        ("a\n", 1, "found a"),
+        ("{}", 1, "found an empty mapping"),
+        ("/ml2_receiver: {}", 1, "expected ros__parameters: under it, found an empty mapping"),
+        ("a: b\n", 1, "unknown node"),
+        ("/ml2_receivr:\n  ros__parameters: {}\n", 1, "did you mean ml2_receiver?"),
+        ("\n/ml2_receiver: 1\n", 2, "expected ros__parameters"),
+        ("/ml2_receiver:\n  parameters: {}\n", 2, "expected ros__parameters"),
+        ("/ml2_receiver:\n  ros__parameters:\n", 2, "expected sections under it, found nothing"),
+        ("? [a]\n: b\n", 1, "unknown node"),
+        ("a: b\n\nc: [\n", 4, "not valid YAML"),
+        ("a:\n\tb: c\n", 2, "not valid YAML"),
+        ("a: 1\n---\nb: 1\n", 2, "single document"),
+        ("a: &x 1\nb: *x\nc: 1\n", 2, "alias"),
+        ("a: 1\nb: \x01\n", 2, "not valid YAML"),
+        ("a: !<tag:x> b", 1, "unknown node"),
+        ('"\\UFFFFFFFF"', 0, "not valid YAML"),
+        (b"a: 1\nb: \xff\n", 2, "expected UTF-8, found the byte 0xff"),
+        ("[" * 60_000, 0, "nested too deeply"),
+        ("#" * 70_000, 0, "expected at most 65536 bytes"),
+    ],
+)
+def test_a_file_that_is_no_parameter_file_says_where(
+    text: str | bytes, line: int, message: str
+) -> None:
+    (problem,) = problems(text)
+    assert problem.line == line
+    assert message in problem.message
+
+
+def test_text_that_a_terminal_would_act_on_is_escaped() -> None:
+    problem = wrong('tf: {layout: "\\e[31m"}')
+    assert problem.value == '"\\x1b[31m"'
+
+
+@pytest.mark.parametrize("place", ["missing.yaml", "."])
+def test_a_file_that_cannot_be_read_says_why(tmp_path: Path, place: str) -> None:
+    with pytest.raises(ConfigError, match=f"^{tmp_path / place}: cannot be read: "):
+        load_config(tmp_path / place)
+
+
+@given(
+    stream=st.sampled_from([0, 1, 2]),
+    size=st.sampled_from(sorted({size for _, size, _ in COLOR} | {(1920, 720), (0, 0)})),
+    rate=st.sampled_from([1, 15, 30, 60]),
+)
+def test_a_colour_mode_is_accepted_exactly_when_the_device_has_it(
+    stream: int, size: tuple[int, int], rate: int
+) -> None:
+    width, height = size
+    values = {"stream": stream, "resolution_width": width, "resolution_height": height}
+    sections = {"picture_center": values | {"update_rate": rate, "enabled": True}}
+    if (stream, size, rate) in COLOR:
+        request = parse(sections).requests["mixed_reality" if stream else "color"]
+        assert request == values | {"update_rate": rate, "format": "jpeg"}
+    else:
+        with pytest.raises(ConfigError):
+            parse(sections)
+
+
+@pytest.mark.parametrize(
+    ("stream", "rate"), list(itertools.product([0, 1], [1, 5, 15, 25, 30, 50, 60]))
+)
+def test_a_depth_mode_is_accepted_exactly_when_the_device_has_it(stream: int, rate: int) -> None:
+    sections = {"depth_center": {"stream": stream, "update_rate": rate}}
+    if (stream, rate) in DEPTH:
+        parse(sections)
+    else:
+        with pytest.raises(ConfigError):
+            parse(sections)
+
+
+SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8)
+NAMES = (
+    st.sampled_from(["gaze", "imu", "tf", "depth_center", "enabled", "stream", "a.b"]) | st.text()
+)
+TREES = st.recursive(
+    SCALARS, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=4)
+)
+
+
+@given(TREES)
+def test_any_tree_is_a_configuration_or_a_configuration_error(tree: Any) -> None:
+    try:
+        parse(tree)
+    except ConfigError as error:
+        assert error.problems
+        assert all(problem.line >= 1 for problem in error.problems)
+
+
+def parse_or_refuse(data: bytes) -> None:
+    try:
+        parse_config(data)
+    except ConfigError as error:
+        assert error.problems
+        str(error).encode("utf-8")
+
+
+@given(st.binary() | st.text(alphabet="a1:-?*&!|>%@`'\"{}[]<,. \n\t~\\#é\0").map(str.encode))
+def test_any_bytes_are_a_configuration_or_a_configuration_error(data: bytes) -> None:
+    parse_or_refuse(data)
+
+
+@given(st.data())
+def test_a_damaged_file_is_a_configuration_or_a_configuration_error(data: st.DataObject) -> None:
+    text = (ROOT / "config/config.yaml").read_bytes()
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, min(len(text), start + 40)))
+    parse_or_refuse(text[:start] + data.draw(st.binary(max_size=4)) + text[end:])

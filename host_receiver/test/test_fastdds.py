@@ -1,0 +1,109 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import pytest
+
+from ml2_receiver.fastdds import PROFILES_VARIABLE, apply_default_profile
+
+MEBIBYTE = 2**20
+NAMESPACE = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
+
+
+@pytest.fixture
+def free_memory(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    memory = SimpleNamespace(f_bavail=24 * 2**30, f_frsize=1)
+    monkeypatch.setattr(os, "statvfs", lambda path: memory)
+    return memory
+
+
+def segment_bytes(environ: dict[str, str]) -> int:
+    root = ElementTree.parse(environ[PROFILES_VARIABLE]).getroot()
+    return int(root.findtext(f".//{NAMESPACE}segment_size", ""))
+
+
+@pytest.mark.usefixtures("free_memory")
+def test_fast_dds_gets_64_mebibytes_where_there_is_room() -> None:
+    environ: dict[str, str] = {}
+    assert apply_default_profile(environ) is None
+    assert segment_bytes(environ) == 64 * MEBIBYTE
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [(PROFILES_VARIABLE, "mine.xml"), ("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")],
+)
+def test_what_the_user_has_chosen_stays(variable: str, value: str) -> None:
+    environ = {variable: value}
+    assert apply_default_profile(environ) is None
+    assert environ == {variable: value}
+
+
+def test_a_profile_in_the_working_directory_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("DEFAULT_FASTRTPS_PROFILES.xml").touch()
+    environ: dict[str, str] = {}
+    apply_default_profile(environ)
+    assert environ == {}
+
+
+@pytest.mark.parametrize(
+    ("free", "segment"), [(64 * MEBIBYTE, 32 * MEBIBYTE), (79_999_999, 39_999_999), (0, 2**19)]
+)
+def test_little_shared_memory_makes_a_smaller_segment_and_a_warning(
+    free_memory: SimpleNamespace, free: int, segment: int
+) -> None:
+    free_memory.f_bavail = free
+    environ: dict[str, str] = {}
+    warning = apply_default_profile(environ)
+    assert warning is not None
+    assert f"{free / 1e6:.1f} MB free, expected 80 MB" in warning
+    assert segment_bytes(environ) == segment
+
+
+def test_no_shared_memory_at_all_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(path: str) -> None:
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(os, "statvfs", missing)
+    assert "0.0 MB free" in (apply_default_profile({}) or "")
+
+
+PARTICIPANT = """
+import os
+from pathlib import Path
+from ml2_receiver.fastdds import apply_default_profile
+assert apply_default_profile(os.environ) is None
+before = set(Path("/dev/shm").iterdir())
+import rclpy
+rclpy.init()
+node = rclpy.create_node("profile_probe")
+made = set(Path("/dev/shm").iterdir()) - before
+print(max(file.stat().st_size for file in made if file.name.startswith("fastrtps_")))
+node.destroy_node()
+rclpy.shutdown()
+"""
+
+
+def test_a_participant_makes_the_segment() -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    memory = os.statvfs("/dev/shm")
+    if memory.f_bavail * memory.f_frsize < 80_000_000:
+        pytest.skip("/dev/shm has less than 80 MB free")
+    removed = (PROFILES_VARIABLE, "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
+    environ = {name: value for name, value in os.environ.items() if name not in removed}
+    environ |= {"ROS_DOMAIN_ID": "77", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    printed = subprocess.run(
+        [sys.executable, "-c", PARTICIPANT],
+        env=environ,
+        capture_output=True,
+        check=True,
+        timeout=60,
+    ).stdout
+    assert 64 * MEBIBYTE < int(printed) < 80_000_000

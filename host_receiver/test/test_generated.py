@@ -1,0 +1,70 @@
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+KOTLIN = "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
+
+
+def check(root: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(root / "config/generate.py"), "--check"]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    ignored = shutil.ignore_patterns("__pycache__", ".*")
+    shutil.copytree(
+        ROOT / "host_receiver/ml2_receiver",
+        tmp_path / "host_receiver/ml2_receiver",
+        symlinks=True,
+        ignore=ignored,
+    )
+    for folder in ("config", "docs", f"{KOTLIN}/table", f"{KOTLIN}/generated"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
+    shutil.copy(ROOT / "pom.xml", tmp_path)
+    assert check(tmp_path).returncode == 0
+    return tmp_path
+
+
+def test_generated_files_are_current() -> None:
+    result = check(ROOT)
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "stale"),
+    [
+        (
+            "config/streams.yaml",
+            "frame: world_left_optical_frame",
+            "frame: left",
+            {f"{KOTLIN}/table/generated/StreamTable.kt", "docs/configuration.md"},
+        ),
+        ("config/streams.yaml", "doc: Joints", "doc: All joints", {"docs/configuration.md"}),
+        (
+            "pom.xml",
+            "<revision>",
+            "<revision>9.",
+            {f"{KOTLIN}/generated/Version.kt", "host_receiver/ml2_receiver/generated/version.py"},
+        ),
+    ],
+)
+def test_a_changed_source_makes_what_is_generated_from_it_stale(
+    copy: Path, file: str, old: str, new: str, stale: set[str]
+) -> None:
+    text = (copy / file).read_text("utf-8")
+    assert old in text
+    (copy / file).write_text(text.replace(old, new, 1), "utf-8")
+    result = check(copy)
+    assert result.returncode == 1
+    assert {line.partition(" is stale")[0] for line in result.stderr.splitlines()} == stale
+
+
+def test_a_generated_file_changed_by_hand_is_stale(copy: Path) -> None:
+    page = copy / "docs/configuration.md"
+    page.write_text(page.read_text("utf-8") + "by hand\n", "utf-8")
+    assert check(copy).returncode == 1

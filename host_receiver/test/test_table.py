@@ -1,0 +1,165 @@
+import copy
+import re
+from collections.abc import Callable
+from importlib import resources
+from typing import Any
+
+import pytest
+import yaml
+
+from ml2_receiver.errors import TableError
+from ml2_receiver.table import load_table
+from ml2_receiver.table_reader import read_table
+
+IMAGE, CAMERA_INFO, STRING = (
+    "sensor_msgs/msg/Image",
+    "sensor_msgs/msg/CameraInfo",
+    "std_msgs/msg/String",
+)
+COMPRESSED, IMU = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Imu"
+POSE = "geometry_msgs/msg/PoseStamped"
+
+
+def camera(name: str, image: str, type: str) -> dict[str, str]:
+    return {
+        f"{name}/{image}": type,
+        f"{name}/camera_info": CAMERA_INFO,
+        f"{name}/metadata": STRING,
+    }
+
+
+# Written down from the specification, not from the table.
+TOPICS = {
+    **camera("world_center", "image_raw", IMAGE),
+    **camera("world_left", "image_raw", IMAGE),
+    **camera("world_right", "image_raw", IMAGE),
+    **camera("color", "image_raw/compressed", COMPRESSED),
+    **camera("mixed_reality", "image_raw/compressed", COMPRESSED),
+    **camera("depth", "image_raw", IMAGE),
+    **camera("infra", "image_raw", IMAGE),
+    "depth/confidence": IMAGE,
+    "depth/flags": IMAGE,
+    **{f"eye_{place}/image_raw": IMAGE for place in ("nasal_left", "nasal_right")},
+    **{f"eye_{place}/image_raw": IMAGE for place in ("temple_left", "temple_right")},
+    **{f"eye_{place}/metadata": STRING for place in ("nasal_left", "nasal_right")},
+    **{f"eye_{place}/metadata": STRING for place in ("temple_left", "temple_right")},
+    **{
+        f"{sensor}_{place}/imu": IMU
+        for sensor in ("accel", "gyro", "imu")
+        for place in ("left", "right", "compute_pack")
+    },
+    "light_sensor": "sensor_msgs/msg/Illuminance",
+    "head_pose": POSE,
+    "magnetometer_left": "sensor_msgs/msg/MagneticField",
+    "magnetometer_right": "sensor_msgs/msg/MagneticField",
+    "pressure_headset": "sensor_msgs/msg/FluidPressure",
+    "pressure_compute_pack": "sensor_msgs/msg/FluidPressure",
+    "gaze": POSE,
+    "hand_left": "geometry_msgs/msg/PoseArray",
+    "hand_right": "geometry_msgs/msg/PoseArray",
+    "battery": "sensor_msgs/msg/BatteryState",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+
+
+def test_it_has_every_topic_of_the_specification_with_its_type() -> None:
+    topics = [topic for stream in load_table().streams.values() for topic in stream.topics]
+    assert {topic.name: topic.type for topic in topics} == TOPICS
+    assert len(topics) == len(TOPICS)
+
+
+def test_only_images_have_a_lane_of_their_own() -> None:
+    table = load_table()
+    for stream in table.streams.values():
+        for topic in stream.topics:
+            is_image = topic.type in (IMAGE, COMPRESSED)
+            assert topic.lane == (stream.id if is_image else "sensors"), topic
+    assert len(table.image_lanes) == 11
+
+
+def test_queue_depths_follow_the_kind_of_message() -> None:
+    table = load_table()
+    depths = {IMAGE: 5, COMPRESSED: 5, CAMERA_INFO: 5, STRING: 5, IMU: 200}
+    depths["tf2_msgs/msg/TFMessage"] = 100
+    for stream in table.streams.values():
+        for topic in stream.topics:
+            assert table.qos[topic.qos].depth == depths.get(topic.type, 10), topic
+            assert table.qos[topic.qos].durability == "volatile"
+
+
+def test_the_applied_configuration_is_kept_for_late_subscribers() -> None:
+    table = load_table()
+    config = next(topic for topic in table.receiver_topics if topic.name == "config")
+    assert table.qos[config.qos].durability == "transient_local"
+    assert table.qos[config.qos].depth == 1
+
+
+def test_encodings_are_those_of_the_image_topics() -> None:
+    encodings = {
+        topic.name: topic.encoding
+        for stream in load_table().streams.values()
+        for topic in stream.topics
+        if topic.encoding
+    }
+    assert encodings["world_left/image_raw"] == "mono8"
+    assert encodings["color/image_raw/compressed"] == "rgb8; jpeg compressed bgr8"
+    assert encodings["depth/image_raw"] == encodings["depth/confidence"] == "32FC1"
+    assert encodings["depth/flags"] == "32SC1"
+    assert len(encodings) == 13
+
+
+def test_a_global_topic_has_no_prefix() -> None:
+    streams = load_table().streams
+    assert streams["tf"].topics[0].full_name("/lab") == "/tf"
+    assert streams["gaze"].topics[0].full_name("/lab") == "/lab/gaze"
+
+
+def test_the_table_cannot_be_changed() -> None:
+    with pytest.raises(TypeError):
+        load_table().streams["tf"] = load_table().streams["gaze"]  # type: ignore[index]
+
+
+def row(*path: str) -> Callable[[Any], Any]:
+    def find(document: Any) -> Any:
+        for name in path:
+            document = document[name]
+        return document
+
+    return find
+
+
+@pytest.mark.parametrize(
+    ("find", "key", "value", "message"),
+    [
+        (row(), "schema", 2, "schema: expected one of 1, found 2"),
+        (row("streams", "gaze"), "section", "eyes", r"gaze: section: .*hands.*found eyes"),
+        (row("streams", "gaze"), "kind", "ray", r"gaze: kind: .*poses.*found ray"),
+        (row("streams", "gaze"), "topic", "head_pose", "more than one stream: head_pose"),
+        (row("streams", "gaze"), "when", {"on": True}, "gaze: when: .*enabled.*found on"),
+        (row("streams", "gaze"), "values", ["imu.x"], "gaze: values: .*united.*found x"),
+        (row("kinds", "imu"), 0, {"role": "imu"}, "accel_left: 'lane' is missing"),
+        (row("qos", "imu"), "dept", 3, "imu: .*dept"),
+        (row("sections", "tf", "keys", "layout"), "default", "x", "layout: default: .*found x"),
+        (row("sections", "gaze", "keys", "enabled"), "type", "yes", "enabled: type: .*found yes"),
+        (row("sections", "world_left", "defaults"), "update_rate", 60, "world_.*: defaults: "),
+    ],
+)
+def test_a_contradiction_is_reported_with_its_place(
+    find: Callable[[Any], Any], key: Any, value: Any, message: str
+) -> None:
+    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
+    document = copy.deepcopy(yaml.safe_load(text))
+    read_table(document)
+    find(document)[key] = value
+    with pytest.raises(TableError) as raised:
+        read_table(document)
+    assert re.search(message, str(raised.value)), raised.value
+
+
+@pytest.mark.parametrize("name", ["lane", "qos", "type", "when"])
+def test_a_topic_that_names_what_does_not_exist_is_reported(name: str) -> None:
+    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
+    document = yaml.safe_load(text)
+    document["kinds"]["battery"][0][name] = "nothing"
+    with pytest.raises(TableError, match=f"battery: {name}: .*nothing"):
+        read_table(document)
