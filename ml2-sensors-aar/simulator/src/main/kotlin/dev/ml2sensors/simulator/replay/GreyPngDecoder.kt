@@ -7,7 +7,7 @@ import java.nio.ByteBuffer
 import javax.imageio.ImageIO
 import javax.imageio.ImageReader
 
-/** Decodes 8-bit grey PNG files of one size, one at a time. */
+/** Decodes 8-bit grey PNG files of one size. Safe for use by several threads, one at a time. */
 internal class GreyPngDecoder(width: Int, height: Int) {
     private val expected = "${width}x$height, 8-bit grey"
     private val reader: ImageReader = ImageIO.getImageReadersByFormatName("png").next()
@@ -20,6 +20,7 @@ internal class GreyPngDecoder(width: Int, height: Int) {
      *
      * @throws RecordingException if it is no such PNG.
      */
+    @Synchronized
     fun decode(file: File, target: ByteBuffer) {
         val found = read(file)
         if (found != expected) throw RecordingException(file, null, expected, found)

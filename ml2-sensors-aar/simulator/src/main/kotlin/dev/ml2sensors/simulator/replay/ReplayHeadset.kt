@@ -24,9 +24,9 @@ import kotlin.time.Duration.Companion.nanoseconds
  * time, gives their optical frame, and none outside of its span.
  *
  * The replay starts when the first flow is collected. Capture time = recorded time + one constant for all streams,
- * fixed then. Every sample is delivered once: a flow that is collected again goes on where it was left. A flow has one
- * collector at a time; it waits for it, drops nothing, and fails with [RecordingException] on an image that cannot be
- * decoded.
+ * fixed then. The recording plays once: a stream that is collected again, after its collection ended, goes on where
+ * that one was left. Flows wait for their collectors and drop nothing; they fail with [RecordingException] on an image
+ * that cannot be decoded.
  *
  * @param rateFactor how many times as fast as recorded to deliver, capture times being the same; infinite: as fast as
  * the collectors take it.
@@ -68,17 +68,27 @@ public class ReplayHeadset(
     }
 
     private fun play(track: Track): Flow<Sample> = flow {
-        while (track.next < track.stamps.size) {
-            val recordedNanos = track.stamps[track.next]
-            val sample = track.sample(track.next, schedule.captureNanos(recordedNanos))
-            try {
-                awaitDue(schedule.dueNanos(recordedNanos))
-                if (!closed.isActive) return@flow
-                track.next++
-                emit(sample)
-            } finally {
-                if (sample is ImageSample) sample.release()
+        var row = track.nextRow
+        try {
+            while (row < track.stamps.size) {
+                val recordedNanos = track.stamps[row]
+                track.sample(row, schedule.captureNanos(recordedNanos)).lend { sample ->
+                    awaitDue(schedule.dueNanos(recordedNanos))
+                    if (!closed.isActive) return@flow
+                    row++
+                    emit(sample)
+                }
             }
+        } finally {
+            track.leave(row)
+        }
+    }
+
+    private inline fun Sample.lend(use: (Sample) -> Unit) {
+        try {
+            use(this)
+        } finally {
+            if (this is ImageSample) release()
         }
     }
 

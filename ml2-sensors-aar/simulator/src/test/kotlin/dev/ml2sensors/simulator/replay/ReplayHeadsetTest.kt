@@ -156,6 +156,14 @@ class ReplayHeadsetTest {
     }
 
     @Test
+    fun everyCollectorOfAStreamGetsAllOfIt() = runTest {
+        val headset = headset(1.0)
+        val streams = listOf(StreamTable.gyroLeft, StreamTable.gyroLeft, StreamTable.worldLeft, StreamTable.worldLeft)
+        val sizes = streams.map { async { headset.captures(it).size } }.awaitAll()
+        assertEquals(listOf(10, 10, 3, 3), sizes)
+    }
+
+    @Test
     fun imagesWaitForABufferInsteadOfBeingDropped() = runTest {
         val kept = mutableListOf<ImageSample>()
         val collection = keepAllBuffers(twelveImages(), kept)

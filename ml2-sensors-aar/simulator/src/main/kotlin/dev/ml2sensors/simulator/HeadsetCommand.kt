@@ -1,0 +1,98 @@
+package dev.ml2sensors.simulator
+
+import com.github.ajalt.clikt.core.Context
+import com.github.ajalt.clikt.core.CoreCliktCommand
+import com.github.ajalt.clikt.core.PrintMessage
+import com.github.ajalt.clikt.core.ProgramResult
+import com.github.ajalt.clikt.core.UsageError
+import com.github.ajalt.clikt.parameters.options.convert
+import com.github.ajalt.clikt.parameters.options.default
+import com.github.ajalt.clikt.parameters.options.flag
+import com.github.ajalt.clikt.parameters.options.option
+import com.github.ajalt.clikt.parameters.options.required
+import com.github.ajalt.clikt.parameters.options.versionOption
+import com.github.ajalt.clikt.parameters.types.file
+import com.github.ajalt.clikt.parameters.types.long
+import dev.ml2sensors.Version
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.simulator.replay.EurocRecording
+import dev.ml2sensors.simulator.replay.RecordingException
+import dev.ml2sensors.simulator.replay.ReplayHeadset
+import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.Headset
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.runBlocking
+import sun.misc.Signal
+import java.io.File
+import kotlin.random.Random
+import kotlin.time.Duration.Companion.seconds
+
+internal const val EXIT_USAGE = 2
+
+/** Parses the command line, makes the headset and streams it. */
+internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
+    private val receiver by option(metavar = "HOST:PORT", help = "Where the receiver listens.")
+        .convert { address(it) ?: fail("expected HOST:PORT with a port of 1 to 65535, found '$it'") }
+        .required()
+    private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead of test signals.")
+        .file(mustExist = true, canBeFile = false)
+    private val seed by option(metavar = "N", help = "Of the test signals and the device clock's offset; default 1.")
+        .long().default(1)
+    private val duration by option(metavar = "S", help = "End after so many seconds of samples.")
+        .convert { (positive(it) ?: fail("expected a positive number, found '$it'")).seconds }
+    private val rateFactor by option(metavar = "X|max", help = "Replay X times as fast, or as fast as can be sent.")
+        .convert { rateFactor(it) ?: fail("expected a positive number or max, found '$it'") }
+    private val insecure by option(help = "Accepted without effect: nothing is encrypted yet.").flag()
+    private val insecureEyeImages by option(help = "Accepted without effect: nothing is encrypted yet.").flag()
+
+    init {
+        versionOption(Version.NAME)
+    }
+
+    override fun help(context: Context): String = "Streams a simulated or recorded headset to a receiver."
+
+    override fun run() {
+        val clockOffsetNanos = Random(seed).nextLong(MAX_CLOCK_OFFSET_NANOS)
+        val isWell = headset { System.nanoTime() + clockOffsetNanos }.use { headset ->
+            runBlocking { stream(headset, receiver, duration, stopSignal(), ::echo) }
+        }
+        if (!isWell) throw ProgramResult(1)
+    }
+
+    private fun headset(clock: DeviceClock): Headset {
+        val folder = replay
+        return when {
+            folder != null -> ReplayHeadset(recording(folder), clock, rateFactor ?: 1.0)
+            rateFactor != null -> throw UsageError("--rate-factor needs --replay")
+            else -> TestSignalHeadset(seed, clock, ::echo)
+        }
+    }
+
+    private fun recording(folder: File): EurocRecording = try {
+        EurocRecording.open(folder)
+    } catch (failure: RecordingException) {
+        throw PrintMessage("Error: ${failure.message}", EXIT_USAGE, printError = true)
+    }
+
+    private companion object {
+        /** Far from any other clock, so that a time that was not converted is noticed. */
+        const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
+    }
+}
+
+private fun address(text: String): ReceiverAddress? {
+    val (bracketed, plain, port) = Regex("""(?:\[(.+)]|([^:]+)):(\d{1,5})""").matchEntire(text)?.destructured ?: return null
+    return port.toInt().takeIf { it in 1..65535 }?.let { ReceiverAddress(bracketed.ifEmpty { plain }, it) }
+}
+
+private fun positive(text: String): Double? = text.toDoubleOrNull()?.takeIf { it > 0 && it.isFinite() }
+
+private fun rateFactor(text: String): Double? = if (text == "max") Double.POSITIVE_INFINITY else positive(text)
+
+/** Completes with the name of the first SIGINT or SIGTERM, neither of which ends the process any more. */
+private fun stopSignal(): CompletableDeferred<String> {
+    val stop = CompletableDeferred<String>()
+    for (name in listOf("INT", "TERM")) Signal.handle(Signal(name)) { stop.complete("SIG$name") }
+    return stop
+}

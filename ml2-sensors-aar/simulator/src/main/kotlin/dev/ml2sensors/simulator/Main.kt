@@ -1,0 +1,19 @@
+package dev.ml2sensors.simulator
+
+import com.github.ajalt.clikt.core.CliktError
+import com.github.ajalt.clikt.core.UsageError
+import com.github.ajalt.clikt.core.parse
+import kotlin.system.exitProcess
+
+/** The command `ml2-headset`: exit code 0 at the end, 1 if a sensor failed, 2 for wrong arguments or a bad recording. */
+public fun main(arguments: Array<String>) {
+    val command = HeadsetCommand()
+    val exitCode = try {
+        command.parse(arguments)
+        0
+    } catch (end: CliktError) {
+        command.echoFormattedHelp(end)
+        if (end is UsageError) EXIT_USAGE else end.statusCode
+    }
+    exitProcess(exitCode)
+}
