@@ -2,11 +2,15 @@
 
 ReceiverError
 ├── ConfigError     the user's configuration file
-└── TableError      the stream table, config/streams.yaml
+├── TableError      the stream table, config/streams.yaml
+├── ProtocolError   what a peer sent
+├── PublishError    a message that ROS did not take
+└── ListenError     the address to listen on
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 
 class ReceiverError(Exception):
@@ -44,3 +48,33 @@ class ConfigError(ReceiverError):
 
 class TableError(ReceiverError):
     """The stream table contradicts itself."""
+
+
+class ErrorCode(StrEnum):
+    """The codes of fatal ERROR frames, as PROTOCOL.md explains them."""
+
+    VERSION = "version"
+    BUSY = "busy"
+    MALFORMED = "malformed"
+    TOO_LARGE = "too_large"
+    UNEXPECTED = "unexpected"
+    TICKET = "ticket"
+    CHANNEL = "channel"
+    TIMEOUT = "timeout"
+
+
+class ProtocolError(ReceiverError):
+    """A peer broke the protocol; fatal for its connection, and answered with an ERROR frame."""
+
+    def __init__(self, code: ErrorCode, message: str) -> None:
+        super().__init__(f"{code}: {message}")
+        self.code = code
+        self.message = message
+
+
+class PublishError(ReceiverError):
+    """ROS did not take a message."""
+
+
+class ListenError(ReceiverError):
+    """The receiver cannot listen on the address it was given."""

@@ -1,0 +1,122 @@
+"""Turns reports into the rows of /diagnostics."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+from .report import Report, State, TopicReport
+from .statistics import TopicStatistics
+
+_STALE_AFTER_S = 2.0
+
+
+class Level(IntEnum):
+    """As in diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class Row:
+    """One DiagnosticStatus, without the name of the node."""
+
+    name: str
+    level: Level
+    message: str
+    values: Mapping[str, str]
+
+
+@dataclass
+class _Past:
+    """A topic at the last call, and when it last got something."""
+
+    statistics: TopicStatistics
+    time_s: float
+    heard_s: float
+    received: int = 0
+    received_bytes: int = 0
+    produced_by_device: int = 0
+
+
+class Diagnostics:
+    """Rates are over the time since the last call of rows(). Not thread-safe.
+
+    Args:
+        prefix: of the relative topics.
+    """
+
+    def __init__(self, prefix: str) -> None:
+        self._prefix = prefix
+        self._past: dict[str, _Past] = {}
+
+    def rows(self, report: Report | None, now_s: float) -> list[Row]:
+        """One row for the session and one for each topic it has had."""
+        if report is None:
+            return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
+        return [_session(report), *(self._topic(topic, report, now_s) for topic in report.topics)]
+
+    def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Row:
+        statistics, device = topic.statistics, topic.device
+        name = topic.topic.full_name(self._prefix)
+        past = self._past.get(name)
+        if past is None or past.statistics is not statistics:
+            past = self._past[name] = _Past(statistics, now_s, now_s)
+        elapsed_s = now_s - past.time_s
+        received, received_bytes = statistics.received, statistics.received_bytes
+        values = {
+            "stream": topic.topic.stream,
+            "type": topic.topic.type,
+            "rate_hz": _per_second(received - past.received, elapsed_s),
+            "mbit_per_s": _per_second((received_bytes - past.received_bytes) * 8e-6, elapsed_s),
+            "received": str(received),
+            "gaps": str(statistics.gaps),
+            "unpublished": str(statistics.unpublished),
+        }
+        if device is not None:
+            values |= {"produced": str(device.produced), "sent": str(device.sent)}
+            values |= {f"dropped.{reason}": str(n) for reason, n in device.dropped.items()}
+        if (latency := statistics.latency()) is not None:
+            values |= {
+                "latency_p50_ms": f"{latency.p50_ms:.3f}",
+                "latency_p99_ms": f"{latency.p99_ms:.3f}",
+            }
+        produced = device.produced if device else 0
+        if received > past.received or produced <= past.produced_by_device:
+            past.heard_s, past.produced_by_device = now_s, produced
+        past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
+        is_stale = report.state is State.LOST or now_s - past.heard_s > _STALE_AFTER_S
+        return Row(name, *_judgement(topic, is_stale), values)
+
+
+def _judgement(topic: TopicReport, is_stale: bool) -> tuple[Level, str]:
+    dropped = sum(topic.device.dropped.values()) if topic.device else 0
+    if is_stale:
+        return Level.ERROR, "nothing arrives"
+    if dropped or topic.statistics.gaps or topic.statistics.unpublished:
+        return Level.WARN, f"{max(dropped, topic.statistics.gaps)} messages were lost"
+    return Level.OK, "all that was produced arrived"
+
+
+def _session(report: Report) -> Row:
+    values = {
+        "state": report.state.value,
+        "headset": report.headset,
+        "device_id": report.device_id,
+        "skipped_frames": str(report.skipped_frames),
+        "final": str(report.is_final).lower(),
+    }
+    if (clock := report.clock) is not None:
+        values |= {
+            "clock.state": clock.state,
+            "clock.offset_ns": str(clock.offset_ns),
+            "clock.uncertainty_ns": str(clock.uncertainty_ns),
+            "clock.round_trip_ns": str(clock.round_trip_ns),
+        }
+    level = Level.ERROR if report.state is State.LOST else Level.OK
+    return Row("session", level, f"{report.headset}: {report.state.value}", values)
+
+
+def _per_second(amount: float, elapsed_s: float) -> str:
+    return f"{amount / elapsed_s:.2f}" if elapsed_s > 0 else "0.00"

@@ -1,0 +1,27 @@
+"""Bounds how often peers can make the receiver say something."""
+
+from collections.abc import Callable
+
+_PER_SECOND = 10
+
+
+class EventLimit:
+    """Passes on at most 10 texts in a second and tells how many it kept back."""
+
+    def __init__(self, say: Callable[[str], None], clock: Callable[[], float]) -> None:
+        self._say = say
+        self._clock = clock
+        self._began_s = clock()
+        self._said = self._withheld = 0
+
+    def say(self, text: str) -> None:
+        now_s = self._clock()
+        if now_s - self._began_s >= 1:
+            if self._withheld:
+                self._say(f"{self._withheld} more such events")
+            self._began_s, self._said, self._withheld = now_s, 0, 0
+        if self._said < _PER_SECOND:
+            self._said += 1
+            self._say(text)
+        else:
+            self._withheld += 1

@@ -1,0 +1,39 @@
+"""How a session stands, for people and diagnostics."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from .messages import ChannelStatus, ClockStatus
+from .statistics import TopicStatistics
+from .table import Topic
+
+
+class State(Enum):
+    """ENDED had its BYE, LOST had not."""
+
+    CONNECTED = "connected"
+    ENDED = "ended"
+    LOST = "lost"
+
+
+@dataclass(frozen=True)
+class TopicReport:
+    """One topic; `statistics` goes on counting, `device` is as of the last STATUS."""
+
+    topic: Topic
+    statistics: TopicStatistics
+    device: ChannelStatus | None
+
+
+@dataclass(frozen=True)
+class Report:
+    """One session. `clock` is None before the first STATUS; `is_final` after the last one."""
+
+    state: State
+    headset: str
+    device_id: str
+    clock: ClockStatus | None
+    skipped_frames: int
+    is_final: bool
+    topics: Sequence[TopicReport]

@@ -1,0 +1,241 @@
+"""One device from WELCOME to the end of its last lane, as a state machine without I/O."""
+
+import secrets
+
+from .connection import Connection
+from .context import Context, Ending, Send, close, error_body
+from .errors import ErrorCode, ProtocolError
+from .frame import VERSION, Frame, Kind
+from .json_body import JsonBody
+from .messages import (
+    Bye,
+    Channel,
+    ChannelEnd,
+    Configured,
+    Error,
+    Hello,
+    Join,
+    Joined,
+    PeerLimits,
+    Status,
+    Timeouts,
+    Welcome,
+)
+from .report import Report, State, TopicReport
+from .sink import Applied
+from .statistics import Instance
+from .streams import Request, Streams
+
+_NEEDED_LANES = ("time", "sensors")
+_TOKEN_BYTES = 16
+
+
+class Session:
+    """Lanes, silence and farewells of one session; `streams` has the rest.
+
+    Methods raise ProtocolError when the device broke the protocol. Not thread-safe.
+    """
+
+    def __init__(
+        self, hello: Hello, control: Connection, instance: Instance, context: Context
+    ) -> None:
+        self.hello = hello
+        self.id = secrets.token_hex(_TOKEN_BYTES)
+        self.state = State.CONNECTED
+        self.streams = Streams(context.table, instance, context.sink)
+        self.instance = instance
+        self.status: Status | None = None
+        self.skipped_frames = 0
+        self._context = context
+        self._control = control
+        self._tickets = {
+            lane: secrets.token_hex(_TOKEN_BYTES)
+            for lane in (*_NEEDED_LANES, *context.table.image_lanes)
+        }
+        self._joined = {"control"}
+        self._open = {control}
+        self._began_s = self._heard_s = self._spoke_s = context.clock()
+        self._lane_ended_s: float | None = None
+        self._bye_s: float | None = None
+        control.lane = "control"
+
+    def __contains__(self, connection: Connection) -> bool:
+        return connection in self._open
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has ended and every connection is read to its end: counts are final."""
+        return self.state is not State.CONNECTED and not self._open
+
+    def welcome(self, received: dict[str, int] | None) -> None:
+        """Sends WELCOME; `received` is None for an instance that is new here."""
+        limits = self._context.limits
+        self.send(
+            Kind.WELCOME,
+            Welcome(
+                version=VERSION,
+                session=self.id,
+                name=self._context.name,
+                software=self._context.software,
+                tickets=self._tickets,
+                received=received,
+                limits=PeerLimits(Kind.DATA.max_length),
+                timeouts=Timeouts(limits.handshake_s, limits.ping_s, limits.dead_s),
+            ),
+        )
+
+    def join(self, connection: Connection, join: Join, request: Request) -> None:
+        """A new connection wants to be a lane; `request` is asked for when those needed are."""
+        ticket = self._tickets.get(join.lane)
+        if join.session != self.id:
+            raise ProtocolError(ErrorCode.TICKET, f"no session {join.session!r}")
+        if ticket is None or self.state is not State.CONNECTED:
+            raise ProtocolError(ErrorCode.TICKET, f"no lane {join.lane!r} can be joined")
+        if not secrets.compare_digest(ticket.encode(), join.ticket.encode()):
+            raise ProtocolError(ErrorCode.TICKET, f"wrong ticket for lane {join.lane!r}")
+        if join.lane in self._joined:
+            raise ProtocolError(ErrorCode.TICKET, f"the ticket for lane {join.lane!r} is used")
+        was_complete = self._is_complete
+        self._joined.add(join.lane)
+        self._open.add(connection)
+        connection.lane = join.lane
+        connection.routes = self.streams.routes.get(join.lane, {})
+        self._context.act(Send(connection, Kind.JOINED, Joined(join.lane)))
+        if self._is_complete and not was_complete:
+            self.send(Kind.CONFIGURE, self.streams.configure(request))
+
+    @property
+    def _is_complete(self) -> bool:
+        return self._joined.issuperset(_NEEDED_LANES)
+
+    def send(self, kind: Kind, body: JsonBody | None = None) -> None:
+        """Sends on control."""
+        self._spoke_s = self._context.clock()
+        self._context.act(Send(self._control, kind, body))
+
+    def received(self, connection: Connection, frame: Frame) -> None:
+        """A frame other than DATA and TIME_REQUEST arrived on one of the lanes."""
+        if self.state is not State.CONNECTED:
+            return
+        if connection is self._control:
+            self._heard_s = self._context.clock()
+        body = frame.payload
+        match frame.header.kind:
+            case Kind.CHANNEL:
+                self.streams.announce(Channel.parse(body))
+            case Kind.CHANNEL_END:
+                self.streams.end(ChannelEnd.parse(body))
+            case Kind.CONFIGURED:
+                self._configured(Configured.parse(body))
+            case Kind.STATUS:
+                self.status = Status.parse(body)
+            case Kind.PING:
+                self.send(Kind.PONG)
+            case Kind.PONG:
+                pass
+            case Kind.ERROR:
+                self._error(connection, Error.parse(body))
+            case Kind.BYE:
+                self._bye(Bye.parse(body))
+            case _:
+                self.skipped_frames += 1
+
+    def _configured(self, configured: Configured) -> None:
+        self.streams.answer(configured)
+        for id, answer in configured.streams.items():
+            if answer.result != "applied":
+                self._event(f"{id} {answer.result}: {answer.reason!r}")
+        running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
+        self._event(f"streams: {', '.join(running) or 'none'}")
+        self._context.sink.configured(
+            Applied(self.hello.name, self.id, configured.streams, self.streams.topics)
+        )
+
+    def start(self) -> None:
+        """Sends START if it is due."""
+        if self.state is State.CONNECTED and self.streams.awaits_start:
+            self.send(Kind.START, self.streams.start())
+
+    def _error(self, connection: Connection, error: Error) -> None:
+        text = f"the device reports {error.code!r}: {error.message!r}"
+        if error.fatal:
+            self.finish(State.LOST, text)
+        else:
+            self._event(text)
+
+    def _bye(self, bye: Bye) -> None:
+        self._event(f"says goodbye: {bye.reason!r}")
+        self._bye_s = self._context.clock()
+        self._end_when_read()
+
+    def closed(self, connection: Connection, fault: str | None) -> None:
+        """A connection has ended and is read to its end; `fault` is None if between two frames."""
+        self._open.discard(connection)
+        if self.state is not State.CONNECTED:
+            return
+        if fault is not None:
+            self.finish(State.LOST, f"lane {connection.lane!r}: {fault}")
+        elif self._bye_s is not None:
+            self._end_when_read()
+        elif connection is self._control:
+            self.finish(State.LOST, "control ended without BYE")
+        elif self._lane_ended_s is None:
+            self._lane_ended_s = self._context.clock()
+
+    def _end_when_read(self) -> None:
+        if self._open <= {self._control}:
+            self.finish(State.ENDED, "every lane is read")
+
+    def tick(self) -> None:
+        """Time has passed."""
+        if self.state is not State.CONNECTED:
+            return
+        now, limits = self._context.clock(), self._context.limits
+        if self._bye_s is not None:
+            if now - self._bye_s > limits.dead_s:
+                self.finish(State.ENDED, "some lanes did not end after BYE")
+        elif now - self._heard_s > limits.dead_s:
+            self.fail(ProtocolError(ErrorCode.TIMEOUT, f"silent for {limits.dead_s} s"))
+        elif not self._is_complete and now - self._began_s > limits.handshake_s:
+            self.fail(ProtocolError(ErrorCode.TIMEOUT, "time and sensors were not joined"))
+        elif self._lane_ended_s is not None and now - self._lane_ended_s > limits.dead_s:
+            self.finish(State.LOST, "a lane ended without BYE", Bye("a lane ended"))
+        elif now - self._spoke_s >= limits.ping_s:
+            self.send(Kind.PING)
+
+    def fail(self, error: ProtocolError) -> None:
+        """Ends the session with an ERROR on control."""
+        self.finish(State.LOST, str(error), error_body(error))
+
+    def finish(self, state: State, reason: str, farewell: Bye | Error | None = None) -> None:
+        """Ends the session; what has arrived on its lanes is still read."""
+        if self.state is not State.CONNECTED:
+            return
+        self.state = state
+        self._event(f"session {state.value}: {reason}")
+        if farewell is not None:
+            self.send(Kind.BYE if isinstance(farewell, Bye) else Kind.ERROR, farewell)
+        for connection in self._open:
+            said = farewell is not None and connection is self._control
+            close(self._context, connection, Ending.DISCARD if said else Ending.DRAIN)
+
+    def report(self) -> Report:
+        """How it stands; may be called by any thread."""
+        status = self.status
+        return Report(
+            state=self.state,
+            headset=self.hello.name,
+            device_id=self.hello.device_id,
+            clock=status.clock if status else None,
+            skipped_frames=self.skipped_frames,
+            is_final=bool(status and status.final),
+            topics=[
+                TopicReport(
+                    self.streams.topic(name), counts, status.channels.get(name) if status else None
+                )
+                for name, counts in list(self.instance.topics.items())
+            ],
+        )
+
+    def _event(self, text: str) -> None:
+        self._context.sink.event(f"{self.hello.name!r}: {text}")
