@@ -1,0 +1,164 @@
+package dev.ml2sensors.conformance
+
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.session.Session
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.stream.ActiveStreams
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.Hello
+import dev.ml2sensors.wire.ProtocolException
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Deferred
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.cancel
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import org.junit.jupiter.api.AfterAll
+import org.junit.jupiter.api.DynamicTest
+import org.junit.jupiter.api.DynamicTest.dynamicTest
+import org.junit.jupiter.api.TestFactory
+import org.junit.jupiter.api.TestInstance
+import java.io.IOException
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
+
+/** Runs the device's side of tests/conformance/vectors/malformed: one app instance outlives all of them. */
+@TestInstance(TestInstance.Lifecycle.PER_CLASS)
+class MalformedVectorTest {
+    private val scope = CoroutineScope(Dispatchers.Default)
+    private val headset = BatteryHeadset()
+    private val hostClock = HostClock(headset.clock)
+    private val streams = ActiveStreams(headset, hostClock, scope)
+
+    @AfterAll
+    fun close() {
+        scope.cancel()
+    }
+
+    @TestFactory
+    fun faultyReceiversAreRefusedAndGoodOnesServed(): List<DynamicTest> =
+        Vector
+            .loadAll("malformed")
+            .filter { it.text("side") == "device" }
+            .map { vector -> dynamicTest(vector.name) { check(vector) } }
+
+    private fun check(vector: Vector) {
+        for (sent in vector.attempts()) withSession { host, session -> checkAttempt(host, session, vector, sent) }
+        withSession { host, _ ->
+            host.reach("streaming", "control")
+            checkLife(host)
+        }
+    }
+
+    /** Runs [check] while a session connects to the host, and ends both. */
+    private fun withSession(check: (ScriptedHost, Deferred<Throwable?>) -> Unit) {
+        ScriptedHost().use { host ->
+            val session = startSession(host)
+            try {
+                check(host, session)
+            } finally {
+                session.cancel()
+            }
+        }
+    }
+
+    private fun checkAttempt(
+        host: ScriptedHost,
+        session: Deferred<Throwable?>,
+        vector: Vector,
+        sent: ByteArray,
+    ) {
+        val lane = vector.text("lane")
+        host.reach(vector.text("given"), lane)
+        host.answersTime = lane != "time"
+        host.play(lane, sent)
+        if (sent.size < vector.bytes.size) host.finishWriting(lane)
+        val expect = vector.case.getValue("expect").jsonObject
+        val code = expect["error"]?.jsonPrimitive?.content
+        when {
+            code != null -> {
+                val error = host.await(ScriptedHost.ERROR).json
+                assertEquals(code, error.getValue("code").jsonPrimitive.content, error.toString())
+                val failure = assertIs<ProtocolException>(failureOf(session))
+                assertEquals(code, failure.code.wireName, failure.toString())
+            }
+            "closed" in expect -> {
+                assertIs<IOException>(failureOf(session))
+                host.await(ScriptedHost.END)
+            }
+            else -> checkLife(host)
+        }
+    }
+
+    private fun checkLife(host: ScriptedHost) {
+        host.play("control", ScriptedHost.frame(ScriptedHost.PING, byteArrayOf()))
+        host.await(ScriptedHost.PONG)
+        host.await(ScriptedHost.DATA)
+    }
+
+    private fun startSession(host: ScriptedHost): Deferred<Throwable?> {
+        val session = Session(ReceiverAddress("127.0.0.1", host.port), headset.clock, hostClock, streams)
+        val capabilities = Hello.Capabilities(streams.capabilities)
+        val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())
+        return scope.async { runCatching { session.run(hello, CompletableDeferred()) {} }.exceptionOrNull() }
+    }
+
+    private fun failureOf(session: Deferred<Throwable?>): Throwable? =
+        runBlocking { withTimeout(FAILURE_LIMIT) { session.await() } }
+
+    private companion object {
+        val FAILURE_LIMIT = 10.seconds
+    }
+}
+
+private fun Vector.text(key: String): String = case.getValue(key).jsonPrimitive.content
+
+private fun Vector.attempts(): List<ByteArray> =
+    if ("cut" in case) (1 until bytes.size).map { bytes.copyOf(it) } else listOf(bytes)
+
+/** Has a battery that reports and a world camera that sees nothing. */
+private class BatteryHeadset : Headset {
+    override val identity = Headset.Identity("device", "Conformance")
+    override val clock = DeviceClock(System::nanoTime)
+    override val timeline = Headset.Timeline.LIVE
+
+    override fun negotiate(
+        stream: StreamSpec,
+        requested: StreamValues,
+    ): Answer =
+        when (stream) {
+            StreamTable.battery, StreamTable.worldLeft -> Answer.Applied(requested)
+            else -> Answer.Refused("not on this headset")
+        }
+
+    override fun samples(
+        stream: StreamSpec,
+        values: StreamValues,
+    ): Flow<Sample> =
+        flow {
+            if (stream != StreamTable.battery) awaitCancellation()
+            while (true) {
+                emit(BatterySample(clock.nowNanos(), 4f, 1f, 0.5f, charging = false))
+                delay(5.milliseconds)
+            }
+        }
+
+    override fun close() = Unit
+}
