@@ -25,12 +25,13 @@ RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
 HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
 OUTPUT = ROOT / "build" / "demo"
 _LISTENING = "listening on "
+_WIDTH = 150
 
 
 def main() -> int:
     """Runs the demo; 0 only if every accepted stream arrived."""
     arguments = _parse()
-    console = Console()
+    console = Console(record=True, width=None if sys.stdout.isatty() else _WIDTH)
     try:
         prefix = load_config(arguments.config).prefix
     except ConfigError as error:
@@ -53,6 +54,7 @@ def main() -> int:
     failures = verdict(final, is_simulated=arguments.replay is None)
     for failure in failures:
         console.print(failure, style="red", markup=False)
+    console.save_svg(str(OUTPUT / "table.svg"), title="make demo", clear=False)
     console.print(f"report: {OUTPUT / 'report.json'}\npictures: {OUTPUT / 'streams.png'}")
     return 1 if failures else 0
 

@@ -40,8 +40,8 @@ class LiveTable:
     def _table(self, snapshot: dict[str, Any]) -> Table:
         table = Table(title=f"ML2 Sensors, {self._source} headset, topics under {self._prefix}")
         for heading in ("stream", "topic", "type"):
-            table.add_column(heading)
-        for heading in ("messages", "Hz", "Mbit/s", "drops", "p50 ms", "p99 ms"):
+            table.add_column(heading, no_wrap=True)
+        for heading in ("Hz", "Mbit/s", "drops", "p50 ms", "p99 ms"):
             table.add_column(heading, justify="right")
         previous_stream = ""
         for name, seen in snapshot["topics"].items():
@@ -52,7 +52,6 @@ class LiveTable:
                 seen["stream"] if seen["stream"] != previous_stream else "",
                 name.removeprefix(f"{self._prefix}/"),
                 seen["type"].replace("/msg/", "/"),
-                str(seen["count"]),
                 f"{seen['rate_hz']:.1f}",
                 f"{mbit_per_s:.1f}",
                 Text(str(lost), style="red" if lost > 0 and snapshot["final"] else ""),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import threading
 import time
@@ -61,7 +62,7 @@ class Observed:
 
     def row(self) -> dict[str, Any]:
         span_s = self.last_s - self.first_s
-        p50, p99, maximum = np.percentile(self.latencies_ms or [0.0], (50, 99, 100))
+        p50, p99, maximum = np.percentile(self.latencies_ms.tolist() or [0.0], (50, 99, 100))
         return {
             "type": self.type,
             "stream": self.stream,
@@ -165,6 +166,7 @@ def main() -> int:
     parser.add_argument("--qos-depths", type=json.loads, required=True)
     parser.add_argument("--pictures", type=Path, required=True)
     arguments = parser.parse_args()
+    threading.excepthook = _end_process
     rclpy.init()
     observer = Observer(arguments.prefix, arguments.qos_depths)
     executor = SingleThreadedExecutor()
@@ -184,6 +186,12 @@ def main() -> int:
         observer.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _end_process(failure: threading.ExceptHookArgs) -> None:
+    """A witness that lost a thread would report drops that never were."""
+    sys.__excepthook__(failure.exc_type, failure.exc_value or failure.exc_type(), failure.exc_traceback)
+    os._exit(1)
 
 
 def observe(observer: Observer) -> None:

@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable
 
 _TIME = struct.Struct("<iI")
+_LENGTH = struct.Struct("<I")
 _NANOS_PER_SECOND = 1_000_000_000
 
 
@@ -30,5 +31,6 @@ def _first_transform_stamp(payload: bytes) -> int:
 
 
 def _json_stamp(payload: bytes) -> int:
-    stamp = json.loads(payload[8:-1])["stamp"]
+    (size,) = _LENGTH.unpack_from(payload, 4)
+    stamp = json.loads(payload[8 : 8 + size - 1])["stamp"]
     return int(stamp["sec"]) * _NANOS_PER_SECOND + int(stamp["nanosec"])

@@ -25,7 +25,7 @@ class Row:
     name: str
     level: Level
     message: str
-    values: Mapping[str, str]
+    values: dict[str, str]
 
 
 @dataclass

@@ -4,7 +4,7 @@ import importlib
 import json
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import rclpy
@@ -146,18 +146,24 @@ class RosNode:
     def _status_array(self, report: Report | None) -> DiagnosticArray:
         with self._diagnostics_lock:
             rows = self._diagnostics.rows(report, time.monotonic())
-        array = DiagnosticArray(status=[_status(row) for row in rows])
+        subscribers = {
+            topic.full_name(self._prefix): {"subscribers": str(publisher.get_subscription_count())}
+            for topic, publisher in list(self._publishers.items())
+        }
+        array = DiagnosticArray(
+            status=[_status(row, subscribers.get(row.name, {})) for row in rows]
+        )
         array.header.stamp = self._node.get_clock().now().to_msg()
         return array
 
 
-def _status(row: Row) -> DiagnosticStatus:
+def _status(row: Row, more: Mapping[str, str]) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=bytes([row.level]),
         name=f"ml2_receiver: {row.name}",
         message=row.message,
         hardware_id="magic_leap_2",
-        values=[KeyValue(key=key, value=value) for key, value in row.values.items()],
+        values=[KeyValue(key=key, value=value) for key, value in (row.values | more).items()],
     )
 
 
