@@ -9,6 +9,7 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -43,7 +44,7 @@ class RosNode:
 
     def __init__(self, table: StreamTable, prefix: str, arguments: Sequence[str]) -> None:
         self._table, self._prefix = table, prefix
-        self._context = rclpy.Context()
+        self._context = Context()
         rclpy.init(
             args=["ml2-receiver", *arguments],
             context=self._context,

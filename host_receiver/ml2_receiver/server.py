@@ -52,18 +52,15 @@ class Server:
     one lock, so the sink must not call back from there.
 
     Args:
-        address: host and port to listen on; port 0 lets the system choose.
+        listener: what listen() returned; closed by stop().
         request: the streams and values every headset is asked for.
         name: what headsets are told about who receives.
         is_paused: START waits for begin().
-
-    Raises:
-        ListenError: the address cannot be listened on.
     """
 
     def __init__(
         self,
-        address: tuple[str, int],
+        listener: socket.socket,
         table: StreamTable,
         request: Request,
         sink: Sink,
@@ -80,7 +77,7 @@ class Server:
         self._links: dict[Connection, _Link] = {}
         self._readers: set[threading.Thread] = set()
         self._stopping = threading.Event()
-        self._listener = _listen(address)
+        self._listener = listener
         self._threads = [
             threading.Thread(target=self._accept, name="accept", daemon=True),
             threading.Thread(target=self._tick, name="tick", daemon=True),
@@ -175,7 +172,8 @@ class Server:
             except ProtocolError as error:
                 with self._lock:
                     self._host.failed(link.connection, error)
-                return _discard(link)
+                _discard(link)
+                return
 
     def _dispatch(self, link: _Link, frame: Frame, received_ns: int) -> None:
         header = frame.header
@@ -235,7 +233,12 @@ def _discard(link: _Link) -> None:
         pass
 
 
-def _listen(address: tuple[str, int]) -> socket.socket:
+def listen(address: tuple[str, int]) -> socket.socket:
+    """A socket for Server; port 0 lets the system choose.
+
+    Raises:
+        ListenError: the address cannot be listened on.
+    """
     try:
         family, *_, resolved = socket.getaddrinfo(*address, type=socket.SOCK_STREAM)[0]
         listener = socket.create_server(
@@ -243,7 +246,7 @@ def _listen(address: tuple[str, int]) -> socket.socket:
         )
     except OSError as error:
         raise ListenError(f"cannot listen on {_text(address)}: {error.strerror}") from error
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)  # inherited
     return listener
 
 

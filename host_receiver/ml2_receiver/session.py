@@ -1,6 +1,7 @@
 """One device from WELCOME to the end of its last lane, as a state machine without I/O."""
 
 import secrets
+from collections.abc import Callable
 
 from .connection import Connection
 from .context import Context, Ending, Send, close, error_body
@@ -57,6 +58,15 @@ class Session:
         self._began_s = self._heard_s = self._spoke_s = context.clock()
         self._lane_ended_s: float | None = None
         self._bye_s: float | None = None
+        self._handlers: dict[int, Callable[[bytearray], None]] = {
+            Kind.CHANNEL: lambda body: self.streams.announce(Channel.parse(body)),
+            Kind.CHANNEL_END: lambda body: self.streams.end(ChannelEnd.parse(body)),
+            Kind.CONFIGURED: lambda body: self._configured(Configured.parse(body)),
+            Kind.STATUS: self._status,
+            Kind.PING: lambda _: self.send(Kind.PONG),
+            Kind.PONG: lambda _: None,
+            Kind.BYE: lambda body: self._bye(Bye.parse(body)),
+        }
         control.lane = "control"
 
     def __contains__(self, connection: Connection) -> bool:
@@ -119,26 +129,12 @@ class Session:
             return
         if connection is self._control:
             self._heard_s = self._context.clock()
-        body = frame.payload
-        match frame.header.kind:
-            case Kind.CHANNEL:
-                self.streams.announce(Channel.parse(body))
-            case Kind.CHANNEL_END:
-                self.streams.end(ChannelEnd.parse(body))
-            case Kind.CONFIGURED:
-                self._configured(Configured.parse(body))
-            case Kind.STATUS:
-                self.status = Status.parse(body)
-            case Kind.PING:
-                self.send(Kind.PONG)
-            case Kind.PONG:
-                pass
-            case Kind.ERROR:
-                self._error(connection, Error.parse(body))
-            case Kind.BYE:
-                self._bye(Bye.parse(body))
-            case _:
-                self.skipped_frames += 1
+        if frame.header.kind == Kind.ERROR:
+            self._error(connection, Error.parse(frame.payload))
+        elif handle := self._handlers.get(frame.header.kind):
+            handle(frame.payload)
+        else:
+            self.skipped_frames += 1
 
     def _configured(self, configured: Configured) -> None:
         self.streams.answer(configured)
@@ -155,6 +151,9 @@ class Session:
         """Sends START if it is due."""
         if self.state is State.CONNECTED and self.streams.awaits_start:
             self.send(Kind.START, self.streams.start())
+
+    def _status(self, body: bytearray) -> None:
+        self.status = Status.parse(body)
 
     def _error(self, connection: Connection, error: Error) -> None:
         text = f"the device reports {error.code!r}: {error.message!r}"

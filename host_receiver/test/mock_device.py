@@ -1,0 +1,210 @@
+"""A scripted device: does what the protocol asks of one, or what a test wants instead."""
+
+import socket
+import struct
+import time
+from types import TracebackType
+from typing import Self
+
+from ml2_receiver.frame import CDR_ENCAPSULATION, Frame, FrameParser, Kind, LaneKind, Side
+from ml2_receiver.frame import encode_frame as encode
+from ml2_receiver.json_body import JsonBody
+from ml2_receiver.messages import (
+    Bye,
+    Capabilities,
+    Channel,
+    ChannelStatus,
+    ClockStatus,
+    Configure,
+    Configured,
+    Error,
+    Hello,
+    Join,
+    Joined,
+    Start,
+    Status,
+    StreamAnswer,
+    Welcome,
+)
+from ml2_receiver.table import Topic, load_table
+
+PAYLOAD = CDR_ENCAPSULATION + bytes(4)
+_TIMEOUT_S = 5.0
+_TIMES = struct.Struct("<qqq")
+
+
+class Wire:
+    """One connection of the device; `lane` is what it is or shall become."""
+
+    def __init__(self, address: str, lane: str) -> None:
+        host, _, port = address.rpartition(":")
+        self.socket = socket.create_connection((host, int(port)), timeout=_TIMEOUT_S)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._parser = FrameParser(Side.RECEIVER, LaneKind.of(lane))
+
+    def send(self, kind: Kind, body: JsonBody | bytes = b"", **header: int) -> None:
+        data = body if isinstance(body, bytes) else body.to_bytes()
+        self.socket.sendall(encode(kind, data, **header))
+
+    def receive(self) -> Frame | None:
+        """The next frame but PING, or None at the end of the connection."""
+        while count := self.socket.recv_into(self._parser.get_buffer()):
+            frame = self._parser.buffer_updated(count)
+            if frame is not None and frame.header.kind != Kind.PING:
+                return frame
+        return None
+
+    def expect(self, kind: Kind) -> bytearray:
+        frame = self.receive()
+        assert frame is not None, f"expected {kind.name}, found the end"
+        assert frame.header.kind == kind, (kind, frame)
+        return frame.payload
+
+    def expect_error(self, code: str) -> Error:
+        """ERROR with this code, and then the end."""
+        error = Error.parse(self.expect(Kind.ERROR))
+        assert (error.code, error.fatal) == (code, True)
+        assert self.receive() is None
+        return error
+
+    def expect_end(self) -> None:
+        """The end, whatever is said before; a reset is one."""
+        try:
+            while self.receive() is not None:
+                pass
+        except ConnectionError:
+            pass
+
+
+class MockDevice:
+    """One run of an app. Usable as context manager, which closes all connections."""
+
+    def __init__(
+        self, address: str, device_id: str = "device", instance_id: str = "instance"
+    ) -> None:
+        self.address = address
+        self.wires: dict[str, Wire] = {}
+        self.welcome: Welcome
+        self.channels: dict[str, tuple[int, Topic]] = {}
+        self.sequences: dict[str, int] = {}
+        self._hello = Hello(
+            [1], device_id, instance_id, f"{device_id} name", "mock", Capabilities([]), {}
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
+    ) -> None:
+        self.disconnect()
+
+    def disconnect(self) -> None:
+        for wire in self.wires.values():
+            wire.socket.close()
+        self.wires.clear()
+
+    def wire(self, lane: str) -> Wire:
+        self.wires[lane] = Wire(self.address, lane)
+        return self.wires[lane]
+
+    def greet(self) -> Wire:
+        """HELLO, to be answered."""
+        control = self.wire("control")
+        control.send(Kind.HELLO, self._hello)
+        return control
+
+    def connect(self) -> Welcome:
+        self.welcome = Welcome.parse(self.greet().expect(Kind.WELCOME))
+        return self.welcome
+
+    def ask_for(self, lane: str, **changes: str) -> Wire:
+        """JOIN, to be answered."""
+        join = {"session": self.welcome.session, "lane": lane}
+        join["ticket"] = self.welcome.tickets.get(lane, "")
+        wire = self.wire(lane)
+        wire.send(Kind.JOIN, Join(**(join | changes)))
+        return wire
+
+    def join(self, lane: str) -> Wire:
+        wire = self.ask_for(lane)
+        assert Joined.parse(wire.expect(Kind.JOINED)).lane == lane
+        return wire
+
+    def reach_configure(self) -> Configure:
+        """Everything up to CONFIGURE."""
+        self.connect()
+        self.join("time")
+        self.join("sensors")
+        return Configure.parse(self.wires["control"].expect(Kind.CONFIGURE))
+
+    def channel(self, topic: Topic, number: int) -> Channel:
+        return Channel(
+            number,
+            topic.stream,
+            topic.role,
+            topic.name,
+            topic.type,
+            topic.qos,
+            topic.frame,
+            topic.lane,
+        )
+
+    def configure(self, refused: dict[str, str] | None = None) -> int:
+        """Everything up to CONFIGURED; `refused` has the reasons by stream."""
+        refused = refused or {}
+        asked = self.reach_configure()
+        for stream, values in asked.streams.items():
+            if stream not in refused:
+                for topic in load_table().streams[stream].topics:
+                    if topic.when is None or values[topic.when]:
+                        self.announce(topic)
+        answers = {
+            stream: StreamAnswer("refused", None, refused[stream])
+            if stream in refused
+            else StreamAnswer("applied", values)
+            for stream, values in asked.streams.items()
+        }
+        self.wires["control"].send(Kind.CONFIGURED, Configured(asked.request, answers))
+        return asked.request
+
+    def announce(self, topic: Topic) -> None:
+        if topic.lane not in self.wires:
+            self.join(topic.lane)
+        number, _ = self.channels.setdefault(topic.name, (len(self.channels) + 1, topic))
+        self.wires["control"].send(Kind.CHANNEL, self.channel(topic, number))
+
+    def start(self, refused: dict[str, str] | None = None) -> None:
+        """Everything up to START."""
+        request = self.configure(refused)
+        assert Start.parse(self.wires["control"].expect(Kind.START)).request == request
+
+    def publish(self, topic: str, payload: bytes = PAYLOAD, skip: int = 0) -> None:
+        """One DATA frame, after `skip` dropped messages."""
+        number, row = self.channels[topic]
+        sequence = self.sequences.get(topic, 0) + skip
+        self.sequences[topic] = sequence + 1
+        self.wires[row.lane].send(
+            Kind.DATA, payload, channel=number, sequence=sequence, capture_ns=time.time_ns()
+        )
+
+    def status(self, *, is_final: bool = False) -> None:
+        channels = {
+            topic: ChannelStatus(count, count, {}) for topic, count in self.sequences.items()
+        }
+        clock = ClockStatus("synchronised", -5, 6, 7)
+        self.wires["control"].send(Kind.STATUS, Status(is_final, 1.5, channels, clock))
+
+    def exchange_time(self, t1: int) -> tuple[int, int, int]:
+        self.wires["time"].send(Kind.TIME_REQUEST, struct.pack("<q", t1))
+        times: tuple[int, int, int] = _TIMES.unpack(self.wires["time"].expect(Kind.TIME_REPLY))
+        return times
+
+    def leave(self) -> None:
+        """The orderly end."""
+        for lane, wire in self.wires.items():
+            if lane != "control":
+                wire.socket.close()
+        self.status(is_final=True)
+        self.wires["control"].send(Kind.BYE, Bye("done"))
+        self.wires["control"].expect_end()
