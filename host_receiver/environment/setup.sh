@@ -42,7 +42,7 @@ missing_packages() {
     if ! command -v "$name" >/dev/null; then echo "$package"; fi
   done < <(grep -v '^#' "$environment/debian-packages.txt")
   $ros_from_apt || return 0
-  for name in rclpy rmw_fastrtps_cpp sensor_msgs tf2_msgs; do
+  for name in diagnostic_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs tf2_msgs; do
     if [[ ! -d /opt/ros/jazzy/share/$name ]]; then echo "ros-jazzy-${name//_/-}"; fi
   done
 }

@@ -1,0 +1,72 @@
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+SHELL := bash
+
+DURATION ?= 15
+run := host_receiver/environment/run.sh
+settings := host_receiver/pyproject.toml
+pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config tests/conformance tests/end_to_end tests/bench
+maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
+packaged := build/.maven-packaged
+ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
+ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
+ktlint := java -jar $(ktlint_jar) --relative 'ml2-sensors-aar/**/*.kt'
+
+help: ## List the targets
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
+
+setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
+	@host_receiver/environment/setup.sh
+
+build: setup $(packaged) ## Compile and package the Kotlin library and the simulated headset
+
+$(packaged): $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
+	$(maven) $(if $(wildcard $@),--quiet) package -DskipTests
+	@touch $@
+
+demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder]
+	$(run) python3 host_receiver/demo --duration $(DURATION) \
+	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
+
+test: test-python test-kotlin test-conformance test-e2e ## Run every test
+
+test-python: setup ## Test the receiver
+	$(pytest) host_receiver/test
+
+test-kotlin: setup ## Test the Kotlin library and the simulated headset
+	$(maven) verify
+	@touch $(packaged)
+
+test-conformance: build ## Test every language against the shared vectors
+	$(pytest) tests/conformance
+
+test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
+	$(pytest) tests/end_to_end
+
+lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
+	$(run) ruff check --config $(settings) $(python)
+	$(run) ruff format --check --config $(settings) $(python)
+	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || exit; done
+	$(run) python3 config/generate.py --check
+	$(run) python3 -m pip check
+	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
+	$(ktlint)
+
+format: setup $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
+	$(run) ruff check --fix --config $(settings) $(python)
+	$(run) ruff format --config $(settings) $(python)
+	$(ktlint) --format
+
+$(ktlint_jar):
+	$(maven) dependency:copy --non-recursive -DoutputDirectory=$(CURDIR)/$(@D) \
+	  -Dartifact=com.pinterest.ktlint:ktlint-cli:$(ktlint_version):jar:all
+
+bench: build ## Measure sender and receiver against bare loops; results in build/bench
+	$(run) tests/bench/run.sh
+
+clean: ## Remove everything that was made, the Python environment included
+	rm -rf build
+	find . -name target -type d -prune -exec rm -r {} +
+
+.PHONY: help setup build demo test test-python test-kotlin test-conformance test-e2e lint format bench clean
