@@ -35,8 +35,11 @@ internal class Camera(
 
 /** A camera with the loop of images it shows again and again. */
 internal class Film(private val camera: Camera, private val reels: List<Reel>) {
+    fun signal(rateHz: Int, trajectory: Trajectory) =
+        Signal(rateHz) { capture -> sample(capture, trajectory.at(capture.seconds).pose) }
+
     /** The next image in borrowed memory, taken with the head at [head]. */
-    fun sample(capture: Capture, head: Transform): Sample {
+    private fun sample(capture: Capture, head: Transform): Sample {
         val planes = reels.mapNotNull { it.lend(capture.number) }
         if (planes.size < reels.size) {
             planes.forEach { it.pool.giveBack(it.pixels) }

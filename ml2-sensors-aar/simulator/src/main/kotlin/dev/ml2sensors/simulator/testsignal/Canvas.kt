@@ -2,8 +2,8 @@ package dev.ml2sensors.simulator.testsignal
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
-import dev.ml2sensors.message.map
 import dev.ml2sensors.message.inverse
+import dev.ml2sensors.message.map
 import dev.ml2sensors.source.Intrinsics
 import java.awt.BasicStroke
 import java.awt.Color

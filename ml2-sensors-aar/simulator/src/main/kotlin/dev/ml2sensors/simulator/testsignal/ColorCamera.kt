@@ -42,7 +42,9 @@ private fun Canvas.drawHologram(phase: Double, lineWidth: Double) {
     repeat(PLATES) { plate ->
         val angle = 2 * PI * (phase + plate) / PLATES
         val center = Vector3(1.8, 0.55 * cos(angle), 0.1 + 0.35 * sin(angle))
-        val corners = listOf(-1 to -1, 1 to -1, 1 to 1, -1 to 1).map { (y, z) -> center + Vector3(0.0, 0.1 * y, 0.07 * z) }
+        val across = Vector3(0.0, 0.1, 0.0)
+        val up = Vector3(0.0, 0.0, 0.07)
+        val corners = listOf(center - across - up, center + across - up, center + across + up, center - across + up)
         polygon(Color(40, 220, 255, 90), corners)
         line(Color(150, 245, 255, 220), lineWidth, corners)
     }

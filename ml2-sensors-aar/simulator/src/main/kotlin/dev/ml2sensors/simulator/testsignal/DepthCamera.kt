@@ -54,7 +54,13 @@ private const val AMBIENT_COUNTS = 8
 private const val LOW_SIGNAL = 0.012
 
 /** MLDepthCameraFlags of a pixel: 0, or bit 0 (invalid) and bit 3 (low signal) or 4 (flying pixel). */
-private val Echo.flags get() = if (isEdge) 0b10001 else if (signal < LOW_SIGNAL) 0b01001 else 0
+private val Echo.flags get() = if (isEdge) {
+    0b10001
+} else if (signal < LOW_SIGNAL) {
+    0b01001
+} else {
+    0
+}
 
 private fun DepthScene.echoes(phase: Double): List<Echo> {
     val balls = Room.balls(phase)
@@ -62,8 +68,9 @@ private fun DepthScene.echoes(phase: Double): List<Echo> {
 }
 
 private fun image(put: (out: ByteBuffer, pixel: Int) -> Unit): ByteArray {
-    val out = ByteBuffer.allocate(DEPTH_LENS.width * DEPTH_LENS.height * Float.SIZE_BYTES).order(ByteOrder.LITTLE_ENDIAN)
-    for (pixel in 0 until DEPTH_LENS.width * DEPTH_LENS.height) put(out, pixel)
+    val pixels = DEPTH_LENS.width * DEPTH_LENS.height
+    val out = ByteBuffer.allocate(pixels * Float.SIZE_BYTES).order(ByteOrder.LITTLE_ENDIAN)
+    for (pixel in 0 until pixels) put(out, pixel)
     return out.array()
 }
 

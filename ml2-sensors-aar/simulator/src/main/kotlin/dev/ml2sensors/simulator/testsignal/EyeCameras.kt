@@ -19,24 +19,23 @@ import kotlin.math.sin
 private const val SIZE = 400
 
 /** An eye camera of the name [stream]: an eye under infrared light that looks about. */
-internal fun eyeCamera(stream: String): Camera =
-    Camera(
-        SIZE,
-        SIZE,
-        strideBytes = SIZE,
-        mapOf(ImageSample.IMAGE to FrameNumber.MONO8),
-        CaptureSettings(exposureNanos = 1_000_000, analogGain = 1.0, digitalGain = 1.0),
-    ) { phase ->
-        val image = BufferedImage(SIZE, SIZE, BufferedImage.TYPE_INT_RGB)
-        val graphics = image.createGraphics()
-        graphics.setRenderingHint(RenderingHints.KEY_ANTIALIASING, RenderingHints.VALUE_ANTIALIAS_ON)
-        graphics.drawEye(phase, if (stream.contains("nasal") == stream.endsWith("left")) 1 else -1)
-        graphics.color = Color.WHITE
-        graphics.font = Font(Font.SANS_SERIF, Font.BOLD, 18)
-        graphics.drawString(stream, 10, SIZE - 12)
-        graphics.dispose()
-        listOf(grey(image, brightness = 1.0))
-    }
+internal fun eyeCamera(stream: String): Camera = Camera(
+    SIZE,
+    SIZE,
+    strideBytes = SIZE,
+    mapOf(ImageSample.IMAGE to FrameNumber.MONO8),
+    CaptureSettings(exposureNanos = 1_000_000, analogGain = 1.0, digitalGain = 1.0),
+) { phase ->
+    val image = BufferedImage(SIZE, SIZE, BufferedImage.TYPE_INT_RGB)
+    val graphics = image.createGraphics()
+    graphics.setRenderingHint(RenderingHints.KEY_ANTIALIASING, RenderingHints.VALUE_ANTIALIAS_ON)
+    graphics.drawEye(phase, if (stream.contains("nasal") == stream.endsWith("left")) 1 else -1)
+    graphics.color = Color.WHITE
+    graphics.font = Font(Font.SANS_SERIF, Font.BOLD, 18)
+    graphics.drawString(stream, 10, SIZE - 12)
+    graphics.dispose()
+    listOf(grey(image, brightness = 1.0))
+}
 
 /** [side] 1 or -1 is where the camera sits. */
 private fun Graphics2D.drawEye(phase: Double, side: Int) {
@@ -77,14 +76,14 @@ private fun Graphics2D.drawIris(center: Point2D.Double, radius: Double) {
     }
 }
 
-private fun lids(side: Int): Path2D =
-    Path2D.Double().apply {
-        moveTo(30.0, 205.0 + 20 * side)
-        curveTo(110.0, 70.0, 290.0, 70.0, 370.0, 205.0 - 20 * side)
-        curveTo(300.0, 300.0, 100.0, 300.0, 30.0, 205.0 + 20 * side)
-    }
+private fun lids(side: Int): Path2D = Path2D.Double().apply {
+    moveTo(30.0, 205.0 + 20 * side)
+    curveTo(110.0, 70.0, 290.0, 70.0, 370.0, 205.0 - 20 * side)
+    curveTo(300.0, 300.0, 100.0, 300.0, 30.0, 205.0 + 20 * side)
+}
 
 private fun glow(center: Point2D.Double, radius: Double, inner: Color, outer: Color) =
     RadialGradientPaint(center, radius.toFloat(), floatArrayOf(0f, 1f), arrayOf(inner, outer))
 
-private fun disk(x: Double, y: Double, radius: Double) = Ellipse2D.Double(x - radius, y - radius, 2 * radius, 2 * radius)
+private fun disk(x: Double, y: Double, radius: Double) =
+    Ellipse2D.Double(x - radius, y - radius, 2 * radius, 2 * radius)

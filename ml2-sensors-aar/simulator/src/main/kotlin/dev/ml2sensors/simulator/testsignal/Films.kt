@@ -47,12 +47,11 @@ internal class Films(private val scope: CoroutineScope, private val log: (String
     }
 }
 
-private fun camera(stream: String, values: StreamValues): Camera =
-    when (stream) {
-        "world_center", "world_left", "world_right" -> worldCamera(stream, isLowExposure = values.stream == 1)
-        "color" -> colorCamera(stream, checkNotNull(values.width), checkNotNull(values.height), isMixed = false)
-        "mixed_reality" -> colorCamera(stream, checkNotNull(values.width), checkNotNull(values.height), isMixed = true)
-        "depth" -> depthCamera(values)
-        "infra" -> infraredCamera(values)
-        else -> eyeCamera(stream)
-    }
+private fun camera(stream: String, values: StreamValues): Camera = when (stream) {
+    "world_center", "world_left", "world_right" -> worldCamera(stream, isLowExposure = values.stream == 1)
+    "color" -> colorCamera(stream, checkNotNull(values.width), checkNotNull(values.height), isMixed = false)
+    "mixed_reality" -> colorCamera(stream, checkNotNull(values.width), checkNotNull(values.height), isMixed = true)
+    "depth" -> depthCamera(values)
+    "infra" -> infraredCamera(values)
+    else -> eyeCamera(stream)
+}

@@ -8,8 +8,8 @@ import java.nio.ByteBuffer
  * Raw images: pixels 0 to 31 of row 0 are the bits of the number modulo 2^32, most significant first; a bit is the
  * pixel value 0 or, when set, the value named below, little endian.
  *
- * JPEG: bytes 2 to 21, right after SOI, are a COM segment `FF FE 00 12` and 16 ASCII bytes `frame=0000000042`, the
- * number modulo 10^10 in ten decimal digits.
+ * JPEG: bytes 20 to 39, right after SOI and the APP0 segment that JFIF wants first, are a COM segment: `FF FE 00 12`
+ * and the 16 ASCII bytes `frame=0000000042`, the number modulo 10^10 in ten decimal digits.
  */
 internal enum class FrameNumber {
     /** 8 bits per pixel, set: 255. */
@@ -45,13 +45,14 @@ internal enum class FrameNumber {
     abstract fun write(image: ByteBuffer, number: Long)
 
     companion object {
-        private const val SOI_BYTES = 2
+        /** SOI, and an APP0 without a thumbnail. */
+        private const val HEAD_BYTES = 2 + 18
         private val COMMENT = byteArrayOf(-1, -2, 0, 18) + "frame=0000000000".toByteArray(Charsets.US_ASCII)
-        private val DIGITS = SOI_BYTES + COMMENT.size - 10 until SOI_BYTES + COMMENT.size
+        private val DIGITS = HEAD_BYTES + COMMENT.size - 10 until HEAD_BYTES + COMMENT.size
 
-        /** [jpeg] with the comment that [JPEG] writes to. */
+        /** The JFIF image [jpeg] with the comment that [JPEG] writes to. */
         fun withComment(jpeg: ByteArray): ByteArray =
-            jpeg.copyOfRange(0, SOI_BYTES) + COMMENT + jpeg.copyOfRange(SOI_BYTES, jpeg.size)
+            jpeg.copyOfRange(0, HEAD_BYTES) + COMMENT + jpeg.copyOfRange(HEAD_BYTES, jpeg.size)
 
         private inline fun forEachBit(number: Long, put: (pixel: Int, bit: Boolean) -> Unit) {
             for (pixel in 0 until Int.SIZE_BITS) put(pixel, number shr (Int.SIZE_BITS - 1 - pixel) and 1L == 1L)

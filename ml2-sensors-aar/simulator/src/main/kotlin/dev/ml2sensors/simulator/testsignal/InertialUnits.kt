@@ -21,11 +21,10 @@ internal fun inertialUnits(trajectory: Trajectory): Map<String, Signal> = buildM
     }
 }
 
-private fun vectors(rateHz: Int, read: (seconds: Double) -> Vector3) =
-    Signal(rateHz) { capture ->
-        val (x, y, z) = read(capture.seconds)
-        VectorSample(capture.nanos, x, y, z)
-    }
+private fun vectors(rateHz: Int, read: (seconds: Double) -> Vector3) = Signal(rateHz) { capture ->
+    val (x, y, z) = read(capture.seconds)
+    VectorSample(capture.nanos, x, y, z)
+}
 
 /** What an accelerometer at [mount] feels, in its own axes: +9.81 upwards at rest. */
 internal fun HeadState.specificForce(mount: Transform): Vector3 {

@@ -11,19 +11,34 @@ import kotlin.math.roundToInt
 
 /** 100 degrees across 1016 pixels. */
 internal val WORLD_LENS = Intrinsics(
-    1016, 1016, fx = 582.0, fy = 581.4, cx = 506.3, cy = 509.8,
+    1016,
+    1016,
+    fx = 582.0,
+    fy = 581.4,
+    cx = 506.3,
+    cy = 509.8,
     Distortion.Equidistant(k1 = 0.012, k2 = -0.006, k3 = 0.002, k4 = -0.0004),
 )
 
 /** 75 by 70 degrees. */
 internal val DEPTH_LENS = Intrinsics(
-    544, 480, fx = 354.5, fy = 342.8, cx = 270.7, cy = 241.2,
+    544,
+    480,
+    fx = 354.5,
+    fy = 342.8,
+    cx = 270.7,
+    cy = 241.2,
     Distortion.PlumbBob(k1 = -0.03, k2 = 0.01, p1 = 2e-4, p2 = -3e-4, k3 = -0.001),
 )
 
 /** The whole colour sensor, 75 degrees wide. */
 private val COLOR_LENS = Intrinsics(
-    4096, 3072, fx = 2668.0, fy = 2666.5, cx = 2051.4, cy = 1530.2,
+    4096,
+    3072,
+    fx = 2668.0,
+    fy = 2666.5,
+    cx = 2051.4,
+    cy = 1530.2,
     Distortion.PlumbBob(k1 = 0.03, k2 = -0.02, p1 = 1e-4, p2 = 2e-4, k3 = 0.003),
 )
 
@@ -40,7 +55,7 @@ internal fun colorLens(width: Int, height: Int): Intrinsics {
 }
 
 /** The farthest from the optical axis, in radians, that a point can be seen; no image here reaches that far. */
-private const val EDGE = 1.35
+private const val EDGE = 1.45
 
 /** The pixel that sees [point] (z forward, x right, y down), null when it is too far aside. */
 internal fun Intrinsics.project(point: Vector3): Point2D.Double? {
@@ -54,6 +69,7 @@ internal fun Intrinsics.project(point: Vector3): Point2D.Double? {
             val scale = if (aside > 0) bent / aside else 0.0
             Point2D.Double(fx * point.x * scale + cx, fy * point.y * scale + cy)
         }
+
         is Distortion.PlumbBob -> {
             val x = point.x / point.z
             val y = point.y / point.z

@@ -20,10 +20,9 @@ internal fun StreamSpec.answer(requested: StreamValues): Answer {
     return Answer.Adjusted(requested.copy(rateHz = delivered), reason)
 }
 
-private fun StreamValues.cameraKeys(): List<Triple<String, Any?, (Mode) -> List<Any>>> =
-    listOf(
-        Triple("stream", stream) { listOf(it.stream) },
-        Triple("format", format) { it.formats },
-        Triple("resolution", "${width}x$height") { mode -> mode.resolutions.map { (width, height) -> "${width}x$height" } },
-        Triple("update_rate", rateHz) { it.rates },
-    )
+private fun StreamValues.cameraKeys(): List<Triple<String, Any?, (Mode) -> List<Any>>> = listOf(
+    Triple("stream", stream) { listOf(it.stream) },
+    Triple("format", format) { it.formats },
+    Triple("resolution", "${width}x$height") { mode -> mode.resolutions.map { (w, h) -> "${w}x$h" } },
+    Triple("update_rate", rateHz) { it.rates },
+)

@@ -23,15 +23,14 @@ internal object Room {
     private const val BALL_RADIUS = 0.28
 
     /** Bounces twice in a [phase] from 0 to 1, on a way across the room and back. */
-    private fun bouncing(phase: Double) =
-        Ball(
-            Vector3(
-                2.3 + 0.3 * cos(2 * PI * phase),
-                0.9 * sin(2 * PI * phase),
-                -HIGH + BALL_RADIUS + 1.3 * abs(sin(2 * PI * phase + 0.5)),
-            ),
-            BALL_RADIUS,
-        )
+    private fun bouncing(phase: Double) = Ball(
+        Vector3(
+            2.3 + 0.3 * cos(2 * PI * phase),
+            0.9 * sin(2 * PI * phase),
+            -HIGH + BALL_RADIUS + 1.3 * abs(sin(2 * PI * phase + 0.5)),
+        ),
+        BALL_RADIUS,
+    )
 
     /** Swings from [HOOK] once in a [phase] from 0 to 1. */
     private fun lamp(phase: Double): Ball {
@@ -42,11 +41,10 @@ internal object Room {
     fun balls(phase: Double): List<Ball> = listOf(lamp(phase), bouncing(phase))
 
     /** Where the wearer's head is, who sways once in a [phase] from 0 to 1. */
-    fun head(phase: Double) =
-        Transform(
-            Vector3(0.0, 0.08 * sin(2 * PI * phase), 0.03 * cos(2 * PI * phase)),
-            yaw(0.06 * sin(2 * PI * phase)) * roll(0.02 * cos(2 * PI * phase)),
-        )
+    fun head(phase: Double) = Transform(
+        Vector3(0.0, 0.08 * sin(2 * PI * phase), 0.03 * cos(2 * PI * phase)),
+        yaw(0.06 * sin(2 * PI * phase)) * roll(0.02 * cos(2 * PI * phase)),
+    )
 
     /** A number from 0 to 1 that looks random. */
     fun grain(a: Int, b: Int): Double {
@@ -99,40 +97,38 @@ private fun Canvas.drawFurniture() {
 }
 
 private fun Canvas.drawCube(phase: Double) {
-    val center = Transform(Vector3(2.2, 1.2, -0.5), yaw(2 * PI * phase) * roll(0.6))
-    val eye = Vector3.ZERO
-    FACES.map { (outward, u, v) -> Face(outward, listOf(u + v, u - v, Vector3.ZERO - u - v, v - u).map { it + outward }) }
-        .filter { face -> facing(center, face, eye) > 0 }
-        .forEach { face ->
-            val light = 0.35 + 0.65 * abs(center.rotation.rotate(face.outward).x)
-            polygon(Color(0x35, 0x9a, 0x6e).times(light), face.corners.map { center.map(it * CUBE_HALF) })
-        }
-}
-
-private const val CUBE_HALF = 0.25
-
-private class Face(val outward: Vector3, val corners: List<Vector3>)
-
-private val FACES: List<Triple<Vector3, Vector3, Vector3>> = run {
-    val x = Vector3(1.0, 0.0, 0.0)
-    val y = Vector3(0.0, 1.0, 0.0)
-    val z = Vector3(0.0, 0.0, 1.0)
-    listOf(Triple(x, y, z), Triple(y, z, x), Triple(z, x, y)).flatMap { (a, b, c) ->
-        listOf(Triple(a, b, c), Triple(a * -1.0, b, c))
+    val cube = Transform(Vector3(2.2, 1.2, -0.5), yaw(2 * PI * phase) * roll(0.6))
+    for (face in CUBE) {
+        val outward = cube.rotation.rotate(face.outward)
+        val isHidden = (outward dot cube.map(face.outward)) > 0
+        val light = 0.35 + 2.6 * abs(outward.x)
+        if (!isHidden) polygon(Color(0x359a6e).times(light), face.corners.map(cube::map))
     }
 }
 
-private fun facing(cube: Transform, face: Face, eye: Vector3): Double {
-    val outward = cube.rotation.rotate(face.outward)
-    val toEye = eye - cube.map(face.outward * CUBE_HALF)
-    return outward dot toEye
+private class Face(val outward: Vector3, u: Vector3, v: Vector3) {
+    val corners = listOf(outward + u + v, outward + u - v, outward - u - v, outward - u + v)
+}
+
+/** 0.5 m wide. */
+private val CUBE: List<Face> = run {
+    val x = Vector3(0.25, 0.0, 0.0)
+    val y = Vector3(0.0, 0.25, 0.0)
+    val z = Vector3(0.0, 0.0, 0.25)
+    listOf(
+        Face(x, y, z),
+        Face(x * -1.0, y, z),
+        Face(y, z, x),
+        Face(y * -1.0, z, x),
+        Face(z, x, y),
+        Face(z * -1.0, x, y),
+    )
 }
 
 private fun Color.shaded(a: Int, b: Int) = times(0.86 + 0.28 * Room.grain(a, b))
 
-internal fun Color.times(factor: Double) =
-    Color(
-        (red * factor).toInt().coerceIn(0, 255),
-        (green * factor).toInt().coerceIn(0, 255),
-        (blue * factor).toInt().coerceIn(0, 255),
-    )
+internal fun Color.times(factor: Double) = Color(
+    (red * factor).toInt().coerceIn(0, 255),
+    (green * factor).toInt().coerceIn(0, 255),
+    (blue * factor).toInt().coerceIn(0, 255),
+)

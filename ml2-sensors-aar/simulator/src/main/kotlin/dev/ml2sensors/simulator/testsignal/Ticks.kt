@@ -30,10 +30,10 @@ internal class Capture(val number: Long, val nanos: Long, val seconds: Double)
 /** A sensor's readings: [rateHz] of them a second, each a function of its capture alone. */
 internal class Signal(val rateHz: Int, val read: (Capture) -> Sample)
 
-/** What a sensor keeps for a reader that is late, as the device's own queues do; older readings are lost. */
+/** How long a reading waits for a late reader, as it does in the queues of a device, before it is lost. */
 private const val KEPT_NANOS = 50_000_000L
 
-/** The readings of every tick from now on, each after its instant, until [end] completes; images are lent. */
+/** The readings of every tick from now on, each after its instant, until the [end]; images are lent. */
 internal fun Signal.readings(clock: DeviceClock, startNanos: Long, end: Job): Flow<Sample> = flow {
     val ticks = Ticks(startNanos, rateHz)
     val first = maxOf(0, ticks.lastAt(clock.nowNanos() - 1) + 1)
@@ -48,9 +48,9 @@ internal fun Signal.readings(clock: DeviceClock, startNanos: Long, end: Job): Fl
     }
 }
 
-/** Whether [dueNanos] comes before [end] does. */
+/** Whether [dueNanos] comes before the [end]. */
 private suspend fun DeviceClock.reaches(dueNanos: Long, end: Job): Boolean {
-    while (!end.isCompleted) {
+    while (end.isActive) {
         val wait = dueNanos - nowNanos()
         if (wait <= 0) return true
         withTimeoutOrNull(wait.nanoseconds) { end.join() }
@@ -58,9 +58,8 @@ private suspend fun DeviceClock.reaches(dueNanos: Long, end: Job): Boolean {
     return false
 }
 
-private suspend fun FlowCollector<Sample>.lend(sample: Sample) =
-    try {
-        emit(sample)
-    } finally {
-        (sample as? ImageSample)?.release()
-    }
+private suspend fun FlowCollector<Sample>.lend(sample: Sample) = try {
+    emit(sample)
+} finally {
+    (sample as? ImageSample)?.release()
+}

@@ -26,21 +26,19 @@ private fun gaze(seconds: Double): Transform {
 }
 
 /** Palm, wrist and the joints of each finger from its root, as XR_EXT_hand_tracking orders them; [side] 1 is left. */
-private fun hand(trajectory: Trajectory, side: Int) =
-    Signal(30) { capture ->
-        val isSeen = (capture.seconds + side) % HAND_PERIOD_SECONDS < HAND_SEEN_SECONDS
-        val palm = trajectory.at(capture.seconds).pose * palm(capture.seconds, side)
-        PosesSample(capture.nanos, if (isSeen) JOINTS.map { (palm * mirrored(it, side)).toPose() } else emptyList())
-    }
+private fun hand(trajectory: Trajectory, side: Int) = Signal(30) { capture ->
+    val isSeen = (capture.seconds + side) % HAND_PERIOD_SECONDS < HAND_SEEN_SECONDS
+    val palm = trajectory.at(capture.seconds).pose * palm(capture.seconds, side)
+    PosesSample(capture.nanos, if (isSeen) JOINTS.map { (palm * mirrored(it, side)).toPose() } else emptyList())
+}
 
 private const val HAND_PERIOD_SECONDS = 10.0
 private const val HAND_SEEN_SECONDS = 8.0
 
-private fun palm(seconds: Double, side: Int) =
-    Transform(
-        Vector3(0.42 + 0.05 * sin(2 * PI * 0.3 * seconds), side * 0.16, -0.2 + 0.06 * sin(2 * PI * 0.5 * seconds)),
-        yaw(-side * 0.3) * roll(side * 0.4 * sin(2 * PI * 0.5 * seconds)),
-    )
+private fun palm(seconds: Double, side: Int) = Transform(
+    Vector3(0.42 + 0.05 * sin(2 * PI * 0.3 * seconds), side * 0.16, -0.2 + 0.06 * sin(2 * PI * 0.5 * seconds)),
+    yaw(-side * 0.3) * roll(side * 0.4 * sin(2 * PI * 0.5 * seconds)),
+)
 
 /** Joints of a flat left hand in its palm: fingers along x, thumb to the right, metres. */
 private val JOINTS: List<Vector3> = buildList {

@@ -5,6 +5,7 @@ import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.times
 import kotlin.math.PI
 import kotlin.math.cos
+import kotlin.math.pow
 import kotlin.math.sin
 import kotlin.random.Random
 
@@ -74,5 +75,5 @@ private class Sines(private val sines: List<Sine>) {
         sines.sumOf { it.amplitude * it.angularFrequency * cos(it.angularFrequency * t + it.phase) }
 
     fun secondDerivative(t: Double) =
-        sines.sumOf { -it.amplitude * it.angularFrequency * it.angularFrequency * sin(it.angularFrequency * t + it.phase) }
+        sines.sumOf { -it.amplitude * it.angularFrequency.pow(2) * sin(it.angularFrequency * t + it.phase) }
 }

@@ -1,0 +1,169 @@
+package dev.ml2sensors.simulator.testsignal
+
+import dev.ml2sensors.message.OPTICAL_IN_BODY
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.times
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.PosesSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.async
+import kotlinx.coroutines.flow.collect
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.test.TestScope
+import kotlinx.coroutines.test.runTest
+import org.junit.jupiter.api.Test
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+import kotlin.test.assertNotNull
+import kotlin.test.assertNull
+import kotlin.test.assertTrue
+
+class TestSignalHeadsetTest {
+    @Test
+    fun everySensorOfTheTableDelivers() = withHeadset { headset ->
+        for (stream in StreamTable.all - MADE_OF_OTHERS.toSet()) {
+            val sample = headset.samples(stream, headset.accepted(stream)).first()
+            assertTrue(sample.captureNanos <= headset.clock.nowNanos())
+        }
+    }
+
+    @Test
+    fun streamsMadeOfOthersAreNotSensors() = withHeadset { headset ->
+        for (stream in MADE_OF_OTHERS) {
+            assertFailsWith<IllegalArgumentException> { headset.samples(stream, StreamValues()) }
+        }
+    }
+
+    @Test
+    fun sensorsOfOneRateCaptureTogetherAndShowTheirNumber() = withHeadset { headset ->
+        val streams = listOf(StreamTable.eyeNasalLeft, StreamTable.eyeTempleRight, StreamTable.worldCenter)
+        headset.draw(streams)
+        val captures = streams.map { stream ->
+            async {
+                val captures = mutableListOf<Pair<Long, Long>>()
+                headset.samples(stream, headset.accepted(stream)).take(40).collect {
+                    val image = it as ImageSample
+                    assertEquals(image.frameNumber, image.shownNumber())
+                    captures += image.frameNumber to image.captureNanos
+                }
+                captures
+            }
+        }.map { it.await() }
+        assertEquals((0L until 40).toList(), captures[0].map { it.first })
+        assertEquals(captures[0], captures[1])
+        assertEquals(captures[0], captures[2])
+    }
+
+    @Test
+    fun aCameraIsWhereItsMountIsOnTheHeadAndEyesAreNowhere() = withHeadset { headset ->
+        headset.draw(listOf(StreamTable.worldLeft))
+        val world = async { headset.images(StreamTable.worldLeft, 20) { it.captureNanos to assertNotNull(it.pose) } }
+        val poses = headset.samples(StreamTable.headPose, StreamValues()).take(40).toList()
+        val heads = poses.associate { it.captureNanos to assertNotNull((it as PoseSample).pose) }
+        for ((nanos, pose) in world.await()) {
+            val expected = heads.getValue(nanos) * MOUNTS.getValue("world_left") * OPTICAL_IN_BODY
+            assertNear(expected.translation, pose.translation, 1e-12)
+            assertEquals(0.0, angleBetween(expected.rotation, pose.rotation), 1e-7)
+        }
+        headset.images(StreamTable.eyeNasalLeft, 1) {
+            assertNull(it.pose)
+            assertNull(it.intrinsics)
+        }
+    }
+
+    @Test
+    fun imagesThatAreKeptCostTheNextOnesAndTheirNumbers() = withHeadset { headset ->
+        val kept = mutableListOf<ImageSample>()
+        val samples = mutableListOf<Sample>()
+        headset.samples(StreamTable.eyeNasalLeft, headset.accepted(StreamTable.eyeNasalLeft)).take(12).collect {
+            samples += it
+            if (it is ImageSample && kept.size < 8) kept += it.apply { retain() }
+            if (samples.size == 10) kept.forEach(ImageSample::release)
+        }
+        val lost = samples.filterIsInstance<LostSamples>()
+        assertEquals(listOf(1, 1), lost.map { it.count })
+        assertEquals(setOf(DropReason.NO_BUFFER), lost.map { it.reason }.toSet())
+        assertEquals(samples.slice(8..9), lost)
+        assertEquals(listOf(0L..7L, 10L..11L).flatten(), samples.filterIsInstance<ImageSample>().map { it.frameNumber })
+    }
+
+    @Test
+    fun anImageIsReleasedWhenTheCollectorReturns() = withHeadset { headset ->
+        val image = headset.samples(StreamTable.eyeNasalLeft, headset.accepted(StreamTable.eyeNasalLeft)).first()
+        assertFailsWith<IllegalStateException> { (image as ImageSample).pixels }
+    }
+
+    @Test
+    fun closingEndsEveryFlow() = runTest {
+        val headset = TestSignalHeadset(1, clock)
+        val collecting = listOf(StreamTable.battery, StreamTable.eyeNasalLeft).map { stream ->
+            val first = headset.samples(stream, headset.accepted(stream))
+            first.first()
+            launch { first.collect() }
+        }
+        val world = headset.samples(StreamTable.worldLeft, headset.accepted(StreamTable.worldLeft))
+        val drawing = launch { world.collect() }
+        testScheduler.runCurrent()
+        headset.close()
+        (collecting + drawing).forEach { it.join() }
+        assertTrue((collecting + drawing).none { it.isCancelled })
+    }
+
+    @Test
+    fun aHandIsSometimesNotSeenAndElseHas26Joints() = withHeadset { headset ->
+        val hands = headset.samples(StreamTable.handRight, StreamValues()).take(300).toList()
+        assertEquals(setOf(0, 26), hands.map { (it as PosesSample).poses.size }.toSet())
+    }
+
+    @Test
+    fun theSameSeedIsTheSameHead() = runTest {
+        suspend fun poses(seed: Long): List<Transform?> = TestSignalHeadset(seed, clock).use { headset ->
+            headset.samples(StreamTable.gaze, StreamValues()).take(5).toList().map { (it as PoseSample).pose }
+        }
+        assertEquals(poses(5), poses(5))
+        assertTrue(poses(5) != poses(6))
+    }
+
+    private fun withHeadset(test: suspend TestScope.(TestSignalHeadset) -> Unit) = runTest {
+        TestSignalHeadset(seed = 1, clock).use { test(it) }
+    }
+
+    /** From then on nothing waits in real time, while virtual time would run on. */
+    private suspend fun TestSignalHeadset.draw(streams: List<StreamSpec>) {
+        for (stream in streams) samples(stream, accepted(stream)).first()
+    }
+
+    private suspend fun <T> TestSignalHeadset.images(stream: StreamSpec, count: Int, see: (ImageSample) -> T): List<T> {
+        val seen = mutableListOf<T>()
+        samples(stream, accepted(stream)).take(count).collect { seen += see(it as ImageSample) }
+        return seen
+    }
+
+    private fun TestSignalHeadset.accepted(stream: StreamSpec): StreamValues {
+        val mode = stream.modes.firstOrNull() ?: return StreamValues()
+        val (width, height) = mode.resolutions.first()
+        val values = StreamValues(mode.stream, width, height, mode.rates.first(), mode.formats.first())
+        return assertIs<Answer.Applied>(negotiate(stream, values)).values
+    }
+
+    private fun ImageSample.shownNumber(): Long {
+        val pixels = pixels
+        return (0 until 32).fold(0L) { number, pixel -> 2 * number + if (pixels.get(pixel).toInt() == -1) 1 else 0 }
+    }
+
+    private companion object {
+        val MADE_OF_OTHERS =
+            listOf(StreamTable.imuLeft, StreamTable.imuRight, StreamTable.imuComputePack, StreamTable.tf)
+    }
+}

@@ -1,0 +1,113 @@
+package dev.ml2sensors.simulator.testsignal
+
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.ScalarSample
+import kotlinx.coroutines.ExperimentalCoroutinesApi
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.flow.collect
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.test.TestScope
+import kotlinx.coroutines.test.currentTime
+import kotlinx.coroutines.test.runTest
+import org.junit.jupiter.api.Test
+import java.math.BigInteger
+import kotlin.random.Random
+import kotlin.test.assertEquals
+import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.milliseconds
+
+@OptIn(ExperimentalCoroutinesApi::class)
+class TicksTest {
+    @Test
+    fun ticksAreTheExactInstantsRoundedDown() {
+        val random = Random(1)
+        repeat(10_000) {
+            val rate = random.nextInt(1, 1000)
+            val tick = random.nextLong(4_000_000_000)
+            val exact = BigInteger.valueOf(tick) * BigInteger.valueOf(1_000_000_000) / BigInteger.valueOf(rate.toLong())
+            assertEquals(17 + exact.toLong(), Ticks(17, rate).nanos(tick))
+        }
+    }
+
+    @Test
+    fun aHalfRateSharesEverySecondInstant() {
+        for (tick in 0L..100_000) assertEquals(Ticks(5, 60).nanos(2 * tick), Ticks(5, 30).nanos(tick))
+    }
+
+    @Test
+    fun theLastTickIsNotAfterAndItsSuccessorIs() {
+        val random = Random(2)
+        repeat(10_000) {
+            val ticks = Ticks(random.nextLong(1_000_000), random.nextInt(1, 1000))
+            val nanos = random.nextLong(1_000_000, 10_000_000_000)
+            val last = ticks.lastAt(nanos)
+            assertTrue(ticks.nanos(last) <= nanos && nanos < ticks.nanos(last + 1))
+            assertEquals(last, ticks.lastAt(ticks.nanos(last)))
+        }
+    }
+
+    @Test
+    fun readingsComeInOrderAfterTheirInstants() = runTest {
+        val arrivals = mutableListOf<Pair<Long, Long>>()
+        counter(30).readings(clock, startNanos = 100_000_000, Job()).take(60).collect {
+            arrivals += it.captureNanos to clock.nowNanos()
+        }
+        assertEquals(List(60) { Ticks(100_000_000, 30).nanos(it.toLong()) }, arrivals.map { it.first })
+        assertTrue(arrivals.all { (capture, arrival) -> arrival - capture in 0..1_000_000 })
+    }
+
+    @Test
+    fun aLateReaderStillGetsWhatIsLessThan50MillisOld() = runTest {
+        val samples = mutableListOf<Sample>()
+        counter(200).readings(clock, 0, Job()).take(40).collect {
+            samples += it
+            if (samples.size == 10) delay(50.milliseconds)
+        }
+        assertEquals(List(40) { it.toDouble() }, samples.map { (it as ScalarSample).value })
+    }
+
+    @Test
+    fun aReaderThatIsTooLateLosesCapturesAndGoesOnWithTheNewest() = runTest {
+        val samples = mutableListOf<Sample>()
+        counter(10).readings(clock, 0, Job()).take(8).collect {
+            samples += it
+            if (samples.size == 3) delay(470.milliseconds)
+        }
+        val lost = samples.filterIsInstance<LostSamples>().single()
+        assertEquals(300_000_000, lost.captureNanos)
+        assertEquals(3, lost.count)
+        assertEquals(DropReason.SOURCE_LATE, lost.reason)
+        val numbers = samples.filterIsInstance<ScalarSample>().map { it.value.toInt() }
+        assertEquals(listOf(0, 1, 2, 6, 7, 8, 9), numbers)
+    }
+
+    @Test
+    fun aSensorSwitchedOnLaterKeepsToTheScheduleAndCountsFromZero() = runTest {
+        delay(1_010.milliseconds)
+        val samples = counter(30).readings(clock, 0, Job()).take(3).toList()
+        assertEquals(List(3) { Ticks(0, 30).nanos(31L + it) }, samples.map { it.captureNanos })
+        assertEquals(listOf(0.0, 1.0, 2.0), samples.map { (it as ScalarSample).value })
+    }
+
+    @Test
+    fun theEndIsNotHeldUpByTheNextInstant() = runTest {
+        val end = Job()
+        val reading = launch { counter(1).readings(clock, 0, end).collect() }
+        delay(2_300.milliseconds)
+        end.cancel()
+        reading.join()
+        assertEquals(2_300, currentTime)
+    }
+}
+
+private fun counter(rateHz: Int) = Signal(rateHz) { ScalarSample(it.nanos, it.number.toDouble()) }
+
+/** Virtual time. */
+@OptIn(ExperimentalCoroutinesApi::class)
+internal val TestScope.clock get() = DeviceClock { testScheduler.currentTime * 1_000_000 }
