@@ -13,7 +13,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
     val stamps: StampMap = StampMap()
     private var estimator = OffsetEstimator()
     private var exchanges = 0
-    private var lastSteeredNanos = Long.MIN_VALUE
+    private var nextSteerNanos = Long.MIN_VALUE
     private val estimate = MutableStateFlow<OffsetEstimate?>(null)
     private val state = MutableStateFlow(State.WAITING)
 
@@ -42,9 +42,9 @@ internal class HostClock(private val deviceClock: DeviceClock) {
         val latest = estimator.add(exchange)
         estimate.value = latest
         if (++exchanges < FIRST_EXCHANGES) return
-        if (exchange.t4 - lastSteeredNanos >= STEER_INTERVAL_NANOS || !stamps.isSet) {
+        if (exchange.t4 >= nextSteerNanos) {
             stamps.steerTo(latest.offsetNanos, exchange.t4)
-            lastSteeredNanos = exchange.t4
+            nextSteerNanos = exchange.t4 + STEER_INTERVAL_NANOS
         }
         if (state.value != State.FROZEN) state.value = State.SYNCHRONISED
     }
@@ -55,6 +55,11 @@ internal class HostClock(private val deviceClock: DeviceClock) {
      */
     suspend fun awaitStamps() {
         withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { state.first { it != State.WAITING } }
+        setFromWallClock()
+    }
+
+    @Synchronized
+    private fun setFromWallClock() {
         if (stamps.isSet) return
         val nowNanos = deviceClock.nowNanos()
         stamps.steerTo(System.currentTimeMillis() * NANOS_PER_MILLI - nowNanos, nowNanos)

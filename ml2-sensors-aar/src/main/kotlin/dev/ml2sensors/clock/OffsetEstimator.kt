@@ -1,6 +1,5 @@
 package dev.ml2sensors.clock
 
-
 /**
  * Host-minus-device offset from time exchanges: of a sliding window, the exchange with the least round trip, since
  * queueing only ever adds to it. Does no I/O; used by one thread.
@@ -17,7 +16,7 @@ internal class OffsetEstimator {
         return OffsetEstimate(best.offsetNanos, uncertaintyNanos, best.roundTripNanos, exchange.t4)
     }
 
-    private fun driftNanos(ageNanos: Long): Long = ageNanos / 1_000_000 * MAX_DRIFT_PPM
+    private fun driftNanos(ageNanos: Long): Long = ageNanos * MAX_DRIFT_PPM / 1_000_000
 
     private companion object {
         const val WINDOW_NANOS = 5_000_000_000L

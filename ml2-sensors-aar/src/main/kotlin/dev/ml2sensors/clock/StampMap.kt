@@ -5,7 +5,7 @@ package dev.ml2sensors.clock
  * two sensors exposed together, get the same stamp.
  *
  * [steerTo] changes the map for captures later than any stamped before only, at no more than [MAX_SLEW_PPB], so stamps
- * of growing captures always grow. Safe for use by several threads.
+ * of captures at least 2 ns apart always grow. Safe for use by several threads.
  */
 internal class StampMap {
     private var segments: List<Segment> = emptyList()
@@ -37,8 +37,9 @@ internal class StampMap {
         val here = last.offsetNanos(start)
         val error = offsetNanos - here
         val slewPpb = error.coerceIn(-MAX_SLEW_PPB, MAX_SLEW_PPB)
-        val duration = if (slewPpb == 0L) 0 else Math.multiplyExact(error / slewPpb, NANOS_PER_SECOND)
-        segments = segments.takeLast(KEPT_SEGMENTS - 1) + Segment(start, start + duration, here, slewPpb)
+        val durationSeconds = if (slewPpb == 0L) 0 else (error / slewPpb).coerceAtMost(LONGEST_SLEW_SECONDS)
+        val end = start + durationSeconds * NANOS_PER_SECOND
+        segments = segments.takeLast(KEPT_SEGMENTS - 1) + Segment(start, end, here, slewPpb)
     }
 
     /** Makes the present offset the constant of all captures, earlier ones too: a recording keeps its intervals. */
@@ -51,12 +52,7 @@ internal class StampMap {
     }
 
     /** Offset [startOffsetNanos] at [startNanos], changing by [slewPpb] per second until [endNanos]. */
-    private class Segment(
-        val startNanos: Long,
-        val endNanos: Long,
-        val startOffsetNanos: Long,
-        val slewPpb: Long,
-    ) {
+    private class Segment(val startNanos: Long, val endNanos: Long, val startOffsetNanos: Long, val slewPpb: Long) {
         fun offsetNanos(captureNanos: Long): Long {
             val slewedNanos = (minOf(captureNanos, endNanos) - startNanos).coerceAtLeast(0)
             val seconds = slewedNanos / NANOS_PER_SECOND
@@ -70,6 +66,9 @@ internal class StampMap {
 
         /** 500 ppm, the slew limit of adjtime(3): far above any crystal's drift, invisible to consumers. */
         const val MAX_SLEW_PPB = 500_000L
+
+        /** A decade: a host that steps by more than can be caught up with in that is not waited for. */
+        const val LONGEST_SLEW_SECONDS = 315_360_000L
 
         /** Enough for captures that are delivered a minute late at one update per second. */
         const val KEPT_SEGMENTS = 64
