@@ -2,6 +2,8 @@ package dev.ml2sensors.source
 
 import java.nio.ByteBuffer
 import java.nio.ByteOrder
+import java.util.Collections
+import java.util.IdentityHashMap
 import java.util.concurrent.ArrayBlockingQueue
 
 /**
@@ -12,22 +14,24 @@ import java.util.concurrent.ArrayBlockingQueue
  */
 public class BufferPool(public val bufferBytes: Int, public val count: Int) {
     private val free = ArrayBlockingQueue<ByteBuffer>(count)
+    private val inUse: MutableSet<ByteBuffer> = Collections.synchronizedSet(Collections.newSetFromMap(IdentityHashMap()))
 
     init {
         repeat(count) { free.add(ByteBuffer.allocateDirect(bufferBytes).order(ByteOrder.LITTLE_ENDIAN)) }
     }
 
     /** Buffers that are in use. */
-    public val outstanding: Int get() = count - free.size
+    public val outstanding: Int get() = inUse.size
 
     /** A cleared buffer, or null when all are in use: then the caller delivers [LostSamples], [DropReason.NO_BUFFER]. */
-    public fun acquire(): ByteBuffer? = free.poll()?.clear()
+    public fun acquire(): ByteBuffer? = free.poll()?.clear()?.also(inUse::add)
 
     /** A cleared buffer, after waiting for one when all are in use; blocks, for sources that can wait. */
-    public fun take(): ByteBuffer = free.take().clear()
+    public fun take(): ByteBuffer = free.take().clear().also(inUse::add)
 
     /** Gives back a buffer of this pool; the caller no longer touches it. */
     public fun giveBack(buffer: ByteBuffer) {
-        check(free.offer(buffer)) { "buffer given back twice: all $count buffers of the pool are free" }
+        check(inUse.remove(buffer)) { "a buffer is given back that is not in use, or not of this pool" }
+        free.add(buffer)
     }
 }

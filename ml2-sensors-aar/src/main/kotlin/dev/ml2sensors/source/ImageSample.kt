@@ -30,13 +30,13 @@ public class ImageSample(
 ) : Sample {
     private val references = AtomicInteger(1)
 
-    /** The pixels (rows of [strideBytes], or one JPEG) from position to limit. */
+    /** The pixels (rows of [strideBytes], or one JPEG) from position to limit; numbers are little endian. */
     public val pixels: ByteBuffer get() = checkNotNull(plane(IMAGE)) { "sample without an image" }
 
     /** The pixels of a topic role of the stream table (`image`, `confidence`, `flags`), null when not captured. */
     public fun plane(role: String): ByteBuffer? {
         check(references.get() > 0) { "image sample $frameNumber used after its release" }
-        return planes.firstOrNull { it.role == role }?.pixels?.duplicate()
+        return planes.firstOrNull { it.role == role }?.pixels?.let { it.duplicate().order(it.order()) }
     }
 
     /** Keeps the memory beyond the collector; each call wants one [release]. */

@@ -1,0 +1,83 @@
+package dev.ml2sensors.source
+
+import org.junit.jupiter.api.Test
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+import java.util.concurrent.ConcurrentHashMap
+import kotlin.concurrent.thread
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertNotNull
+import kotlin.test.assertNull
+import kotlin.test.assertSame
+import kotlin.test.assertTrue
+
+class BufferPoolTest {
+    @Test
+    fun buffersAreLentUntilNoneIsFree() {
+        val pool = BufferPool(bufferBytes = 8, count = 2)
+        val lent = List(2) { assertNotNull(pool.acquire()) }
+        assertNull(pool.acquire())
+        assertEquals(2, pool.outstanding)
+        pool.giveBack(lent[1])
+        assertSame(lent[1], pool.acquire())
+    }
+
+    @Test
+    fun buffersAreDirectLittleEndianAndCleared() {
+        val pool = BufferPool(bufferBytes = 8, count = 1)
+        repeat(2) {
+            val buffer = assertNotNull(pool.acquire())
+            assertTrue(buffer.isDirect)
+            assertEquals(ByteOrder.LITTLE_ENDIAN, buffer.order())
+            assertEquals(0 to 8, buffer.position() to buffer.limit())
+            buffer.putInt(1).flip()
+            pool.giveBack(buffer)
+        }
+    }
+
+    @Test
+    fun aBufferGivenBackTwiceIsMisuseEvenWhileOthersAreInUse() {
+        val pool = BufferPool(bufferBytes = 8, count = 3)
+        val lent = List(3) { assertNotNull(pool.acquire()) }
+        pool.giveBack(lent[0])
+        assertFailsWith<IllegalStateException> { pool.giveBack(lent[0]) }
+        assertEquals(2, pool.outstanding)
+    }
+
+    @Test
+    fun aBufferOfAnotherPoolIsMisuse() {
+        val pool = BufferPool(bufferBytes = 8, count = 1)
+        pool.acquire()
+        assertFailsWith<IllegalStateException> { pool.giveBack(ByteBuffer.allocateDirect(8)) }
+        assertNull(pool.acquire())
+    }
+
+    @Test
+    fun takingWaitsForABufferThatIsGivenBack() {
+        val pool = BufferPool(bufferBytes = 8, count = 1)
+        val lent = pool.take()
+        val giver = thread { pool.giveBack(lent) }
+        assertSame(lent, pool.take())
+        giver.join()
+        assertEquals(1, pool.outstanding)
+    }
+
+    @Test
+    fun noBufferIsLentToTwoThreadsAtOnce() {
+        val pool = BufferPool(bufferBytes = 8, count = 3)
+        val inUse = ConcurrentHashMap.newKeySet<Int>()
+        val users = List(4) {
+            thread {
+                repeat(5_000) {
+                    val buffer = pool.take()
+                    check(inUse.add(System.identityHashCode(buffer)))
+                    inUse.remove(System.identityHashCode(buffer))
+                    pool.giveBack(buffer)
+                }
+            }
+        }
+        users.forEach(Thread::join)
+        assertEquals(0, pool.outstanding, "a user that failed keeps its buffer")
+    }
+}
