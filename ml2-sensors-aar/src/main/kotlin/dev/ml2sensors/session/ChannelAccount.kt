@@ -31,10 +31,12 @@ internal class ChannelAccount {
         dropped.addAndGet(reason.ordinal, count.toLong())
     }
 
-    /** Between two sessions: of those sent, [received] arrived; the others went down with the link. */
+    /**
+     * Between two sessions: [received] arrived. Others that were sent went down with the link, and some that were under
+     * way when it broke did arrive.
+     */
     fun settle(received: Long) {
-        val missing = sent.get() - received
-        if (missing <= 0) return
+        val missing = (sent.get() - received).coerceAtLeast(-dropped.get(DropReason.LINK_DOWN.ordinal))
         sent.addAndGet(-missing)
         dropped.addAndGet(DropReason.LINK_DOWN.ordinal, missing)
     }

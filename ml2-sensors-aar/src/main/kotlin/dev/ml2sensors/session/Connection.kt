@@ -9,9 +9,10 @@ import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.FrameWriter
 import dev.ml2sensors.wire.ProtocolException
 import java.io.Closeable
-import java.io.EOFException
 import java.net.InetSocketAddress
 import java.net.StandardSocketOptions
+import java.net.UnknownHostException
+import java.nio.ByteBuffer
 import java.nio.channels.SocketChannel
 
 /** One blocking TCP connection to the receiver: one thread reads it, any may write. Interrupts close it. */
@@ -20,30 +21,36 @@ internal class Connection private constructor(private val socket: SocketChannel,
     val writer: FrameWriter = FrameWriter(socket, rosNowNanos)
 
     /**
-     * Waits for the next frame.
+     * Waits for the next frame of one of the kinds [allowed]; null at the end of the stream. An ERROR that is not fatal
+     * is passed over.
      *
      * @throws ProtocolException also when the frame is a fatal ERROR: with the peer's code and words.
-     * @throws EOFException at the end of the stream.
      */
-    fun read(): Frame {
-        val frame = reader.next() ?: throw EOFException("the receiver closed the connection")
-        if (frame.kind == FrameKind.ERROR) {
-            val error = ControlJson.decode<ErrorBody>(frame.body)
+    fun read(allowed: Set<FrameKind>): Frame? {
+        while (true) {
+            val frame = reader.next(allowed) ?: return null
+            if (frame.kind != FrameKind.ERROR) return frame
+            val error = decodeError(frame.body)
             val code = ErrorCode.entries.firstOrNull { it.wireName == error.code } ?: ErrorCode.UNEXPECTED
             if (error.fatal) throw ProtocolException(code, "the receiver says ${error.code}: ${error.message}", true)
         }
-        return frame
     }
 
-    inline fun <reified T> write(kind: FrameKind, body: T): Unit = writer.write(kind, ControlJson.encode(body))
+    /** Reads what still arrives, and throws it away. */
+    fun discard() {
+        val sink = ByteBuffer.allocate(DISCARD_BYTES)
+        do sink.clear() while (socket.read(sink) >= 0)
+    }
 
-    /** Waits for the next frame, which must be of [kind], and gives its body. */
-    inline fun <reified T> expect(kind: FrameKind): T {
-        val frame = read()
-        if (frame.kind != kind) {
-            throw ProtocolException(ErrorCode.UNEXPECTED, "expected $kind, found ${frame.kind}")
-        }
-        return ControlJson.decode<T>(frame.body)
+    private fun decodeError(body: ByteArray): ErrorBody = try {
+        ControlJson.decode(body)
+    } catch (e: ProtocolException) {
+        throw ProtocolException(e.code, "the receiver's ERROR is none: ${e.message}", isPeers = true)
+    }
+
+    /** Ends the input, so that a thread that waits in [read] finds the end of the stream. */
+    fun finishReading() {
+        if (socket.isOpen) socket.shutdownInput()
     }
 
     /** Tells the peer that nothing more will come. */
@@ -56,16 +63,20 @@ internal class Connection private constructor(private val socket: SocketChannel,
     }
 
     companion object {
+        private const val DISCARD_BYTES = 4096
+
         /**
          * Connects; [sendBufferBytes] bounds what the kernel holds of a lane whose frames grow stale, null leaves it to
          * the platform.
          */
         fun open(receiver: ReceiverAddress, rosNowNanos: () -> Long, sendBufferBytes: Int? = null): Connection {
+            val address = InetSocketAddress(receiver.host, receiver.port)
+            if (address.isUnresolved) throw UnknownHostException("no address is known for ${receiver.host}")
             val socket = SocketChannel.open()
             try {
                 socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
                 if (sendBufferBytes != null) socket.setOption(StandardSocketOptions.SO_SNDBUF, sendBufferBytes)
-                socket.connect(InetSocketAddress(receiver.host, receiver.port))
+                socket.connect(address)
                 return Connection(socket, rosNowNanos)
             } catch (e: Throwable) {
                 socket.close()

@@ -8,9 +8,15 @@ import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
+import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.runInterruptible
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
+import kotlinx.coroutines.withTimeoutOrNull
 import java.io.EOFException
 import java.io.IOException
 import kotlin.time.Duration.Companion.milliseconds
@@ -26,24 +32,40 @@ internal class ControlLane(private val connection: Connection) {
     @Volatile
     private var lastSpoke: TimeMark = lastHeard
 
+    private val speaking = Mutex()
+
+    /** True once [finish] has begun: how connections end no longer matters. */
     @Volatile
-    private var saidBye = false
+    var saidBye = false
+        private set
 
     suspend inline fun <reified T> write(kind: FrameKind, body: T): Unit = write(kind, ControlJson.encode(body))
 
-    suspend fun write(kind: FrameKind, body: ByteArray = EMPTY) {
+    /** Writes a frame; nothing is written after BYE. */
+    suspend fun write(kind: FrameKind, body: ByteArray = EMPTY): Unit =
+        speaking.withLock { if (!saidBye) writeNow(kind, body) }
+
+    private suspend fun writeNow(kind: FrameKind, body: ByteArray) {
         lastSpoke = TimeSource.Monotonic.markNow()
         runInterruptible(Dispatchers.IO) { connection.writer.write(kind, body) }
     }
 
-    /** The next frame; null when the receiver closed the connection after our BYE. */
-    suspend fun read(): Frame? {
-        val frame = try {
-            runInterruptible(Dispatchers.IO) { connection.read() }
-        } catch (e: EOFException) {
-            if (saidBye) return null
-            throw e
+    /**
+     * Waits for the next frame of one of the kinds [allowed]; null when the receiver closed the connection after our
+     * BYE. Cancelling ends the input only: the receiver can still be told why the session ends.
+     */
+    suspend fun read(allowed: Set<FrameKind>): Frame? {
+        val result = coroutineScope {
+            val reading = async(Dispatchers.IO) { runCatching { connection.read(allowed) } }
+            try {
+                reading.await()
+            } catch (e: CancellationException) {
+                connection.finishReading()
+                throw e
+            }
         }
+        val frame = result.getOrThrow()
+        if (frame == null && !saidBye) throw EOFException("the receiver closed the connection")
         lastHeard = TimeSource.Monotonic.markNow()
         return frame
     }
@@ -61,17 +83,20 @@ internal class ControlLane(private val connection: Connection) {
     }
 
     /** Says goodbye: nothing more will be written. */
-    suspend fun finish(reason: String) {
+    suspend fun finish(reason: String): Unit = speaking.withLock {
         saidBye = true
-        write(FrameKind.BYE, Bye(reason))
+        writeNow(FrameKind.BYE, ControlJson.encode(Bye.of(reason)))
         connection.finishWriting()
     }
 
     /** Tells the peer why the session ends. Best effort: the connection may be what failed. */
     suspend fun tell(error: ProtocolException) {
         try {
-            write(FrameKind.ERROR, ErrorBody(error.code.wireName, error.message.orEmpty(), fatal = true))
-            connection.finishWriting()
+            withTimeoutOrNull(FAREWELL_LIMIT) {
+                write(FrameKind.ERROR, ErrorBody.of(error.code, error.message.orEmpty(), fatal = true))
+                connection.finishWriting()
+                runInterruptible(Dispatchers.IO) { connection.discard() }
+            }
         } catch (lost: IOException) {
             error.addSuppressed(lost)
         }
@@ -80,5 +105,6 @@ internal class ControlLane(private val connection: Connection) {
     private companion object {
         val EMPTY = ByteArray(0)
         val TICK = 250.milliseconds
+        val FAREWELL_LIMIT = 1.seconds
     }
 }

@@ -3,6 +3,7 @@ package dev.ml2sensors.session
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.FrameWriter
+import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
@@ -14,8 +15,7 @@ import kotlinx.coroutines.runInterruptible
  * session lends it one through [sendThrough].
  *
  * When the queue is full the oldest frame whose writing has not begun is dropped; a lane that [waits], for sources that
- * can, suspends its producers instead, also while there is
- * no session. Safe for use by several producers.
+ * can, suspends its producers instead, also while there is no session. Safe for use by several producers.
  */
 internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolean) {
     private val isLinked = MutableStateFlow(false)
@@ -28,8 +28,20 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
 
     /** Takes over [frame]: it will be sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
-        if (waits) isLinked.first { it }
-        if (isLinked.value) queue.send(frame) else frame.drop(DropReason.LINK_DOWN)
+        if (waits) awaitLink(frame)
+        if (!isLinked.value) return frame.drop(DropReason.LINK_DOWN)
+        queue.send(frame)
+        // The link may have gone after the look at it, and with it whoever empties the queue
+        if (!isLinked.value) dropQueued()
+    }
+
+    private suspend fun awaitLink(frame: OutgoingFrame) {
+        try {
+            isLinked.first { it }
+        } catch (e: CancellationException) {
+            frame.drop(DropReason.LINK_DOWN)
+            throw e
+        }
     }
 
     /** Sends what is offered through [writer] until the lane is finished; fails when the connection does. */
@@ -48,15 +60,18 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
         queue.close()
     }
 
-    private fun dropQueued() {
+    /** Drops what waits in the queue. */
+    fun dropQueued() {
         while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
     }
 
     private suspend fun send(frame: OutgoingFrame, writer: FrameWriter) {
         var isSent = false
         try {
-            runInterruptible { writer.write(frame.head, frame.data) }
-            isSent = true
+            runInterruptible {
+                writer.write(frame.head, frame.data)
+                isSent = true
+            }
         } finally {
             if (isSent) frame.sent() else frame.drop(DropReason.LINK_DOWN)
         }

@@ -4,6 +4,7 @@ import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.wire.Bye
+import dev.ml2sensors.wire.ChannelBody
 import dev.ml2sensors.wire.ChannelEnd
 import dev.ml2sensors.wire.Configure
 import dev.ml2sensors.wire.Configured
@@ -17,16 +18,20 @@ import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.Status
 import dev.ml2sensors.wire.Welcome
+import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.Job
 import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
-import kotlinx.coroutines.delay
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runInterruptible
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
+import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
@@ -42,7 +47,8 @@ internal class Session(
 ) {
     private val connections = mutableListOf<Connection>()
     private val announced = HashSet<Int>()
-    private var openRequest: Int? = null
+    private val announcing = Mutex()
+    private var openRequest: Long? = null
 
     /**
      * Runs the session until [stop] completes, then ends it in order: everything offered is sent, then the final STATUS,
@@ -53,14 +59,9 @@ internal class Session(
      */
     suspend fun run(hello: Hello, stop: Deferred<String>, onWelcome: (String) -> Unit) {
         try {
-            val connection = open(null)
-            val control = ControlLane(connection)
+            val control = ControlLane(open(null))
             try {
-                val welcome: Welcome = handshake("WELCOME") {
-                    connection.write(FrameKind.HELLO, hello)
-                    connection.expect(FrameKind.WELCOME)
-                }
-                check(welcome, hello)
+                val welcome = greet(control, hello)
                 streams.linkUp(welcome.received)
                 onWelcome(welcome.name)
                 converse(control, welcome, stop)
@@ -74,61 +75,76 @@ internal class Session(
         }
     }
 
-    private fun check(welcome: Welcome, hello: Hello) {
+    private suspend fun greet(control: ControlLane, hello: Hello): Welcome {
+        control.write(FrameKind.HELLO, hello)
+        val frame = handshake("WELCOME", FIRST_LIMIT) { control.read(setOf(FrameKind.WELCOME)) }
+        val welcome = ControlJson.decode<Welcome>(frame.body)
         if (welcome.version !in hello.versions) {
             throw ProtocolException(ErrorCode.VERSION, "expected one of ${hello.versions}, found ${welcome.version}")
         }
-        val missing = listOf(SessionLanes.TIME, SessionLanes.SENSORS) - welcome.tickets.keys
-        if (missing.isNotEmpty()) throw ProtocolException(ErrorCode.MALFORMED, "WELCOME without tickets for $missing")
+        welcome.flaw()?.let { throw ProtocolException(ErrorCode.MALFORMED, "WELCOME with $it") }
+        return welcome
     }
 
     private suspend fun converse(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
-        val lanes = SessionLanes(welcome, ::open, streams::lane)
+        val lanes = SessionLanes(welcome, ::open, streams::lane) { part(control, it) }
         hostClock.linkUp()
         val timeLane = TimeLane(lanes.joinTime(), deviceClock, hostClock)
         lanes.join(SessionLanes.SENSORS)
-        launch(Dispatchers.IO) { timeLane.run() }
-        launch { control.keepAlive(welcome.timeouts) }
-        launch { reportFailures(control) }
-        val statusing = launch { reportStatus(control) }
-        val reading = launch {
-            while (true) handle(control.read() ?: break, control, lanes, this@coroutineScope)
+        part(control) { timeLane.run() }
+        part(control) { control.keepAlive(welcome.timeouts) }
+        part(control) { reportFailures(control) }
+        val drained = CompletableDeferred<Unit>()
+        val statusing = part(control) { reportStatus(control, drained) }
+        val reading = part(control) {
+            while (true) handle(control.read(IN_SESSION) ?: break, control, lanes)
         }
         val reason = stop.await()
         streams.stopSources()
-        lanes.finish(LINGER)
-        statusing.cancel()
-        writeStatus(control, final = true)
+        lanes.finish(streams.drainLimit)
+        drained.complete(Unit)
+        statusing.join()
         control.finish(reason)
         withTimeoutOrNull(LINGER) { reading.join() }
         coroutineContext.cancelChildren()
     }
 
-    private suspend fun handle(frame: Frame, control: ControlLane, lanes: SessionLanes, scope: CoroutineScope) {
+    private suspend fun handle(frame: Frame, control: ControlLane, lanes: SessionLanes) {
         when (frame.kind) {
             FrameKind.CONFIGURE -> configure(ControlJson.decode(frame.body), control, lanes)
+
             FrameKind.START -> {
                 checkRequest(ControlJson.decode(frame.body))
-                lanes.startSending(scope)
-                scope.launch { streams.start() }
+                lanes.startSending()
+                streams.start()
             }
+
             FrameKind.PING -> control.write(FrameKind.PONG)
-            FrameKind.PONG, FrameKind.ERROR -> Unit
+
+            FrameKind.PONG -> Unit
+
             FrameKind.BYE -> throw IOException("the receiver left: ${ControlJson.decode<Bye>(frame.body).reason}")
-            else -> throw ProtocolException(ErrorCode.UNEXPECTED, "${frame.kind} is not for the device's control lane")
+
+            else -> error("${frame.kind} is not allowed in a session")
         }
     }
 
     private suspend fun configure(wanted: Configure, control: ControlLane, lanes: SessionLanes) {
         val answers = streams.configure(wanted.streams)
-        val channels = streams.channels()
-        channels.forEach { lanes.join(it.lane) }
-        (announced - channels.map { it.id }.toSet()).forEach { control.write(FrameKind.CHANNEL_END, ChannelEnd(it)) }
-        channels.filter { it.id !in announced }.forEach { control.write(FrameKind.CHANNEL, it) }
-        announced.clear()
-        channels.mapTo(announced) { it.id }
+        streams.channels().forEach { lanes.join(it.lane) }
+        announcing.withLock {
+            val channels = streams.channels()
+            endChannelsBut(channels, control)
+            channels.filter { announced.add(it.id) }.forEach { control.write(FrameKind.CHANNEL, it) }
+        }
         control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
         openRequest = wanted.request
+    }
+
+    private suspend fun endChannelsBut(channels: List<ChannelBody>, control: ControlLane) {
+        val ended = announced - channels.map { it.id }.toSet()
+        ended.forEach { control.write(FrameKind.CHANNEL_END, ChannelEnd(it)) }
+        announced -= ended
     }
 
     private fun checkRequest(start: Start) {
@@ -136,17 +152,16 @@ internal class Session(
         throw ProtocolException(ErrorCode.UNEXPECTED, "expected START of request $openRequest, found ${start.request}")
     }
 
-    private suspend fun reportStatus(control: ControlLane) {
-        while (true) {
-            delay(STATUS_INTERVAL)
-            writeStatus(control, final = false)
-        }
+    private suspend fun reportStatus(control: ControlLane, drained: Deferred<Unit>) {
+        while (withTimeoutOrNull(STATUS_INTERVAL) { drained.await() } == null) writeStatus(control, final = false)
+        writeStatus(control, final = true)
     }
 
     private suspend fun reportFailures(control: ControlLane) {
         for (failure in streams.failures) {
             val message = "stream ${failure.stream} ended: ${failure.reason}"
-            control.write(FrameKind.ERROR, ErrorBody(ErrorCode.SOURCE.wireName, message, fatal = false))
+            control.write(FrameKind.ERROR, ErrorBody.of(ErrorCode.SOURCE, message, fatal = false))
+            announcing.withLock { endChannelsBut(streams.channels(), control) }
         }
     }
 
@@ -165,23 +180,49 @@ internal class Session(
         )
     }
 
-    private suspend fun open(sendBufferBytes: Int?): Connection =
-        runInterruptible(Dispatchers.IO) { Connection.open(receiver, hostClock::rosNowNanos, sendBufferBytes) }
-            .also(connections::add)
+    private suspend fun open(sendBufferBytes: Int?): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
+        runInterruptible(Dispatchers.IO) {
+            Connection.open(receiver, hostClock::rosNowNanos, sendBufferBytes).also(connections::add)
+        }
+    }
 
     private companion object {
+        /** Patience before WELCOME tells the receiver's. */
+        val FIRST_LIMIT = 5.seconds
         val LINGER = 2.seconds
         val STATUS_INTERVAL = 1.seconds
+        val IN_SESSION =
+            setOf(FrameKind.CONFIGURE, FrameKind.START, FrameKind.PING, FrameKind.PONG, FrameKind.BYE)
         val PROCESS_START = TimeSource.Monotonic.markNow()
     }
 }
 
-/** Runs blocking [exchange], which must not take longer than PROTOCOL.md allows a handshake. */
-internal suspend fun <T> handshake(awaited: String, exchange: () -> T): T =
-    withTimeoutOrNull(HANDSHAKE_LIMIT) { Result.success(runInterruptible(Dispatchers.IO, exchange)) }?.getOrThrow()
-        ?: throw ProtocolException(ErrorCode.TIMEOUT, "expected $awaited within $HANDSHAKE_LIMIT")
+/** Runs [block] on a thread that may block; after our BYE it does not matter how it ends. */
+private fun CoroutineScope.part(control: ControlLane, block: suspend () -> Unit): Job = launch(Dispatchers.IO) {
+    try {
+        block()
+    } catch (e: IOException) {
+        if (!control.saidBye) throw e
+    }
+}
 
-private val HANDSHAKE_LIMIT = 5.seconds
+/** What [exchange] gives, which must not take longer than [limit]. */
+internal suspend fun <T : Any> handshake(awaited: String, limit: Duration, exchange: suspend () -> T?): T =
+    withTimeoutOrNull(limit) { exchange() }
+        ?: throw ProtocolException(ErrorCode.TIMEOUT, "expected $awaited within $limit")
+
+/** What PROTOCOL.md does not allow in it, null when it is sound. */
+private fun Welcome.flaw(): String? {
+    val missing = listOf(SessionLanes.TIME, SessionLanes.SENSORS) - tickets.keys
+    val isInTime = timeouts.handshakeSeconds > 0 && timeouts.pingSeconds > 0 && timeouts.deadSeconds > 0
+    val counts = received.orEmpty().values + limits.dataBytes
+    return when {
+        missing.isNotEmpty() -> "no tickets for $missing"
+        !isInTime -> "timeouts that are not above 0"
+        counts.any { it < 0 } -> "counts below 0"
+        else -> null
+    }
+}
 
 private fun Answer.toBody(): Configured.StreamAnswer = when (this) {
     is Answer.Applied -> Configured.StreamAnswer("applied", values = values)

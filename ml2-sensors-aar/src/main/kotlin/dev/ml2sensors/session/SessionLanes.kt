@@ -1,24 +1,31 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Join
 import dev.ml2sensors.wire.Joined
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
-import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.joinAll
-import kotlinx.coroutines.launch
+import kotlinx.coroutines.runInterruptible
 import kotlinx.coroutines.withTimeoutOrNull
+import java.io.EOFException
 import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
 
-/** The data lanes a session has joined, each with the connection it lends and the job that sends through it. */
+/**
+ * The data lanes a session has joined, each with the connection it lends and the job that sends through it.
+ *
+ * @param launch runs a part of the session on a thread that may block.
+ */
 internal class SessionLanes(
     private val welcome: Welcome,
     private val open: suspend (sendBufferBytes: Int?) -> Connection,
     private val lane: (String) -> Lane,
+    private val launch: (suspend () -> Unit) -> Job,
 ) {
     private val connections = HashMap<String, Connection>()
     private val senders = HashMap<String, Job>()
@@ -26,26 +33,34 @@ internal class SessionLanes(
     /** Opens lane [name] unless it is open. */
     suspend fun join(name: String) {
         if (name in connections) return
-        connections[name] = connect(name, if (name == SENSORS) null else IMAGE_SEND_BUFFER_BYTES)
+        val connection = connect(name, if (name == SENSORS) null else IMAGE_SEND_BUFFER_BYTES)
+        connections[name] = connection
+        // Nothing but an ERROR may come; its end is for the control lane to explain
+        launch { runInterruptible { connection.read(emptySet()) } }
     }
 
     /** Opens the time lane, which carries no data. */
     suspend fun joinTime(): Connection = connect(TIME, null)
 
     /** Begins to send what is offered to the lanes that are open. */
-    fun startSending(scope: CoroutineScope) {
+    fun startSending() {
         for ((name, connection) in connections) {
             if (name in senders) continue
-            senders[name] = scope.launch(Dispatchers.IO) {
+            senders[name] = launch {
                 lane(name).sendThrough(connection.writer)
                 connection.finishWriting()
             }
         }
     }
 
-    /** Sends what is queued, for at most [limit], and ends the lanes; what is left is dropped and counted. */
+    /**
+     * Sends what is queued, for at most [limit], and ends the lanes; what is left is dropped and counted. Frames under
+     * way may take [limit] again, since the receiver takes the end of a lane inside a frame for a loss.
+     */
     suspend fun finish(limit: Duration) {
         senders.keys.forEach { lane(it).finish() }
+        withTimeoutOrNull(limit) { senders.values.joinAll() }
+        senders.keys.forEach { lane(it).dropQueued() }
         withTimeoutOrNull(limit) { senders.values.joinAll() }
         senders.values.forEach { it.cancel() }
         senders.values.joinAll()
@@ -55,10 +70,14 @@ internal class SessionLanes(
         val ticket = welcome.tickets[name]
             ?: throw ProtocolException(ErrorCode.TICKET, "the receiver gave no ticket for lane $name")
         val connection = open(sendBufferBytes)
-        val joined: Joined = handshake("JOINED of lane $name") {
-            connection.write(FrameKind.JOIN, Join(welcome.session, ticket, name))
-            connection.expect(FrameKind.JOINED)
+        val join = ControlJson.encode(Join(welcome.session, ticket, name))
+        val frame = handshake("JOINED of lane $name", welcome.timeouts.handshakeSeconds.seconds) {
+            runInterruptible(Dispatchers.IO) {
+                connection.writer.write(FrameKind.JOIN, join)
+                connection.read(setOf(FrameKind.JOINED)) ?: throw EOFException("the receiver closed lane $name")
+            }
         }
+        val joined = ControlJson.decode<Joined>(frame.body)
         if (joined.lane != name) {
             throw ProtocolException(ErrorCode.UNEXPECTED, "expected JOINED of lane $name, found ${joined.lane}")
         }

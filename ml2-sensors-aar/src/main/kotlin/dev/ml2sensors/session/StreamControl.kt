@@ -5,11 +5,15 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.ChannelBody
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.channels.ReceiveChannel
+import kotlin.time.Duration
 
-/** What a session does to the device's streams. Called by one coroutine at a time, but for [counts]. */
+/** What a session does to the device's streams. Called by one coroutine at a time, but for [channels] and [counts]. */
 internal interface StreamControl {
     /** Ids of the streams that can be configured. */
     val capabilities: List<String>
+
+    /** How long what is still queued after [stopSources] may take to be sent. */
+    val drainLimit: Duration
 
     /** A session began; the peer has [received] so many messages per topic of this instance, null when it cannot know. */
     fun linkUp(received: Map<String, Long>?)
@@ -17,12 +21,12 @@ internal interface StreamControl {
     /** Makes [requested] what is to run and stops all else. */
     suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer>
 
-    /** Channels of what is configured, and the lanes they use. */
-    fun channels(): List<ChannelBody>
+    /** Channels of what is configured and has not failed, and the lanes they use. */
+    suspend fun channels(): List<ChannelBody>
 
     fun lane(name: String): Lane
 
-    /** Begins what is configured and does not run yet. */
+    /** Begins what is configured now and does not run yet, as soon as stamps can be made; does not wait for them. */
     suspend fun start()
 
     /** Streams that ended because their source failed, as it happens. */
@@ -36,7 +40,4 @@ internal interface StreamControl {
 }
 
 /** A source failed, and its [stream] ended. */
-internal class SourceFailure(
-    val stream: String,
-    val reason: String,
-)
+internal class SourceFailure(val stream: String, val reason: String)

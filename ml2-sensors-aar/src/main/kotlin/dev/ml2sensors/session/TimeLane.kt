@@ -1,10 +1,9 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.clock.TimeExchange
 import dev.ml2sensors.source.DeviceClock
-import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.FrameKind
-import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.TimeBodies
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.runInterruptible
@@ -16,29 +15,28 @@ internal class TimeLane(
     private val deviceClock: DeviceClock,
     private val hostClock: HostClock,
 ) {
-    /** Runs until the connection fails or the coroutine is cancelled. */
+    /** Runs until the connection ends, or fails with it; why it ends is for the control lane to say. */
     suspend fun run() {
         var asked = 0
         while (true) {
-            runInterruptible { exchange() }
+            hostClock.add(runInterruptible { exchange() } ?: return)
             delay(if (++asked < BURST) BURST_INTERVAL else STEADY_INTERVAL)
         }
     }
 
-    private fun exchange() {
+    private fun exchange(): TimeExchange? {
         val t1 = deviceClock.nowNanos()
         connection.writer.write(FrameKind.TIME_REQUEST, TimeBodies.request(t1))
         while (true) {
-            val frame = connection.read()
+            val frame = connection.read(REPLY) ?: return null
             val t4 = deviceClock.nowNanos()
-            if (frame.kind != FrameKind.TIME_REPLY) {
-                throw ProtocolException(ErrorCode.UNEXPECTED, "expected TIME_REPLY on the time lane, found ${frame.kind}")
-            }
-            TimeBodies.exchange(t1, frame.body, t4)?.let { return hostClock.add(it) }
+            TimeBodies.exchange(t1, frame.body, t4)?.let { return it }
         }
     }
 
     private companion object {
+        val REPLY = setOf(FrameKind.TIME_REPLY)
+
         // PROTOCOL.md, Time: about 128 requests in 1.2 s, then 20 per second.
         const val BURST = 128
         val BURST_INTERVAL = 9.milliseconds

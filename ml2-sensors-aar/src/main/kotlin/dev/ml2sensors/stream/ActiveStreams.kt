@@ -32,6 +32,8 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import java.util.concurrent.ConcurrentHashMap
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
 
 /**
  * The streams of one app instance over all its sessions: what is configured, what runs, and the books.
@@ -52,19 +54,18 @@ internal class ActiveStreams(
     private val lanes = ConcurrentHashMap<String, Lane>()
     private val channels = ConcurrentHashMap<String, OutgoingChannel>()
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
-    private val running = LinkedHashMap<StreamSpec, Running>()
+    private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val tree by lazy { TransformTree(channel(StreamTable.tf, 0), clock.stamps, composes = !waits) }
 
     private val changes = Mutex()
     private val hasStarted = CompletableDeferred<Unit>()
 
-    @Volatile
-    private var treeIsOn = false
-
     /** What became of each stream asked for, by id. */
     val states = MutableStateFlow<Map<String, StreamState>>(emptyMap())
 
     override val failures: Channel<SourceFailure> = Channel(Channel.UNLIMITED)
+
+    override val drainLimit: Duration = if (waits) Duration.INFINITE else 2.seconds
 
     override val capabilities: List<String>
         get() = StreamTable.all.filter { negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
@@ -81,24 +82,24 @@ internal class ActiveStreams(
         changes.withLock {
             accepted.clear()
             for ((id, answer) in answers) answer.acceptedValues?.let { accepted[checkNotNull(StreamTable.byId(id))] = it }
-            running.filter { (spec, it) -> accepted[spec] != it.values }.forEach { (spec, it) -> end(spec, it) }
-            treeIsOn = StreamTable.tf in accepted
+            running.filter { (spec, it) -> accepted[spec] != it.values }.forEach { (spec, it) ->
+                it.job.cancelAndJoin()
+                forget(spec)
+            }
         }
         states.value = answers.mapValues { (_, answer) -> answer.toState() }
         return answers
     }
 
-    private suspend fun end(
-        spec: StreamSpec,
-        stream: Running,
-    ) {
-        stream.job.cancelAndJoin()
+    private suspend fun forget(spec: StreamSpec) {
         running.remove(spec)
         tree.forget(spec)
     }
 
-    override fun channels(): List<ChannelBody> =
-        accepted.flatMap { (spec, values) -> activeChannels(spec, values).map { it.describe(spec) } }
+    override suspend fun channels(): List<ChannelBody> =
+        changes.withLock {
+            accepted.flatMap { (spec, values) -> activeChannels(spec, values).map { it.describe(spec) } }
+        }
 
     override fun lane(name: String): Lane =
         lanes.computeIfAbsent(name) {
@@ -106,18 +107,30 @@ internal class ActiveStreams(
         }
 
     override suspend fun start() {
-        clock.awaitStamps()
-        if (waits) clock.freeze()
-        changes.withLock {
-            for ((spec, values) in accepted) {
-                if (spec !in running) running[spec] = Running(values, scope.launch { run(spec, values) })
+        val wanted = changes.withLock { accepted.toMap() }
+        scope.launch {
+            clock.awaitStamps()
+            if (waits) clock.freeze()
+            changes.withLock {
+                // What was configured in the meantime has a START of its own
+                for ((spec, values) in wanted) if (accepted[spec] == values && spec !in running) begin(spec, values)
             }
+            hasStarted.complete(Unit)
         }
-        hasStarted.complete(Unit)
+    }
+
+    private fun begin(
+        spec: StreamSpec,
+        values: StreamValues,
+    ) {
+        running[spec] = Running(values, scope.launch { run(spec, values) })
     }
 
     override suspend fun stopSources(): Unit =
-        changes.withLock { running.values.forEach { it.job.cancelAndJoin() } }
+        changes.withLock {
+            accepted.clear()
+            running.values.forEach { it.job.cancelAndJoin() }
+        }
 
     override fun counts(): Map<String, Status.ChannelCounts> = channels.mapValues { (_, it) -> it.account.counts() }
 
@@ -139,6 +152,10 @@ internal class ActiveStreams(
             throw e
         } catch (e: Exception) {
             val reason = "${e.javaClass.simpleName}: ${e.message}"
+            changes.withLock {
+                accepted.remove(spec)
+                forget(spec)
+            }
             states.update { it + (spec.id to StreamState.Failed(reason)) }
             failures.send(SourceFailure(spec.id, reason))
         }
@@ -154,7 +171,7 @@ internal class ActiveStreams(
             spec == StreamTable.tf ->
                 headset.samples(StreamTable.headPose, values).filterIsInstance<PoseSample>().collect(tree::head)
             spec.modes.isNotEmpty() ->
-                CameraPipeline(spec, active, clock.stamps) { if (treeIsOn) tree else null }
+                CameraPipeline(spec, active, clock.stamps) { tree.takeIf { StreamTable.tf in running } }
                     .run(headset.samples(spec, values))
             unit != null -> {
                 val gyroscope = headset.samples(unit.gyroscope, values)

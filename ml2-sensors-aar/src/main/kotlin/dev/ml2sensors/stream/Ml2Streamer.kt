@@ -51,8 +51,9 @@ public class Ml2Streamer(
     public fun start() {
         check(running == null) { "a streamer is started once" }
         running = scope.launch {
-            launch { stopReason.complete(active.awaitEnd()) }
+            val ending = launch { stopReason.complete(active.awaitEnd()) }
             stayConnected()
+            ending.cancel()
         }
     }
 

@@ -18,8 +18,7 @@ internal class SensorMountings {
 
     private val mountings = LinkedHashMap<StreamSpec, Transform>()
     private val waiting = HashMap<StreamSpec, Timed>()
-    private var previousHead: Timed? = null
-    private var latestHead: Timed? = null
+    private val heads = ArrayDeque<Timed>()
 
     fun forEach(action: (StreamSpec, Transform) -> Unit) {
         mountings.forEach(action)
@@ -29,8 +28,8 @@ internal class SensorMountings {
         captureNanos: Long,
         pose: Transform,
     ) {
-        previousHead = latestHead
-        latestHead = Timed(captureNanos, pose)
+        heads.addLast(Timed(captureNanos, pose))
+        if (heads.size > KEPT_HEADS) heads.removeFirst()
         waiting.entries.removeIf { (spec, frame) -> solve(spec, frame) || frame.captureNanos < captureNanos }
     }
 
@@ -45,8 +44,7 @@ internal class SensorMountings {
 
     /** Poses from before a loss are of another map. */
     fun headLost() {
-        previousHead = null
-        latestHead = null
+        heads.clear()
         waiting.clear()
     }
 
@@ -59,12 +57,22 @@ internal class SensorMountings {
         spec: StreamSpec,
         frame: Timed,
     ): Boolean {
-        val from = previousHead ?: return false
-        val to = latestHead ?: return false
-        if (frame.captureNanos !in from.captureNanos..to.captureNanos) return false
-        val span = (to.captureNanos - from.captureNanos).toDouble()
-        val head = from.pose.interpolate(to.pose, (frame.captureNanos - from.captureNanos) / span)
+        val head = headAt(frame.captureNanos) ?: return false
         mountings[spec] = head.inverse() * frame.pose
         return true
+    }
+
+    private fun headAt(nanos: Long): Transform? {
+        val next = heads.indexOfFirst { it.captureNanos >= nanos }
+        val to = heads.getOrNull(next) ?: return null
+        if (to.captureNanos == nanos) return to.pose
+        val from = heads.getOrNull(next - 1) ?: return null
+        val fraction = (nanos - from.captureNanos).toDouble() / (to.captureNanos - from.captureNanos)
+        return from.pose.interpolate(to.pose, fraction)
+    }
+
+    private companion object {
+        /** About a second of them: frames are delivered later than the head poses of their time. */
+        const val KEPT_HEADS = 64
     }
 }

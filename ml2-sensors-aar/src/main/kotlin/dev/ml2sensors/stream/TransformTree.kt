@@ -53,8 +53,9 @@ internal class TransformTree(
             publish(stamps.stampNanos(sample.captureNanos), spec.frames(pose))
         }
 
-    /** A stream stopped: its pose is no longer composed. */
-    suspend fun forget(spec: StreamSpec): Unit = mutex.withLock { mountings.forget(spec) }
+    /** A stream stopped: its pose is no longer composed, or none is when it was the head's. */
+    suspend fun forget(spec: StreamSpec): Unit =
+        mutex.withLock { if (spec == StreamTable.tf) mountings.headLost() else mountings.forget(spec) }
 
     private fun StreamSpec.frames(optical: Transform): List<Pair<String, Transform>> =
         listOf(frameId to optical, checkNotNull(bodyFrameId) to optical * BODY_IN_OPTICAL)

@@ -32,7 +32,7 @@ internal class Welcome(
     val timeouts: Timeouts,
 ) {
     @Serializable
-    class Limits(@SerialName("data_bytes") val dataBytes: Int)
+    class Limits(@SerialName("data_bytes") val dataBytes: Long)
 
     @Serializable
     class Timeouts(
@@ -49,10 +49,10 @@ internal class Join(val session: String, val ticket: String, val lane: String)
 internal class Joined(val lane: String)
 
 @Serializable
-internal class Configure(val request: Int, val streams: Map<String, StreamValues>)
+internal class Configure(val request: Long, val streams: Map<String, StreamValues>)
 
 @Serializable
-internal class Configured(val request: Int, val streams: Map<String, StreamAnswer>) {
+internal class Configured(val request: Long, val streams: Map<String, StreamAnswer>) {
     @Serializable
     class StreamAnswer(val result: String, val values: StreamValues? = null, val reason: String? = null)
 }
@@ -73,7 +73,7 @@ internal class ChannelBody(
 internal class ChannelEnd(val id: Int)
 
 @Serializable
-internal class Start(val request: Int)
+internal class Start(val request: Long)
 
 @Serializable
 internal class Status(
@@ -95,7 +95,19 @@ internal class Status(
 }
 
 @Serializable
-internal class ErrorBody(val code: String, val message: String, val fatal: Boolean)
+internal class ErrorBody(val code: String, val message: String, val fatal: Boolean) {
+    companion object {
+        fun of(code: ErrorCode, message: String, fatal: Boolean): ErrorBody =
+            ErrorBody(code.wireName, message.take(TEXT_LIMIT), fatal)
+    }
+}
 
 @Serializable
-internal class Bye(val reason: String)
+internal class Bye(val reason: String) {
+    companion object {
+        fun of(reason: String): Bye = Bye(reason.take(TEXT_LIMIT))
+    }
+}
+
+/** Characters that fit the 4 KiB of an ERROR or BYE even when each is escaped. */
+private const val TEXT_LIMIT = 512

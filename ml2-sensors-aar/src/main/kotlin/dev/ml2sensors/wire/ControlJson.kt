@@ -7,15 +7,9 @@ import kotlinx.serialization.serializer
 import java.nio.ByteBuffer
 import java.nio.charset.CharacterCodingException
 
-/** JSON bodies as PROTOCOL.md wants them: UTF-8, unknown keys ignored, nesting bounded. */
+/** JSON bodies as PROTOCOL.md wants them, one object in UTF-8; unknown keys are ignored. */
 internal object ControlJson {
-    private const val MAX_DEPTH = 16
-
-    private val json = Json {
-        ignoreUnknownKeys = true
-        encodeDefaults = true
-        explicitNulls = false
-    }
+    private val json = Json { ignoreUnknownKeys = true }
 
     inline fun <reified T> encode(body: T): ByteArray = encode(serializer<T>(), body)
 
@@ -27,32 +21,13 @@ internal object ControlJson {
     fun <T> decode(serializer: KSerializer<T>, bytes: ByteArray): T {
         val name = serializer.descriptor.serialName.substringAfterLast('.')
         try {
-            val text = Charsets.UTF_8.newDecoder().decode(ByteBuffer.wrap(bytes)).toString()
-            checkDepth(text, name)
-            return json.decodeFromString(serializer, text)
+            val tree = StrictJson.parse(Charsets.UTF_8.newDecoder().decode(ByteBuffer.wrap(bytes)).toString())
+            StrictJson.checkType(serializer.descriptor, tree)
+            return json.decodeFromJsonElement(serializer, tree)
         } catch (e: CharacterCodingException) {
             throw ProtocolException(ErrorCode.MALFORMED, "expected a $name in UTF-8: ${e.message}")
         } catch (e: SerializationException) {
             throw ProtocolException(ErrorCode.MALFORMED, "expected a $name: ${e.message?.lineSequence()?.first()}")
-        }
-    }
-
-    private fun checkDepth(text: String, name: String) {
-        var depth = 0
-        var inString = false
-        var escaped = false
-        for (c in text) {
-            when {
-                escaped -> escaped = false
-                inString && c == '\\' -> escaped = true
-                c == '"' -> inString = !inString
-                inString -> Unit
-                c == '{' || c == '[' -> depth++
-                c == '}' || c == ']' -> depth--
-            }
-            if (depth > MAX_DEPTH) {
-                throw ProtocolException(ErrorCode.MALFORMED, "expected a $name nested at most $MAX_DEPTH deep")
-            }
         }
     }
 }

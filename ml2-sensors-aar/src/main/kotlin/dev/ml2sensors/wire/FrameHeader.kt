@@ -58,7 +58,10 @@ internal class FrameHeader(
             }
             val bound = FrameKind.of(code)?.maxLength ?: FrameKind.UNKNOWN_MAX_LENGTH
             if (length > bound) {
-                throw ProtocolException(ErrorCode.TOO_LARGE, "expected at most $bound bytes of kind $code, found $length")
+                throw ProtocolException(
+                    ErrorCode.TOO_LARGE,
+                    "expected at most $bound bytes of kind $code, found $length",
+                )
             }
             return FrameHeader(code, length.toInt(), channel, sequence, source.long, source.long)
         }

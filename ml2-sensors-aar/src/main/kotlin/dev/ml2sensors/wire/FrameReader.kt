@@ -15,16 +15,20 @@ internal class FrameReader(private val source: ReadableByteChannel) {
     /**
      * Waits for the next frame of a known kind; null at the end of the stream between two frames.
      *
-     * @throws ProtocolException when the bytes are not a frame of this version.
+     * @param allowed what the peer may say here and now; an ERROR it may always.
+     * @throws ProtocolException when the bytes are not a frame of this version, or of a kind that is not allowed.
      * @throws EOFException when the stream ends inside a frame.
      */
-    fun next(): Frame? {
+    fun next(allowed: Set<FrameKind>): Frame? {
         while (true) {
             header.clear()
             if (!fill(header, endAllowed = true)) return null
             val parsed = FrameHeader.read(header.flip())
-            val body = readBody(parsed.length)
             val kind = parsed.kind
+            if (kind != null && kind != FrameKind.ERROR && kind !in allowed) {
+                throw ProtocolException(ErrorCode.UNEXPECTED, "expected one of $allowed, found $kind")
+            }
+            val body = readBody(parsed.length)
             if (kind != null) return Frame(kind, parsed, body)
             skipped++
         }

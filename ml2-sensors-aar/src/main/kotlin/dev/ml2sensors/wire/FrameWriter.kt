@@ -28,7 +28,7 @@ internal class FrameWriter(private val target: GatheringByteChannel, private val
         }
         pieces[0] = head
         pieces[1] = tail
-        while (tail.hasRemaining()) target.write(pieces)
+        while (head.hasRemaining() || tail.hasRemaining()) target.write(pieces)
         pieces.fill(null)
     }
 }

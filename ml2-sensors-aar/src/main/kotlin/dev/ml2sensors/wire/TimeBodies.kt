@@ -19,12 +19,16 @@ internal object TimeBodies {
      */
     fun exchange(request: Long, body: ByteArray, t4: Long): TimeExchange? {
         if (body.size != REPLY_BYTES) {
-            throw ProtocolException(ErrorCode.MALFORMED, "expected a time reply of $REPLY_BYTES bytes, found ${body.size}")
+            throw ProtocolException(
+                ErrorCode.MALFORMED,
+                "expected a time reply of $REPLY_BYTES bytes, found ${body.size}",
+            )
         }
         val times = ByteBuffer.wrap(body).order(ByteOrder.LITTLE_ENDIAN)
         val t1 = times.long
         val t2 = times.long
         val t3 = times.long
-        return if (t1 == request && t3 >= t2) TimeExchange(t1, t2, t3, t4) else null
+        val isPossible = t3 >= t2 && t3 - t2 in 0..t4 - t1
+        return if (t1 == request && isPossible) TimeExchange(t1, t2, t3, t4) else null
     }
 }
