@@ -64,8 +64,8 @@ class WireVectorTest {
     ) {
         val reader = FrameReader(pieces(vector.bytes, pieceBytes))
         val (known, unknown) = vector.frames.partition { it.name != null }
-        for (expected in known) expected.check(checkNotNull(reader.next()))
-        assertNull(reader.next())
+        for (expected in known) expected.check(checkNotNull(reader.next(FrameKind.entries.toSet())))
+        assertNull(reader.next(FrameKind.entries.toSet()))
         assertEquals(unknown.size.toLong(), reader.skipped)
     }
 
