@@ -53,14 +53,13 @@ private const val AMBIENT_COUNTS = 8
 /** Less than this does not measure a distance. */
 private const val LOW_SIGNAL = 0.012
 
-/** MLDepthCameraFlags of a pixel: 0, or bit 0 (invalid) and bit 3 (low signal) or 4 (flying pixel). */
-private val Echo.flags get() = if (isEdge) {
-    0b10001
-} else if (signal < LOW_SIGNAL) {
-    0b01001
-} else {
-    0
-}
+/** MLDepthCameraDepthFlags of a pixel: 0, or bit 0 (invalid) and bit 3 (low signal) or 4 (flying pixel). */
+private val Echo.flags: Int
+    get() = when {
+        isEdge -> 0b10001
+        signal < LOW_SIGNAL -> 0b01001
+        else -> 0
+    }
 
 private fun DepthScene.echoes(phase: Double): List<Echo> {
     val balls = Room.balls(phase)
