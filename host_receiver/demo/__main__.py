@@ -44,7 +44,8 @@ def main() -> int:
         receiver = stack.enter_context(_process("receiver", [RECEIVER, *_receiver_options(arguments)]))
         address = _address(receiver)
         observer = stack.enter_context(_process("observer", _observer_command(prefix)))
-        stack.enter_context(_process("headset", [HEADSET, *_headset_options(arguments, address)]))
+        command = [HEADSET, *_headset_options(arguments, address)]
+        stack.enter_context(_process("headset", command, is_read=False))
         final = _watch(console, observer, prefix, "replay" if arguments.replay else "simulated")
     if final is None:
         console.print(f"the observer ended early; its words are in {OUTPUT}/*.log", style="red")
@@ -89,12 +90,14 @@ def _observer_command(prefix: str) -> list[str | Path]:
 
 
 @contextmanager
-def _process(name: str, command: list[str | Path]) -> Iterator[subprocess.Popen[str]]:
-    """A child whose standard error goes to build/demo/<name>.log, interrupted and awaited at the end."""
+def _process(
+    name: str, command: list[str | Path], is_read: bool = True
+) -> Iterator[subprocess.Popen[str]]:
+    """A child that is interrupted and awaited at the end; what is not read of it goes to build/demo/<name>.log."""
     with (OUTPUT / f"{name}.log").open("w") as log:
-        child = subprocess.Popen(
-            [str(word) for word in command], stdout=subprocess.PIPE, stderr=log, text=True
-        )
+        stdout = subprocess.PIPE if is_read else log
+        words = [str(word) for word in command]
+        child = subprocess.Popen(words, stdout=stdout, stderr=log, text=True)
         try:
             yield child
         finally:
