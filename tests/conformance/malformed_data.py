@@ -3,7 +3,7 @@
 import struct
 
 from bodies import CHANNELS, HELLO, JOIN, STRING_PAYLOAD
-from frame_bytes import frame, json_frame
+from frame_bytes import BOUNDS, KINDS, frame, header, json_frame
 from malformed_case import Case, body_frame, error
 from malformed_receiver import data
 
@@ -64,6 +64,12 @@ def cuts() -> dict[str, Case]:
         "JoinCut": cut("connected", "sensors", body_frame("JOIN", JOIN), "The connection"),
         "ByeCut": cut("streaming", "control", json_frame("BYE", {"reason": "x"}), "Control"),
         "DataCut": cut("streaming", "world_left", data(CHANNELS[1]["id"]), "An image lane"),
+        "LyingDataCut": cut(
+            "streaming",
+            "world_left",
+            header(KINDS["DATA"], BOUNDS["DATA"], channel=CHANNELS[1]["id"]) + STRING_PAYLOAD,
+            "An image lane that claims 16 MiB",
+        ),
         "SensorDataCut": cut("streaming", "sensors", data(CHANNELS[0]["id"]), "The sensors lane"),
         "TimeRequestCut": cut("streaming", "time", frame("TIME_REQUEST", time), "The time lane"),
     }

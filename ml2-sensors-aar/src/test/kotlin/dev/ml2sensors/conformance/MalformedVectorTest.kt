@@ -53,11 +53,10 @@ class MalformedVectorTest {
     }
 
     @TestFactory
-    fun faultyReceiversAreRefusedAndGoodOnesServed(): List<DynamicTest> =
-        Vector
-            .loadAll("malformed")
-            .filter { it.text("side") == "device" }
-            .map { vector -> dynamicTest(vector.name) { check(vector) } }
+    fun faultyReceiversAreRefusedAndGoodOnesServed(): List<DynamicTest> = Vector
+        .loadAll("malformed")
+        .filter { it.text("side") == "device" }
+        .map { vector -> dynamicTest(vector.name) { check(vector) } }
 
     private fun check(vector: Vector) {
         for (sent in vector.attempts()) withSession { host, session -> checkAttempt(host, session, vector, sent) }
@@ -79,12 +78,7 @@ class MalformedVectorTest {
         }
     }
 
-    private fun checkAttempt(
-        host: ScriptedHost,
-        session: Deferred<Throwable?>,
-        vector: Vector,
-        sent: ByteArray,
-    ) {
+    private fun checkAttempt(host: ScriptedHost, session: Deferred<Throwable?>, vector: Vector, sent: ByteArray) {
         val lane = vector.text("lane")
         host.reach(vector.text("given"), lane)
         host.answersTime = lane != "time"
@@ -99,10 +93,12 @@ class MalformedVectorTest {
                 val failure = assertIs<ProtocolException>(failureOf(session))
                 assertEquals(code, failure.code.wireName, failure.toString())
             }
+
             "closed" in expect -> {
                 assertIs<IOException>(failureOf(session))
                 host.await(ScriptedHost.END)
             }
+
             else -> checkLife(host)
         }
     }
@@ -139,26 +135,18 @@ private class BatteryHeadset : Headset {
     override val clock = DeviceClock(System::nanoTime)
     override val timeline = Headset.Timeline.LIVE
 
-    override fun negotiate(
-        stream: StreamSpec,
-        requested: StreamValues,
-    ): Answer =
-        when (stream) {
-            StreamTable.battery, StreamTable.worldLeft -> Answer.Applied(requested)
-            else -> Answer.Refused("not on this headset")
-        }
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = when (stream) {
+        StreamTable.battery, StreamTable.worldLeft -> Answer.Applied(requested)
+        else -> Answer.Refused("not on this headset")
+    }
 
-    override fun samples(
-        stream: StreamSpec,
-        values: StreamValues,
-    ): Flow<Sample> =
-        flow {
-            if (stream != StreamTable.battery) awaitCancellation()
-            while (true) {
-                emit(BatterySample(clock.nowNanos(), 4f, 1f, 0.5f, charging = false))
-                delay(5.milliseconds)
-            }
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
+        if (stream != StreamTable.battery) awaitCancellation()
+        while (true) {
+            emit(BatterySample(clock.nowNanos(), 4f, 1f, 0.5f, charging = false))
+            delay(5.milliseconds)
         }
+    }
 
     override fun close() = Unit
 }

@@ -21,11 +21,7 @@ import kotlin.test.assertNotNull
 
 /** A receiver played by hand on loopback, with its own idea of the header; one thread reads each connection. Serves one session. */
 internal class ScriptedHost : Closeable {
-    class Received(
-        val lane: String,
-        val kind: Int,
-        val body: ByteArray,
-    ) {
+    class Received(val lane: String, val kind: Int, val body: ByteArray) {
         val json: JsonObject get() = Json.parseToJsonElement(body.decodeToString()).jsonObject
     }
 
@@ -40,10 +36,7 @@ internal class ScriptedHost : Closeable {
     var answersTime = true
 
     /** Takes the session to the state [given] of the README; in `connected` it waits for an answer on [lane]. */
-    fun reach(
-        given: String,
-        lane: String,
-    ) {
+    fun reach(given: String, lane: String) {
         if (accept("control", given, lane)) return
         play("control", Vector.load("wire", "Welcome").bytes)
         for (name in listOf("time", "sensors")) {
@@ -60,11 +53,7 @@ internal class ScriptedHost : Closeable {
         await(DATA)
     }
 
-    private fun accept(
-        name: String,
-        given: String,
-        lane: String,
-    ): Boolean {
+    private fun accept(name: String, given: String, lane: String): Boolean {
         server.soTimeout = LIMIT_MILLIS
         val socket = server.accept()
         lanes[name] = socket
@@ -74,10 +63,7 @@ internal class ScriptedHost : Closeable {
         return given == "connected" && name == lane
     }
 
-    fun play(
-        lane: String,
-        bytes: ByteArray,
-    ) {
+    fun play(lane: String, bytes: ByteArray) {
         lanes.getValue(lane).getOutputStream().write(bytes)
     }
 
@@ -102,14 +88,17 @@ internal class ScriptedHost : Closeable {
         server.close()
     }
 
-    private fun read(
-        lane: String,
-        input: DataInputStream,
-    ) {
+    private fun read(lane: String, input: DataInputStream) {
         try {
             while (true) {
                 val frame = readFrame(lane, input)
-                if (frame.kind == TIME_REQUEST && answersTime) play(lane, timeReply(frame.body)) else received.put(frame)
+                if (frame.kind == TIME_REQUEST &&
+                    answersTime
+                ) {
+                    play(lane, timeReply(frame.body))
+                } else {
+                    received.put(frame)
+                }
             }
         } catch (_: IOException) {
             received.put(Received(lane, END, byteArrayOf()))
@@ -133,22 +122,18 @@ internal class ScriptedHost : Closeable {
         private const val TIMES_BYTES = 24
         private const val NANOS_PER_MILLI = 1_000_000L
 
-        fun frame(
-            kind: Int,
-            body: ByteArray,
-        ): ByteArray =
-            ByteBuffer
-                .allocate(HEADER_BYTES + body.size)
-                .order(ByteOrder.LITTLE_ENDIAN)
-                .putShort(0x324D)
-                .put(1)
-                .put(kind.toByte())
-                .putLong(0) // flags, channel, sequence
-                .putInt(body.size)
-                .putLong(0) // capture
-                .putLong(0) // send
-                .put(body)
-                .array()
+        fun frame(kind: Int, body: ByteArray): ByteArray = ByteBuffer
+            .allocate(HEADER_BYTES + body.size)
+            .order(ByteOrder.LITTLE_ENDIAN)
+            .putShort(0x324D)
+            .put(1)
+            .put(kind.toByte())
+            .putLong(0) // flags, channel, sequence
+            .putInt(body.size)
+            .putLong(0) // capture
+            .putLong(0) // send
+            .put(body)
+            .array()
 
         private fun timeReply(t1: ByteArray): ByteArray {
             val now = System.currentTimeMillis() * NANOS_PER_MILLI
@@ -158,10 +143,7 @@ internal class ScriptedHost : Closeable {
 
         private fun joined(lane: String) = frame(kind = 4, """{"lane": "$lane"}""".toByteArray())
 
-        private fun readFrame(
-            lane: String,
-            input: DataInputStream,
-        ): Received {
+        private fun readFrame(lane: String, input: DataInputStream): Received {
             val header = ByteArray(HEADER_BYTES).also(input::readFully)
             val fields = ByteBuffer.wrap(header).order(ByteOrder.LITTLE_ENDIAN)
             val body = ByteArray(fields.getInt(12)).also(input::readFully)

@@ -10,18 +10,11 @@ import kotlin.io.path.readBytes
 import kotlin.io.path.readText
 
 /** One case of tests/conformance/vectors; its README says what the JSON means. */
-internal class Vector(
-    val name: String,
-    val case: JsonObject,
-    val bytes: ByteArray,
-) {
+internal class Vector(val name: String, val case: JsonObject, val bytes: ByteArray) {
     companion object {
         private val ROOT = Path.of("../tests/conformance/vectors")
 
-        fun load(
-            folder: String,
-            name: String,
-        ): Vector {
+        fun load(folder: String, name: String): Vector {
             val case = ROOT.resolve("$folder/$name.json")
             val bytes = ROOT.resolve("$folder/$name.bin").readBytes()
             return Vector(name, Json.parseToJsonElement(case.readText()).jsonObject, bytes)

@@ -58,10 +58,7 @@ class WireVectorTest {
     private fun tests(check: (Vector) -> Unit): List<DynamicTest> =
         Vector.loadAll("wire").map { dynamicTest(it.name) { check(it) } }
 
-    private fun checkReading(
-        vector: Vector,
-        pieceBytes: Int,
-    ) {
+    private fun checkReading(vector: Vector, pieceBytes: Int) {
         val reader = FrameReader(pieces(vector.bytes, pieceBytes))
         val (known, unknown) = vector.frames.partition { it.name != null }
         for (expected in known) expected.check(checkNotNull(reader.next(FrameKind.entries.toSet())))
@@ -80,10 +77,7 @@ class WireVectorTest {
         }
     }
 
-    private fun written(
-        frame: ExpectedFrame,
-        expected: ByteArray,
-    ): ByteArray {
+    private fun written(frame: ExpectedFrame, expected: ByteArray): ByteArray {
         val body = expected.copyOfRange(FrameHeader.BYTES, expected.size)
         val target = ByteArrayChannel(expected.size)
         val writer = FrameWriter(target) { frame.field("send") }
@@ -105,26 +99,28 @@ class WireVectorTest {
         }
     }
 
-    private fun <T> reencoded(
-        serializer: KSerializer<T>,
-        body: ByteArray,
-    ): JsonElement {
+    private fun <T> reencoded(serializer: KSerializer<T>, body: ByteArray): JsonElement {
         val value = ControlJson.decode(serializer, body)
         return Json.parseToJsonElement(ControlJson.encode(serializer, value).decodeToString())
     }
 
     /** Without what a reader ignores, absent for null, and numbers by their value. */
-    private fun canonical(json: JsonElement): Any =
-        when (json) {
-            is JsonObject -> json.filter { (key, value) -> key != IGNORED_KEY && value != JsonNull }.mapValues { canonical(it.value) }
-            is JsonArray -> json.map(::canonical)
-            is JsonPrimitive -> if (json.isString) json.content else json.content.toBigDecimalOrNull()?.stripTrailingZeros() ?: json.content
-        }
+    private fun canonical(json: JsonElement): Any = when (json) {
+        is JsonObject -> json.filter { (key, value) ->
+            key != IGNORED_KEY && value != JsonNull
+        }.mapValues { canonical(it.value) }
 
-    private fun pieces(
-        bytes: ByteArray,
-        pieceBytes: Int,
-    ): ReadableByteChannel {
+        is JsonArray -> json.map(::canonical)
+
+        is JsonPrimitive -> if (json.isString) {
+            json.content
+        } else {
+            json.content.toBigDecimalOrNull()?.stripTrailingZeros()
+                ?: json.content
+        }
+    }
+
+    private fun pieces(bytes: ByteArray, pieceBytes: Int): ReadableByteChannel {
         val source = ByteBuffer.wrap(bytes)
         return object : ReadableByteChannel {
             override fun read(target: ByteBuffer): Int {
@@ -163,24 +159,21 @@ class WireVectorTest {
 }
 
 /** What a case says of one frame; [name] is null when its kind is unknown. */
-private class ExpectedFrame(
-    private val case: JsonObject,
-) {
+private class ExpectedFrame(private val case: JsonObject) {
     val name: String? = case.getValue("name").jsonPrimitive.takeUnless { it is JsonNull }?.content
     val length: Int = case.getValue("length").jsonPrimitive.int
     val json: JsonObject? = case["json"]?.jsonObject
 
     fun field(name: String): Long = case.getValue(name).jsonPrimitive.long
 
-    fun header(): FrameHeader =
-        FrameHeader(
-            field("kind").toInt(),
-            length,
-            field("channel").toInt(),
-            field("sequence").toInt(),
-            field("capture"),
-            field("send"),
-        )
+    fun header(): FrameHeader = FrameHeader(
+        field("kind").toInt(),
+        length,
+        field("channel").toInt(),
+        field("sequence").toInt(),
+        field("capture"),
+        field("send"),
+    )
 
     fun check(found: Frame) {
         assertEquals(name, found.kind.name)
@@ -203,9 +196,7 @@ private val Vector.frames: List<ExpectedFrame>
     get() = case.getValue("frames").jsonArray.map { ExpectedFrame(it.jsonObject) }
 
 /** Takes at most one byte per write, so that a writer has to finish what it began. */
-private class ByteArrayChannel(
-    capacity: Int,
-) : GatheringByteChannel {
+private class ByteArrayChannel(capacity: Int) : GatheringByteChannel {
     private val target = ByteBuffer.allocate(capacity)
 
     fun bytes(): ByteArray = target.array().copyOf(target.position())
@@ -216,11 +207,8 @@ private class ByteArrayChannel(
         return 1
     }
 
-    override fun write(
-        sources: Array<out ByteBuffer>,
-        offset: Int,
-        length: Int,
-    ): Long = sources.drop(offset).take(length).firstOrNull { it.hasRemaining() }?.let { write(it).toLong() } ?: 0
+    override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long =
+        sources.drop(offset).take(length).firstOrNull { it.hasRemaining() }?.let { write(it).toLong() } ?: 0
 
     override fun write(sources: Array<out ByteBuffer>): Long = write(sources, 0, sources.size)
 

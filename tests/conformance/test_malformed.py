@@ -1,0 +1,153 @@
+"""The receiver's side of vectors/malformed, played over loopback to a receiver without ROS."""
+
+import json
+import threading
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ml2_receiver.context import Limits
+from ml2_receiver.report import Report
+from ml2_receiver.server import Server, listen
+from ml2_receiver.sink import Applied, Publish
+from ml2_receiver.table import Topic, load_table
+
+from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
+from frame_bytes import frame
+from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
+
+VECTORS = Path(__file__).parent / "vectors" / "malformed"
+CASES = sorted(path.stem for path in VECTORS.glob("Receiver*.json"))
+LIMITS = Limits(handshake_s=1.0, linger_s=0.5)
+# What a case may cost; frames that claim up to 4 GiB are among them.
+MEMORY_BYTES = 4 << 20
+
+
+class CountingSink:
+    """Takes everything, counts payloads, keeps events."""
+
+    def __init__(self) -> None:
+        self.events: list[str] = []
+        self.published = 0
+        self._arrival = threading.Condition()
+
+    def open(self, topic: Topic) -> Publish:
+        return self._publish
+
+    def _publish(self, payload: bytearray) -> None:
+        with self._arrival:
+            self.published += 1
+            self._arrival.notify_all()
+
+    def await_published(self, total: int) -> None:
+        with self._arrival:
+            assert self._arrival.wait_for(lambda: self.published >= total, PATIENCE_S)
+
+    def configured(self, applied: Applied) -> None:
+        pass
+
+    def event(self, text: str) -> None:
+        self.events.append(text)
+
+    def session_ended(self, report: Report) -> None:
+        pass
+
+
+@pytest.fixture
+def sink() -> CountingSink:
+    return CountingSink()
+
+
+@pytest.fixture
+def receiver(sink: CountingSink) -> Iterator[Server]:
+    listener = listen(("127.0.0.1", 0))
+    request = CONFIGURE["streams"]
+    server = Server(
+        listener, load_table(), request, sink, name="test", software="test", limits=LIMITS
+    )
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def address(receiver: Server) -> Address:
+    host, port = receiver.address.split(":")
+    return host, int(port)
+
+
+def test_there_are_vectors() -> None:
+    assert CASES
+
+
+@pytest.fixture(autouse=True)
+def bounded_memory() -> Iterator[None]:
+    tracemalloc.start()
+    yield
+    _, peak_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak_bytes < MEMORY_BYTES
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_faulty_devices_are_refused_and_good_ones_served(
+    name: str, receiver: Server, sink: CountingSink, address: Address
+) -> None:
+    case = json.loads((VECTORS / f"{name}.json").read_text())
+    binary = (VECTORS / f"{name}.bin").read_bytes()
+    attempts = [binary[:end] for end in range(1, len(binary))] if case.get("cut") else [binary]
+    if case["given"] != "connected":
+        for sent in attempts:
+            with ScriptedDevice(address) as faulty:
+                faulty.reach(case["given"])
+                peer = faulty.lanes[case["lane"]]
+                play(case, peer, faulty.fill_in(sent, case["lane"]))
+                check(case, peer, receiver, sink)
+        attempts = []
+    with StreamingDevice(address) as good:
+        for sent in attempts:
+            peer = Peer(address)
+            play(case, peer, good.fill_in(sent, case["lane"]))
+            check(case, peer, receiver, sink)
+            peer.close()
+        sink.await_published(sink.published + 3)
+        assert good.control.read_until("PONG").name == "PONG"
+
+
+def play(case: dict[str, Any], peer: Peer, sent: bytes) -> None:
+    peer.send(sent)
+    if case.get("cut"):
+        peer.finish_writing()
+
+
+def check(case: dict[str, Any], peer: Peer, receiver: Server, sink: CountingSink) -> None:
+    """What a case expects has come, and its reason is logged."""
+    match case["expect"]:
+        case {"error": code}:
+            error = peer.expect("ERROR").json
+            assert (error["code"], error["fatal"]) == (code, True), error
+            assert peer.read().name is None
+            assert any(error["message"] in event for event in sink.events)
+        case {"closed": True}:
+            assert peer.read_until(None).name is None
+            assert sink.events
+        case {"skipped": count}:
+            check_lane_goes_on(case["lane"], peer, sink)
+            report = receiver.report()
+            assert report is not None
+            assert report.skipped_frames == count
+
+
+def check_lane_goes_on(lane: str, peer: Peer, sink: CountingSink) -> None:
+    match lane:
+        case "control":
+            peer.send(frame("PING"))
+            peer.expect("PONG")
+        case "time":
+            peer.send(frame("TIME_REQUEST", bytes(8)))
+            peer.expect("TIME_REPLY")
+        case _:
+            channel = next(body["id"] for body in CHANNELS if body["lane"] == lane)
+            peer.send(frame("DATA", STRING_PAYLOAD, channel=channel))
+            sink.await_published(1)

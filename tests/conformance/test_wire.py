@@ -1,0 +1,111 @@
+"""vectors/wire, read and written by the receiver's own frames and messages."""
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ml2_receiver import messages
+from ml2_receiver.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+
+from frame_bytes import json_bytes
+
+VECTORS = Path(__file__).parent / "vectors" / "wire"
+CASES = sorted(path.stem for path in VECTORS.glob("*.json"))
+HEADER_BYTES = 32
+FLAGS = slice(4, 6)
+OPENERS = {"HELLO", "JOIN"}
+
+
+def load(name: str) -> tuple[dict[str, Any], bytes]:
+    return json.loads((VECTORS / f"{name}.json").read_text()), (
+        VECTORS / f"{name}.bin"
+    ).read_bytes()
+
+
+def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[Frame, bytes]]:
+    """All frames that a parser finds when at most `piece_bytes` arrive at a time."""
+    lane = LaneKind.of(case["lane"])
+    if case["frames"][0]["name"] in OPENERS:
+        lane = LaneKind.OPENING
+    parser = FrameParser(Side.DEVICE if case["sender"] == "device" else Side.RECEIVER, lane)
+    rest, frames = memoryview(binary), []
+    while rest:
+        buffer = parser.get_buffer()
+        count = min(piece_bytes, len(buffer), len(rest))
+        buffer[:count] = rest[:count]
+        rest = rest[count:]
+        if found := parser.buffer_updated(count):
+            frames.append((found, bytes(found.payload)))
+    assert parser.is_between_frames
+    return frames
+
+
+def test_there_are_vectors() -> None:
+    assert CASES
+
+
+@pytest.mark.parametrize("piece_bytes", [1, 7, 1 << 20])
+@pytest.mark.parametrize("name", CASES)
+def test_frames_are_read_however_they_are_cut_up(name: str, piece_bytes: int) -> None:
+    case, binary = load(name)
+    found = parse(case, binary, piece_bytes)
+    assert len(found) == len(case["frames"])
+    for (header, _), body, expected in zip(*zip(*found, strict=True), case["frames"], strict=True):
+        fields = (header.kind, header.length, header.flags, header.channel, header.sequence)
+        keys = ("kind", "length", "flags", "channel", "sequence")
+        assert fields == tuple(expected[key] for key in keys)
+        assert (header.capture_ns, header.send_ns) == (expected["capture"], expected["send"])
+        if expected["name"]:
+            assert header.kind == Kind[expected["name"]]
+            assert_body(expected, body)
+
+
+def assert_body(expected: dict[str, Any], body: bytes) -> None:
+    if "json" in expected:
+        assert json.loads(body) == expected["json"]
+    if "time" in expected:
+        assert [nanos for (nanos,) in struct.iter_unpack("<q", body)] == [
+            *expected["time"].values()
+        ]
+    if "hex" in expected:
+        assert body.hex() == expected["hex"]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_frames_are_written_byte_for_byte(name: str) -> None:
+    case, binary = load(name)
+    for expected in case["frames"]:
+        size = HEADER_BYTES + expected["length"]
+        original, binary = bytearray(binary[:size]), binary[size:]
+        original[FLAGS] = bytes(2)
+        if expected["name"] is None:
+            continue
+        written = encode_frame(
+            Kind[expected["name"]],
+            bytes(original[HEADER_BYTES:]),
+            channel=expected["channel"],
+            sequence=expected["sequence"],
+            capture_ns=expected["capture"],
+            send_ns=expected["send"],
+        )
+        assert written == original
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_bodies_become_messages_and_the_same_json_again(name: str) -> None:
+    case, _ = load(name)
+    for expected in case["frames"]:
+        if "json" not in expected:
+            continue
+        message_class = getattr(messages, expected["name"].title().replace("_", ""))
+        message = message_class.parse(json_bytes(expected["json"]))
+        assert without_ignored(json.loads(message.to_bytes())) == without_ignored(expected["json"])
+
+
+def without_ignored(value: Any) -> Any:
+    """A body without the vectors' unknown key."""
+    if isinstance(value, dict):
+        return {key: without_ignored(item) for key, item in value.items() if key != "later"}
+    return value
