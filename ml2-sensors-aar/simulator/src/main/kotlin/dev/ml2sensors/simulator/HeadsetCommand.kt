@@ -81,8 +81,10 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     }
 }
 
+private val HOST_AND_PORT = Regex("""(?:\[(.+)]|([^:]+)):(\d{1,5})""")
+
 private fun address(text: String): ReceiverAddress? {
-    val (bracketed, plain, port) = Regex("""(?:\[(.+)]|([^:]+)):(\d{1,5})""").matchEntire(text)?.destructured ?: return null
+    val (bracketed, plain, port) = HOST_AND_PORT.matchEntire(text)?.destructured ?: return null
     return port.toInt().takeIf { it in 1..65535 }?.let { ReceiverAddress(bracketed.ifEmpty { plain }, it) }
 }
 

@@ -33,7 +33,7 @@ internal suspend fun stream(
     say: (String) -> Unit,
 ): Boolean = coroutineScope {
     val hasBegun = CompletableDeferred<Unit>()
-    val streamer = Ml2Streamer(Begun(headset, hasBegun), receiver)
+    val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), receiver)
     launch { streamer.state.collect { say(it.inWords(receiver)) } }
     launch { streamer.streams.collectChanges(say) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
@@ -50,8 +50,9 @@ internal suspend fun stream(
     streamer.streams.value.values.none { it is StreamState.Failed }
 }
 
-/** Tells when the first sample of any stream comes. */
-private class Begun(private val headset: Headset, private val hasBegun: CompletableDeferred<Unit>) : Headset by headset {
+/** The [headset], which completes [hasBegun] with the first sample of any stream. */
+private class ObservedHeadset(private val headset: Headset, private val hasBegun: CompletableDeferred<Unit>) :
+    Headset by headset {
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         headset.samples(stream, values).onEach { hasBegun.complete(Unit) }
 }

@@ -1,0 +1,89 @@
+package dev.ml2sensors.simulator
+
+import com.github.ajalt.clikt.core.CliktError
+import com.github.ajalt.clikt.core.parse
+import dev.ml2sensors.Version
+import dev.ml2sensors.simulator.replay.RecordingFiles
+import org.junit.jupiter.api.Timeout
+import org.junit.jupiter.api.io.TempDir
+import java.io.File
+import kotlin.test.Test
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertTrue
+
+@Timeout(60)
+class HeadsetCommandTest {
+    @TempDir
+    lateinit var folder: File
+
+    @Test
+    fun wrongArgumentsAreNamedWithWhatWasExpected() {
+        val recording = RecordingFiles(folder).folder.path
+        val wrong = mapOf(
+            "" to "missing option --receiver",
+            "--receiver nowhere" to "expected HOST:PORT with a port of 1 to 65535, found 'nowhere'",
+            "--receiver host:0" to "found 'host:0'",
+            "--receiver host:65536" to "found 'host:65536'",
+            "--receiver a:b:1" to "found 'a:b:1'",
+            "--receiver :1" to "found ':1'",
+            "--receiver h:1 --seed x" to "x is not a valid integer",
+            "--receiver h:1 --duration 0" to "expected a positive number, found '0'",
+            "--receiver h:1 --duration Infinity" to "expected a positive number, found 'Infinity'",
+            "--receiver h:1 --rate-factor 2" to "--rate-factor needs --replay",
+            "--receiver h:1 --replay $recording --rate-factor -1" to "expected a positive number or max, found '-1'",
+            "--receiver h:1 --replay $recording/absent" to "$recording/absent",
+            "--receiver h:1 --unknown" to "no such option --unknown",
+        )
+        for ((arguments, message) in wrong) {
+            val command = HeadsetCommand()
+            val failure = assertFailsWith<CliktError>(arguments) { command.parse(words(arguments)) }
+            val text = command.getFormattedHelp(failure).orEmpty()
+            assertTrue(message in text, "$arguments: $text")
+        }
+    }
+
+    @Test
+    fun wrongArgumentsExitWith2() {
+        assertEquals(2, Run("--receiver nowhere").process.waitFor())
+    }
+
+    @Test
+    fun damagedRecordingExitsWith2AndIsNamedBeforeAnythingStarts() {
+        val files = RecordingFiles(folder)
+        files.replace("imu0/data.csv", "2e-3", "x")
+        val run = Run("--receiver 127.0.0.1:1 --replay ${folder.path}")
+        val expected = "Error: ${files.file("imu0/data.csv")}:2: expected a finite number, found 'x'\n"
+        assertEquals(expected, run.output.readText())
+        assertEquals(2, run.process.waitFor())
+    }
+
+    @Test
+    fun versionIsTheLibrarys() {
+        val run = Run("--version")
+        assertEquals("ml2-headset version ${Version.NAME}\n", run.output.readText())
+        assertEquals(0, run.process.waitFor())
+    }
+
+    @Test
+    fun signalsEndTheWaitForAReceiver() {
+        val recording = RecordingFiles(folder).folder
+        for (signal in listOf("INT", "TERM")) {
+            val run = Run("--receiver 127.0.0.1:1 --replay $recording")
+            assertEquals("connecting to 127.0.0.1:1", run.output.readLine())
+            ProcessBuilder("kill", "-$signal", "${run.process.pid()}").start().waitFor()
+            assertTrue(run.output.readText().endsWith("ended: SIG$signal\n"))
+            assertEquals(0, run.process.waitFor())
+        }
+    }
+
+    /** The command as its users run it, in a process of its own. */
+    private class Run(arguments: String) {
+        private val java = File(System.getProperty("java.home"), "bin/java").path
+        private val main = listOf(java, "-cp", System.getProperty("java.class.path"), "dev.ml2sensors.simulator.MainKt")
+        val process: Process = ProcessBuilder(main + words(arguments)).redirectErrorStream(true).start()
+        val output = process.inputStream.bufferedReader()
+    }
+}
+
+private fun words(arguments: String) = arguments.split(' ').filter(String::isNotEmpty)
