@@ -13,6 +13,7 @@ import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.combine
 import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.onEach
@@ -34,8 +35,7 @@ internal suspend fun stream(
 ): Boolean = coroutineScope {
     val hasBegun = CompletableDeferred<Unit>()
     val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), receiver)
-    launch { streamer.state.collect { say(it.inWords(receiver)) } }
-    launch { streamer.streams.collectChanges(say) }
+    val narration = launch { streamer.narrate(receiver, say) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     if (duration != null) {
         launch {
@@ -45,7 +45,10 @@ internal suspend fun stream(
         }
     }
     streamer.start()
-    streamer.stop(stop.await())
+    val reason = stop.await()
+    streamer.stop(reason)
+    narration.join()
+    say("ended: $reason")
     coroutineContext.cancelChildren()
     streamer.streams.value.values.none { it is StreamState.Failed }
 }
@@ -57,20 +60,24 @@ private class ObservedHeadset(private val headset: Headset, private val hasBegun
         headset.samples(stream, values).onEach { hasBegun.complete(Unit) }
 }
 
-private fun StreamerState.inWords(receiver: ReceiverAddress): String = when (this) {
-    is StreamerState.Connecting -> "connecting to $receiver" + reason?.let { ": $it" }.orEmpty()
-    is StreamerState.Connected -> "connected to $receiverName at $receiver"
-    is StreamerState.Ended -> "ended: $reason"
+/** Says where the streamer is and what became of each stream, whenever that changes, until it has ended. */
+private suspend fun Ml2Streamer.narrate(receiver: ReceiverAddress, say: (String) -> Unit) {
+    var lastState: StreamerState? = null
+    var lastStreams = emptyMap<String, StreamState>()
+    combine(state, streams, ::Pair).first { (state, streams) ->
+        if (state != lastState) state.inWords(receiver)?.let(say)
+        for (id in lastStreams.keys - streams.keys) say("  $id: ended")
+        for ((id, stream) in streams) if (stream != lastStreams[id]) say("  $id: ${stream.inWords()}")
+        lastState = state
+        lastStreams = streams
+        state is StreamerState.Ended
+    }
 }
 
-/** Says what became of each stream, whenever that changes. */
-private suspend fun Flow<Map<String, StreamState>>.collectChanges(say: (String) -> Unit) {
-    var last = emptyMap<String, StreamState>()
-    collect { states ->
-        for (id in last.keys - states.keys) say("  $id: ended")
-        for ((id, state) in states) if (state != last[id]) say("  $id: ${state.inWords()}")
-        last = states
-    }
+private fun StreamerState.inWords(receiver: ReceiverAddress): String? = when (this) {
+    is StreamerState.Connecting -> "connecting to $receiver" + reason?.let { ": $it" }.orEmpty()
+    is StreamerState.Connected -> "connected to $receiverName at $receiver"
+    is StreamerState.Ended -> null
 }
 
 private fun StreamState.inWords(): String = when (this) {
