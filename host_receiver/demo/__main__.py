@@ -1,4 +1,4 @@
-"""`make demo`: a simulated headset or a recording, the receiver, and an independent observer, watched live."""
+"""`make demo`: a headset without a headset, the receiver and an independent observer, live."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, Any
 
+from rich.console import Console
+
 from live_table import LiveTable
 from ml2_receiver.config import load_config
 from ml2_receiver.errors import ConfigError
 from ml2_receiver.table import load_table
 from report import build_report, verdict
-from rich.console import Console
 
 ROOT = Path(__file__).resolve().parents[2]
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
@@ -41,11 +42,12 @@ def main() -> int:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     OUTPUT.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        receiver = stack.enter_context(_process("receiver", [RECEIVER, *_receiver_options(arguments)]))
+        receive = [RECEIVER, *_receiver_options(arguments)]
+        receiver = stack.enter_context(_process("receiver", receive))
         address = _address(receiver)
         observer = stack.enter_context(_process("observer", _observer_command(prefix)))
-        command = [HEADSET, *_headset_options(arguments, address)]
-        stack.enter_context(_process("headset", command, is_read=False))
+        simulate = [HEADSET, *_headset_options(arguments, address)]
+        stack.enter_context(_process("headset", simulate, is_read=False))
         final = _watch(console, observer, prefix, "replay" if arguments.replay else "simulated")
     if final is None:
         console.print(f"the observer ended early; its words are in {OUTPUT}/*.log", style="red")
@@ -68,11 +70,11 @@ def _parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _receiver_options(arguments: argparse.Namespace) -> list[str]:
+def _receiver_options(arguments: argparse.Namespace) -> list[str | Path]:
     return ["run", "--config", str(arguments.config), "--listen", "127.0.0.1:0", "--start-paused"]
 
 
-def _headset_options(arguments: argparse.Namespace, address: str) -> list[str]:
+def _headset_options(arguments: argparse.Namespace, address: str) -> list[str | Path]:
     if arguments.replay:
         return ["--receiver", address, "--replay", str(arguments.replay)]
     return ["--receiver", address, "--duration", str(arguments.duration)]
@@ -93,7 +95,7 @@ def _observer_command(prefix: str) -> list[str | Path]:
 def _process(
     name: str, command: list[str | Path], is_read: bool = True
 ) -> Iterator[subprocess.Popen[str]]:
-    """A child that is interrupted and awaited at the end; what is not read of it goes to build/demo/<name>.log."""
+    """A child, interrupted and awaited at the end; unread output goes to build/demo/<name>.log."""
     with (OUTPUT / f"{name}.log").open("w") as log:
         stdout = subprocess.PIPE if is_read else log
         words = [str(word) for word in command]
@@ -123,7 +125,7 @@ def _address(receiver: subprocess.Popen[str]) -> str:
 def _watch(
     console: Console, observer: subprocess.Popen[str], prefix: str, source: str
 ) -> dict[str, Any] | None:
-    """Shows the observer's snapshots until the final one, which is returned; None if it never comes."""
+    """Shows the observer's snapshots up to the final one, which it returns; None if none comes."""
     with LiveTable(console, prefix, source) as table:
         for line in _lines(observer):
             snapshot: dict[str, Any] = json.loads(line)

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
+
 from message_types import message_class
 
 _TILE = (400, 300)
@@ -18,7 +19,7 @@ _IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
 def write_contact_sheet(last: dict[str, tuple[str, bytes]], path: Path) -> None:
-    """Writes a PNG with one labelled tile for the last message of each image topic; nothing when there is none.
+    """Writes a PNG with one labelled tile for each image topic; nothing when there is none.
 
     Args:
         last: topic -> (ROS type, CDR payload).

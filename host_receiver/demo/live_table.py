@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from report import drops
 from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
+
+from report import drops
 
 
 class LiveTable:

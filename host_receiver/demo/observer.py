@@ -1,8 +1,9 @@
-"""The independent witness of the demo: a process of its own that subscribes to every topic and counts.
+"""The independent witness of the demo: a process of its own that subscribes to all and counts.
 
-It learns the topics from `<prefix>/config`, as any ROS program could, subscribes to the raw bytes, waits until each
-publisher is matched from both sides, lets the headset start through the receiver's service, and writes one JSON object
-a line to standard output: a snapshot each second, and a last one with `"final": true`.
+It learns the topics from `<prefix>/config`, as any ROS program could, subscribes to the raw bytes,
+waits until each publisher is matched from both sides, lets the headset start through the
+receiver's service, and writes one JSON object a line to standard output: a snapshot each second,
+and a last one with `"final": true`.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from typing import Any
 
 import numpy as np
 import rclpy
-from contact_sheet import write_contact_sheet
 from diagnostic_msgs.msg import DiagnosticArray
-from raw_taker import RawSubscription, RawTaker
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from contact_sheet import write_contact_sheet
+from raw_taker import RawSubscription, RawTaker
 from stamps import stamp_reader
 
 RECEIVER_NODE = "/ml2_receiver"
@@ -43,7 +44,7 @@ class Observed:
     stream: str
     read_stamp: Callable[[bytes], int]
     count: int = 0
-    bytes: int = 0
+    size_bytes: int = 0
     first_s: float = 0.0
     last_s: float = 0.0
     last_payload: bytes = b""
@@ -56,7 +57,7 @@ class Observed:
         if self.count == 0:
             self.first_s = self.last_s
         self.count += 1
-        self.bytes += len(payload)
+        self.size_bytes += len(payload)
         self.last_payload = payload
         self.latencies_ms.append((now_ns - self.read_stamp(payload)) * 1e-6)
 
@@ -67,7 +68,7 @@ class Observed:
             "type": self.type,
             "stream": self.stream,
             "count": self.count,
-            "bytes": self.bytes,
+            "bytes": self.size_bytes,
             "first_s": self.first_s,
             "last_s": self.last_s,
             "rate_hz": (self.count - 1) / span_s if span_s > 0 else 0.0,
@@ -75,7 +76,7 @@ class Observed:
         }
 
 
-class Observer(Node):  # type: ignore[misc]
+class Observer(Node):
     """Subscribes to what the receiver says it publishes; one thread spins it."""
 
     def __init__(self, prefix: str, qos_depths: dict[str, int]) -> None:
@@ -100,10 +101,12 @@ class Observer(Node):  # type: ignore[misc]
     def is_matched(self) -> bool:
         """Whether every publisher is known here, and knows this subscriber."""
         return all(
-            self.count_publishers(topic) > 0
-            and int(self.diagnostics.get(f"ml2_receiver: {topic}", {}).get("subscribers", 0)) > 0
+            self.count_publishers(topic) > 0 and int(self._of(topic).get("subscribers", 0)) > 0
             for topic in self.topics
         )
+
+    def _of(self, topic: str) -> dict[str, str]:
+        return self.diagnostics.get(f"ml2_receiver: {topic}", {})
 
     def start_headset(self) -> None:
         """Asks the receiver to let the headset begin."""
@@ -115,7 +118,11 @@ class Observer(Node):  # type: ignore[misc]
             return
         applied = json.loads(message.data)
         self.streams = applied["streams"]
-        wanted = [self._subscription(s, t) for s, a in self.streams.items() for t in a.get("topics", [])]
+        wanted = [
+            self._subscription(stream, topic)
+            for stream, answer in self.streams.items()
+            for topic in answer["topics"]
+        ]
         self._taker = RawTaker(self._raw_node, wanted)
         self.is_configured.set()
 
@@ -139,7 +146,7 @@ class Observer(Node):  # type: ignore[misc]
     def snapshot(self, final: bool) -> dict[str, Any]:
         """Everything seen so far, for the demo's table and report."""
         topics = {
-            name: observed.row() | {"diagnostics": self.diagnostics.get(f"ml2_receiver: {name}", {})}
+            name: observed.row() | {"diagnostics": self._of(name)}
             for name, observed in self.topics.items()
         }
         return {"final": final, "streams": self.streams, "session": self.session, "topics": topics}
@@ -149,15 +156,14 @@ class Observer(Node):  # type: ignore[misc]
         if self._taker is not None:
             self._taker.stop()
         self._raw_node.destroy_node()
-        super().destroy_node()
+        super().destroy_node()  # type: ignore[no-untyped-call]
 
     def awaits_more(self) -> bool:
         """Whether the receiver published messages that have not arrived here."""
-        published = {
-            name: int(self.diagnostics.get(f"ml2_receiver: {name}", {}).get("received", 0))
-            for name in self.topics
-        }
-        return any(self.topics[name].count < count for name, count in published.items())
+        return any(
+            observed.count < int(self._of(name).get("received", 0))
+            for name, observed in self.topics.items()
+        )
 
 
 def main() -> int:
@@ -184,13 +190,15 @@ def main() -> int:
         executor.shutdown()
         spinner.join()
         observer.destroy_node()
-        rclpy.try_shutdown()
+        rclpy.shutdown()
     return 0
 
 
 def _end_process(failure: threading.ExceptHookArgs) -> None:
     """A witness that lost a thread would report drops that never were."""
-    sys.__excepthook__(failure.exc_type, failure.exc_value or failure.exc_type(), failure.exc_traceback)
+    sys.__excepthook__(
+        failure.exc_type, failure.exc_value or failure.exc_type(), failure.exc_traceback
+    )
     os._exit(1)
 
 

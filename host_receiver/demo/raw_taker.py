@@ -1,6 +1,6 @@
 """Takes the bytes of many subscriptions in one thread.
 
-rclpy's executors spend more on a message than the rest of the demo together; a bare wait set does not.
+rclpy's executors spend more on a message than the rest of the demo; a bare wait set does not.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from message_types import message_class
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+
+from message_types import message_class
 
 _WAIT_NS = 100_000_000
 
@@ -28,7 +29,7 @@ class RawSubscription:
 
 
 class RawTaker:
-    """Subscribes through a node that no executor spins, and calls back on a thread of its own until stopped."""
+    """Subscribes through a node that nobody spins; calls back on its own thread until stopped."""
 
     def __init__(self, node: Node, subscriptions: list[RawSubscription]) -> None:
         self._node = node

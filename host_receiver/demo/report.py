@@ -12,9 +12,9 @@ def build_report(final: dict[str, Any], source: str) -> dict[str, Any]:
     """
     session = final["session"]
     topics = {name: _topic(seen) for name, seen in sorted(final["topics"].items())}
-    spans_s = [seen["last_s"] - seen["first_s"] for seen in final["topics"].values() if seen["count"]]
+    arrived = [seen for seen in final["topics"].values() if seen["count"]]
     return {
-        "duration_s": max(spans_s, default=0.0),
+        "duration_s": max((seen["last_s"] - seen["first_s"] for seen in arrived), default=0.0),
         "source": source,
         "topics": topics,
         "clock": {
@@ -31,9 +31,9 @@ def drops(seen: dict[str, Any]) -> int:
 
 def verdict(final: dict[str, Any], is_simulated: bool) -> list[str]:
     """What the demo must not end with; empty when all is well."""
-    streams = final["streams"]
-    refused = {name: answer["reason"] for name, answer in streams.items() if answer["result"] == "refused"}
-    failures = [f"{name}: nothing arrived" for name, seen in final["topics"].items() if not seen["count"]]
+    streams, topics = final["streams"], final["topics"]
+    refused = {name: row["reason"] for name, row in streams.items() if row["result"] == "refused"}
+    failures = [f"{name}: nothing arrived" for name, seen in topics.items() if not seen["count"]]
     if len(refused) == len(streams):
         failures.append("no stream was accepted")
     if is_simulated:
