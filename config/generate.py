@@ -26,7 +26,9 @@ VERSION = "{}"
 KOTLIN_VERSION = """package dev.ml2sensors
 
 /** Of this library; generated from pom.xml by config/generate.py. */
-public const val VERSION: String = "{}"
+public object Version {{
+    public const val NAME: String = "{}"
+}}
 """
 
 

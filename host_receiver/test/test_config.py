@@ -165,6 +165,8 @@ def test_what_ros_does_not_take_as_a_topic_is_refused(name: str) -> None:
         ("depth_center: {update_rate: true}", "depth_center.update_rate", "true", "5, 25, 30"),
         ('world_left: {stream: "0"}', "world_left.stream", '"0"', "0, 1"),
         ("world_left: {stream: 2}", "world_left.stream", "2", "0, 1"),
+        ("world_left: {stream: false}", "world_left.stream", "false", "0, 1"),
+        ("gazes: {enabled: true, color: red}", "gazes", "true", "did you mean gaze?"),
         ("world_left: {format: jpeg}", "world_left.format", "jpeg", "Grayscale"),
         ("imu: {angular_velocity_variance: -1}", "imu.angular_velocity_variance", "-1", "least 0"),
         ("imu: {angular_velocity_variance: .nan}", "imu.angular_velocity_variance", ".nan", "0"),

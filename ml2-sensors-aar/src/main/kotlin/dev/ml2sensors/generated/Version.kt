@@ -1,4 +1,6 @@
 package dev.ml2sensors
 
 /** Of this library; generated from pom.xml by config/generate.py. */
-public const val VERSION: String = "0.1.0"
+public object Version {
+    public const val NAME: String = "0.1.0"
+}
