@@ -13,10 +13,12 @@ what is wrong in a file, or which topics it starts.
 This page is generated from `config/streams.yaml` by `config/generate.py`.
 """
 
-_MODES = """Stream, resolution, rate and format of a camera are legal together when one row has them.
+_MODES = """\
+Stream, resolution, rate and format of a camera are legal together when one row has them.
 """
 
-_STREAMS = """Topics are under the prefix `general.topic_name`, except those with a leading slash. Publishers are
+_STREAMS = """\
+Topics are under the prefix `general.topic_name`, except those with a leading slash. Publishers are
 reliable, volatile, and keep as many messages as the depth says. Which values start a stream stands
 in the last column; the transform tree runs whenever another stream does.
 """

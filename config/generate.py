@@ -13,9 +13,9 @@ from xml.etree import ElementTree
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "host_receiver"))
 
-from configuration_page import configuration_page
-from kotlin_table import kotlin_table
-from ml2_receiver.table import load_table
+from configuration_page import configuration_page  # noqa: E402
+from kotlin_table import kotlin_table  # noqa: E402
+from ml2_receiver.table import load_table  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
 PYTHON = ROOT / "host_receiver/ml2_receiver"

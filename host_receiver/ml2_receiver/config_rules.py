@@ -16,7 +16,7 @@ type Values = Mapping[str, Scalar]
 # longest relative topic in the 247 bytes of RMW_TOPIC_MAX_NAME_LENGTH.
 _TOPIC = re.compile(r"(?=.{1,200}$)(?!.*__)/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
-# What a mode allows for a camera's keys, in the order in which each narrows the choice for the next.
+# What a mode allows for a camera's keys; each narrows the choice for the next.
 _STEPS: Mapping[tuple[str, ...], Callable[[Mode], Sequence[tuple[Scalar, ...]]]] = {
     ("stream",): lambda mode: [(mode.stream,)],
     ("resolution_width", "resolution_height"): lambda mode: mode.resolutions,

@@ -45,7 +45,8 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
         _SEGMENT_SIZE.sub(str(segment_bytes), profile.read_text("utf-8"))
     )
     return (
-        f"{_SHARED_MEMORY} has {free_bytes / 1e6:.1f} MB free, expected {_NEEDED_BYTES / 1e6:.0f} MB:"
+        f"{_SHARED_MEMORY} has {free_bytes / 1e6:.1f} MB free,"
+        f" expected {_NEEDED_BYTES / 1e6:.0f} MB:"
         f" Fast DDS gets {segment_bytes / 1e6:.1f} MB and subscribers may miss images."
         " In a container, raise --shm-size."
     )

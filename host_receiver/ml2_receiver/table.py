@@ -122,7 +122,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class StreamTable:
-    """All of it, in the order of the file. `image_lanes` are the streams with a lane of their own."""
+    """All of it, in the order of the file. `image_lanes`: the streams with a lane of their own."""
 
     streams: Mapping[str, Stream]
     sections: Mapping[str, Section]
