@@ -24,11 +24,11 @@ main() {
   echo "[2/4] Python 3.12 environment in build/venv"
   venv_is_usable || make_venv
   if $ros_from_apt; then
-    echo "[3/4] Python packages (200 MB, about a minute)"
+    echo "[3/4] Python packages (100 MB, about a minute)"
     pip_install requirements.txt requirements-dev.txt
     echo "[4/4] tf2_msgs: part of /opt/ros/jazzy"
   else
-    echo "[3/4] ROS 2 Jazzy wheels and Python packages (400 MB, about a minute)"
+    echo "[3/4] ROS 2 Jazzy wheels and Python packages (150 MB, about a minute)"
     pip_install requirements.txt requirements-dev.txt requirements-ros.txt tf2_msgs/build-requirements.txt
     echo "[4/4] tf2_msgs, which has no wheel (about 20 seconds)"
     "$venv/bin/python" -c 'import tf2_msgs.msg' 2>/dev/null || "$environment/tf2_msgs.sh" "$venv"
@@ -55,16 +55,16 @@ inputs() {
 }
 
 install_packages() {
-  local missing=("$@") become=()
-  if ((EUID != 0)); then become=(sudo -n); fi
+  local missing=("$@") become=() may_install=true
   if ! "$environment/find_python.sh" >/dev/null; then missing+=(python3.12-dev python3.12-venv); fi
   if ((${#missing[@]} == 0)); then return; fi
   command -v apt-get >/dev/null || fail "install these (named as in Debian) and run this again: ${missing[*]}"
-  "${become[@]}" true 2>/dev/null || fail "run this, then this again: sudo apt-get install ${missing[*]}"
-  "${become[@]}" apt-get update -qq
+  if ((EUID != 0)); then become=(sudo -n); fi
+  "${become[@]}" apt-get update -qq 2>/dev/null || may_install=false
   if [[ ${missing[*]} == *python3.12* ]] && ! apt-cache show python3.12-venv >/dev/null 2>&1; then
-    fail "ROS 2 Jazzy needs Python 3.12, which this distribution does not package: pyenv install 3.12, then run this again"
+    fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
   fi
+  $may_install || fail "run this, then this again: sudo apt-get install ${missing[*]}"
   "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"
 }
 
