@@ -26,7 +26,7 @@ KINDS = {
 
 KIB = 1024
 UNKNOWN_BOUND = 64 * KIB
-BOUNDS = {name: 4 * KIB for name in KINDS} | {
+BOUNDS = dict.fromkeys(KINDS, 4 * KIB) | {
     "HELLO": 64 * KIB,
     "WELCOME": 64 * KIB,
     "CONFIGURE": 64 * KIB,

@@ -34,6 +34,7 @@ class Peer:
 
     def __init__(self, address: Address) -> None:
         self._socket = socket.create_connection(address, PATIENCE_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._input = self._socket.makefile("rb")
 
     def send(self, data: bytes) -> None:

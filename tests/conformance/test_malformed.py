@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
+from frame_bytes import frame
 from ml2_receiver.context import Limits
 from ml2_receiver.report import Report
 from ml2_receiver.server import Server, listen
 from ml2_receiver.sink import Applied, Publish
 from ml2_receiver.table import Topic, load_table
-
-from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
-from frame_bytes import frame
 from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
 
 VECTORS = Path(__file__).parent / "vectors" / "malformed"

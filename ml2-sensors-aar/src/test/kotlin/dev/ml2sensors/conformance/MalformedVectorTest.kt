@@ -90,6 +90,7 @@ class MalformedVectorTest {
             code != null -> {
                 val error = host.await(ScriptedHost.ERROR).json
                 assertEquals(code, error.getValue("code").jsonPrimitive.content, error.toString())
+                host.close() // as a receiver does that is told
                 val failure = assertIs<ProtocolException>(failureOf(session))
                 assertEquals(code, failure.code.wireName, failure.toString())
             }
