@@ -32,6 +32,7 @@ import kotlin.test.assertFailsWith
 import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.seconds
 
 @OptIn(ExperimentalCoroutinesApi::class)
 class ReplayHeadsetTest {
@@ -184,14 +185,20 @@ class ReplayHeadsetTest {
 
     @Test
     fun imageThatCannotBeDecodedFailsTheFlowNamingTheFile() = runTest {
-        val image = files.file("cam0/data/${RecordingFiles.stamp(1)}.png")
-        image.writeBytes(image.readBytes().copyOf(50))
+        val image = damagedSecondImage()
         val seen = mutableListOf<Sample>()
         val failure = assertFailsWith<RecordingException> {
             headset(1.0).samples(StreamTable.worldLeft, values).collect(seen::add)
         }
         assertEquals(image, failure.file)
         assertEquals(1, seen.size)
+    }
+
+    @Test
+    fun imageThatCannotBeDecodedKeepsNoBuffer() = runTest(timeout = 10.seconds) {
+        damagedSecondImage()
+        val flow = headset(1.0).samples(StreamTable.worldLeft, values)
+        repeat(20) { assertFailsWith<RecordingException> { flow.toList() } }
     }
 
     @Test
@@ -245,6 +252,9 @@ class ReplayHeadsetTest {
 
     private fun TestScope.headset(rateFactor: Double) =
         ReplayHeadset(files.open(), { CLOCK_START_NANOS + currentTime * 1_000_000 }, rateFactor)
+
+    private fun damagedSecondImage(): File =
+        files.file("cam0/data/${RecordingFiles.stamp(1)}.png").also { it.writeBytes(it.readBytes().copyOf(50)) }
 
     private fun TestScope.twelveImages(): Headset {
         val more = (3 until 12).joinToString("") { "${RecordingFiles.stamp(it)},${RecordingFiles.stamp(0)}.png\r\n" }
