@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -95,7 +94,7 @@ def _observer_command(prefix: str) -> list[str | Path]:
 def _process(
     name: str, command: list[str | Path], is_read: bool = True
 ) -> Iterator[subprocess.Popen[str]]:
-    """A child, interrupted and awaited at the end; unread output goes to build/demo/<name>.log."""
+    """A child, terminated and awaited at the end; unread output goes to build/demo/<name>.log."""
     with (OUTPUT / f"{name}.log").open("w") as log:
         stdout = subprocess.PIPE if is_read else log
         words = [str(word) for word in command]
@@ -107,7 +106,7 @@ def _process(
 
 
 def _end(child: subprocess.Popen[str]) -> None:
-    child.send_signal(signal.SIGINT)
+    child.terminate()
     try:
         child.wait(timeout=10)
     except subprocess.TimeoutExpired:
