@@ -8,7 +8,12 @@ import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.FrameWriter
 import dev.ml2sensors.wire.ProtocolException
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.currentCoroutineContext
+import kotlinx.coroutines.ensureActive
+import kotlinx.coroutines.runInterruptible
 import java.io.Closeable
+import java.io.IOException
 import java.net.InetSocketAddress
 import java.net.StandardSocketOptions
 import java.net.UnknownHostException
@@ -84,4 +89,15 @@ internal class Connection private constructor(private val socket: SocketChannel,
             }
         }
     }
+}
+
+/**
+ * Runs [block], which may block on connections, where it may. Cancelling closes a connection that it waits for; that
+ * this then fails is no failure.
+ */
+internal suspend fun <T> blockingIo(block: () -> T): T = try {
+    runInterruptible(Dispatchers.IO, block)
+} catch (e: IOException) {
+    currentCoroutineContext().ensureActive()
+    throw e
 }

@@ -13,7 +13,6 @@ import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.delay
-import kotlinx.coroutines.runInterruptible
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
@@ -47,7 +46,7 @@ internal class ControlLane(private val connection: Connection) {
 
     private suspend fun writeNow(kind: FrameKind, body: ByteArray) {
         lastSpoke = TimeSource.Monotonic.markNow()
-        runInterruptible(Dispatchers.IO) { connection.writer.write(kind, body) }
+        blockingIo { connection.writer.write(kind, body) }
     }
 
     /**
@@ -95,7 +94,7 @@ internal class ControlLane(private val connection: Connection) {
             withTimeoutOrNull(FAREWELL_LIMIT) {
                 write(FrameKind.ERROR, ErrorBody.of(error.code, error.message.orEmpty(), fatal = true))
                 connection.finishWriting()
-                runInterruptible(Dispatchers.IO) { connection.discard() }
+                blockingIo { connection.discard() }
             }
         } catch (lost: IOException) {
             error.addSuppressed(lost)

@@ -4,11 +4,9 @@ import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.FrameWriter
 import kotlinx.coroutines.CancellationException
-import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
-import kotlinx.coroutines.runInterruptible
 
 /**
  * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
@@ -20,28 +18,41 @@ import kotlinx.coroutines.runInterruptible
 internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolean) {
     private val isLinked = MutableStateFlow(false)
 
-    private val queue = Channel<OutgoingFrame>(
-        spec.capacityFrames,
-        if (waits) BufferOverflow.SUSPEND else BufferOverflow.DROP_OLDEST,
-        onUndeliveredElement = { it.drop(DropReason.QUEUE_FULL) },
-    )
+    private val queue =
+        Channel<OutgoingFrame>(spec.capacityFrames, onUndeliveredElement = { it.drop(DropReason.LINK_DOWN) })
 
     /** Takes over [frame]: it will be sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
-        if (waits) awaitLink(frame)
+        if (waits) awaitLinkFor(frame)
         if (!isLinked.value) return frame.drop(DropReason.LINK_DOWN)
-        queue.send(frame)
+        if (waits) queue.send(frame) else enqueue(frame)
         // The link may have gone after the look at it, and with it whoever empties the queue
         if (!isLinked.value) dropQueued()
     }
 
-    private suspend fun awaitLink(frame: OutgoingFrame) {
+    private fun enqueue(frame: OutgoingFrame) {
+        while (true) {
+            val result = queue.trySend(frame)
+            when {
+                result.isSuccess -> return
+                result.isClosed -> return frame.drop(DropReason.LINK_DOWN)
+                else -> queue.tryReceive().getOrNull()?.drop(DropReason.QUEUE_FULL)
+            }
+        }
+    }
+
+    private suspend fun awaitLinkFor(frame: OutgoingFrame) {
         try {
-            isLinked.first { it }
+            awaitLink()
         } catch (e: CancellationException) {
             frame.drop(DropReason.LINK_DOWN)
             throw e
         }
+    }
+
+    /** Waits until [sendThrough] has begun. */
+    suspend fun awaitLink() {
+        isLinked.first { it }
     }
 
     /** Sends what is offered through [writer] until the lane is finished; fails when the connection does. */
@@ -68,7 +79,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
     private suspend fun send(frame: OutgoingFrame, writer: FrameWriter) {
         var isSent = false
         try {
-            runInterruptible {
+            blockingIo {
                 writer.write(frame.head, frame.data)
                 isSent = true
             }

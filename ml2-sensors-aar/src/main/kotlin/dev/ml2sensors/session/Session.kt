@@ -26,7 +26,6 @@ import kotlinx.coroutines.Job
 import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.launch
-import kotlinx.coroutines.runInterruptible
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
@@ -181,7 +180,7 @@ internal class Session(
     }
 
     private suspend fun open(sendBufferBytes: Int?): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
-        runInterruptible(Dispatchers.IO) {
+        blockingIo {
             Connection.open(receiver, hostClock::rosNowNanos, sendBufferBytes).also(connections::add)
         }
     }

@@ -7,12 +7,11 @@ import dev.ml2sensors.wire.Join
 import dev.ml2sensors.wire.Joined
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
-import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.joinAll
-import kotlinx.coroutines.runInterruptible
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.EOFException
+import java.nio.channels.ClosedChannelException
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
@@ -35,21 +34,30 @@ internal class SessionLanes(
         if (name in connections) return
         val connection = connect(name, if (name == SENSORS) null else IMAGE_SEND_BUFFER_BYTES)
         connections[name] = connection
-        // Nothing but an ERROR may come; its end is for the control lane to explain
-        launch { runInterruptible { connection.read(emptySet()) } }
+        launch { watch(connection) }
+    }
+
+    /** Nothing but an ERROR may come; why a lane ends is for the control lane to say. */
+    private suspend fun watch(connection: Connection) {
+        try {
+            blockingIo { connection.read(emptySet()) }
+        } catch (_: ClosedChannelException) {
+            // We closed it, to cut off a frame that could not be sent in time
+        }
     }
 
     /** Opens the time lane, which carries no data. */
     suspend fun joinTime(): Connection = connect(TIME, null)
 
-    /** Begins to send what is offered to the lanes that are open. */
-    fun startSending() {
+    /** Begins to send what is offered to the lanes that are open; returns when none of it can miss its link. */
+    suspend fun startSending() {
         for ((name, connection) in connections) {
             if (name in senders) continue
             senders[name] = launch {
                 lane(name).sendThrough(connection.writer)
                 connection.finishWriting()
             }
+            lane(name).awaitLink()
         }
     }
 
@@ -72,7 +80,7 @@ internal class SessionLanes(
         val connection = open(sendBufferBytes)
         val join = ControlJson.encode(Join(welcome.session, ticket, name))
         val frame = handshake("JOINED of lane $name", welcome.timeouts.handshakeSeconds.seconds) {
-            runInterruptible(Dispatchers.IO) {
+            blockingIo {
                 connection.writer.write(FrameKind.JOIN, join)
                 connection.read(setOf(FrameKind.JOINED)) ?: throw EOFException("the receiver closed lane $name")
             }

@@ -6,7 +6,6 @@ import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.TimeBodies
 import kotlinx.coroutines.delay
-import kotlinx.coroutines.runInterruptible
 import kotlin.time.Duration.Companion.milliseconds
 
 /** Asks the host for its time over a connection of its own: a dense burst first, then steadily. */
@@ -19,7 +18,7 @@ internal class TimeLane(
     suspend fun run() {
         var asked = 0
         while (true) {
-            hostClock.add(runInterruptible { exchange() } ?: return)
+            hostClock.add(blockingIo { exchange() } ?: return)
             delay(if (++asked < BURST) BURST_INTERVAL else STEADY_INTERVAL)
         }
     }

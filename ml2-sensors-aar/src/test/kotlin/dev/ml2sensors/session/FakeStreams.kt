@@ -1,0 +1,86 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.QueueSpec
+import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.FrameHeader
+import dev.ml2sensors.wire.FrameKind
+import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.update
+import java.nio.ByteBuffer
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.CopyOnWriteArrayList
+import kotlin.test.assertTrue
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
+
+/**
+ * In-memory streams: each has a topic `<stream>/image` on its own lane and `<stream>/info` on `sensors`. The stream
+ * `absent` is refused. Messages are made by [offer].
+ */
+internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : StreamControl {
+    private val lanes = ConcurrentHashMap<String, Lane>()
+    private val accounts = ConcurrentHashMap<String, ChannelAccount>()
+    private val ids = listOf("world_left", "color", "depth").flatMap { listOf("$it/image", "$it/info") }
+    private val accepted = CopyOnWriteArrayList<String>()
+
+    /** What the session asked for, in order. */
+    val calls = MutableStateFlow(emptyList<String>())
+
+    override val capabilities = listOf("world_left", "color", "depth")
+    override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
+
+    override fun linkUp(received: Map<String, Long>?) {
+        call("linkUp $received")
+        if (received != null) accounts.forEach { (topic, account) -> account.settle(received[topic] ?: 0) }
+    }
+
+    override suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer> {
+        call("configure ${requested.keys}")
+        accepted.clear()
+        accepted += requested.keys - "absent"
+        return requested.mapValues { (id, values) ->
+            if (id == "absent") Answer.Refused("not there") else Answer.Adjusted(values.copy(rateHz = 5), "5 Hz is all")
+        }
+    }
+
+    fun call(what: String) = calls.update { it + what }
+
+    override suspend fun channels(): List<ChannelBody> =
+        accepted.flatMap { listOf(body(it, "image", it), body(it, "info", "sensors")) }
+
+    private fun body(stream: String, role: String, lane: String): ChannelBody {
+        val topic = "$stream/$role"
+        return ChannelBody(ids.indexOf(topic) + 1, stream, role, topic, "some/msg/Type", "image", "frame", lane)
+    }
+
+    override fun lane(name: String): Lane = lanes.computeIfAbsent(name) { Lane(it, QueueSpec(100), waits = false) }
+
+    override suspend fun start() {
+        call("start")
+    }
+
+    /** The source of [stream] fails. */
+    fun fail(stream: String, reason: String) {
+        accepted -= stream
+        assertTrue(failures.trySend(SourceFailure(stream, reason)).isSuccess)
+    }
+
+    override suspend fun stopSources() {
+        call("stopSources")
+    }
+
+    override fun counts(): Map<String, Status.ChannelCounts> = accounts.mapValues { (_, it) -> it.counts() }
+
+    suspend fun offer(topic: String, payloadBytes: Int = 8) {
+        val account = accounts.computeIfAbsent(topic) { ChannelAccount() }
+        val head = ByteBuffer.allocate(FrameHeader.BYTES + payloadBytes)
+        FrameHeader(FrameKind.DATA.code, payloadBytes, ids.indexOf(topic) + 1, account.produce()).writeTo(head)
+        head.put(byteArrayOf(0, 1, 0, 0)).rewind()
+        val lane = if (topic.endsWith("/info")) "sensors" else topic.substringBefore('/')
+        lane(lane).offer(OutgoingFrame(account, head, data = null, sample = null))
+    }
+}

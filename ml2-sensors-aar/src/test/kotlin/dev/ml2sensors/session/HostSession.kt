@@ -1,0 +1,177 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.table.StreamTable
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import java.io.DataInputStream
+import java.io.IOException
+import java.net.Socket
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.TimeUnit
+import java.util.concurrent.locks.ReentrantLock
+import kotlin.concurrent.thread
+import kotlin.concurrent.withLock
+
+/** One session of a [ScriptedHost], from HELLO on. One thread reads each connection into the log of frames. */
+internal class HostSession(private val control: Socket, val hello: HostFrame, private val host: ScriptedHost) {
+    private val sockets = ConcurrentHashMap<String, Socket>()
+    private val readers = CopyOnWriteArrayList<Thread>()
+    private val gates = ConcurrentHashMap<String, CountDownLatch>()
+    private val lock = ReentrantLock()
+    private val grown = lock.newCondition()
+    private val log = ArrayList<HostFrame>()
+    private val judge = ProtocolJudge(host)
+
+    init {
+        begin("control", control)
+    }
+
+    fun welcome(
+        received: Map<String, Long>? = null,
+        version: Int = 1,
+        lanes: List<String> = listOf("time", "sensors") + StreamTable.all.map { it.id },
+        timeouts: String = """{"handshake_s": 5, "ping_s": 1, "dead_s": 20}""",
+    ) {
+        val tickets = lanes.joinToString { """"$it": "${ticket(it)}"""" }
+        val counts = received?.entries?.joinToString(prefix = "{", postfix = "}") { """"${it.key}": ${it.value}""" }
+        write(
+            HostFrame.WELCOME,
+            """{"version": $version, "session": "$SESSION", "name": "scripted", "software": "test", "later": [null],
+                "tickets": {$tickets}, "received": $counts, "limits": {"data_bytes": 16777216}, "timeouts": $timeouts}""",
+        )
+    }
+
+    /** Sends CONFIGURE and waits for its answer, by stream. */
+    fun configure(request: Long, streams: String): JsonObject {
+        val before = frames(HostFrame.CONFIGURED).size
+        write(HostFrame.CONFIGURE, """{"request": $request, "streams": $streams}""")
+        return await(HostFrame.CONFIGURED, before).json.getValue("streams").jsonObject
+    }
+
+    fun start(request: Long) {
+        lock.withLock { judge.start() }
+        write(HostFrame.START, """{"request": $request}""")
+    }
+
+    fun write(kind: Int, json: String = "", lane: String = "control") {
+        sockets.getValue(lane).getOutputStream().write(HostFrame.bytes(kind, json.toByteArray()))
+    }
+
+    /** The frame number [index] of [kind], counted from 0 over all lanes. */
+    fun await(kind: Int, index: Int = 0): HostFrame =
+        awaitLog("$kind") { log.filter { it.kind == kind }.getOrNull(index) }
+
+    fun awaitEnd(lane: String): HostFrame =
+        awaitLog("end of $lane") { log.find { it.kind == HostFrame.END && it.lane == lane } }
+
+    /** At least [count] messages of [topic], in order. */
+    fun awaitData(topic: String, count: Int = 1): List<HostFrame> =
+        awaitLog("$count of $topic") { data(topic).takeIf { it.size >= count } }
+
+    /** Messages of [topic] so far, in order. */
+    fun data(topic: String): List<HostFrame> =
+        lock.withLock { log.filter { it.kind == HostFrame.DATA && judge.topic(it.channel) == topic } }
+
+    fun frames(kind: Int): List<HostFrame> = lock.withLock { log.filter { it.kind == kind } }
+
+    /** CHANNEL bodies by topic. */
+    fun channels(): Map<String, JsonObject> =
+        frames(HostFrame.CHANNEL).map { it.json }.associateBy { it.getValue("topic").jsonPrimitive.content }
+
+    fun log(): List<HostFrame> = lock.withLock { log.toList() }
+
+    /** Reads nothing of [lane] until [release]; to be called before the lane is joined. */
+    fun hold(lane: String) {
+        gates[lane] = CountDownLatch(1)
+    }
+
+    fun release(lane: String) = gates.getValue(lane).countDown()
+
+    /** Breaks all connections, as a link does; what had not been read is lost. */
+    fun cut() {
+        sockets.values.forEach {
+            it.setSoLinger(true, 0)
+            it.close()
+        }
+        finishReaders()
+    }
+
+    /** Closes all connections. */
+    fun close() {
+        sockets.values.forEach(Socket::close)
+        finishReaders()
+    }
+
+    fun closeOutput(lane: String) = sockets.getValue(lane).shutdownOutput()
+
+    private fun finishReaders() {
+        gates.values.forEach(CountDownLatch::countDown)
+        readers.forEach(Thread::join)
+    }
+
+    fun join(socket: Socket, frame: HostFrame) {
+        val lane = frame.json.getValue("lane").jsonPrimitive.content
+        val expected = """{"session":"$SESSION","ticket":"${ticket(lane)}","lane":"$lane"}"""
+        if (frame.body.decodeToString() != expected) host.breach("JOIN $frame")
+        if (sockets.putIfAbsent(lane, socket) != null) host.breach("lane $lane is joined twice")
+        record(HostFrame(lane, frame.kind, body = frame.body))
+        if (lane in host.silentLanes) return
+        write(HostFrame.JOINED, """{"lane": "$lane"}""", lane)
+        begin(lane, socket)
+    }
+
+    private fun begin(lane: String, socket: Socket) {
+        sockets[lane] = socket
+        readers += thread(isDaemon = true) { read(lane, socket) }
+    }
+
+    private fun read(lane: String, socket: Socket) {
+        try {
+            val input = DataInputStream(socket.getInputStream())
+            while (true) {
+                gates[lane]?.await()
+                val frame = HostFrame.read(lane, input) ?: break
+                if (frame.kind == HostFrame.TIME_REQUEST) answerTime(frame) else record(frame)
+            }
+            record(HostFrame(lane, HostFrame.END, body = "end".toByteArray()))
+        } catch (e: IOException) {
+            record(HostFrame(lane, HostFrame.END, body = "$e".toByteArray()))
+        }
+    }
+
+    private fun answerTime(request: HostFrame) {
+        val now = host.rosNowNanos()
+        val reply = ByteBuffer.allocate(24).order(ByteOrder.LITTLE_ENDIAN).put(request.body).putLong(now).putLong(now)
+        if ("time" in host.silentLanes) return
+        sockets.getValue("time").getOutputStream().write(HostFrame.bytes(HostFrame.TIME_REPLY, reply.array()))
+    }
+
+    private fun record(frame: HostFrame) = lock.withLock {
+        log += frame
+        judge.judge(frame)
+        if (frame.kind == HostFrame.DATA) judge.topic(frame.channel)?.let(host::count)
+        grown.signalAll()
+    }
+
+    private fun <T : Any> awaitLog(what: String, find: () -> T?): T = lock.withLock {
+        var leftNanos = TimeUnit.SECONDS.toNanos(ScriptedHost.LIMIT_SECONDS)
+        var found = find()
+        while (found == null) {
+            if (leftNanos <= 0) throw AssertionError("awaited $what, found\n${log.takeLast(20).joinToString("\n")}")
+            leftNanos = grown.awaitNanos(leftNanos)
+            found = find()
+        }
+        found
+    }
+
+    companion object {
+        const val SESSION = "5e5510000000000000000000000000ff"
+
+        fun ticket(lane: String): String = lane.hashCode().toUInt().toString(16).padStart(32, '0')
+    }
+}

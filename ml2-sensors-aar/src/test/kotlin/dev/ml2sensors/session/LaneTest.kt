@@ -1,0 +1,203 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.table.QueueSpec
+import dev.ml2sensors.wire.FrameHeader
+import dev.ml2sensors.wire.FrameKind
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.CoroutineStart
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.joinAll
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.io.IOException
+import java.nio.ByteBuffer
+import kotlin.random.Random
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
+import kotlin.test.assertNotNull
+
+@Timeout(30)
+class LaneTest {
+    private val account = ChannelAccount()
+    private val pool = BufferPool(bufferBytes = 4, count = 64)
+    private val kernel = FakeKernel()
+    private val lane = Lane("test", QueueSpec(4), waits = false)
+    private val waitingLane = Lane("test", QueueSpec(4), waits = true)
+
+    @AfterEach
+    fun everythingIsCountedAndGivenBack() {
+        val counts = account.counts()
+        assertEquals(counts.produced, counts.sent + counts.dropped.values.sum())
+        assertEquals(0, pool.outstanding)
+    }
+
+    @Test
+    fun framesWithoutASessionAreDroppedAsLinkDown() = runBlocking {
+        repeat(3) { lane.offer(frame()) }
+        assertEquals(mapOf("link_down" to 3L), account.counts().dropped)
+    }
+
+    @Test
+    fun framesAreSentInOrder() = runBlocking {
+        val sender = send(lane)
+        kernel.open(10)
+        repeat(10) {
+            lane.offer(frame())
+            kernel.awaitWrites(it + 1)
+        }
+        lane.finish()
+        sender.join()
+        assertEquals((0..9).toList(), kernel.sequences)
+        assertEquals(10, account.counts().sent)
+    }
+
+    @Test
+    fun aFullQueueDropsTheOldestThatIsNotUnderWay() = runBlocking {
+        val sender = send(lane)
+        lane.offer(frame())
+        kernel.awaitEntered()
+        repeat(6) { lane.offer(frame()) }
+        assertEquals(mapOf("queue_full" to 2L), account.counts().dropped)
+        assertEquals(5, pool.outstanding, "memory of what was dropped is free at once")
+        kernel.open(5)
+        lane.finish()
+        sender.join()
+        assertEquals(listOf(0, 3, 4, 5, 6), kernel.sequences)
+    }
+
+    @Test
+    fun finishingSendsWhatIsQueued() = runBlocking {
+        val sender = send(lane)
+        lane.offer(frame())
+        kernel.awaitEntered()
+        repeat(4) { lane.offer(frame()) }
+        lane.finish()
+        kernel.open(5)
+        sender.join()
+        assertEquals(5, account.counts().sent)
+    }
+
+    @Test
+    fun aBrokenConnectionCountsWhatWasUnderWayAndQueued() = runBlocking {
+        val sender = async(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
+            assertFailsWith<IOException> { lane.sendThrough(kernel.writer()) }
+        }
+        lane.offer(frame())
+        kernel.awaitEntered()
+        repeat(4) { lane.offer(frame()) }
+        kernel.breakDown()
+        sender.await()
+        lane.offer(frame())
+        assertEquals(mapOf("link_down" to 6L), account.counts().dropped)
+    }
+
+    @Test
+    fun aLaneOutlivesItsConnections() = runBlocking {
+        repeat(3) {
+            val sender = launch(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
+                runCatching { lane.sendThrough(kernel.writer()) }
+            }
+            kernel.open(1)
+            lane.offer(frame())
+            kernel.awaitWrites(it + 1)
+            lane.offer(frame())
+            sender.cancelAndJoin()
+        }
+        assertEquals(listOf(0, 2, 4), kernel.sequences)
+        assertEquals(mapOf("link_down" to 3L), account.counts().dropped)
+    }
+
+    @Test
+    fun aLaneThatWaitsSuspendsItsProducersWhileItIsFull() = runBlocking {
+        val sender = send(waitingLane)
+        val producer = launch(Dispatchers.Default) { repeat(50) { waitingLane.offer(frame()) } }
+        kernel.awaitEntered()
+        assertFalse(producer.isCompleted)
+        kernel.open(50)
+        producer.join()
+        waitingLane.finish()
+        sender.join()
+        assertEquals((0..49).toList(), kernel.sequences)
+        assertEquals(50, account.counts().sent)
+    }
+
+    @Test
+    fun aLaneThatWaitsSuspendsItsProducersWhileThereIsNoSession() = runBlocking {
+        val producer = launch(start = CoroutineStart.UNDISPATCHED) { waitingLane.offer(frame()) }
+        assertFalse(producer.isCompleted)
+        kernel.open(1)
+        val sender = send(waitingLane)
+        producer.join()
+        waitingLane.finish()
+        sender.join()
+        assertEquals(1, account.counts().sent)
+    }
+
+    @Test
+    fun aProducerCancelledWhileItWaitsLosesNoFrameUncounted() = runBlocking {
+        val unlinked = launch(start = CoroutineStart.UNDISPATCHED) { waitingLane.offer(frame()) }
+        unlinked.cancelAndJoin()
+        assertEquals(mapOf("link_down" to 1L), account.counts().dropped)
+        val sender = send(waitingLane)
+        waitingLane.offer(frame())
+        kernel.awaitEntered()
+        repeat(4) { waitingLane.offer(frame()) }
+        val full = launch(start = CoroutineStart.UNDISPATCHED) { waitingLane.offer(frame()) }
+        assertFalse(full.isCompleted)
+        full.cancelAndJoin()
+        kernel.open(5)
+        waitingLane.finish()
+        sender.join()
+        assertEquals(5, account.counts().sent)
+    }
+
+    @Test
+    fun linksThatComeAndGoUnderManyProducersLoseNoFrameUncounted() = runBlocking {
+        for (any in listOf(lane, waitingLane)) {
+            val producers = List(3) { launch(Dispatchers.Default) { repeat(1_000) { any.offer(frame()) } } }
+            val links = launch(Dispatchers.Default) {
+                val random = Random(9)
+                while (true) {
+                    val link = launch(Dispatchers.IO) { any.sendThrough(FakeKernel(open = true).writer()) }
+                    repeat(random.nextInt(50)) { Thread.onSpinWait() }
+                    if (random.nextInt(20) == 0) any.offer(frame())
+                    link.cancelAndJoin()
+                }
+            }
+            withTimeout(25_000) { producers.joinAll() }
+            links.cancelAndJoin()
+        }
+        assertEquals(0, pool.outstanding)
+    }
+
+    private fun CoroutineScope.send(lane: Lane) =
+        launch(Dispatchers.IO, CoroutineStart.UNDISPATCHED) { lane.sendThrough(kernel.writer()) }
+
+    private fun frame(): OutgoingFrame {
+        val memory = pool.take()
+        val sample = ImageSample(
+            captureNanos = 0,
+            frameNumber = 0,
+            width = 4,
+            height = 1,
+            strideBytes = 4,
+            pose = null,
+            intrinsics = null,
+            CaptureSettings(),
+            listOf(ImageSample.Plane(ImageSample.IMAGE, memory, pool)),
+        )
+        val head = ByteBuffer.allocate(FrameHeader.BYTES)
+        FrameHeader(FrameKind.DATA.code, 4, 1, account.produce()).writeTo(head)
+        return OutgoingFrame(account, head.flip(), assertNotNull(sample.plane(ImageSample.IMAGE)), sample)
+    }
+}

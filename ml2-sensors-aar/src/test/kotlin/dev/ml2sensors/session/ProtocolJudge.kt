@@ -1,0 +1,69 @@
+package dev.ml2sensors.session
+
+import kotlinx.serialization.json.int
+import kotlinx.serialization.json.jsonPrimitive
+
+/** Watches what a device may say when, by PROTOCOL.md; frames come in the order in which each lane carried them. */
+internal class ProtocolJudge(private val host: ScriptedHost) {
+    private class Channel(
+        val topic: String,
+        val lane: String,
+        var mayCarry: Boolean = false,
+        var isLive: Boolean = true,
+    ) {
+        var lastSequence = -1L
+    }
+
+    private val channels = HashMap<Int, Channel>()
+    private var saidBye = false
+
+    fun topic(channel: Int): String? = channels[channel]?.topic
+
+    /** The receiver says START: what is announced may carry data. */
+    fun start() = channels.values.forEach { it.mayCarry = true }
+
+    fun judge(frame: HostFrame) {
+        if (frame.lane == "control" && frame.kind != HostFrame.END && saidBye) host.breach("after BYE: $frame")
+        when (frame.kind) {
+            HostFrame.CHANNEL -> announce(frame)
+            HostFrame.CHANNEL_END -> end(frame)
+            HostFrame.DATA -> carry(frame)
+            HostFrame.BYE -> saidBye = true
+        }
+    }
+
+    private fun announce(frame: HostFrame) {
+        val json = frame.json.mapValues { it.value.jsonPrimitive.content }
+        val id = json.getValue("id").toInt()
+        val channel = Channel(json.getValue("topic"), json.getValue("lane"))
+        if (channels.values.any { it.isLive && it.topic == channel.topic }) host.breach("announced twice: $frame")
+        channels.put(id, channel)?.let {
+            if (it.isLive || it.topic != channel.topic) host.breach("id used twice: $frame")
+            channel.lastSequence = it.lastSequence
+            channel.mayCarry = it.mayCarry // its late messages may still be on their way
+        }
+    }
+
+    private fun end(frame: HostFrame) {
+        val channel = channels[frame.json.getValue("id").jsonPrimitive.int]
+        if (channel?.isLive != true) host.breach("not announced: $frame")
+        channel?.isLive = false
+    }
+
+    private fun carry(frame: HostFrame) {
+        val channel = channels[frame.channel] ?: return host.breach("not announced: $frame")
+        if (!channel.mayCarry) host.breach("before START: $frame")
+        if (channel.lane != frame.lane) host.breach("belongs on ${channel.lane}: $frame")
+        if (frame.sequence <=
+            channel.lastSequence
+        ) {
+            host.breach("${frame.sequence} after ${channel.lastSequence}: $frame")
+        }
+        if (!frame.body.take(4).toByteArray().contentEquals(ENCAPSULATION)) host.breach("no CDR: $frame")
+        channel.lastSequence = frame.sequence
+    }
+
+    private companion object {
+        val ENCAPSULATION = byteArrayOf(0, 1, 0, 0)
+    }
+}

@@ -1,0 +1,62 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.wire.Hello
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Deferred
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.cancel
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import java.io.Closeable
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
+
+/** Sessions of [FakeStreams] with a [ScriptedHost]. */
+internal class SessionFixture(drainLimit: Duration = 2.seconds) : Closeable {
+    val host = ScriptedHost()
+    val streams = FakeStreams(drainLimit)
+    val stop = CompletableDeferred<String>()
+    val clock = HostClock(System::nanoTime)
+    private val scope = CoroutineScope(Dispatchers.Default)
+
+    /** Runs a session; its outcome is why it failed, null when it ended in order. */
+    fun run(receiver: ReceiverAddress = host.address): Deferred<Throwable?> {
+        val session = Session(receiver, DeviceClock(System::nanoTime), clock, streams)
+        val capabilities = Hello.Capabilities(streams.capabilities)
+        val hello = Hello(listOf(1), "device", "instance", "Größe", "test", capabilities, mapOf("camera" to true))
+        return scope.async {
+            runCatching { session.run(hello, stop) { streams.call("welcome $it") } }.exceptionOrNull()
+        }
+    }
+
+    /** A session that is welcomed and has START for [streams]. */
+    fun started(vararg streams: String): HostSession {
+        val session = host.awaitHello()
+        session.welcome(host.received())
+        session.configure(1, streams.joinToString(prefix = "{", postfix = "}") { "\"$it\": {}" })
+        session.start(1)
+        await("start")
+        return session
+    }
+
+    /** Waits until the session has called [call]. */
+    fun await(call: String) = runBlocking { withTimeout(LIMIT) { streams.calls.first { call in it } } }
+
+    fun outcome(session: Deferred<Throwable?>): Throwable? = runBlocking { withTimeout(LIMIT) { session.await() } }
+
+    fun offer(topic: String, payloadBytes: Int = 8) = runBlocking { streams.offer(topic, payloadBytes) }
+
+    override fun close() {
+        scope.cancel()
+        host.close()
+    }
+
+    private companion object {
+        val LIMIT = ScriptedHost.LIMIT_SECONDS.seconds
+    }
+}

@@ -1,0 +1,166 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.wire.ErrorCode
+import dev.ml2sensors.wire.ProtocolException
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.int
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import kotlinx.serialization.json.long
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import kotlin.math.abs
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+
+/** What happens between START and the end. */
+@Timeout(60)
+class SessionTest {
+    private val fixture = SessionFixture()
+    private val host = fixture.host
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun pingsAreAnswered() {
+        fixture.run()
+        val session = fixture.started()
+        session.write(HostFrame.PING)
+        session.await(HostFrame.PONG)
+    }
+
+    @Test
+    fun aSilentDevicePings() {
+        fixture.run()
+        val session = host.awaitHello()
+        session.welcome(timeouts = """{"handshake_s": 5, "ping_s": 0.1, "dead_s": 20}""")
+        session.await(HostFrame.PING, index = 2)
+    }
+
+    @Test
+    fun aSilentReceiverIsDeadAndTold() {
+        val outcome = fixture.run()
+        val session = host.awaitHello()
+        session.welcome(timeouts = """{"handshake_s": 5, "ping_s": 0.1, "dead_s": 0.3}""")
+        assertEquals("timeout", session.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)
+        session.awaitEnd("control")
+        session.close()
+        assertEquals(ErrorCode.TIMEOUT, assertIs<ProtocolException>(fixture.outcome(outcome)).code)
+    }
+
+    @Test
+    fun aBrokenTimeReplyIsToldOnControl() {
+        host.silentLanes += "time"
+        val outcome = fixture.run()
+        val session = host.awaitHello()
+        session.welcome()
+        session.await(HostFrame.JOIN)
+        session.write(HostFrame.JOINED, """{"lane": "time"}""", lane = "time")
+        session.configure(1, "{}")
+        session.write(HostFrame.TIME_REPLY, "too short", lane = "time")
+        assertEquals("malformed", session.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)
+        session.close()
+        assertEquals(ErrorCode.MALFORMED, assertIs<ProtocolException>(fixture.outcome(outcome)).code)
+    }
+
+    @Test
+    fun whatBelongsElsewhereIsUnexpectedOnEveryLane() {
+        for ((lane, kind) in listOf(
+            "control" to HostFrame.DATA,
+            "time" to HostFrame.PING,
+            "sensors" to HostFrame.BYE,
+        )) {
+            val outcome = fixture.run()
+            val session = fixture.started()
+            session.write(kind, lane = lane)
+            val error = session.await(HostFrame.ERROR).json
+            assertEquals("unexpected", error.getValue("code").jsonPrimitive.content, lane)
+            session.close()
+            assertEquals(ErrorCode.UNEXPECTED, assertIs<ProtocolException>(fixture.outcome(outcome)).code)
+            fixture.streams.calls.value = emptyList()
+        }
+    }
+
+    @Test
+    fun timeIsExchangedFromTheStart() {
+        fixture.run()
+        val session = host.awaitHello()
+        session.welcome()
+        val synchronised = awaitSynchronised(session)
+        val error = synchronised.getValue("offset_ns").jsonPrimitive.long - host.clockOffsetNanos
+        assertTrue(abs(error) <= synchronised.getValue("uncertainty_ns").jsonPrimitive.long, "$synchronised")
+        assertTrue(synchronised.getValue("round_trip_ns").jsonPrimitive.long > 0)
+    }
+
+    @Test
+    fun onlyWhatChangesIsAnnouncedAgain() {
+        fixture.run()
+        val session = fixture.started("color", "depth")
+        session.configure(2, """{"color": {}, "world_left": {}}""")
+        session.start(2)
+        assertEquals(setOf(5, 6), session.ids(HostFrame.CHANNEL_END).toSet())
+        session.configure(3, """{"depth": {}}""")
+        session.start(3)
+        assertEquals(listOf(3, 4, 5, 6, 1, 2, 5, 6), session.ids(HostFrame.CHANNEL))
+        val joined = session.frames(HostFrame.JOIN).map { it.lane }
+        assertEquals(listOf("time", "sensors", "color", "depth", "world_left"), joined)
+    }
+
+    @Test
+    fun dataThatIsOnItsWayAfterAChannelEndedArrives() {
+        fixture.run()
+        val session = fixture.started("color")
+        session.configure(2, "{}")
+        session.start(2)
+        fixture.offer("color/image")
+        session.awaitData("color/image")
+    }
+
+    @Test
+    fun aSourceThatFailsEndsItsChannelsAndNoOthers() {
+        fixture.run()
+        val session = fixture.started("color", "depth")
+        fixture.streams.fail("color", "x".repeat(10_000))
+        val error = session.await(HostFrame.ERROR).json
+        assertEquals("source", error.getValue("code").jsonPrimitive.content)
+        assertEquals("false", error.getValue("fatal").jsonPrimitive.content)
+        assertTrue(error.getValue("message").jsonPrimitive.content.startsWith("stream color ended: xxx"))
+        session.await(HostFrame.CHANNEL_END, index = 1)
+        assertEquals(setOf(3, 4), session.ids(HostFrame.CHANNEL_END).toSet())
+        fixture.offer("depth/image")
+        session.awaitData("depth/image")
+        session.configure(2, """{"color": {}, "depth": {}}""")
+        assertEquals(setOf(3, 4), session.ids(HostFrame.CHANNEL).drop(4).toSet())
+    }
+
+    @Test
+    fun aFailureFromBeforeTheSessionEndsNoChannel() {
+        fixture.streams.fail("color", "unplugged")
+        fixture.run()
+        val session = host.awaitHello()
+        session.welcome()
+        session.await(HostFrame.ERROR)
+        session.configure(1, """{"color": {}}""")
+        assertEquals(emptyList(), session.frames(HostFrame.CHANNEL_END))
+    }
+
+    @Test
+    fun theClockIsHeldBetweenSessions() {
+        val outcome = fixture.run()
+        val session = fixture.started()
+        awaitSynchronised(session)
+        session.cut()
+        fixture.outcome(outcome)
+        assertEquals(HostClock.State.HOLDOVER, fixture.clock.status.first)
+    }
+
+    private fun awaitSynchronised(session: HostSession): JsonObject = generateSequence(0) { it + 1 }
+        .map { session.await(HostFrame.STATUS, it).json.getValue("clock").jsonObject }
+        .first { it.getValue("state").jsonPrimitive.content == "synchronised" }
+
+    private fun HostSession.ids(kind: Int): List<Int> = frames(kind).map { it.json.getValue("id").jsonPrimitive.int }
+}
