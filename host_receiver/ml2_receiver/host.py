@@ -29,6 +29,7 @@ class Host:
         self._request = request
         self._is_paused = is_paused
         self._strangers: list[Connection] = []
+        self._is_settled = False
         self._successor: tuple[Connection, Hello] | None = None
         self._events = EventLimit(context.sink.event, context.clock)
 
@@ -52,6 +53,7 @@ class Host:
                 self.session.received(connection, frame)
                 if not self._is_paused:
                     self.session.start()
+                self._settle()
         except ProtocolError as error:
             self.failed(connection, error, is_told=frame.header.kind != Kind.ERROR)
 
@@ -79,19 +81,27 @@ class Host:
         self._successor = connection, hello
         if self.session is not None:
             self.session.finish(State.LOST, "replaced by a new one", Bye("replaced"))
-        self._succeed()
+        self._settle()
 
     def _present(self) -> Hello | None:
         if self._successor is not None:
             return self._successor[1]
         return None if self.session is None or self.session.is_over else self.session.hello
 
-    def _succeed(self) -> None:
-        """Begins the waiting session once every lane of the last one is read to its end."""
-        if self._successor is None or (self.session is not None and not self.session.is_over):
-            return
-        control, hello = self._successor
+    def _settle(self) -> None:
+        """Reports a session that is over, and begins the one that waited for that."""
+        if self.session is not None:
+            if not self.session.is_over:
+                return
+            if not self._is_settled:
+                self._is_settled = True
+                self._context.sink.session_ended(self.session.report())
+        if self._successor is not None:
+            self._begin(*self._successor)
+
+    def _begin(self, control: Connection, hello: Hello) -> None:
         self._successor = None
+        self._is_settled = False
         instance = Instance(hello.device_id, hello.instance_id)
         is_known = self.session is not None and self.session.instance == instance
         if self.session is not None and is_known:
@@ -138,9 +148,7 @@ class Host:
             self._successor = None
         if self.session is not None and connection in self.session:
             self.session.closed(connection, fault)
-            if self.session.is_over:
-                self._context.sink.session_ended(self.session.report())
-        self._succeed()
+        self._settle()
 
     def tick(self) -> None:
         """Some time has passed."""
@@ -151,6 +159,7 @@ class Host:
             self.failed(stranger, ProtocolError(ErrorCode.TIMEOUT, message))
         if self.session is not None:
             self.session.tick()
+        self._settle()
 
     def start(self) -> None:
         """Sends START, now or as soon as a headset is ready for it."""

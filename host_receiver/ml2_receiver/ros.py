@@ -57,7 +57,7 @@ class RosNode:
             for topic in table.receiver_topics
         }
         self._diagnostics = Diagnostics(prefix)
-        self._diagnostics_lock = threading.Lock()
+        self._lock = threading.Lock()
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._takes_bytearray = takes_bytearray(self._statuses, self._status_array(None))
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -92,14 +92,16 @@ class RosNode:
         rclpy.shutdown(context=self._context)
 
     def open(self, topic: Topic) -> Publish:
-        if topic not in self._publishers:
-            name = topic.full_name(self._prefix)
-            self._publishers[topic] = self._create(name, topic.type, self._table.qos[topic.qos])
-        return raw_publish(self._publishers[topic], self._takes_bytearray)
+        with self._lock:
+            if topic not in self._publishers:
+                name = topic.full_name(self._prefix)
+                self._publishers[topic] = self._create(name, topic.type, self._table.qos[topic.qos])
+            return raw_publish(self._publishers[topic], self._takes_bytearray)
 
     def configured(self, applied: Applied) -> None:
-        for topic in self._publishers.keys() - set(applied.topics):
-            self._node.destroy_publisher(self._publishers.pop(topic))
+        with self._lock:
+            for topic in self._publishers.keys() - set(applied.topics):
+                self._node.destroy_publisher(self._publishers.pop(topic))
         self._own["config"].publish(String(data=json.dumps(self._applied(applied))))
 
     def event(self, text: str) -> None:
@@ -145,12 +147,14 @@ class RosNode:
         return {"headset": applied.headset, "session": applied.session, "streams": streams}
 
     def _status_array(self, report: Report | None) -> DiagnosticArray:
-        with self._diagnostics_lock:
+        with self._lock:
             rows = self._diagnostics.rows(report, time.monotonic())
-        subscribers = {
-            topic.full_name(self._prefix): {"subscribers": str(publisher.get_subscription_count())}
-            for topic, publisher in list(self._publishers.items())
-        }
+            subscribers = {
+                topic.full_name(self._prefix): {
+                    "subscribers": str(publisher.get_subscription_count())
+                }
+                for topic, publisher in self._publishers.items()
+            }
         array = DiagnosticArray(
             status=[_status(row, subscribers.get(row.name, {})) for row in rows]
         )

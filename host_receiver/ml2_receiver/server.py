@@ -20,7 +20,7 @@ from .table import StreamTable
 
 _LIMITS = Limits()
 _TICK_S = 0.1
-_STOP_S = 0.4
+_STOP_S = 0.3
 _BACKLOG = 64
 # Takes every control frame whole, so that one send() tells whether the peer reads at all.
 _SEND_BUFFER_BYTES = 128 * 1024
@@ -152,8 +152,8 @@ class Server:
         except OSError as error:
             fault = error.strerror
         finally:
-            link.socket.close()
             with self._lock:
+                link.socket.close()
                 del self._links[link.connection]
                 self._readers.discard(threading.current_thread())
                 self._host.closed(link.connection, fault)

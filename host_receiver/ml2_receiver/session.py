@@ -74,8 +74,8 @@ class Session:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has ended and every connection is read to its end: counts are final."""
-        return self.state is not State.CONNECTED and not self._open
+        """Whether it has ended and all its lanes but control are read to their end."""
+        return self.state is not State.CONNECTED and self._open <= {self._control}
 
     def welcome(self, received: dict[str, int] | None) -> None:
         """Sends WELCOME; `received` is None for an instance that is new here."""
@@ -207,11 +207,11 @@ class Session:
         self.finish(State.LOST, str(error), error_body(error))
 
     def finish(self, state: State, reason: str, farewell: Bye | Error | None = None) -> None:
-        """Ends the session; what has arrived on its lanes is still read."""
+        """Ends the session, which is not LOST after a BYE; what has arrived is still read."""
         if self.state is not State.CONNECTED:
             return
-        self.state = state
-        self._event(f"session {state.value}: {reason}")
+        self.state = State.ENDED if self._bye_s is not None else state
+        self._event(f"session {self.state.value}: {reason}")
         if farewell is not None:
             self.send(Kind.BYE if isinstance(farewell, Bye) else Kind.ERROR, farewell)
         for connection in self._open:

@@ -1,0 +1,67 @@
+"""A Sink in memory, strict about its contract."""
+
+import threading
+from collections import defaultdict
+
+from ml2_receiver.errors import PublishError
+from ml2_receiver.report import Report
+from ml2_receiver.sink import Applied, Publish
+from ml2_receiver.table import Topic
+
+_PATIENCE_S = 10.0
+
+
+class FakeSink:
+    """Keeps everything; `refuses` has the topics whose messages it does not take."""
+
+    def __init__(self) -> None:
+        self.payloads: dict[str, list[bytes]] = defaultdict(list)
+        self.opened: list[Topic] = []
+        self.applied: list[Applied] = []
+        self.events: list[str] = []
+        self.reports: list[Report] = []
+        self.refuses: set[str] = set()
+        self._changed = threading.Condition()
+
+    def open(self, topic: Topic) -> Publish:
+        self.opened.append(topic)
+
+        def publish(payload: bytearray) -> None:
+            assert type(payload) is bytearray
+            if topic.name in self.refuses:
+                raise PublishError("refused")
+            with self._changed:
+                self.payloads[topic.name].append(bytes(payload))
+                self._changed.notify_all()
+
+        return publish
+
+    def configured(self, applied: Applied) -> None:
+        self._add(self.applied, applied)
+
+    def event(self, text: str) -> None:
+        self._add(self.events, text)
+
+    def session_ended(self, report: Report) -> None:
+        self._add(self.reports, report)
+
+    def _add[T](self, to: list[T], item: T) -> None:
+        with self._changed:
+            to.append(item)
+            self._changed.notify_all()
+
+    def await_payloads(self, topic: str, count: int) -> list[bytes]:
+        with self._changed:
+            assert self._changed.wait_for(lambda: len(self.payloads[topic]) >= count, _PATIENCE_S)
+            return self.payloads[topic]
+
+    def await_event(self, text: str) -> None:
+        with self._changed:
+            assert self._changed.wait_for(
+                lambda: any(text in event for event in self.events), _PATIENCE_S
+            ), self.events
+
+    def await_report(self) -> Report:
+        with self._changed:
+            assert self._changed.wait_for(lambda: self.reports, _PATIENCE_S)
+            return self.reports[-1]

@@ -1,0 +1,182 @@
+"""A Host without sockets: connections are what a test says, time goes when a test says."""
+
+from ml2_receiver.connection import Connection
+from ml2_receiver.context import Action, Close, Context, Ending, Limits, Send
+from ml2_receiver.frame import MAGIC, VERSION, Frame, Header, Kind
+from ml2_receiver.host import Host
+from ml2_receiver.json_body import JsonBody
+from ml2_receiver.messages import (
+    Capabilities,
+    Channel,
+    Configure,
+    Configured,
+    Error,
+    Hello,
+    Join,
+    Start,
+    StreamAnswer,
+    Welcome,
+)
+from ml2_receiver.streams import Request
+from ml2_receiver.table import Topic, load_table
+
+from fake_sink import FakeSink
+
+REQUEST: Request = {
+    "world_left": {
+        "stream": 0,
+        "resolution_width": 1016,
+        "resolution_height": 1016,
+        "update_rate": 30,
+        "format": "Grayscale",
+    },
+    "battery": {},
+    "tf": {"layout": "flat"},
+}
+APPLIED = {stream: StreamAnswer("applied", values) for stream, values in REQUEST.items()}
+TOPICS = [topic for stream in REQUEST for topic in load_table().streams[stream].topics]
+IMAGE = TOPICS[0]
+
+
+def hello(device_id: str = "a", instance_id: str = "1", versions: tuple[int, ...] = (1,)) -> Hello:
+    return Hello(
+        list(versions), device_id, instance_id, f"{device_id} name", "test", Capabilities([]), {}
+    )
+
+
+def channel(topic: Topic, number: int) -> Channel:
+    fields = (topic.stream, topic.role, topic.name, topic.type, topic.qos, "frame", topic.lane)
+    return Channel(number, *fields)
+
+
+def data(channel: int, sequence: int = 0) -> Frame:
+    payload = bytearray(b"\0\1\0\0....")
+    return Frame(Header(MAGIC, VERSION, Kind.DATA, 0, channel, sequence, 8, 0, 0), payload)
+
+
+class Scene:
+    """Collects what the host wants done; a test looks at it with sent() and ending()."""
+
+    def __init__(self, *, is_paused: bool = False) -> None:
+        self.now_s = 100.0
+        self.sink = FakeSink()
+        self.actions: list[Action] = []
+        self._seen = 0
+        context = Context(
+            load_table(),
+            self.sink,
+            Limits(),
+            self.actions.append,
+            lambda: self.now_s,
+            "host",
+            "test",
+        )
+        self.host = Host(context, REQUEST, is_paused=is_paused)
+        self.welcome: Welcome
+        self.control: Connection
+        self.lanes: dict[str, Connection] = {}
+
+    def connect(self) -> Connection:
+        connection = Connection("address", self.now_s)
+        self.host.opened(connection)
+        return connection
+
+    def receive(self, connection: Connection, kind: int, body: JsonBody | bytes = b"") -> None:
+        payload = bytearray(body if isinstance(body, bytes) else body.to_bytes())
+        header = Header(MAGIC, VERSION, kind, 0, 0, 0, len(payload), 0, 0)
+        self.host.received(connection, Frame(header, payload))
+
+    def pass_time(self, seconds: float) -> None:
+        self.now_s += seconds
+        self.host.tick()
+
+    def sent(self, connection: Connection) -> list[tuple[Kind, JsonBody | None]]:
+        """Everything this connection was sent."""
+        sends = [action for action in self.actions if isinstance(action, Send)]
+        return [(send.kind, send.body) for send in sends if send.connection is connection]
+
+    def kinds(self, connection: Connection) -> list[Kind]:
+        return [kind for kind, _ in self.sent(connection)]
+
+    def ending(self, connection: Connection) -> Ending | None:
+        endings = [
+            action.ending
+            for action in self.actions
+            if isinstance(action, Close) and action.connection is connection
+        ]
+        assert len(endings) <= 1
+        return endings[0] if endings else None
+
+    def error(self, connection: Connection) -> str | None:
+        """The code of the fatal ERROR that ended a connection."""
+        kind, body = self.sent(connection)[-1] if self.sent(connection) else (None, None)
+        if kind != Kind.ERROR:
+            return None
+        assert isinstance(body, Error)
+        assert body.fatal
+        assert self.ending(connection) is Ending.DISCARD
+        return body.code
+
+    # A session, step by step
+
+    def greet(self, greeting: Hello | None = None) -> Connection:
+        connection = self.connect()
+        self.receive(connection, Kind.HELLO, greeting or hello())
+        return connection
+
+    def begin(self, greeting: Hello | None = None) -> None:
+        """Up to WELCOME."""
+        self.control = self.greet(greeting)
+        self.take_welcome()
+
+    def take_welcome(self) -> None:
+        kind, body = self.sent(self.control)[-1]
+        assert kind == Kind.WELCOME
+        assert isinstance(body, Welcome)
+        self.welcome = body
+        self.lanes = {}
+
+    def join(self, lane: str, session: str | None = None, ticket: str | None = None) -> Connection:
+        connection = self.connect()
+        own = self.welcome.tickets.get(lane, "")
+        join = Join(session or self.welcome.session, ticket or own, lane)
+        self.receive(connection, Kind.JOIN, join)
+        self.lanes[lane] = connection
+        return connection
+
+    def configure(self) -> int:
+        """Up to CONFIGURE; returns its request."""
+        self.begin()
+        self.join("time")
+        self.join("sensors")
+        kind, body = self.sent(self.control)[-1]
+        assert kind == Kind.CONFIGURE
+        assert isinstance(body, Configure)
+        return body.request
+
+    def announce(self, topic: Topic, number: int) -> None:
+        self.receive(self.control, Kind.CHANNEL, channel(topic, number))
+
+    def answer(self) -> int:
+        """Up to CONFIGURED; channels have the numbers of their place in TOPICS, from 1."""
+        request = self.configure()
+        self.join("world_left")
+        for number, topic in enumerate(TOPICS, 1):
+            self.announce(topic, number)
+        self.receive(self.control, Kind.CONFIGURED, Configured(request, APPLIED))
+        return request
+
+    def start(self) -> None:
+        """Up to START."""
+        request = self.answer()
+        assert self.sent(self.control)[-1] == (Kind.START, Start(request))
+
+    def receive_data(self, lane: str, number: int, sequence: int = 0) -> None:
+        self.lanes[lane].routes[number].receive(data(number, sequence), 0)
+
+    def end(self, connection: Connection, fault: str | None = None) -> None:
+        self.host.closed(connection, fault)
+
+    def is_connected(self) -> bool:
+        session = self.host.session
+        return session is not None and session.state.value == "connected"

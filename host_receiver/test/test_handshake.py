@@ -1,0 +1,197 @@
+import pytest
+from ml2_receiver.context import Ending
+from ml2_receiver.frame import Kind
+from ml2_receiver.messages import Bye, Configure, Error, Joined
+from ml2_receiver.table import load_table
+
+from scene import REQUEST, Scene, data, hello
+
+
+def test_hello_is_welcomed_with_a_ticket_for_every_lane() -> None:
+    scene = Scene()
+    scene.begin()
+    tickets = scene.welcome.tickets
+    assert set(tickets) == {"time", "sensors", *load_table().image_lanes}
+    values = [scene.welcome.session, *tickets.values()]
+    assert len(set(values)) == len(values)
+    assert all(len(value) == 32 and int(value, 16) >= 0 for value in values)
+    assert scene.welcome.received is None
+    assert (scene.welcome.version, scene.welcome.name) == (1, "host")
+
+
+@pytest.mark.parametrize("versions", [(), (2,), (0, 2)])
+def test_a_device_of_other_versions_is_told_so(versions: tuple[int, ...]) -> None:
+    scene = Scene()
+    assert scene.error(scene.greet(hello(versions=versions))) == "version"
+
+
+def test_the_common_version_is_enough() -> None:
+    scene = Scene()
+    scene.begin(hello(versions=(3, 1, 2)))
+
+
+def test_another_device_is_busy_and_the_first_goes_on() -> None:
+    scene = Scene()
+    scene.start()
+    assert scene.error(scene.greet(hello("b"))) == "busy"
+    assert scene.is_connected()
+    assert scene.ending(scene.control) is None
+
+
+def test_the_same_device_takes_its_place_once_every_old_lane_is_read() -> None:
+    scene = Scene()
+    scene.start()
+    scene.receive_data("world_left", 1)
+    old_control, old_lanes = scene.control, scene.lanes
+    new_control = scene.greet()
+    assert scene.sent(old_control)[-1] == (Kind.BYE, Bye("replaced"))
+    assert {scene.ending(lane) for lane in old_lanes.values()} == {Ending.DRAIN}
+    for connection in (old_control, old_lanes["time"], old_lanes["sensors"]):
+        scene.end(connection)
+        assert scene.kinds(new_control) == []
+    old_lanes["world_left"].routes[1].receive(
+        data(1, 1), 0
+    )
+    scene.end(old_lanes["world_left"])
+    scene.control = new_control
+    scene.take_welcome()
+    assert scene.welcome.received is not None
+    assert scene.welcome.received["world_left/image_raw"] == 2
+    assert scene.welcome.received["/tf"] == 0
+
+
+def test_counts_of_another_instance_are_not_known() -> None:
+    scene = Scene()
+    scene.start()
+    control, lanes = scene.control, scene.lanes
+    scene.control = scene.greet(hello(instance_id="2"))
+    for connection in (control, *lanes.values()):
+        scene.end(connection)
+    scene.take_welcome()
+    assert scene.welcome.received is None
+
+
+def test_while_one_takes_over_no_other_may() -> None:
+    scene = Scene()
+    scene.start()
+    successor = scene.greet()
+    assert scene.error(scene.greet()) == "busy"
+    assert scene.error(scene.greet(hello("b"))) == "busy"
+    scene.end(successor)
+    for connection in (scene.control, *scene.lanes.values()):
+        scene.end(connection)
+    assert scene.kinds(successor) == []
+    scene.begin(hello("b"))
+
+
+def test_a_ticket_opens_its_lane_once() -> None:
+    scene = Scene()
+    scene.begin()
+    assert scene.sent(scene.join("sensors")) == [(Kind.JOINED, Joined("sensors"))]
+    assert scene.error(scene.join("sensors")) == "ticket"
+    assert scene.is_connected()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"session": "0" * 32}, {"ticket": "0" * 32}, {"ticket": "\u00e9"}, {"lane": "nose"}, {"lane": "control"}],
+)
+def test_a_refused_join_ends_itself_only_and_leaves_the_ticket(wrong: dict[str, str]) -> None:
+    scene = Scene()
+    scene.begin()
+    assert scene.error(scene.join(**({"lane": "sensors"} | wrong))) == "ticket"
+    assert scene.kinds(scene.join("sensors")) == [Kind.JOINED]
+
+
+def test_a_ticket_of_one_lane_does_not_open_another() -> None:
+    scene = Scene()
+    scene.begin()
+    assert scene.error(scene.join("time", ticket=scene.welcome.tickets["sensors"])) == "ticket"
+
+
+def test_nothing_can_be_joined_without_a_session() -> None:
+    scene = Scene()
+    scene.begin()
+    scene.end(scene.control)
+    assert scene.error(scene.join("sensors")) == "ticket"
+
+
+def test_the_configuration_is_asked_for_when_time_and_sensors_are_joined() -> None:
+    scene = Scene()
+    scene.begin()
+    scene.join("world_left")
+    scene.join("sensors")
+    assert Kind.CONFIGURE not in scene.kinds(scene.control)
+    scene.join("time")
+    scene.join("depth")
+    configures = [body for kind, body in scene.sent(scene.control) if kind == Kind.CONFIGURE]
+    assert configures == [Configure(1, REQUEST)]
+
+
+def test_silence_instead_of_a_greeting_times_out() -> None:
+    scene = Scene()
+    silent = scene.connect()
+    scene.pass_time(4.9)
+    assert scene.ending(silent) is None
+    scene.pass_time(0.2)
+    assert scene.error(silent) == "timeout"
+
+
+def test_lanes_that_are_never_joined_time_out() -> None:
+    scene = Scene()
+    scene.begin()
+    scene.join("time")
+    for _ in range(6):
+        scene.receive(scene.control, Kind.PONG)
+        scene.pass_time(0.9)
+    assert scene.error(scene.control) == "timeout"
+
+
+def test_the_oldest_stranger_goes_for_the_seventeenth() -> None:
+    scene = Scene()
+    scene.start()
+    strangers = [scene.connect() for _ in range(17)]
+    assert scene.ending(strangers[0]) is Ending.ABORT
+    assert [scene.ending(stranger) for stranger in strangers[1:]] == [None] * 16
+    assert scene.is_connected()
+
+
+def test_an_error_instead_of_a_greeting_is_not_answered() -> None:
+    scene = Scene()
+    stranger = scene.connect()
+    scene.receive(stranger, Kind.ERROR, Error("busy", "", fatal=True))
+    assert scene.sent(stranger) == []
+    assert scene.ending(stranger) is Ending.DRAIN
+
+
+def test_a_fault_before_a_session_ends_only_its_connection() -> None:
+    scene = Scene()
+    scene.start()
+    stranger = scene.connect()
+    scene.receive(stranger, Kind.HELLO, b"{")
+    assert scene.error(stranger) == "malformed"
+    assert scene.is_connected()
+
+
+def test_refusals_are_logged_at_most_ten_times_a_second() -> None:
+    scene = Scene()
+    for _ in range(25):
+        scene.end(scene.connect(), "broken")
+    assert len(scene.sink.events) == 10
+    scene.now_s += 1
+    scene.end(scene.connect())
+    assert scene.sink.events[10:] == [
+        "15 more such events",
+        "address (new connection): ended without HELLO or JOIN",
+    ]
+
+
+def test_the_receiver_says_goodbye_when_it_stops() -> None:
+    scene = Scene()
+    scene.start()
+    stranger = scene.connect()
+    scene.host.stop()
+    assert scene.sent(scene.control)[-1] == (Kind.BYE, Bye("the receiver stops"))
+    assert scene.ending(scene.control) is Ending.DISCARD
+    assert scene.ending(scene.lanes["sensors"]) is Ending.DRAIN
+    assert scene.ending(stranger) is Ending.ABORT

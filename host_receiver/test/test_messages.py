@@ -1,0 +1,186 @@
+import dataclasses
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from ml2_receiver.errors import ProtocolError
+from ml2_receiver.json_body import JsonBody
+from ml2_receiver.messages import (
+    Bye,
+    Capabilities,
+    Channel,
+    ChannelEnd,
+    ChannelStatus,
+    ClockStatus,
+    Configure,
+    Configured,
+    Error,
+    Hello,
+    Join,
+    Joined,
+    PeerLimits,
+    Start,
+    Status,
+    StreamAnswer,
+    Timeouts,
+    Welcome,
+)
+
+BODIES: list[JsonBody] = [
+    Hello([1, 2], "id", "run", "Zoë \U0001f97d", "app", Capabilities(["tf"]), {"CAMERA": True}),
+    Welcome(
+        1, "s", "host", "x", {"time": "t"}, None, PeerLimits(1), Timeouts(5.0, 1.0, 2.0)
+    ),
+    Welcome(1, "s", "host", "x", {}, {"/tf": 3}, PeerLimits(1), Timeouts(5.0, 1.5, 2.0)),
+    Join("s", "t", "time"),
+    Joined("time"),
+    Configure(1, {"tf": {"layout": "flat"}, "depth": {"radial": True, "x": 1, "y": 0.5}}),
+    Configured(
+        1,
+        {
+            "tf": StreamAnswer("applied", {"layout": "flat"}),
+            "depth": StreamAnswer("adjusted", {"update_rate": 30}, "slower"),
+            "color": StreamAnswer("refused", reason="covered"),
+        },
+    ),
+    Channel(65535, "tf", "tf", "/tf", "tf2_msgs/msg/TFMessage", "tf", "", "sensors"),
+    ChannelEnd(1),
+    Start(2**63 - 1),
+    Status(True, 0.5, {"/tf": ChannelStatus(3, 2, {"queue_full": 1})}, ClockStatus("frozen", -1, 2, 3)),
+    Error("busy", "later", fatal=True),
+    Bye(""),
+]
+STATUS = json.loads(BODIES[-3].to_bytes())
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
+def test_bodies_are_read_as_they_were_written(body: JsonBody) -> None:
+    assert type(body).parse(body.to_bytes()) == body
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
+def test_unknown_keys_are_ignored(body: JsonBody) -> None:
+    document = {"later": [{"deep": None}], **json.loads(body.to_bytes())}
+    assert type(body).parse(json.dumps(document).encode()) == body
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
+def test_every_key_is_needed_in_its_type(body: JsonBody) -> None:
+    document = json.loads(body.to_bytes())
+    assert document
+    for field in dataclasses.fields(body):  # type: ignore[arg-type]
+        without = {key: value for key, value in document.items() if key != field.name}
+        with pytest.raises(ProtocolError, match=rf"body\.{field.name}: missing"):
+            type(body).parse(json.dumps(without).encode())
+        with pytest.raises(ProtocolError, match=rf"body\.{field.name}"):
+            type(body).parse(json.dumps(document | {field.name: [[]]}).encode())
+
+
+def parse_status(**changes: Any) -> Status:
+    return Status.parse(json.dumps(STATUS | changes).encode())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"final": 1}, "body.final: expected bool, found int '1'"),
+        ({"uptime_s": True}, "body.uptime_s: expected float, found bool 'True'"),
+        ({"uptime_s": 10**400}, "body.uptime_s: expected a finite number"),
+        ({"clock": STATUS["clock"] | {"offset_ns": 2**63}}, "offset_ns: expected a 64-bit integer"),
+        ({"clock": STATUS["clock"] | {"offset_ns": 1.0}}, "offset_ns: expected int, found float"),
+        ({"clock": STATUS["clock"] | {"state": "late"}}, "expected one of waiting, synchronised"),
+        ({"channels": {"/tf": {"produced": 1, "sent": 1, "dropped": {"x": -1}}}}, "not negative"),
+        ({"channels": {"/tf": {"produced": -1, "sent": 1, "dropped": {}}}}, "not negative"),
+        ({"channels": [1]}, "body.channels: expected dict, found list"),
+    ],
+)
+def test_a_wrong_value_is_named(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ProtocolError, match=message) as raised:
+        parse_status(**changes)
+    assert raised.value.code == "malformed"
+
+
+def test_a_whole_number_is_a_number() -> None:
+    assert parse_status(uptime_s=3).uptime_s == 3.0
+
+
+@pytest.mark.parametrize("number", [0, -1, 65536])
+def test_channel_ids_are_from_1_to_65535(number: int) -> None:
+    body = BODIES[7].to_bytes().replace(b"65535", str(number).encode())
+    with pytest.raises(ProtocolError, match=f"expected 1 to 65535, found {number}"):
+        Channel.parse(body)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [{"result": "applied"}, {"result": "adjusted", "values": {}}, {"result": "refused"}],
+)
+def test_an_answer_has_what_its_result_needs(answer: dict[str, Any]) -> None:
+    with pytest.raises(ProtocolError, match="missing although"):
+        Configured.parse(json.dumps({"request": 1, "streams": {"tf": answer}}).encode())
+
+
+def nested(depth: int) -> bytes:
+    return b'{"reason":"","x":' + b"[" * (depth - 1) + b"]" * (depth - 1) + b"}"
+
+
+def test_bodies_nest_at_most_16_deep() -> None:
+    assert Bye.parse(nested(16)) == Bye("")
+    for depth in (17, 1000, 30_000):
+        with pytest.raises(ProtocolError) as raised:
+            Bye.parse(nested(depth))
+        assert raised.value.code == "malformed"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"null",
+        b"[]",
+        b'"reason"',
+        b'{"reason":""} {}',
+        b'{"reason":"","x":NaN}',
+        b'{"reason":"","x":-Infinity}',
+        b'{"reason":"","x":' + b"9" * 5000 + b"}",
+        b'{"reason":"\\ud800"}',
+        b'{"reason":"","\\udfff":1}',
+        b'{"reason":"\xff"}',
+        b'{"reason":"\n"}',
+        b'\xef\xbb\xbf{"reason":""}',
+        '{"reason":""}'.encode("utf-16"),
+        b'{"reason":"",}',
+    ],
+)
+def test_what_is_not_a_json_object_in_utf_8_is_malformed(body: bytes) -> None:
+    with pytest.raises(ProtocolError) as raised:
+        Bye.parse(body)
+    assert raised.value.code == "malformed"
+
+
+@given(body=st.binary(max_size=100), kind=st.sampled_from([type(body) for body in BODIES]))
+def test_garbage_is_malformed(body: bytes, kind: type[JsonBody]) -> None:
+    with pytest.raises(ProtocolError):
+        kind.parse(body)
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(data=st.data(), body=st.sampled_from(BODIES))
+def test_a_replaced_value_is_taken_or_malformed(data: st.DataObject, body: JsonBody) -> None:
+    document = json.loads(body.to_bytes())
+    key = data.draw(st.sampled_from(sorted(document)))
+    document[key] = data.draw(JSON)
+    try:
+        parsed = type(body).parse(json.dumps(document).encode())
+    except ProtocolError as error:
+        assert error.code == "malformed"
+    else:
+        assert type(parsed).parse(parsed.to_bytes()) == parsed

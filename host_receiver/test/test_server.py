@@ -1,0 +1,273 @@
+import secrets
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from ml2_receiver.context import Limits
+from ml2_receiver.errors import ListenError
+from ml2_receiver.frame import CDR_ENCAPSULATION, Kind, encode_frame
+from ml2_receiver.report import State
+from ml2_receiver.server import Server, listen
+from ml2_receiver.table import load_table
+
+from fake_sink import FakeSink
+from mock_device import PAYLOAD, MockDevice, Wire
+from scene import REQUEST
+
+IMAGE = "world_left/image_raw"
+INFO = "world_left/camera_info"
+QUICK = Limits(handshake_s=0.3, dead_s=0.3, ping_s=0.1, linger_s=0.3)
+
+
+def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
+    return Server(
+        listen(("127.0.0.1", 0)),
+        load_table(),
+        REQUEST,
+        sink,
+        name="host",
+        software="test",
+        is_paused=is_paused,
+        limits=limits,
+    )
+
+
+@pytest.fixture
+def sink() -> FakeSink:
+    return FakeSink()
+
+
+@pytest.fixture
+def server(sink: FakeSink) -> Iterator[Server]:
+    server = serve(sink, Limits())
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def quick(sink: FakeSink) -> Iterator[Server]:
+    """A server with short limits."""
+    server = serve(sink, QUICK)
+    yield server
+    server.stop()
+
+
+def payload(length: int) -> bytes:
+    return CDR_ENCAPSULATION + secrets.token_bytes(length - 4)
+
+
+def test_payloads_of_every_size_arrive_as_they_were_sent(server: Server, sink: FakeSink) -> None:
+    sizes = [4, 1_032_336, 5, 1 << 20, (1 << 20) + 1, 16 << 20, 300_000, 299_999]
+    sent = [payload(size) for size in sizes]
+    with MockDevice(server.address) as device:
+        device.start()
+        for message in sent:
+            device.publish(IMAGE, message)
+        assert sink.await_payloads(IMAGE, len(sent)) == sent
+
+
+def test_lanes_do_not_wait_for_each_other(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        image = encode_frame(Kind.DATA, payload(1 << 20), channel=device.channels[IMAGE][0])
+        device.wires["world_left"].socket.sendall(image[:-1])
+        device.publish(INFO)
+        sink.await_payloads(INFO, 1)
+        assert IMAGE not in sink.payloads
+        device.wires["world_left"].socket.sendall(image[-1:])
+        sink.await_payloads(IMAGE, 1)
+
+
+def test_time_is_answered_at_once(server: Server) -> None:
+    with MockDevice(server.address) as device:
+        device.connect()
+        device.join("time")
+        before_ns = time.time_ns()
+        t1, t2, t3 = device.exchange_time(-7)
+        assert t1 == -7
+        assert before_ns <= t2 <= t3 <= time.time_ns()
+
+
+def test_an_orderly_end_loses_nothing(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        for _ in range(200):
+            device.publish(IMAGE, PAYLOAD + bytes(10_000))
+            device.publish(INFO)
+        device.leave()
+    report = sink.await_report()
+    assert (report.state, report.is_final) == (State.ENDED, True)
+    counts = {row.topic.name: row.statistics.received for row in report.topics}
+    assert (counts[IMAGE], counts[INFO]) == (200, 200)
+
+
+def test_a_device_that_comes_back_is_told_what_arrived(server: Server, sink: FakeSink) -> None:
+    device = MockDevice(server.address)
+    device.start()
+    for _ in range(3):
+        device.publish(IMAGE)
+    device.disconnect()
+    device.start()
+    assert device.welcome.received is not None
+    assert device.welcome.received[IMAGE] == 3
+    device.publish(IMAGE, skip=2)
+    sink.await_payloads(IMAGE, 4)
+    report = server.report()
+    assert report is not None
+    (statistics,) = [row.statistics for row in report.topics if row.topic.name == IMAGE]
+    assert (statistics.received, statistics.gaps, statistics.produced) == (4, 2, 6)
+    device.disconnect()
+
+
+def test_a_device_takes_the_place_of_its_own_dead_session(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as dead, MockDevice(server.address) as back:
+        dead.start()
+        dead.publish(IMAGE)
+        back.start()
+        assert back.welcome.received is not None
+        assert back.welcome.received[IMAGE] == 1
+        for wire in dead.wires.values():
+            wire.expect_end()
+        back.channels, back.sequences = dead.channels, dead.sequences
+        back.publish(IMAGE)
+        sink.await_payloads(IMAGE, 2)
+
+
+def test_a_second_headset_is_busy_and_the_first_goes_on(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as first, MockDevice(server.address, "other") as second:
+        first.start()
+        second.greet().expect_error("busy")
+        first.publish(IMAGE)
+        sink.await_payloads(IMAGE, 1)
+        sink.await_event("busy: 'device name' is connected")
+
+
+def test_a_paused_server_starts_when_told(sink: FakeSink) -> None:
+    server = serve(sink, Limits(), is_paused=True)
+    with MockDevice(server.address) as device:
+        device.configure()
+        sink.await_event("streams: ")
+        server.begin()
+        device.wires["control"].expect(Kind.START)
+    server.stop()
+
+
+@pytest.mark.parametrize("sent", [b"", b"M2", encode_frame(Kind.HELLO, b"{}")[:-1]])
+def test_a_peer_that_says_too_little_is_told_and_closed(
+    quick: Server, sink: FakeSink, sent: bytes
+) -> None:
+    wire = Wire(quick.address, "control")
+    wire.socket.sendall(sent)
+    wire.expect_error("timeout")
+    sink.await_event("timeout: no HELLO or JOIN within 0.3 s")
+    wire.socket.close()
+
+
+def test_a_silent_headset_loses_its_session(quick: Server, sink: FakeSink) -> None:
+    with MockDevice(quick.address) as device:
+        device.start()
+        device.wires["control"].expect_error("timeout")
+        for lane in ("time", "sensors", "world_left"):
+            device.wires[lane].expect_end()
+    assert sink.await_report().state is State.LOST
+
+
+def test_an_error_reaches_a_peer_that_is_still_writing(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        lane = device.wires["world_left"]
+        writer = threading.Thread(target=write_nonsense, args=[lane.socket])
+        writer.start()
+        lane.expect_error("malformed")
+        lane.socket.shutdown(socket.SHUT_RDWR)
+        writer.join()
+    sink.await_event("expected magic 0x324d, found 0x2020")
+
+
+def write_nonsense(to: socket.socket) -> None:
+    try:
+        for _ in range(200):
+            to.sendall(b" " * 100_000)
+    except OSError:
+        pass
+
+
+def test_a_peer_that_does_not_read_is_cut_off(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as device:
+        device.connect()
+        control = device.wires["control"].socket
+        with pytest.raises(ConnectionError):
+            while True:
+                control.sendall(encode_frame(Kind.PING) * 1000)
+        assert sink.await_report().state is State.LOST
+
+
+def test_seventeen_silent_peers_do_not_keep_a_headset_out(server: Server, sink: FakeSink) -> None:
+    silent = [Wire(server.address, "control") for _ in range(17)]
+    silent[0].expect_end()
+    with MockDevice(server.address) as device:
+        device.start()
+        device.publish(IMAGE)
+        sink.await_payloads(IMAGE, 1)
+    for wire in silent:
+        wire.socket.close()
+
+
+def test_a_lane_that_breaks_inside_a_frame_ends_the_session(
+    server: Server, sink: FakeSink
+) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        frame = encode_frame(Kind.DATA, PAYLOAD, channel=device.channels[IMAGE][0])
+        device.wires["world_left"].socket.sendall(frame[:-1])
+        device.wires["world_left"].socket.close()
+        device.wires["control"].expect_end()
+    sink.await_event("'world_left': ended inside a frame")
+
+
+def test_a_reset_is_a_loss(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        reset = device.wires["world_left"].socket
+        reset.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        reset.close()
+        device.wires["control"].expect_end()
+    assert sink.await_report().state is State.LOST
+
+
+def test_a_stopped_server_says_goodbye_and_leaves_no_threads(sink: FakeSink) -> None:
+    before = threading.active_count()
+    server = serve(sink, replace(Limits(), linger_s=60))
+    with MockDevice(server.address) as device:
+        device.start()
+        stranger = Wire(server.address, "control")
+        server.stop()
+        device.wires["control"].expect(Kind.BYE)
+        for wire in (*device.wires.values(), stranger):
+            wire.expect_end()
+        stranger.socket.close()
+    assert threading.active_count() == before
+    assert sink.await_report().state is State.ENDED
+
+
+def test_a_port_in_use_is_named() -> None:
+    with listen(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(ListenError, match=rf"cannot listen on 127.0.0.1:{port}: .*in use"):
+            listen(("127.0.0.1", port))
+
+
+def test_an_unknown_host_is_named() -> None:
+    with pytest.raises(ListenError, match="cannot listen on nowhere.invalid:1: "):
+        listen(("nowhere.invalid", 1))
+
+
+def test_ipv6_is_listened_on(sink: FakeSink) -> None:
+    if not socket.has_ipv6:
+        pytest.skip("this machine has no IPv6")
+    with listen(("::1", 0)) as listener:
+        assert listener.family == socket.AF_INET6

@@ -1,0 +1,226 @@
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from ml2_receiver.connection import Connection
+from ml2_receiver.context import Ending
+from ml2_receiver.errors import ErrorCode, ProtocolError
+from ml2_receiver.frame import Kind
+from ml2_receiver.messages import Bye, ChannelStatus, ClockStatus, Error, Status
+from ml2_receiver.report import State
+
+from scene import IMAGE, Scene, channel, hello
+
+STATUS = Status(
+    True,
+    2.5,
+    {IMAGE.name: ChannelStatus(5, 4, {"queue_full": 1}), "unheard/of": ChannelStatus(1, 1, {})},
+    ClockStatus("holdover", -3, 2, 1),
+)
+
+
+@pytest.fixture
+def scene() -> Scene:
+    scene = Scene()
+    scene.start()
+    return scene
+
+
+def end_all(scene: Scene, but: Connection | None = None) -> None:
+    for connection in (*scene.lanes.values(), scene.control):
+        if connection is not but:
+            scene.end(connection)
+
+
+def test_ping_is_answered(scene: Scene) -> None:
+    scene.receive(scene.control, Kind.PING)
+    assert scene.kinds(scene.control)[-1] == Kind.PONG
+
+
+def test_a_receiver_that_has_nothing_to_say_says_ping(scene: Scene) -> None:
+    scene.pass_time(0.9)
+    assert scene.kinds(scene.control)[-1] == Kind.START
+    scene.pass_time(0.1)
+    assert scene.kinds(scene.control)[-1] == Kind.PING
+    scene.pass_time(0.9)
+    assert scene.kinds(scene.control).count(Kind.PING) == 1
+
+
+@pytest.mark.parametrize("kind", [Kind.PONG, 200])
+def test_any_frame_on_control_keeps_a_session(scene: Scene, kind: int) -> None:
+    for _ in range(10):
+        scene.pass_time(1.9)
+        scene.receive(scene.control, kind)
+    assert scene.is_connected()
+
+
+def test_silence_on_control_ends_a_session(scene: Scene) -> None:
+    scene.pass_time(1.9)
+    scene.receive(scene.lanes["sensors"], 200)
+    scene.pass_time(0.2)
+    assert scene.error(scene.control) == "timeout"
+    assert {scene.ending(lane) for lane in scene.lanes.values()} == {Ending.DRAIN}
+
+
+def test_unknown_kinds_are_skipped_and_counted(scene: Scene) -> None:
+    for connection in (scene.control, *scene.lanes.values()):
+        scene.receive(connection, 200, b"anything")
+    assert scene.host.session is not None
+    assert scene.host.session.report().skipped_frames == 4
+    assert scene.is_connected()
+
+
+def test_after_bye_every_lane_is_read_to_its_end(scene: Scene) -> None:
+    scene.end(scene.lanes["time"])
+    scene.end(scene.lanes["sensors"])
+    scene.receive(scene.control, Kind.STATUS, STATUS)
+    scene.receive(scene.control, Kind.BYE, Bye("done"))
+    scene.end(scene.control)
+    assert scene.is_connected()
+    scene.receive_data("world_left", 1)
+    scene.end(scene.lanes["world_left"])
+    (report,) = scene.sink.reports
+    assert report.state is State.ENDED
+    assert report.is_final
+
+
+def test_after_bye_a_lane_that_does_not_end_is_waited_for_2_seconds(scene: Scene) -> None:
+    scene.receive(scene.control, Kind.BYE, Bye("done"))
+    scene.pass_time(1.9)
+    assert scene.is_connected()
+    scene.pass_time(0.2)
+    assert not scene.is_connected()
+    assert scene.sink.reports == []
+    end_all(scene)
+    assert [report.state for report in scene.sink.reports] == [State.ENDED]
+
+
+def test_lanes_may_end_shortly_before_bye(scene: Scene) -> None:
+    scene.end(scene.lanes["world_left"])
+    scene.end(scene.lanes["sensors"])
+    scene.pass_time(1.9)
+    assert scene.is_connected()
+    scene.receive(scene.control, Kind.BYE, Bye("done"))
+    end_all(scene, but=scene.lanes["sensors"])
+    assert [report.state for report in scene.sink.reports] == [State.ENDED]
+
+
+def test_a_lane_that_ends_without_bye_is_a_loss_after_2_seconds(scene: Scene) -> None:
+    scene.end(scene.lanes["time"])
+    scene.pass_time(1.9)
+    scene.receive(scene.control, Kind.PONG)
+    scene.pass_time(0.2)
+    assert scene.kinds(scene.control)[-1] == Kind.BYE
+    end_all(scene, but=scene.lanes["time"])
+    assert [report.state for report in scene.sink.reports] == [State.LOST]
+
+
+def test_a_lane_that_ends_inside_a_frame_is_a_loss_at_once(scene: Scene) -> None:
+    scene.end(scene.lanes["world_left"], "ended inside a frame")
+    assert not scene.is_connected()
+    assert "'world_left': ended inside a frame" in scene.sink.events[-1]
+
+
+def test_control_that_ends_without_bye_is_a_loss_at_once(scene: Scene) -> None:
+    scene.end(scene.control)
+    assert not scene.is_connected()
+    assert {scene.ending(lane) for lane in scene.lanes.values()} == {Ending.DRAIN}
+
+
+def test_what_has_arrived_when_a_session_is_lost_is_still_received(scene: Scene) -> None:
+    scene.end(scene.control)
+    scene.receive_data("world_left", 1)
+    end_all(scene, but=scene.control)
+    (report,) = scene.sink.reports
+    assert {row.topic.name: row.statistics.received for row in report.topics}[IMAGE.name] == 1
+
+
+def test_a_fault_on_a_lane_is_told_there_and_ends_the_session(scene: Scene) -> None:
+    lane = scene.lanes["world_left"]
+    scene.host.failed(lane, ProtocolError(ErrorCode.MALFORMED, "x" * 100_000))
+    assert scene.error(lane) == "malformed"
+    assert not scene.is_connected()
+    body = scene.sent(lane)[-1][1]
+    assert body is not None
+    assert len(body.to_bytes()) < Kind.ERROR.max_length
+
+
+def test_only_the_first_fault_of_a_connection_is_told(scene: Scene) -> None:
+    for _ in range(2):
+        scene.host.failed(scene.control, ProtocolError(ErrorCode.MALFORMED, ""))
+    scene.receive(scene.control, Kind.BYE, b"nonsense")
+    assert scene.kinds(scene.control).count(Kind.ERROR) == 1
+
+
+def test_an_error_that_is_not_fatal_is_logged(scene: Scene) -> None:
+    scene.receive(scene.control, Kind.ERROR, Error("source", "depth is covered", fatal=False))
+    assert "'source': 'depth is covered'" in scene.sink.events[-1]
+    assert scene.is_connected()
+
+
+@pytest.mark.parametrize("body", [Error("malformed", "", fatal=True), b"nonsense"])
+def test_an_error_is_never_answered(scene: Scene, body: Error | bytes) -> None:
+    sent = scene.sent(scene.lanes["time"])
+    scene.receive(scene.lanes["time"], Kind.ERROR, body)
+    assert not scene.is_connected()
+    assert scene.sent(scene.lanes["time"]) == sent
+    assert scene.ending(scene.lanes["time"]) is not None
+
+
+def test_the_last_status_is_reported(scene: Scene) -> None:
+    scene.receive(scene.control, Kind.STATUS, STATUS)
+    assert scene.host.session is not None
+    report = scene.host.session.report()
+    assert (report.headset, report.device_id, report.is_final) == ("a name", "a", True)
+    assert report.clock == STATUS.clock
+    by_topic = {row.topic.name: row for row in report.topics}
+    assert by_topic[IMAGE.name].device == STATUS.channels[IMAGE.name]
+    assert by_topic["/tf"].device is None
+    assert "unheard/of" not in by_topic
+
+
+def test_a_device_that_said_goodbye_and_is_back_at_once_did_not_lose_its_session(
+    scene: Scene,
+) -> None:
+    scene.receive(scene.control, Kind.BYE, Bye("done"))
+    old_control = scene.control
+    scene.control = scene.greet()
+    for connection in (old_control, *scene.lanes.values()):
+        scene.end(connection)
+    assert [report.state for report in scene.sink.reports] == [State.ENDED]
+    scene.take_welcome()
+
+
+BODIES = [hello(), channel(IMAGE, 1), Bye("x"), STATUS, Error("x", "y", fatal=False)]
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, 3),
+            st.sampled_from([*(int(kind) for kind in Kind if kind != Kind.DATA), 200]),
+            st.one_of(
+                st.sampled_from([body.to_bytes() for body in BODIES]),
+                st.binary(max_size=20),
+                st.recursive(
+                    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
+                    lambda inner: st.lists(inner) | st.dictionaries(st.text(max_size=5), inner),
+                ).map(lambda value: json.dumps(value).encode()),
+            ),
+            st.floats(0, 3),
+        ),
+        max_size=15,
+    )
+)
+def test_no_frames_make_the_host_stumble(frames: list[tuple[int, int, bytes, float]]) -> None:
+    scene = Scene()
+    scene.start()
+    connections = [scene.control, scene.lanes["time"], scene.lanes["sensors"], scene.connect()]
+    for place, kind, body, seconds in frames:
+        scene.receive(connections[place], kind, body)
+        scene.pass_time(seconds)
+    for connection in connections:
+        scene.end(connection)
+    scene.end(scene.lanes["world_left"])
+    scene.begin(hello("b"))

@@ -1,0 +1,252 @@
+import pytest
+from ml2_receiver.errors import ErrorCode, ProtocolError
+from ml2_receiver.frame import Kind
+from ml2_receiver.messages import (
+    Channel,
+    ChannelEnd,
+    Configured,
+    Start,
+    StreamAnswer,
+)
+from ml2_receiver.table import Topic, load_table
+
+from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, channel, data
+
+REFUSED = StreamAnswer("refused", None, "covered")
+
+
+def configuring() -> tuple[Scene, int]:
+    scene = Scene()
+    return scene, scene.configure()
+
+
+def test_channels_open_their_topics_before_start() -> None:
+    scene = Scene()
+    scene.answer()
+    assert scene.sink.opened == TOPICS
+    (applied,) = scene.sink.applied
+    assert (applied.headset, applied.session) == ("a name", scene.welcome.session)
+    assert applied.streams == APPLIED
+    assert applied.topics == TOPICS
+    assert scene.kinds(scene.control)[-1] == Kind.START
+
+
+def test_payloads_go_to_their_topics_after_start() -> None:
+    scene = Scene()
+    scene.start()
+    for number in range(1, len(TOPICS) + 1):
+        scene.receive_data(TOPICS[number - 1].lane, number)
+    assert set(scene.sink.payloads) == {topic.name for topic in TOPICS}
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("stream", "world_right"),
+        ("role", "metadata"),
+        ("topic", "world_left/image"),
+        ("topic", "/magic_leap2/world_left/image_raw"),
+        ("type", "sensor_msgs/msg/CompressedImage"),
+        ("qos", "imu"),
+        ("lane", "sensors"),
+        ("lane", "image"),
+    ],
+)
+def test_a_channel_that_differs_from_the_table_is_refused(field: str, value: str) -> None:
+    scene, _ = configuring()
+    fields = {name: getattr(channel(IMAGE, 1), name) for name in Channel.__dataclass_fields__}
+    scene.receive(scene.control, Kind.CHANNEL, Channel(**fields | {field: value}))
+    assert scene.error(scene.control) == "channel"
+    assert scene.sink.opened == []
+
+
+def test_a_channel_of_a_stream_that_was_not_asked_for_is_refused() -> None:
+    scene, _ = configuring()
+    scene.announce(load_table().streams["world_right"].topics[0], 1)
+    assert scene.error(scene.control) == "channel"
+
+
+@pytest.mark.parametrize(("is_wanted", "error"), [(False, "channel"), (True, None)])
+def test_a_topic_with_a_condition_needs_its_key(is_wanted: bool, error: str | None) -> None:
+    depth = load_table().streams["depth"]
+    confidence = next(topic for topic in depth.topics if topic.when == "confidence")
+    scene = Scene()
+    scene.host._request = {"depth": {"confidence": is_wanted}}
+    scene.configure()
+    scene.announce(confidence, 1)
+    assert scene.error(scene.control) == error
+
+
+@pytest.mark.parametrize(("topic", "number"), [(TOPICS[1], 1), (TOPICS[0], 2)])
+def test_an_id_or_topic_in_use_cannot_be_announced(topic: Topic, number: int) -> None:
+    scene, _ = configuring()
+    scene.announce(TOPICS[0], 1)
+    scene.announce(topic, number)
+    assert scene.error(scene.control) == "channel"
+
+
+def test_a_channel_before_configure_is_unexpected() -> None:
+    scene = Scene()
+    scene.begin()
+    scene.announce(IMAGE, 1)
+    assert scene.error(scene.control) == "unexpected"
+
+
+def test_an_unknown_channel_cannot_end() -> None:
+    scene = Scene()
+    scene.start()
+    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
+    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
+    assert scene.error(scene.control) == "channel"
+
+
+def test_what_was_on_its_way_when_a_channel_ended_still_arrives() -> None:
+    scene = Scene()
+    scene.start()
+    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
+    scene.receive_data("world_left", 1)
+    assert len(scene.sink.payloads[IMAGE.name]) == 1
+
+
+@pytest.mark.parametrize("request_change", [-1, 1])
+def test_configured_of_another_request_is_unexpected(request_change: int) -> None:
+    scene, request = configuring()
+    scene.receive(scene.control, Kind.CONFIGURED, Configured(request + request_change, APPLIED))
+    assert scene.error(scene.control) == "unexpected"
+
+
+def test_a_second_answer_is_unexpected() -> None:
+    scene = Scene()
+    request = scene.answer()
+    scene.receive(scene.control, Kind.CONFIGURED, Configured(request, APPLIED))
+    assert scene.error(scene.control) == "unexpected"
+
+
+@pytest.mark.parametrize("change", [{"depth": REFUSED}, None])
+def test_every_stream_is_answered_and_no_other(change: dict[str, StreamAnswer] | None) -> None:
+    scene, request = configuring()
+    streams = APPLIED | change if change else {"tf": APPLIED["tf"]}
+    scene.receive(scene.control, Kind.CONFIGURED, Configured(request, streams))
+    assert scene.error(scene.control) == "malformed"
+
+
+def test_a_refused_stream_cannot_have_channels() -> None:
+    scene, request = configuring()
+    scene.announce(IMAGE, 1)
+    scene.receive(
+        scene.control, Kind.CONFIGURED, Configured(request, APPLIED | {"world_left": REFUSED})
+    )
+    assert scene.error(scene.control) == "channel"
+
+
+def test_why_a_stream_does_not_run_is_said() -> None:
+    scene, request = configuring()
+    streams = APPLIED | {
+        "world_left": REFUSED,
+        "battery": StreamAnswer("adjusted", {}, "slower"),
+    }
+    scene.receive(scene.control, Kind.CONFIGURED, Configured(request, streams))
+    assert scene.sink.events[-3:] == [
+        "'a name': world_left refused: 'covered'",
+        "'a name': battery adjusted: 'slower'",
+        "'a name': streams: battery, tf",
+    ]
+
+
+def test_a_paused_receiver_starts_on_request() -> None:
+    scene = Scene(is_paused=True)
+    request = scene.answer()
+    scene.receive(scene.control, Kind.PONG)
+    assert Kind.START not in scene.kinds(scene.control)
+    scene.host.start()
+    scene.host.start()
+    starts = [body for kind, body in scene.sent(scene.control) if kind == Kind.START]
+    assert starts == [Start(request)]
+
+
+def test_a_start_that_was_asked_for_early_is_not_forgotten() -> None:
+    scene = Scene(is_paused=True)
+    scene.host.start()
+    scene.answer()
+    assert scene.kinds(scene.control)[-1] == Kind.START
+
+
+def refusal(scene: Scene, number: int) -> ErrorCode:
+    lane = scene.lanes["world_left"]
+    assert number not in lane.routes
+    error = scene.host.refusal(lane, number)
+    scene.host.failed(lane, error)
+    assert scene.error(lane) == error.code
+    assert not scene.is_connected()
+    return error.code
+
+
+def test_data_before_start_is_unexpected() -> None:
+    scene = Scene(is_paused=True)
+    scene.answer()
+    assert refusal(scene, 1) == "unexpected"
+
+
+def test_data_of_an_unknown_channel_is_refused() -> None:
+    scene = Scene()
+    scene.start()
+    assert refusal(scene, 99) == "channel"
+
+
+def test_data_on_another_lane_than_announced_is_refused() -> None:
+    scene = Scene()
+    scene.start()
+    assert refusal(scene, TOPICS.index(next(t for t in TOPICS if t.lane == "sensors")) + 1) == (
+        "channel"
+    )
+
+
+@pytest.mark.parametrize("payload", [b"", b"\0\1\0", b"\0\0\0\0", b"\1\0\0\0more"])
+def test_a_payload_that_is_not_plain_cdr_is_malformed_and_not_published(payload: bytes) -> None:
+    scene = Scene()
+    scene.start()
+    with pytest.raises(ProtocolError) as raised:
+        scene.lanes["world_left"].routes[1].receive(data(1)._replace(payload=bytearray(payload)), 0)
+    assert raised.value.code == "malformed"
+    assert not scene.sink.payloads
+
+
+def test_a_repeated_number_is_malformed_and_not_published() -> None:
+    scene = Scene()
+    scene.start()
+    scene.receive_data("world_left", 1, sequence=5)
+    with pytest.raises(ProtocolError) as raised:
+        scene.receive_data("world_left", 1, sequence=5)
+    assert raised.value.code == "malformed"
+    assert len(scene.sink.payloads[IMAGE.name]) == 1
+
+
+def test_what_ros_does_not_take_is_counted() -> None:
+    scene = Scene()
+    scene.sink.refuses.add(IMAGE.name)
+    scene.start()
+    scene.receive_data("world_left", 1)
+    assert scene.host.session is not None
+    statistics = scene.host.session.instance.topics[IMAGE.name]
+    assert (statistics.received, statistics.unpublished) == (1, 1)
+
+
+def test_a_second_configuration_ends_and_begins_channels() -> None:
+    scene = Scene()
+    request = scene.answer()
+    session = scene.host.session
+    assert session is not None
+    wider = {stream: values for stream, values in REQUEST.items() if stream != "battery"}
+    wider["head_pose"] = {}
+    session.send(Kind.CONFIGURE, session.streams.configure(wider))
+    battery = next(topic for topic in TOPICS if topic.stream == "battery")
+    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(TOPICS.index(battery) + 1))
+    (pose,) = load_table().streams["head_pose"].topics
+    scene.announce(pose, 50)
+    assert 50 not in scene.lanes["sensors"].routes
+    assert session.streams.refusal(50).code == "unexpected"
+    answers = {stream: StreamAnswer("applied", values) for stream, values in wider.items()}
+    scene.receive(scene.control, Kind.CONFIGURED, Configured(request + 1, answers))
+    assert scene.sent(scene.control)[-1] == (Kind.START, Start(request + 1))
+    assert scene.sink.applied[-1].topics == [t for t in TOPICS if t is not battery] + [pose]
+    scene.receive_data("sensors", 50)
