@@ -28,6 +28,10 @@ def hellos() -> dict[str, Case]:
     return {
         "HelloNoVersions": case("version", "No version is common.", versions=[]),
         "HelloNewerVersions": case("version", "No version is common.", versions=[2, 3]),
+        "HelloOtherDevice": case("busy", "Another device is connected.", device_id="other"),
+        "HelloVersionBeforeBusy": case(
+            "version", "It could not be served later either.", device_id="other", versions=[2]
+        ),
         "HelloVersionText": case("malformed", "Versions are integers.", versions=["1"]),
         "HelloVersionTrue": case("malformed", "true is not an integer.", versions=[True]),
         "HelloVersionFraction": case("malformed", "1.0 is not an integer literal.", versions=[1.0]),

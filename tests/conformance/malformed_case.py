@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bodies import REQUEST, Body
-from frame_bytes import case_bytes, frame, json_bytes
+from frame_bytes import case_bytes, frame, json_bytes, pascal
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,6 @@ def error(code: str) -> dict[str, Any]:
 def body_frame(name: str, body: Any) -> bytes:
     """A frame with a JSON body, in which the number REQUEST is replaced when it is played."""
     return frame(name, json_bytes(body).replace(f'"{REQUEST}"'.encode(), REQUEST.encode()))
-
-
-def pascal(name: str) -> str:
-    """`device_id` and `CHANNEL_END` as they stand in case names: DeviceId, ChannelEnd."""
-    return "".join(word.capitalize() for word in name.replace(".", "_").split("_"))
 
 
 def wrong_type(value: Any) -> Any:

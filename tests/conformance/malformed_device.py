@@ -5,8 +5,8 @@ import struct
 from typing import Any
 
 from bodies import BYE, CHANNEL, CONFIGURE, CONFIGURED, HELLO, STATUS, STRING_PAYLOAD, WELCOME
-from frame_bytes import BOUNDS, KINDS, UNKNOWN_BOUND, frame, header, json_bytes, json_frame
-from malformed_case import Case, body_frame, error, key_cases, over_bound, pascal
+from frame_bytes import BOUNDS, KINDS, UNKNOWN_BOUND, frame, header, json_bytes, json_frame, pascal
+from malformed_case import Case, body_frame, error, key_cases, over_bound
 from malformed_json import json_cases
 
 MALFORMED = error("malformed")

@@ -3,8 +3,8 @@
 import json
 
 from bodies import Body
-from frame_bytes import KIB, frame, json_bytes
-from malformed_case import Case, error, pascal
+from frame_bytes import KIB, frame, json_bytes, pascal
+from malformed_case import Case, error
 
 
 def nested(levels: int) -> bytes:

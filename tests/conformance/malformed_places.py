@@ -12,8 +12,8 @@ from bodies import (
     TICKET,
     WELCOME,
 )
-from frame_bytes import frame, header, json_frame
-from malformed_case import Case, body_frame, error, pascal
+from frame_bytes import frame, header, json_frame, pascal
+from malformed_case import Case, body_frame, error
 from malformed_receiver import data
 
 

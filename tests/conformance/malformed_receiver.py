@@ -19,8 +19,9 @@ from frame_bytes import (
     frame,
     header,
     json_bytes,
+    pascal,
 )
-from malformed_case import Case, error, over_bound, pascal
+from malformed_case import Case, error, over_bound
 
 CONFIGURED_LIVE = CONFIGURED | {"request": REQUEST}
 # Bodies by kind, and the first state and lane in which a device may send them.

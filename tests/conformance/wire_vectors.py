@@ -13,9 +13,15 @@ from bodies import (
     STATUS,
     STRING_PAYLOAD,
     WELCOME,
+    Body,
 )
-from frame_bytes import KINDS, UNKNOWN_BOUND, case_bytes, header, json_bytes
+from frame_bytes import KINDS, UNKNOWN_BOUND, case_bytes, header, json_bytes, pascal
 
+JOIN_SENSORS = JOIN | {
+    "session": WELCOME["session"],
+    "ticket": WELCOME["tickets"]["sensors"],
+}
+ERROR = {"code": "busy", "message": "another headset is connected", "fatal": True}
 INT64_MIN, INT64_MAX = -(2**63), 2**63 - 1
 Frame = dict[str, Any]
 # Case name -> sender, lane, why, frames.
@@ -56,40 +62,37 @@ def nested(depth: int) -> Any:
     return {"deeper": nested(depth - 1)} if depth > 1 else {}
 
 
+# Kind, sender, lane, body, why.
+JSON_KINDS: list[tuple[str, str, str, Body, str]] = [
+    ("HELLO", "device", "control", HELLO, "The device introduces itself."),
+    ("WELCOME", "receiver", "control", WELCOME, "Tickets, and counts beyond 32 bits."),
+    ("JOIN", "device", "sensors", JOIN_SENSORS, "A lane's ticket."),
+    ("JOINED", "receiver", "sensors", {"lane": "sensors"}, "The lane is open."),
+    ("CONFIGURE", "receiver", "control", CONFIGURE, "Streams with and without values."),
+    ("CONFIGURED", "device", "control", CONFIGURED, "One applied, one adjusted, one refused."),
+    ("CHANNEL", "device", "control", CHANNEL, "A topic gets its number."),
+    ("CHANNEL_END", "device", "control", {"id": 7}, "The topic has ended."),
+    ("START", "receiver", "control", {"request": 1}, "The publishers exist."),
+    ("STATUS", "device", "control", STATUS, "Drops by reason, and a clock far from the host's."),
+    ("ERROR", "receiver", "control", ERROR, "A fatal ERROR."),
+    ("BYE", "receiver", "control", BYE, "The receiver says goodbye, too."),
+]
+
+
 def kinds() -> dict[str, Case]:
     """One case for every kind."""
-    return {
-        "Hello": ("device", "control", "HELLO", [read("HELLO", json=HELLO)]),
-        "Welcome": ("receiver", "control", "WELCOME", [read("WELCOME", json=WELCOME)]),
+    cases: dict[str, Case] = {
+        pascal(name): (sender, lane, why, [read(name, json=body)])
+        for name, sender, lane, body, why in JSON_KINDS
+    }
+    t1, t2, t3 = 5_000_000_001, 1_700_000_000_000_000_100, 1_700_000_000_000_000_300
+    return cases | {
         "WelcomeUnknownInstance": (
             "receiver",
             "control",
             "The receiver does not know the instance, so it cannot know what arrived.",
             [read("WELCOME", json=WELCOME | {"received": None})],
         ),
-        "Join": (
-            "device",
-            "sensors",
-            "JOIN",
-            [
-                read(
-                    "JOIN",
-                    json=JOIN
-                    | {"session": WELCOME["session"], "ticket": WELCOME["tickets"]["sensors"]},
-                )
-            ],
-        ),
-        "Joined": ("receiver", "sensors", "JOINED", [read("JOINED", json={"lane": "sensors"})]),
-        "Configure": ("receiver", "control", "CONFIGURE", [read("CONFIGURE", json=CONFIGURE)]),
-        "Configured": (
-            "device",
-            "control",
-            "One stream applied, one adjusted, one refused.",
-            [read("CONFIGURED", json=CONFIGURED)],
-        ),
-        "Channel": ("device", "control", "CHANNEL", [read("CHANNEL", json=CHANNEL)]),
-        "ChannelEnd": ("device", "control", "CHANNEL_END", [read("CHANNEL_END", json={"id": 7})]),
-        "Start": ("receiver", "control", "START", [read("START", json={"request": 1})]),
         "Data": (
             "device",
             "sensors",
@@ -99,46 +102,23 @@ def kinds() -> dict[str, Case]:
         "TimeRequest": (
             "device",
             "time",
-            "TIME_REQUEST; the sender does not know ROS time yet, so send is 0.",
-            [read("TIME_REQUEST", time={"t1": 5_000_000_001})],
+            "The sender does not know ROS time yet, so send is 0.",
+            [read("TIME_REQUEST", time={"t1": t1})],
         ),
         "TimeReply": (
             "receiver",
             "time",
-            "TIME_REPLY",
-            [
-                read(
-                    "TIME_REPLY",
-                    send=1_700_000_000_000_000_300,
-                    time={
-                        "t1": 5_000_000_001,
-                        "t2": 1_700_000_000_000_000_100,
-                        "t3": 1_700_000_000_000_000_300,
-                    },
-                )
-            ],
+            "t1 comes back with the receiver's two times.",
+            [read("TIME_REPLY", send=t3, time={"t1": t1, "t2": t2, "t3": t3})],
         ),
-        "Status": ("device", "control", "STATUS", [read("STATUS", json=STATUS)]),
         "StatusFinal": (
             "device",
             "control",
             "The final STATUS and BYE, back to back.",
             [read("STATUS", json=STATUS | {"final": True}), read("BYE", json=BYE)],
         ),
-        "Ping": ("device", "control", "PING, with no body.", [read("PING")]),
-        "Pong": ("receiver", "control", "PONG, with no body.", [read("PONG")]),
-        "Error": (
-            "receiver",
-            "control",
-            "ERROR",
-            [
-                read(
-                    "ERROR",
-                    json={"code": "busy", "message": "another headset is connected", "fatal": True},
-                )
-            ],
-        ),
-        "Bye": ("receiver", "control", "BYE", [read("BYE", json=BYE)]),
+        "Ping": ("device", "control", "PING has no body.", [read("PING")]),
+        "Pong": ("receiver", "control", "PONG has no body.", [read("PONG")]),
     }
 
 

@@ -100,7 +100,10 @@ class MalformedVectorTest {
                 host.await(ScriptedHost.END)
             }
 
-            else -> checkLife(host)
+            else -> {
+                checkLife(host)
+                if (lane != "control") checkIsRead(host, lane)
+            }
         }
     }
 
@@ -108,6 +111,12 @@ class MalformedVectorTest {
         host.play("control", ScriptedHost.frame(ScriptedHost.PING, byteArrayOf()))
         host.await(ScriptedHost.PONG)
         host.await(ScriptedHost.DATA)
+    }
+
+    /** What was skipped is behind the device: it judges the next frame. */
+    private fun checkIsRead(host: ScriptedHost, lane: String) {
+        host.play(lane, ScriptedHost.frame(ScriptedHost.PING, byteArrayOf()))
+        assertEquals("unexpected", host.await(ScriptedHost.ERROR).json.getValue("code").jsonPrimitive.content)
     }
 
     private fun startSession(host: ScriptedHost): Deferred<Throwable?> {
