@@ -14,7 +14,9 @@ import java.util.concurrent.ArrayBlockingQueue
  */
 public class BufferPool(public val bufferBytes: Int, public val count: Int) {
     private val free = ArrayBlockingQueue<ByteBuffer>(count)
-    private val inUse: MutableSet<ByteBuffer> = Collections.synchronizedSet(Collections.newSetFromMap(IdentityHashMap()))
+    private val inUse: MutableSet<ByteBuffer> = Collections.synchronizedSet(
+        Collections.newSetFromMap(IdentityHashMap()),
+    )
 
     init {
         repeat(count) { free.add(ByteBuffer.allocateDirect(bufferBytes).order(ByteOrder.LITTLE_ENDIAN)) }

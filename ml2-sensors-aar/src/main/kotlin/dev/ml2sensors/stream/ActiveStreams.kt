@@ -5,14 +5,12 @@ import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.SourceFailure
 import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.ComposedHeadset
 import dev.ml2sensors.source.Headset
-import dev.ml2sensors.source.ImuUnit
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.defaultValues
-import dev.ml2sensors.source.pairInertial
-import dev.ml2sensors.source.switchesOn
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ChannelBody
@@ -41,7 +39,7 @@ import kotlin.time.Duration.Companion.seconds
  * @param scope the pipelines' own.
  */
 internal class ActiveStreams(
-    private val headset: Headset,
+    headset: Headset,
     private val clock: HostClock,
     private val scope: CoroutineScope,
 ) : StreamControl {
@@ -50,12 +48,14 @@ internal class ActiveStreams(
         val job: Job,
     )
 
+    private val headset = ComposedHeadset(headset)
     private val waits = headset.timeline == Headset.Timeline.RECORDED
-    private val lanes = ConcurrentHashMap<String, Lane>()
-    private val channels = ConcurrentHashMap<String, OutgoingChannel>()
+    private val outgoing = OutgoingChannels(waits)
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val tree by lazy { TransformTree(channel(StreamTable.tf, 0), clock.stamps, composes = !waits) }
+    private val tree by lazy {
+        TransformTree(outgoing.of(StreamTable.tf, StreamValues()).single(), clock.stamps, composes = !waits)
+    }
 
     private val changes = Mutex()
     private val hasStarted = CompletableDeferred<Unit>()
@@ -68,20 +68,24 @@ internal class ActiveStreams(
     override val drainLimit: Duration = if (waits) Duration.INFINITE else 2.seconds
 
     override val capabilities: List<String>
-        get() = StreamTable.all.filter { negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
+        get() = StreamTable.all.filter { headset.negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
 
     override fun linkUp(received: Map<String, Long>?) {
-        if (received == null) return
-        channels.forEach { (topic, channel) -> channel.account.settle(received[topic] ?: 0) }
+        if (received != null) outgoing.settle(received)
     }
 
     override suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer> {
         val answers = requested.mapValues { (id, values) ->
-            StreamTable.byId(id)?.let { negotiate(it, values) } ?: Answer.Refused("this headset knows no stream $id")
+            StreamTable.byId(id)?.let { headset.negotiate(it, values) }
+                ?: Answer.Refused("this headset knows no stream $id")
         }
         changes.withLock {
             accepted.clear()
-            for ((id, answer) in answers) answer.acceptedValues?.let { accepted[checkNotNull(StreamTable.byId(id))] = it }
+            for ((id, answer) in answers) {
+                answer.acceptedValues?.let {
+                    accepted[checkNotNull(StreamTable.byId(id))] = it
+                }
+            }
             running.filter { (spec, it) -> accepted[spec] != it.values }.forEach { (spec, it) ->
                 it.job.cancelAndJoin()
                 forget(spec)
@@ -98,13 +102,10 @@ internal class ActiveStreams(
 
     override suspend fun channels(): List<ChannelBody> =
         changes.withLock {
-            accepted.flatMap { (spec, values) -> activeChannels(spec, values).map { it.describe(spec) } }
+            accepted.flatMap { (spec, values) -> outgoing.of(spec, values).map { it.describe(spec) } }
         }
 
-    override fun lane(name: String): Lane =
-        lanes.computeIfAbsent(name) {
-            Lane(it, if (it == SENSORS) StreamTable.sensorsLane else StreamTable.imageLane, waits)
-        }
+    override fun lane(name: String): Lane = outgoing.lane(name)
 
     override suspend fun start() {
         val wanted = changes.withLock { accepted.toMap() }
@@ -132,7 +133,7 @@ internal class ActiveStreams(
             running.values.forEach { it.job.cancelAndJoin() }
         }
 
-    override fun counts(): Map<String, Status.ChannelCounts> = channels.mapValues { (_, it) -> it.account.counts() }
+    override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
 
     /** Waits until all that a recording holds has been delivered; live sensors never end. */
     suspend fun awaitEnd(): String {
@@ -165,59 +166,15 @@ internal class ActiveStreams(
         spec: StreamSpec,
         values: StreamValues,
     ) {
-        val active = activeChannels(spec, values)
-        val unit = ImuUnit.entries.firstOrNull { it.united == spec }
+        val samples = headset.samples(spec, values)
+        val channels = outgoing.of(spec, values)
         when {
-            spec == StreamTable.tf ->
-                headset.samples(StreamTable.headPose, values).filterIsInstance<PoseSample>().collect(tree::head)
+            spec == StreamTable.tf -> samples.filterIsInstance<PoseSample>().collect(tree::head)
+
             spec.modes.isNotEmpty() ->
-                CameraPipeline(spec, active, clock.stamps) { tree.takeIf { StreamTable.tf in running } }
-                    .run(headset.samples(spec, values))
-            unit != null -> {
-                val gyroscope = headset.samples(unit.gyroscope, values)
-                val accelerometer = headset.samples(unit.accelerometer, values)
-                MeasurementPipeline(spec, values, active.single(), clock.stamps).run(pairInertial(gyroscope, accelerometer))
-            }
-            else -> MeasurementPipeline(spec, values, active.single(), clock.stamps).run(headset.samples(spec, values))
-        }
-    }
+                CameraPipeline(spec, channels, clock.stamps) { tree.takeIf { StreamTable.tf in running } }.run(samples)
 
-    private fun negotiate(
-        spec: StreamSpec,
-        values: StreamValues,
-    ): Answer {
-        val unit = ImuUnit.entries.firstOrNull { it.united == spec }
-        val parts = when {
-            unit != null -> listOf(unit.gyroscope, unit.accelerometer)
-            spec == StreamTable.tf -> listOf(StreamTable.headPose)
-            else -> return headset.negotiate(spec, values)
+            else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps).run(samples)
         }
-        val refusal = parts.map { headset.negotiate(it, values) }.firstOrNull { it is Answer.Refused }
-        return when {
-            refusal != null -> refusal
-            values.layout == "rig" -> Answer.Adjusted(values.copy(layout = "flat"), "only the flat layout is known so far")
-            else -> Answer.Applied(values)
-        }
-    }
-
-    private fun activeChannels(
-        spec: StreamSpec,
-        values: StreamValues,
-    ): List<OutgoingChannel> =
-        spec.topics.indices.filter { values.switchesOn(spec.topics[it].condition) }.map { channel(spec, it) }
-
-    private fun channel(
-        spec: StreamSpec,
-        index: Int,
-    ): OutgoingChannel {
-        val topic = spec.topics[index]
-        return channels.computeIfAbsent(topic.name) {
-            OutgoingChannel(ALL_TOPICS.indexOf(topic) + 1, topic, lane(topic.lane))
-        }
-    }
-
-    private companion object {
-        const val SENSORS = "sensors"
-        val ALL_TOPICS = StreamTable.all.flatMap { it.topics }
     }
 }

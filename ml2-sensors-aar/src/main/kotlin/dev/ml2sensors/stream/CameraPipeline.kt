@@ -57,17 +57,21 @@ internal class CameraPipeline(
                 val encoding = checkNotNull(topic.encoding ?: spec.encoding) { "$spec has no encoding in the table" }
                 channel.publish(Image.serializer(), sample.toImage(header, encoding, pixels), stampNanos, sample)
             }
+
             CompressedImage.serializer().rosType -> {
                 val format = checkNotNull(spec.encoding) { "$spec has no encoding in the table" }
                 val message = sample.toCompressedImage(header, format)
                 channel.publish(CompressedImage.serializer(), message, stampNanos, sample)
             }
+
             CameraInfo.serializer().rosType -> {
                 val intrinsics = sample.intrinsics ?: return
                 channel.publish(CameraInfo.serializer(), intrinsics.toCameraInfo(header), stampNanos)
             }
+
             StringMessage.serializer().rosType ->
                 channel.publish(StringMessage.serializer(), sample.toMetadata(header), stampNanos)
+
             else -> error("no camera publishes ${topic.type}")
         }
     }

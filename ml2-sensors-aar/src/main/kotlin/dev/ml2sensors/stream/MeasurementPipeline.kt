@@ -37,16 +37,23 @@ internal class MeasurementPipeline(
         samples.collect { sample ->
             when (sample) {
                 is VectorSample -> vector(sample)
+
                 is ScalarSample -> scalar(sample)
+
                 is PoseSample -> sample.pose?.let { pose ->
                     publish(sample, PoseStamped.serializer()) { PoseStamped(it, pose.toPose()) }
                 }
+
                 is PosesSample -> publish(sample, PoseArray.serializer()) { PoseArray(it, sample.poses) }
+
                 is BatterySample -> publish(sample, BatteryState.serializer()) { sample.toMessage(it) }
+
                 is InertialSample -> publish(sample, Imu.serializer()) {
                     imu(it, sample.angularVelocity, sample.linearAcceleration)
                 }
+
                 is LostSamples -> channel.account.lose(sample.count, sample.reason)
+
                 else -> error("$spec delivered $sample")
             }
         }
@@ -56,8 +63,10 @@ internal class MeasurementPipeline(
         when {
             ImuUnit.entries.any { it.gyroscope == spec } ->
                 publish(sample, Imu.serializer()) { imu(it, angularVelocity = sample, linearAcceleration = null) }
+
             ImuUnit.entries.any { it.accelerometer == spec } ->
                 publish(sample, Imu.serializer()) { imu(it, angularVelocity = null, linearAcceleration = sample) }
+
             else -> publish(sample, MagneticField.serializer()) {
                 MagneticField(it, sample.toVector3(), UNKNOWN_COVARIANCE)
             }

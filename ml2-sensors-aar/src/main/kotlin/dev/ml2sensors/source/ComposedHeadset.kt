@@ -1,0 +1,34 @@
+package dev.ml2sensors.source
+
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
+
+/**
+ * [headset] with the streams that are made of others: `imu_*` of both halves of a unit, and `tf`, whose samples are the
+ * head's poses.
+ */
+internal class ComposedHeadset(private val headset: Headset) : Headset by headset {
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        val parts = partsOf(stream) ?: return headset.negotiate(stream, requested)
+        val refusal = parts.map { headset.negotiate(it, requested) }.firstOrNull { it is Answer.Refused }
+        return when {
+            refusal != null -> refusal
+            requested.layout == "rig" -> Answer.Adjusted(requested.copy(layout = "flat"), "only flat is known so far")
+            else -> Answer.Applied(requested)
+        }
+    }
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
+        val parts = partsOf(stream)?.map { headset.samples(it, values) } ?: return headset.samples(stream, values)
+        return if (parts.size == 2) pairInertial(parts[0], parts[1]) else parts.single()
+    }
+
+    /** Null for a sensor's own stream. */
+    private fun partsOf(stream: StreamSpec): List<StreamSpec>? =
+        if (stream == StreamTable.tf) {
+            listOf(StreamTable.headPose)
+        } else {
+            ImuUnit.entries.firstOrNull { it.united == stream }?.let { listOf(it.gyroscope, it.accelerometer) }
+        }
+}

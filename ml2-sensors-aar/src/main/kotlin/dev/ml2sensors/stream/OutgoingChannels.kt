@@ -1,0 +1,45 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.session.Lane
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.switchesOn
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.Status
+import java.util.concurrent.ConcurrentHashMap
+
+/**
+ * The channels and lanes of one app instance, made when first needed and kept with their books over all its sessions.
+ * Safe for use by several threads.
+ *
+ * @param waits whether full lanes suspend their producers; see [Lane].
+ */
+internal class OutgoingChannels(private val waits: Boolean) {
+    private val lanes = ConcurrentHashMap<String, Lane>()
+    private val byTopic = ConcurrentHashMap<String, OutgoingChannel>()
+
+    /** The channels of the topics that [values] switch on, in the order of the table. */
+    fun of(spec: StreamSpec, values: StreamValues): List<OutgoingChannel> =
+        spec.topics.filter { values.switchesOn(it.condition) }.map { topic ->
+            byTopic.computeIfAbsent(topic.name) {
+                OutgoingChannel(ALL_TOPICS.indexOf(topic) + 1, topic, lane(topic.lane))
+            }
+        }
+
+    fun lane(name: String): Lane = lanes.computeIfAbsent(name) {
+        Lane(it, if (it == SENSORS) StreamTable.sensorsLane else StreamTable.imageLane, waits)
+    }
+
+    /** Between two sessions: the peer has [received] so many messages per topic, none of those absent. */
+    fun settle(received: Map<String, Long>) {
+        byTopic.forEach { (topic, channel) -> channel.account.settle(received[topic] ?: 0) }
+    }
+
+    /** The books by topic. */
+    fun counts(): Map<String, Status.ChannelCounts> = byTopic.mapValues { (_, it) -> it.account.counts() }
+
+    private companion object {
+        const val SENSORS = "sensors"
+        val ALL_TOPICS = StreamTable.all.flatMap { it.topics }
+    }
+}
