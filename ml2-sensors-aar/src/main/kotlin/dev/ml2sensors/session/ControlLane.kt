@@ -10,11 +10,13 @@ import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.async
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
+import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.EOFException
 import java.io.IOException
@@ -46,7 +48,10 @@ internal class ControlLane(private val connection: Connection) {
 
     private suspend fun writeNow(kind: FrameKind, body: ByteArray) {
         lastSpoke = TimeSource.Monotonic.markNow()
-        blockingIo { connection.writer.write(kind, body) }
+        // An interrupted write closes the connection, and the receiver could not be told why the session ends
+        withContext(NonCancellable) {
+            withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.writer.write(kind, body) } }
+        } ?: throw IOException("the receiver has not read $kind within $WRITE_LIMIT")
     }
 
     /**
@@ -105,5 +110,6 @@ internal class ControlLane(private val connection: Connection) {
         val EMPTY = ByteArray(0)
         val TICK = 250.milliseconds
         val FAREWELL_LIMIT = 1.seconds
+        val WRITE_LIMIT = 2.seconds
     }
 }
