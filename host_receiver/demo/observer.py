@@ -15,7 +15,8 @@ import sys
 import threading
 import time
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -79,9 +80,12 @@ class Observed:
 class Observer(Node):
     """Subscribes to what the receiver says it publishes; one thread spins it."""
 
-    def __init__(self, prefix: str, qos_depths: dict[str, int]) -> None:
+    def __init__(
+        self, prefix: str, qos_depths: dict[str, int], observed: type[Observed] = Observed
+    ) -> None:
         super().__init__("ml2_observer")
         self._qos_depths = qos_depths
+        self._observed = observed
         self.topics: dict[str, Observed] = {}
         self.streams: dict[str, Any] = {}
         self.diagnostics: dict[str, dict[str, str]] = {}
@@ -127,7 +131,7 @@ class Observer(Node):
         self.is_configured.set()
 
     def _subscription(self, stream: str, topic: dict[str, str]) -> RawSubscription:
-        observed = Observed(topic["type"], stream, stamp_reader(topic["type"]))
+        observed = self._observed(topic["type"], stream, stamp_reader(topic["type"]))
         self.topics[topic["topic"]] = observed
         depth = self._qos_depths[topic["qos"]]
         return RawSubscription(topic["type"], topic["topic"], depth, observed.take)
@@ -172,26 +176,35 @@ def main() -> int:
     parser.add_argument("--qos-depths", type=json.loads, required=True)
     parser.add_argument("--pictures", type=Path, required=True)
     arguments = parser.parse_args()
-    threading.excepthook = _end_process
-    rclpy.init()
-    observer = Observer(arguments.prefix, arguments.qos_depths)
-    executor = SingleThreadedExecutor()
-    executor.add_node(observer)
-    spinner = threading.Thread(target=executor.spin)
-    spinner.start()
-    try:
+    with spun_observer(arguments.prefix, arguments.qos_depths) as observer:
         observe(observer)
         write_contact_sheet(
             {name: (o.type, o.last_payload) for name, o in observer.topics.items() if o.count},
             arguments.pictures,
         )
         print(json.dumps(observer.snapshot(final=True)), flush=True)
+    return 0
+
+
+@contextmanager
+def spun_observer(
+    prefix: str, qos_depths: dict[str, int], observed: type[Observed] = Observed
+) -> Iterator[Observer]:
+    """An observer that a thread spins; the process ends when any of its threads fails."""
+    threading.excepthook = _end_process
+    rclpy.init()
+    observer = Observer(prefix, qos_depths, observed)
+    executor = SingleThreadedExecutor()
+    executor.add_node(observer)
+    spinner = threading.Thread(target=executor.spin)
+    spinner.start()
+    try:
+        yield observer
     finally:
         executor.shutdown()
         spinner.join()
         observer.destroy_node()
         rclpy.shutdown()
-    return 0
 
 
 def _end_process(failure: threading.ExceptHookArgs) -> None:

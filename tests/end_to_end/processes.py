@@ -1,0 +1,107 @@
+"""Receiver, headset and subscriber as processes, isolated by domain and local discovery."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import pickle
+import random
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+
+from message_types import message_class
+from ml2_receiver.table import load_table
+
+ROOT = Path(__file__).resolve().parents[2]
+RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
+HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
+EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
+PREFIX = "/magic_leap2"
+_LISTENING = "listening on "
+_TIMEOUT_S = 60
+
+
+@dataclass(frozen=True)
+class Received:
+    """What the independent subscriber got in one run."""
+
+    snapshot: dict[str, Any]
+    qos: dict[str, tuple[str, str]]
+    topics: dict[str, tuple[str, list[bytes]]]
+
+    def messages(self, topic: str) -> list[Any]:
+        """The messages of a topic, relative to the prefix or global, as rclpy decodes them."""
+        name = topic if topic.startswith("/") else f"{PREFIX}/{topic}"
+        message_type, payloads = self.topics[name]
+        return [deserialize_message(payload, message_class(message_type)) for payload in payloads]
+
+    def books(self, topic: str) -> dict[str, str]:
+        """The last diagnostics of a topic."""
+        books: dict[str, str] = self.snapshot["topics"][topic]["diagnostics"]
+        return books
+
+
+def isolated_environment() -> dict[str, str]:
+    """Variables for one test's processes: a domain that hardly anyone else has."""
+    domain = str(random.SystemRandom().randint(1, 100))
+    return os.environ | {
+        "ROS_DOMAIN_ID": domain,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
+
+
+@contextlib.contextmanager
+def process(
+    command: list[str | Path], environment: dict[str, str]
+) -> Iterator[subprocess.Popen[str]]:
+    """A child whose output is read as text; terminated and awaited at the end."""
+    child = subprocess.Popen(
+        [str(word) for word in command],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        yield child
+    finally:
+        child.terminate()
+        child.communicate(timeout=_TIMEOUT_S)
+
+
+def listening_address(receiver: subprocess.Popen[str]) -> str:
+    """Waits until a receiver says where it listens."""
+    assert receiver.stdout is not None
+    said = []
+    for line in receiver.stdout:
+        said.append(line)
+        if _LISTENING in line:
+            return line.split(_LISTENING, 1)[1].split()[0]
+    raise AssertionError(f"the receiver does not listen: {''.join(said)}")
+
+
+def receive(config: Path, headset_options: list[str], folder: Path) -> Received:
+    """Runs a headset to its end and returns all that arrived at the subscriber."""
+    environment = isolated_environment()
+    output = folder / "received.pickle"
+    depths = {name: qos.depth for name, qos in load_table().qos.items()}
+    subscribe = [sys.executable, Path(__file__).with_name("subscriber.py"), PREFIX]
+    subscribe += [json.dumps(depths), output]
+    paths = os.pathsep.join([str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")])
+    run = [RECEIVER, "run", "--config", config, "--listen", "127.0.0.1:0", "--start-paused"]
+    with contextlib.ExitStack() as stack:
+        receiver = stack.enter_context(process(run, environment))
+        address = listening_address(receiver)
+        subscriber = stack.enter_context(process(subscribe, environment | {"PYTHONPATH": paths}))
+        headset = [HEADSET, "--receiver", address, *headset_options]
+        stack.enter_context(process(headset, environment))
+        said, _ = subscriber.communicate(timeout=_TIMEOUT_S)
+        assert subscriber.returncode == 0, said
+    return Received(**pickle.loads(output.read_bytes()))

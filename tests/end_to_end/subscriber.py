@@ -1,0 +1,53 @@
+"""A subscriber in a process of its own that keeps every payload, for the tests to look at.
+
+Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT. It does what the demo's observer does, and at the
+end pickles {"snapshot": ..., "qos": {topic: (reliability, durability)}, "topics": {topic: (type,
+[payload, ...])}}.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from observer import Observed, Observer, observe, spun_observer
+
+
+@dataclass
+class Kept(Observed):
+    """A topic whose payloads are all kept."""
+
+    payloads: list[bytes] = field(default_factory=list)
+
+    def take(self, payload: bytes) -> None:
+        super().take(payload)
+        self.payloads.append(payload)
+
+
+def main(prefix: str, qos_depths: str, output: Path) -> None:
+    """Runs until the headset has said goodbye."""
+    with spun_observer(prefix, json.loads(qos_depths), Kept) as observer:
+        observe(observer)
+        kept = {name: o for name, o in observer.topics.items() if isinstance(o, Kept)}
+        output.write_bytes(
+            pickle.dumps(
+                {
+                    "snapshot": observer.snapshot(final=True),
+                    "qos": {name: _qos(observer, name) for name in kept},
+                    "topics": {name: (o.type, o.payloads) for name, o in kept.items()},
+                }
+            )
+        )
+
+
+def _qos(observer: Observer, topic: str) -> tuple[str, str]:
+    (publisher,) = observer.get_publishers_info_by_topic(topic)
+    profile = publisher.qos_profile
+    return profile.reliability.name, profile.durability.name
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]))

@@ -1,0 +1,233 @@
+"""The recorded excerpt, through headset, wire and receiver, at an independent rclpy subscriber."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+
+from processes import EXCERPT, HEADSET, ROOT, Received, receive
+
+MAV = EXCERPT / "mav0"
+CAMERAS = {"cam0": "world_left", "cam1": "world_right"}
+
+pytestmark = pytest.mark.skipif(
+    not EXCERPT.is_dir(), reason=f"the recorded excerpt is not at {EXCERPT}"
+)
+
+type Matrix = NDArray[np.float64]
+
+
+@pytest.fixture(scope="module")
+def replayed(tmp_path_factory: pytest.TempPathFactory) -> Received:
+    options = ["--replay", str(EXCERPT)]
+    return receive(ROOT / "config" / "demo.yaml", options, tmp_path_factory.mktemp("replay"))
+
+
+def rows(sensor: str) -> list[list[str]]:
+    with (MAV / sensor / "data.csv").open() as file:
+        return list(csv.reader(file))[1:]
+
+
+def sensor_yaml(sensor: str) -> dict[str, Any]:
+    text = (MAV / sensor / "sensor.yaml").read_text()
+    parsed: dict[str, Any] = yaml.safe_load(text.replace("%YAML:1.0", ""))
+    return parsed
+
+
+def nanos(stamp: Any) -> int:
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def stamps(messages: list[Any]) -> list[int]:
+    return [nanos(message.header.stamp) for message in messages]
+
+
+@pytest.fixture(scope="module")
+def shift_ns(replayed: Received) -> int:
+    """ROS time less recorded time, of the first image."""
+    return stamps(replayed.messages("world_left/image_raw"))[0] - int(rows("cam0")[0][0])
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_every_image_has_the_pixels_of_its_png(replayed: Received, camera: str) -> None:
+    images = replayed.messages(f"{CAMERAS[camera]}/image_raw")
+    names = [name for _, name in rows(camera)]
+    assert len(images) == len(names) == 95
+    for image, name in zip(images, names, strict=True):
+        png = cv2.imread(str(MAV / camera / "data" / name), cv2.IMREAD_UNCHANGED)
+        assert png is not None
+        assert (image.encoding, image.height, image.width) == ("mono8", *png.shape)
+        assert image.step == image.width
+        assert bytes(image.data) == png.tobytes()
+        assert image.header.frame_id == f"{CAMERAS[camera]}_optical_frame"
+
+
+@pytest.mark.parametrize(
+    ("topic", "sensor"),
+    [
+        *((f"{stream}/{topic}", camera) for camera, stream in CAMERAS.items()
+          for topic in ("image_raw", "camera_info")),
+        *((f"{topic}/imu", "imu0") for topic in ("accel_left", "gyro_left", "imu_left")),
+        ("head_pose", "state_groundtruth_estimate0"),
+    ],
+)  # fmt: skip
+def test_stamps_are_the_recorded_ones_plus_one_constant(
+    replayed: Received, shift_ns: int, topic: str, sensor: str
+) -> None:
+    recorded = [int(row[0]) for row in rows(sensor)]
+    assert [stamp - shift_ns for stamp in stamps(replayed.messages(topic))] == recorded
+
+
+def test_every_imu_sample_has_the_recorded_values(replayed: Received) -> None:
+    recorded = [[float(value) for value in row[1:]] for row in rows("imu0")]
+    assert len(recorded) == 950
+
+    def vector(v: Any) -> list[float]:
+        return [v.x, v.y, v.z]
+
+    gyro = [vector(m.angular_velocity) for m in replayed.messages("gyro_left/imu")]
+    accel = [vector(m.linear_acceleration) for m in replayed.messages("accel_left/imu")]
+    assert gyro == [row[:3] for row in recorded]
+    assert accel == [row[3:] for row in recorded]
+    united = replayed.messages("imu_left/imu")
+    both = [vector(m.angular_velocity) + vector(m.linear_acceleration) for m in united]
+    assert both == recorded
+    for message in (*replayed.messages("gyro_left/imu"), *united):
+        assert message.header.frame_id == "imu_left_frame"
+        assert message.orientation_covariance[0] == -1
+    assert {m.linear_acceleration_covariance[0] for m in replayed.messages("gyro_left/imu")} == {-1}
+    assert {m.angular_velocity_covariance[0] for m in replayed.messages("accel_left/imu")} == {-1}
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_calibration_comes_from_the_recording(replayed: Received, camera: str) -> None:
+    calibration = sensor_yaml(camera)
+    fx, fy, cx, cy = calibration["intrinsics"]
+    for info in replayed.messages(f"{CAMERAS[camera]}/camera_info"):
+        assert info.distortion_model == "plumb_bob"
+        assert list(info.d) == [*calibration["distortion_coefficients"], 0.0]
+        assert list(info.k) == [fx, 0, cx, 0, fy, cy, 0, 0, 1]
+        assert list(info.r) == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+        assert list(info.p) == [fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0]
+        assert [info.width, info.height] == calibration["resolution"]
+
+
+def pose_matrix(position: Any, w: float, x: float, y: float, z: float) -> Matrix:
+    """By the rotation vector of the quaternion and OpenCV's Rodrigues formula."""
+    axis = np.array([x, y, z])
+    sine = np.linalg.norm(axis)
+    angle = 2 * np.arctan2(sine, w)
+    matrix = np.eye(4)
+    matrix[:3, :3] = cv2.Rodrigues(axis / sine * angle)[0] if sine else np.eye(3)
+    matrix[:3, 3] = position
+    return matrix
+
+
+def ground_truth() -> dict[int, Matrix]:
+    poses = {}
+    for row in rows("state_groundtruth_estimate0"):
+        values = [float(value) for value in row[1:8]]
+        poses[int(row[0])] = pose_matrix(values[:3], *values[3:])
+    return poses
+
+
+def interpolated(poses: dict[int, Matrix], at: int) -> Matrix:
+    """Linear in position, and in the rotation vector from the one pose to the next."""
+    if at in poses:
+        return poses[at]
+    before, after = next((a, b) for a, b in itertools.pairwise(sorted(poses)) if a < at < b)
+    fraction = (at - before) / (after - before)
+    a, b = poses[before], poses[after]
+    turn = cv2.Rodrigues(a[:3, :3].T @ b[:3, :3])[0]
+    matrix = np.eye(4)
+    matrix[:3, :3] = a[:3, :3] @ cv2.Rodrigues(turn * fraction)[0]
+    matrix[:3, 3] = a[:3, 3] + fraction * (b[:3, 3] - a[:3, 3])
+    return matrix
+
+
+def transforms(replayed: Received) -> dict[tuple[str, int], Matrix]:
+    found: dict[tuple[str, int], Matrix] = {}
+    for message in replayed.messages("/tf"):
+        for transform in message.transforms:
+            key = (transform.child_frame_id, nanos(transform.header.stamp))
+            assert transform.header.frame_id == "magicleap_world"
+            assert key not in found, "at most one transform per child and stamp"
+            t, r = transform.transform.translation, transform.transform.rotation
+            found[key] = pose_matrix([t.x, t.y, t.z], r.w, r.x, r.y, r.z)
+    return found
+
+
+def assert_same_pose(found: Matrix, expected: Matrix) -> None:
+    assert np.linalg.norm(found[:3, 3] - expected[:3, 3]) < 1e-6
+    assert np.linalg.norm(cv2.Rodrigues(found[:3, :3].T @ expected[:3, :3])[0]) < 1e-6
+
+
+def test_the_head_is_the_ground_truth(replayed: Received, shift_ns: int) -> None:
+    found, truth = transforms(replayed), ground_truth()
+    heads = {
+        stamp - shift_ns: pose for (child, stamp), pose in found.items() if child == "head_frame"
+    }
+    assert heads.keys() == truth.keys()
+    for stamp, expected in truth.items():
+        assert_same_pose(heads[stamp], expected)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_cameras_are_where_ground_truth_and_extrinsics_put_them(
+    replayed: Received, shift_ns: int, camera: str
+) -> None:
+    found, truth = transforms(replayed), ground_truth()
+    mounting = np.array(sensor_yaml(camera)["T_BS"]["data"]).reshape(4, 4)
+    recorded = [int(row[0]) for row in rows(camera)]
+    covered = [at for at in recorded if min(truth) <= at <= max(truth)]
+    optical = f"{CAMERAS[camera]}_optical_frame"
+    assert {stamp - shift_ns for child, stamp in found if child == optical} == set(covered)
+    for at in covered:
+        camera_pose = found[optical, at + shift_ns]
+        assert_same_pose(camera_pose, interpolated(truth, at) @ mounting)
+        body = found[f"{CAMERAS[camera]}_frame", at + shift_ns]
+        # REP-103: optical z is the body's x, optical x its -y, optical y its -z
+        axes = np.stack([camera_pose[:3, 2], -camera_pose[:3, 0], -camera_pose[:3, 1]], axis=1)
+        assert np.allclose(body[:3, :3], axes, atol=1e-9)
+
+
+def test_every_stream_is_answered_for(replayed: Received) -> None:
+    streams = replayed.snapshot["streams"]
+    assert all(streams[stream]["result"] == "adjusted" for stream in CAMERAS.values())
+    assert streams["world_left"]["values"]["resolution_width"] == 752
+    assert streams["world_left"]["values"]["update_rate"] == 20
+    assert streams["gyro_left"]["result"] == "applied"
+    refused = {name for name, answer in streams.items() if answer["result"] == "refused"}
+    assert {"color", "depth", "eye_nasal_left", "gyro_right", "battery"} <= refused
+    assert {streams[name]["reason"] for name in refused} == {"not in this recording"}
+
+
+def test_nothing_is_lost(replayed: Received) -> None:
+    for topic, seen in replayed.snapshot["topics"].items():
+        assert seen["count"] == int(replayed.books(topic)["produced"]), topic
+
+
+def test_a_receiver_gets_all_of_a_replay_that_waits_for_it(tmp_path: Path) -> None:
+    options = ["--replay", str(EXCERPT), "--rate-factor", "max"]
+    received = receive(ROOT / "config" / "demo.yaml", options, tmp_path)
+    for topic in received.topics:
+        books = received.books(topic)
+        assert (books["received"], books["gaps"]) == (books["produced"], "0"), topic
+    assert received.books("/magic_leap2/gyro_left/imu")["produced"] == "950"
+
+
+def test_a_missing_recording_is_an_error(tmp_path: Path) -> None:
+    run = subprocess.run(
+        [HEADSET, "--receiver", "127.0.0.1:1", "--replay", tmp_path], capture_output=True, text=True
+    )
+    assert run.returncode == 2
+    assert str(tmp_path) in run.stderr
