@@ -1,6 +1,5 @@
 """Turns reports into the rows of /diagnostics."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 

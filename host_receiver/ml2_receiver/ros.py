@@ -4,7 +4,7 @@ import importlib
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
@@ -162,7 +162,7 @@ class RosNode:
         return array
 
 
-def _status(row: Row, more: Mapping[str, str]) -> DiagnosticStatus:
+def _status(row: Row, more: dict[str, str]) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=bytes([row.level]),
         name=f"ml2_receiver: {row.name}",

@@ -2,7 +2,9 @@
 
 import socket
 import struct
+import threading
 import time
+from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
@@ -30,6 +32,7 @@ from ml2_receiver.table import Topic, load_table
 
 PAYLOAD = CDR_ENCAPSULATION + bytes(4)
 _TIMEOUT_S = 5.0
+_PING_S = 0.5
 _TIMES = struct.Struct("<qqq")
 
 
@@ -41,16 +44,18 @@ class Wire:
         self.socket = socket.create_connection((host, int(port)), timeout=_TIMEOUT_S)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._parser = FrameParser(Side.RECEIVER, LaneKind.of(lane))
+        self._writing = threading.Lock()
 
     def send(self, kind: Kind, body: JsonBody | bytes = b"", **header: int) -> None:
         data = body if isinstance(body, bytes) else body.to_bytes()
-        self.socket.sendall(encode(kind, data, **header))
+        with self._writing:
+            self.socket.sendall(encode(kind, data, **header))
 
     def receive(self) -> Frame | None:
-        """The next frame but PING, or None at the end of the connection."""
+        """The next frame but PING and PONG, or None at the end of the connection."""
         while count := self.socket.recv_into(self._parser.get_buffer()):
             frame = self._parser.buffer_updated(count)
-            if frame is not None and frame.header.kind != Kind.PING:
+            if frame is not None and frame.header.kind not in (Kind.PING, Kind.PONG):
                 return frame
         return None
 
@@ -69,37 +74,59 @@ class Wire:
 
     def expect_end(self) -> None:
         """The end, whatever is said before; a reset is one."""
-        try:
+        with suppress(ConnectionError):
             while self.receive() is not None:
                 pass
-        except ConnectionError:
-            pass
 
 
 class MockDevice:
-    """One run of an app. Usable as context manager, which closes all connections."""
+    """One run of an app; as a context manager it closes all connections.
+
+    It says PING only where a test is to take longer than a receiver waits for silent devices.
+    """
 
     def __init__(
-        self, address: str, device_id: str = "device", instance_id: str = "instance"
+        self,
+        address: str,
+        device_id: str = "device",
+        instance_id: str = "instance",
+        *,
+        says_ping: bool = False,
     ) -> None:
         self.address = address
         self.wires: dict[str, Wire] = {}
         self.welcome: Welcome
         self.channels: dict[str, tuple[int, Topic]] = {}
         self.sequences: dict[str, int] = {}
+        self._welcomed: Wire | None = None
+        self._gone = threading.Event()
+        self._pinger = threading.Thread(target=self._ping) if says_ping else None
         self._hello = Hello(
             [1], device_id, instance_id, f"{device_id} name", "mock", Capabilities([]), {}
         )
 
     def __enter__(self) -> Self:
+        if self._pinger is not None:
+            self._pinger.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
     ) -> None:
+        self._gone.set()
+        if self._pinger is not None:
+            self._pinger.join()
         self.disconnect()
 
+    def _ping(self) -> None:
+        while not self._gone.wait(_PING_S):
+            control = self._welcomed
+            with suppress(OSError):  # it may just be closed
+                if control is not None:
+                    control.send(Kind.PING)
+
     def disconnect(self) -> None:
+        self._welcomed = None
         for wire in self.wires.values():
             wire.socket.close()
         self.wires.clear()
@@ -115,7 +142,9 @@ class MockDevice:
         return control
 
     def connect(self) -> Welcome:
-        self.welcome = Welcome.parse(self.greet().expect(Kind.WELCOME))
+        control = self.greet()
+        self.welcome = Welcome.parse(control.expect(Kind.WELCOME))
+        self._welcomed = control
         return self.welcome
 
     def ask_for(self, lane: str, **changes: str) -> Wire:

@@ -1,5 +1,6 @@
 """A Host without sockets: connections are what a test says, time goes when a test says."""
 
+from fake_sink import FakeSink
 from ml2_receiver.connection import Connection
 from ml2_receiver.context import Action, Close, Context, Ending, Limits, Send
 from ml2_receiver.frame import MAGIC, VERSION, Frame, Header, Kind
@@ -19,8 +20,6 @@ from ml2_receiver.messages import (
 )
 from ml2_receiver.streams import Request
 from ml2_receiver.table import Topic, load_table
-
-from fake_sink import FakeSink
 
 REQUEST: Request = {
     "world_left": {

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import pytest
+
 from ml2_receiver.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.messages import ChannelStatus, ClockStatus
 from ml2_receiver.report import Report, State, TopicReport

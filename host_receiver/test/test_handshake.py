@@ -1,9 +1,9 @@
 import pytest
+
 from ml2_receiver.context import Ending
 from ml2_receiver.frame import Kind
 from ml2_receiver.messages import Bye, Configure, Error, Joined
 from ml2_receiver.table import load_table
-
 from scene import REQUEST, Scene, data, hello
 
 
@@ -49,9 +49,7 @@ def test_the_same_device_takes_its_place_once_every_old_lane_is_read() -> None:
     for connection in (old_control, old_lanes["time"], old_lanes["sensors"]):
         scene.end(connection)
         assert scene.kinds(new_control) == []
-    old_lanes["world_left"].routes[1].receive(
-        data(1, 1), 0
-    )
+    old_lanes["world_left"].routes[1].receive(data(1, 1), 0)
     scene.end(old_lanes["world_left"])
     scene.control = new_control
     scene.take_welcome()
@@ -94,7 +92,13 @@ def test_a_ticket_opens_its_lane_once() -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"session": "0" * 32}, {"ticket": "0" * 32}, {"ticket": "\u00e9"}, {"lane": "nose"}, {"lane": "control"}],
+    [
+        {"session": "0" * 32},
+        {"ticket": "0" * 32},
+        {"ticket": "\u00e9"},
+        {"lane": "nose"},
+        {"lane": "control"},
+    ],
 )
 def test_a_refused_join_ends_itself_only_and_leaves_the_ticket(wrong: dict[str, str]) -> None:
     scene = Scene()

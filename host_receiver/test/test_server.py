@@ -4,17 +4,19 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
+from typing import NoReturn
 
 import pytest
+
+from fake_sink import FakeSink
 from ml2_receiver.context import Limits
 from ml2_receiver.errors import ListenError
 from ml2_receiver.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from ml2_receiver.report import State
 from ml2_receiver.server import Server, listen
 from ml2_receiver.table import load_table
-
-from fake_sink import FakeSink
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST
 
@@ -188,12 +190,14 @@ def test_an_error_reaches_a_peer_that_is_still_writing(server: Server, sink: Fak
     sink.await_event("expected magic 0x324d, found 0x2020")
 
 
+def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:
+    while True:
+        to.sendall(data)
+
+
 def write_nonsense(to: socket.socket) -> None:
-    try:
-        for _ in range(200):
-            to.sendall(b" " * 100_000)
-    except OSError:
-        pass
+    with suppress(OSError):
+        send_endlessly(to, b" " * 100_000)
 
 
 def test_a_peer_that_does_not_read_is_cut_off(server: Server, sink: FakeSink) -> None:
@@ -201,8 +205,7 @@ def test_a_peer_that_does_not_read_is_cut_off(server: Server, sink: FakeSink) ->
         device.connect()
         control = device.wires["control"].socket
         with pytest.raises(ConnectionError):
-            while True:
-                control.sendall(encode_frame(Kind.PING) * 1000)
+            send_endlessly(control, encode_frame(Kind.PING) * 1000)
         assert sink.await_report().state is State.LOST
 
 
@@ -217,9 +220,7 @@ def test_seventeen_silent_peers_do_not_keep_a_headset_out(server: Server, sink: 
         wire.socket.close()
 
 
-def test_a_lane_that_breaks_inside_a_frame_ends_the_session(
-    server: Server, sink: FakeSink
-) -> None:
+def test_a_lane_that_breaks_inside_a_frame_ends_the_session(server: Server, sink: FakeSink) -> None:
     with MockDevice(server.address) as device:
         device.start()
         frame = encode_frame(Kind.DATA, PAYLOAD, channel=device.channels[IMAGE][0])
@@ -262,7 +263,7 @@ def test_a_port_in_use_is_named() -> None:
 
 
 def test_an_unknown_host_is_named() -> None:
-    with pytest.raises(ListenError, match="cannot listen on nowhere.invalid:1: "):
+    with pytest.raises(ListenError, match=r"cannot listen on nowhere\.invalid:1: "):
         listen(("nowhere.invalid", 1))
 
 

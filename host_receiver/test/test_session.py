@@ -3,13 +3,13 @@ import json
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from ml2_receiver.connection import Connection
 from ml2_receiver.context import Ending
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.frame import Kind
 from ml2_receiver.messages import Bye, ChannelStatus, ClockStatus, Error, Status
 from ml2_receiver.report import State
-
 from scene import IMAGE, Scene, channel, hello
 
 STATUS = Status(

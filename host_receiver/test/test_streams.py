@@ -1,4 +1,5 @@
 import pytest
+
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.frame import Kind
 from ml2_receiver.messages import (
@@ -9,7 +10,6 @@ from ml2_receiver.messages import (
     StreamAnswer,
 )
 from ml2_receiver.table import Topic, load_table
-
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, channel, data
 
 REFUSED = StreamAnswer("refused", None, "covered")

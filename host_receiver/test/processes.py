@@ -1,0 +1,122 @@
+"""Children of tests: the receiver and ROS programs, in a ROS domain of this test run's own."""
+
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+_PATIENCE_S = 20.0
+_HERE = Path(__file__).parent
+_DOMAINS = 100  # from 101 on, ports of domains may be those the system gives to connections
+
+
+def environment() -> dict[str, str]:
+    """For children; rclpy's wheels prepare each process anew."""
+    environ = {**os.environ, "PYTHONPATH": str(_HERE.parent), "PYTHONUNBUFFERED": "1"}
+    environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
+    environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % _DOMAINS)
+    environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    return environ
+
+
+class Child:
+    """A Python program whose standard output is read line by line; interrupted when left.
+
+    A ROS program that is killed would stay in the others' graphs for many seconds.
+    """
+
+    def __init__(self, *arguments: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, *arguments],
+            env=environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.errors: list[str] = []
+        self._lines: queue.Queue[str] = queue.Queue()
+        self._threads = [
+            threading.Thread(target=self._read, args=[self.process.stdout, self._lines.put]),
+            threading.Thread(target=self._read, args=[self.process.stderr, self.errors.append]),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @staticmethod
+    def _read(stream: Any, take: Any) -> None:
+        for line in stream:
+            take(line.rstrip("\n"))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
+    ) -> None:
+        self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(_PATIENCE_S)
+        finally:
+            self.process.kill()
+        for thread in self._threads:
+            thread.join()
+        for stream in (self.process.stdout, self.process.stderr):
+            assert stream is not None
+            stream.close()
+
+    def line(self, timeout_s: float = _PATIENCE_S) -> str:
+        """The next line; fails when none comes."""
+        try:
+            return self._lines.get(timeout=timeout_s)
+        except queue.Empty:
+            raise AssertionError(f"no line within {timeout_s} s; {self.errors}") from None
+
+    def object(self, timeout_s: float = _PATIENCE_S) -> Any:
+        """The next line, which is JSON."""
+        return json.loads(self.line(timeout_s))
+
+    def has_line(self, timeout_s: float) -> bool:
+        """Whether a line comes; it is taken."""
+        try:
+            self._lines.get(timeout=timeout_s)
+        except queue.Empty:
+            return False
+        return True
+
+    def end(self, number: int = signal.SIGINT) -> int:
+        """The exit code after a signal."""
+        self.process.send_signal(number)
+        return self.wait()
+
+    def wait(self) -> int:
+        """The exit code."""
+        code = self.process.wait(_PATIENCE_S)
+        for thread in self._threads:
+            thread.join()
+        return code
+
+
+class Receiver(Child):
+    """`ml2-receiver run` on a port the system chose; `address` is where."""
+
+    def __init__(self, config: Path, *options: str) -> None:
+        listen = ("--config", str(config), "--listen", "127.0.0.1:0")
+        super().__init__("-m", "ml2_receiver", "run", *listen, *options)
+        self.address = self.line().removeprefix("listening on ")
+
+
+class Subscriber(Child):
+    """Sees one topic: first `publisher`, then messages; see ros_subscriber.py."""
+
+    def __init__(self, topic: str, type: str, durability: str = "volatile") -> None:
+        super().__init__(str(_HERE / "ros_subscriber.py"), topic, type, durability)
+        self.publisher = self.object()
+
+    def message(self) -> bytes:
+        return bytes.fromhex(self.object())

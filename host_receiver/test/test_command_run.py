@@ -1,0 +1,80 @@
+import signal
+import socket
+import time
+from pathlib import Path
+
+import pytest
+
+from ml2_receiver.cli import main
+from mock_device import MockDevice
+from processes import Receiver
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+CONFIG = """
+/**:
+  ros__parameters:
+    world_left: {enabled: true}
+    battery: {enabled: true}
+"""
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    return file
+
+
+def files_in_shared_memory(process: int) -> list[Path]:
+    maps = Path(f"/proc/{process}/maps").read_text().splitlines()
+    return [Path(line.split()[-1]) for line in maps if "/dev/shm/fastrtps" in line]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_and_frees_shared_memory(config: Path, number: int) -> None:
+    with Receiver(config) as receiver, MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        shared = files_in_shared_memory(receiver.process.pid)
+        assert shared
+        began_s = time.monotonic()
+        assert receiver.end(number) == 0
+        assert time.monotonic() - began_s < 5  # under 1 s where nothing else runs
+        assert [file for file in shared if file.exists()] == []
+
+
+def test_it_says_who_came_what_runs_and_what_does_not(config: Path) -> None:
+    with Receiver(config) as receiver, MockDevice(receiver.address, says_ping=True) as device:
+        device.start(refused={"world_left": "no permission"})
+        device.leave()
+        receiver.end()
+        said = "\n".join(receiver.errors)
+        assert "'device name' connected from 127.0.0.1:" in said
+        assert "world_left refused: 'no permission'" in said
+        assert "streams: battery, tf" in said
+        assert "session ended" in said
+
+
+def test_a_wrong_configuration_ends_it_before_it_listens(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "config.yaml"
+    file.write_text("/**: {ros__parameters: {gaze: {enabled: 1}}}")
+    assert main(["run", "--config", str(file)]) == 2
+    printed = capsys.readouterr()
+    assert "gaze.enabled" in printed.err
+    assert printed.out == ""
+
+
+def test_a_port_in_use_ends_it(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        assert main(["run", "--config", str(config), "--listen", address]) == 2
+    assert f"cannot listen on {address}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("address", ["7755", "localhost", "localhost:", ":1", "a:65536", "a:-1"])
+def test_an_address_has_a_host_and_a_port(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "--listen", address])
+    assert f"expected HOST:PORT, found '{address}'" in capsys.readouterr().err

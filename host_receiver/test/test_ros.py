@@ -1,0 +1,270 @@
+"""The receiver's topics as other ROS processes see them."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_typestore
+
+from ml2_receiver.frame import Kind
+from ml2_receiver.messages import Start
+from mock_device import MockDevice
+from processes import Child, Receiver, Subscriber
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+TYPES = get_typestore(Stores.ROS2_JAZZY)
+IMAGE = "/magic_leap2/world_left/image_raw"
+IMAGE_TYPE = "sensor_msgs/msg/Image"
+STRING = "std_msgs/msg/String"
+CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    return file
+
+
+@pytest.fixture
+def receiver(config: Path) -> Iterator[Receiver]:
+    with Receiver(config) as receiver:
+        yield receiver
+
+
+@pytest.fixture
+def device(receiver: Receiver) -> Iterator[MockDevice]:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        yield device
+
+
+def image(number: int, width: int = 1016, height: int = 1016) -> bytes:
+    """A payload of whole words, as DDS pads others to that on their way."""
+    time = TYPES.types["builtin_interfaces/msg/Time"](number, 5)
+    header = TYPES.types["std_msgs/msg/Header"](time, "world_left_optical_frame")
+    pixels = np.random.default_rng(number).integers(0, 256, width * height, np.uint8)
+    message = TYPES.types[IMAGE_TYPE](header, height, width, "mono8", 0, width, pixels)
+    payload = bytes(TYPES.serialize_cdr(message, IMAGE_TYPE))
+    assert len(payload) % 4 == 0
+    return payload
+
+
+def publish_until_seen(device: MockDevice, subscriber: Subscriber) -> None:
+    """Until subscriber and publisher know each other messages are lost, which is no fault."""
+    while not subscriber.has_line(0.1):
+        device.publish("world_left/image_raw", image(0, 2, 2))
+    device.publish("world_left/image_raw", image(1, 2, 2))
+    while subscriber.message() != image(1, 2, 2):
+        pass
+
+
+def text(payload: bytes) -> str:
+    return str(TYPES.deserialize_cdr(payload, STRING).data)  # type: ignore[attr-defined]
+
+
+def test_payloads_arrive_at_another_process_byte_for_byte(device: MockDevice) -> None:
+    with Subscriber(IMAGE, IMAGE_TYPE) as subscriber:
+        assert subscriber.publisher == {
+            "type": IMAGE_TYPE,
+            "reliability": "RELIABLE",
+            "durability": "VOLATILE",
+        }
+        publish_until_seen(device, subscriber)
+        for number in (2, 3, 4):
+            device.publish("world_left/image_raw", image(number))
+            assert subscriber.message() == image(number)
+
+
+def test_transforms_are_global(device: MockDevice) -> None:
+    with Subscriber("/tf", "tf2_msgs/msg/TFMessage") as subscriber:
+        assert subscriber.publisher["reliability"] == "RELIABLE"
+
+
+def test_publishers_stay_over_sessions_unless_their_stream_does_not(device: MockDevice) -> None:
+    with Subscriber(IMAGE, IMAGE_TYPE) as subscriber:
+        publish_until_seen(device, subscriber)
+        device.disconnect()
+        device.start(refused={"battery": "empty"})
+        device.publish("world_left/image_raw", image(7))
+        assert subscriber.message() == image(7)
+    with Subscriber("/magic_leap2/config", STRING, "transient_local") as subscriber:
+        applied = json.loads(text(subscriber.message()))
+        assert applied["streams"]["battery"] == {
+            "result": "refused",
+            "values": None,
+            "reason": "empty",
+            "topics": [],
+        }
+    assert topics_under("/magic_leap2") == {
+        f"/magic_leap2/{name}"
+        for name in (
+            *("config", "log"),
+            *("world_left/image_raw", "world_left/camera_info", "world_left/metadata"),
+        )
+    }
+
+
+TOPICS = """
+import sys, rclpy, time, json
+rclpy.init()
+node = rclpy.create_node("topics")
+while not any(name == "ml2_receiver" for name in node.get_node_names()):
+    rclpy.spin_once(node, timeout_sec=0.1)
+for _ in range(5):
+    rclpy.spin_once(node, timeout_sec=0.1)
+infos = [name for name, _ in node.get_topic_names_and_types()]
+print(json.dumps([name for name in infos if node.count_publishers(name)]))
+"""
+
+
+def topics_under(prefix: str) -> set[str]:
+    with Child("-c", TOPICS) as child:
+        return {name for name in child.object() if name.startswith(f"{prefix}/")}
+
+
+def test_the_applied_configuration_is_there_for_who_comes_late(device: MockDevice) -> None:
+    with Subscriber("/magic_leap2/config", STRING, "transient_local") as subscriber:
+        assert subscriber.publisher["durability"] == "TRANSIENT_LOCAL"
+        applied = json.loads(text(subscriber.message()))
+    assert applied["headset"] == "device name"
+    assert applied["session"] == device.welcome.session
+    assert set(applied["streams"]) == {"world_left", "battery", "tf"}
+    left = applied["streams"]["world_left"]
+    assert (left["result"], left["values"]["update_rate"]) == ("applied", 30)
+    assert left["topics"][0] == {
+        "topic": IMAGE,
+        "type": IMAGE_TYPE,
+        "qos": "image",
+        "role": "image",
+    }
+    assert applied["streams"]["tf"]["topics"][0]["topic"] == "/tf"
+
+
+def test_events_are_logged_as_text(receiver: Receiver, device: MockDevice) -> None:
+    with Subscriber("/magic_leap2/log", STRING) as subscriber:
+        with MockDevice(receiver.address, "other") as other:
+            while not subscriber.has_line(0.1):
+                other.greet().expect_error("busy")
+                other.disconnect()
+        device.leave()
+        said = [text(subscriber.message()) for _ in range(2)]
+        while "session ended" not in said[-1]:
+            said.append(text(subscriber.message()))
+
+
+def rows(payload: bytes) -> dict[str, Any]:
+    array: Any = TYPES.deserialize_cdr(payload, "diagnostic_msgs/msg/DiagnosticArray")
+    return {
+        status.name.removeprefix("ml2_receiver: "): {
+            "level": int(status.level),
+            **{value.key: value.value for value in status.values},
+        }
+        for status in array.status
+    }
+
+
+def test_diagnostics_have_the_session_and_each_topic(device: MockDevice) -> None:
+    with Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber:
+        assert rows(subscriber.message())["session"]["state"] == "connected"
+        device.publish("world_left/image_raw")
+        device.publish("world_left/image_raw", skip=2)
+        device.leave()
+        while (found := rows(subscriber.message()))["session"]["state"] != "ended":
+            pass
+    assert found["session"]["final"] == "true"
+    assert found["session"]["clock.offset_ns"] == "-5"
+    assert set(found) == {
+        "session",
+        "/tf",
+        "/magic_leap2/battery",
+        *(f"/magic_leap2/world_left/{name}" for name in ("image_raw", "camera_info", "metadata")),
+    }
+    left = found[IMAGE]
+    assert (left["level"], left["received"], left["gaps"]) == (1, "2", "2")
+    assert (left["produced"], left["subscribers"]) == ("4", "0")
+
+
+START = """
+import rclpy
+from std_srvs.srv import Trigger
+rclpy.init()
+node = rclpy.create_node("starter")
+client = node.create_client(Trigger, "/ml2_receiver/start")
+assert client.wait_for_service(10)
+future = client.call_async(Trigger.Request())
+rclpy.spin_until_future_complete(node, future)
+print(future.result().success)
+"""
+
+
+def test_a_service_starts_a_paused_receiver(config: Path) -> None:
+    with (
+        Receiver(config, "--start-paused") as receiver,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
+        request = device.configure()
+        with Child("-c", START) as child:
+            assert child.line() == "True"
+        assert Start.parse(device.wires["control"].expect(Kind.START)).request == request
+
+
+def test_qos_can_be_overridden_at_start(config: Path) -> None:
+    override = f"qos_overrides.{IMAGE}.publisher.reliability:=best_effort"
+    with (
+        Receiver(config, "--ros-args", "-p", override) as receiver,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
+        device.start()
+        with Subscriber(IMAGE, IMAGE_TYPE) as subscriber:
+            assert subscriber.publisher["reliability"] == "BEST_EFFORT"
+        with Subscriber("/tf", "tf2_msgs/msg/TFMessage") as subscriber:
+            assert subscriber.publisher["reliability"] == "RELIABLE"
+
+
+BOTH_WAYS = """
+import rclpy
+from std_msgs.msg import String
+from rclpy.serialization import serialize_message
+from ml2_receiver.ros import raw_publish, takes_bytearray
+
+class Refusing:
+    def publish_raw(self, payload): raise TypeError("bytes only")
+
+class Publisher:
+    handle = Refusing()
+
+class Older:
+    handle = object()
+
+rclpy.init()
+node = rclpy.create_node("both_ways")
+publisher = node.create_publisher(String, "both_ways", 10)
+got = []
+node.create_subscription(String, "both_ways", lambda message: got.append(message.data), 10)
+while not publisher.get_subscription_count():
+    rclpy.spin_once(node, timeout_sec=0.1)
+assert takes_bytearray(publisher, String(data="tried"))
+assert not takes_bytearray(Publisher(), String())
+assert not takes_bytearray(Older(), String())
+for is_taken in (True, False):
+    publish = raw_publish(publisher, is_taken)
+    publish(bytearray(serialize_message(String(data=str(is_taken)))))
+while len(got) < 3:
+    rclpy.spin_once(node, timeout_sec=0.1)
+print(got)
+node.destroy_publisher(publisher)
+publish(bytearray(4))
+raw_publish(publisher, True)(bytearray(4))
+print("ended topics take nothing")
+"""
+
+
+def test_payloads_are_published_whether_rclpy_takes_bytearrays_or_not() -> None:
+    with Child("-c", BOTH_WAYS) as child:
+        assert child.line() == "['tried', 'True', 'False']"
+        assert child.line() == "ended topics take nothing"
