@@ -8,5 +8,5 @@ mkdir -p build/bench
 echo "[1/2] sender: encode and gathering write against a bare gathering write (JMH, half a minute)"
 java -cp "$benchmark/*:$benchmark/lib/*" dev.ml2sensors.benchmark.MainKt build/bench/sender.json >build/bench/sender.log
 echo "[2/2] receiver: against a bare loop of recv_into and raw publish"
-python3 tests/bench/receiver_bench.py
+PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver/test python3 tests/bench/receiver_bench.py 2>build/bench/receiver.log
 python3 tests/bench/show.py build/bench/*.json
