@@ -106,10 +106,11 @@ internal class ControlLane(private val connection: Connection) {
         }
     }
 
-    private companion object {
-        val EMPTY = ByteArray(0)
-        val TICK = 250.milliseconds
+    companion object {
+        /** How long the peer is listened to after the last word, PROTOCOL.md. */
         val FAREWELL_LIMIT = 1.seconds
-        val WRITE_LIMIT = 2.seconds
+        private val EMPTY = ByteArray(0)
+        private val TICK = 250.milliseconds
+        private val WRITE_LIMIT = 2.seconds
     }
 }

@@ -104,7 +104,7 @@ internal class Session(
         drained.complete(Unit)
         statusing.join()
         control.finish(reason)
-        withTimeoutOrNull(LINGER) { reading.join() }
+        withTimeoutOrNull(ControlLane.FAREWELL_LIMIT) { reading.join() }
         coroutineContext.cancelChildren()
     }
 
@@ -188,7 +188,6 @@ internal class Session(
     private companion object {
         /** Patience before WELCOME tells the receiver's. */
         val FIRST_LIMIT = 5.seconds
-        val LINGER = 2.seconds
         val STATUS_INTERVAL = 1.seconds
         val IN_SESSION =
             setOf(FrameKind.CONFIGURE, FrameKind.START, FrameKind.PING, FrameKind.PONG, FrameKind.BYE)

@@ -53,9 +53,8 @@ internal class ActiveStreams(
     private val outgoing = OutgoingChannels(waits)
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val tree by lazy {
-        TransformTree(outgoing.of(StreamTable.tf, StreamValues()).single(), clock.stamps, composes = !waits)
-    }
+    private val tree =
+        TransformTree({ outgoing.of(StreamTable.tf, StreamValues()).single() }, clock.stamps, composes = !waits)
 
     private val changes = Mutex()
     private val hasStarted = CompletableDeferred<Unit>()
@@ -114,7 +113,9 @@ internal class ActiveStreams(
             if (waits) clock.freeze()
             changes.withLock {
                 // What was configured in the meantime has a START of its own
-                for ((spec, values) in wanted) if (accepted[spec] == values && spec !in running) begin(spec, values)
+                val fresh = wanted.filter { (spec, values) -> accepted[spec] == values && spec !in running }
+                // The tree first, so that no image comes before it
+                fresh.entries.sortedBy { it.key != StreamTable.tf }.forEach { (spec, values) -> begin(spec, values) }
             }
             hasStarted.complete(Unit)
         }

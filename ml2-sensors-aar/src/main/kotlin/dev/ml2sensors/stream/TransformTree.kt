@@ -22,7 +22,7 @@ import kotlinx.coroutines.sync.withLock
  * head-to-sensor transform. At most one transform per child and stamp. Called by any stream.
  */
 internal class TransformTree(
-    private val channel: OutgoingChannel,
+    private val channel: () -> OutgoingChannel,
     private val stamps: StampMap,
     private val composes: Boolean,
 ) {
@@ -68,7 +68,7 @@ internal class TransformTree(
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
         val message = TFMessage(fresh.map { (child, transform) -> TransformStamped(header, child, transform) })
-        channel.publish(TFMessage.serializer(), message, stampNanos)
+        channel().publish(TFMessage.serializer(), message, stampNanos)
     }
 
     private companion object {

@@ -19,7 +19,7 @@ internal class HostFrame(
 ) {
     val json: JsonObject get() = Json.parseToJsonElement(body.decodeToString()).jsonObject
 
-    override fun toString() = "$lane: $kind ${if (kind == DATA) "of $channel" else body.decodeToString()}"
+    override fun toString() = "$lane: $kind ${if (kind == DATA) "of $channel" else body.decodeToString().take(200)}"
 
     companion object {
         const val HELLO = 1

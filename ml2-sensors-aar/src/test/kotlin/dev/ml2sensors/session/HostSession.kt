@@ -139,6 +139,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
                 if (frame.kind == HostFrame.TIME_REQUEST) answerTime(frame) else record(frame)
             }
             record(HostFrame(lane, HostFrame.END, body = "end".toByteArray()))
+            if (lane == "control" && host.closesAfterBye && frames(HostFrame.BYE).isNotEmpty()) socket.shutdownOutput()
         } catch (e: IOException) {
             record(HostFrame(lane, HostFrame.END, body = "$e".toByteArray()))
         }
@@ -162,7 +163,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         var leftNanos = TimeUnit.SECONDS.toNanos(ScriptedHost.LIMIT_SECONDS)
         var found = find()
         while (found == null) {
-            if (leftNanos <= 0) throw AssertionError("awaited $what, found\n${log.takeLast(20).joinToString("\n")}")
+            if (leftNanos <= 0) throw AssertionError("awaited $what, found\n${log.takeLast(10).joinToString("\n")}")
             leftNanos = grown.awaitNanos(leftNanos)
             found = find()
         }

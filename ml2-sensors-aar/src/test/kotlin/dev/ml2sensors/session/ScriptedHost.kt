@@ -30,6 +30,9 @@ internal class ScriptedHost(receiveBufferBytes: Int? = null) : Closeable {
     /** ROS time of this host is System.nanoTime() plus this. */
     var clockOffsetNanos = 1_700_000_000_000_000_000L
 
+    /** Whether it closes its side of control after the device's BYE. */
+    var closesAfterBye = true
+
     /** Lanes whose JOIN and frames are not answered. */
     val silentLanes: MutableSet<String> = ConcurrentHashMap.newKeySet()
 

@@ -75,8 +75,8 @@ class SessionEndTest {
             },
         )
         for (leave in leaving) {
-            val ending = SessionFixture()
-            ending.use {
+            SessionFixture().use { ending ->
+                ending.host.closesAfterBye = false
                 val outcome = ending.run()
                 val session = ending.started("color")
                 ending.stop.complete("enough")

@@ -1,0 +1,114 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import kotlin.test.assertEquals
+import kotlin.test.assertTrue
+
+/** produced = received + gaps, and gaps = sum of drops by reason, whatever the link does. */
+@Timeout(60)
+class AccountingTest {
+    private val fixture = StreamFixture(receiveBufferBytes = 16_384)
+    private val headset = fixture.headset
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun aSlowHostLosesImagesToTheQueueAndNothingElse() = runBlocking {
+        fixture.streamer.start()
+        val session = fixture.session("""{"world_left": {}, "gyro_left": {}}""", held = listOf("world_left"))
+        val images = 40
+        repeat(images) {
+            val image = headset.image(fixture.now, it.toLong(), rowBytes = 256, height = 256, intrinsics = LENS)
+            headset.deliver(StreamTable.worldLeft, image)
+            headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+        }
+        assertEquals(emptyList(), session.data("world_left/image_raw"))
+        session.release("world_left")
+        val books = fixture.finish(session)
+        assertBalanced(listOf(session), books)
+        val image = books.getValue("world_left/image_raw")
+        assertEquals(setOf("queue_full"), image.dropped.keys)
+        assertEquals(images.toLong(), image.produced)
+        for (topic in books.keys - "world_left/image_raw") {
+            assertEquals(Books(images.toLong(), images.toLong(), emptyMap()), books[topic], topic)
+        }
+        val last = session.data("world_left/image_raw").takeLast(4).map { it.sequence }
+        assertEquals(listOf(36L, 37, 38, 39), last, "the oldest go, the latest arrive")
+    }
+
+    @Test
+    fun aLinkThatIsCutAgainAndAgainLosesWhatTheBooksSay() = runBlocking {
+        fixture.streamer.start()
+        val sessions = mutableListOf(fixture.session(STREAMS))
+        val sources = listOf(
+            source(StreamTable.gyroLeft) { VectorSample(fixture.now, 0.0, 0.0, 0.0) },
+            source(StreamTable.worldLeft) { headset.image(fixture.now, rowBytes = 128, height = 128) },
+            source(StreamTable.depth) { headset.image(fixture.now, rowBytes = 256, height = 256) },
+        )
+        repeat(4) {
+            sessions.last().awaitData("gyro_left/imu", 20)
+            sessions.last().awaitData("depth/image_raw", 5)
+            sessions.last().cut()
+            sessions += fixture.session(STREAMS)
+        }
+        sessions.last().awaitData("gyro_left/imu", 20)
+        sources.forEach { it.cancelAndJoin() }
+        val books = fixture.finish(sessions.last())
+        assertBalanced(sessions, books)
+        assertEquals(setOf("link_down"), books.getValue("gyro_left/imu").dropped.keys)
+        val numbers = sessions.flatMap { session -> session.data("gyro_left/imu").map { it.sequence } }
+        assertEquals(numbers.sorted().distinct(), numbers, "numbers go on across sessions")
+    }
+
+    @Test
+    fun anInstanceTheReceiverDoesNotKnowKeepsItsBooks() = runBlocking {
+        fixture.streamer.start()
+        val first = fixture.session("""{"battery": {}, "gyro_left": {}}""")
+        repeat(5) { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }
+        first.awaitData("gyro_left/imu", 5)
+        first.cut()
+        val second = fixture.host.awaitHello()
+        second.welcome(received = null)
+        second.configure(1, """{"gyro_left": {}}""")
+        second.start(1)
+        assertEquals(Books(5, 5, emptyMap()), fixture.finish(second).getValue("gyro_left/imu"))
+    }
+
+    /** A sensor that delivers about every millisecond. */
+    private fun CoroutineScope.source(stream: StreamSpec, sample: () -> Sample) =
+        launch(Dispatchers.Default) {
+            while (true) {
+                headset.deliver(stream, sample())
+                delay(1)
+            }
+        }
+
+    private fun assertBalanced(sessions: List<HostSession>, books: Map<String, Books>) {
+        for ((topic, counts) in books) {
+            val numbers = sessions.flatMap { session -> session.data(topic).map { it.sequence } }
+            val gaps = counts.produced - numbers.size
+            assertEquals(numbers.size.toLong(), counts.sent, "$topic: $counts")
+            assertEquals(gaps, counts.dropped.values.sum(), "$topic: $counts")
+            assertTrue(numbers.all { it in 0 until counts.produced }, topic)
+        }
+    }
+
+    private companion object {
+        const val STREAMS = """{"world_left": {}, "depth": {}, "gyro_left": {}, "tf": {}}"""
+        val LENS = CameraFixtures.pinhole(256, 256)
+    }
+}

@@ -1,0 +1,130 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.CancellationException
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.currentCoroutineContext
+import kotlinx.coroutines.ensureActive
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.flow.update
+import java.util.concurrent.ConcurrentHashMap
+
+/**
+ * A headset whose sensors deliver what the test says, when it says so. It is strict: streams run only with values that
+ * were agreed on, and image memory is borrowed from [pool] for no longer than the contract allows.
+ */
+internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Timeline.LIVE) : Headset {
+    private class Delivery(val sample: Sample) {
+        val isDone = CompletableDeferred<Boolean>()
+
+        fun finish(arrived: Boolean) {
+            if (isDone.complete(arrived)) (sample as? ImageSample)?.release()
+        }
+    }
+
+    private class Feed(val stream: StreamSpec) {
+        val deliveries = Channel<Delivery>(Channel.RENDEZVOUS, onUndeliveredElement = { it.finish(false) })
+    }
+
+    private val feeds = MutableStateFlow(emptyList<Feed>())
+    private val agreed = ConcurrentHashMap.newKeySet<Pair<StreamSpec, StreamValues>>()
+
+    /** How a stream answers, where it does not just apply what is asked for. */
+    val answers = ConcurrentHashMap<StreamSpec, Answer>()
+    val pool = BufferPool(bufferBytes = 1 shl 16, count = 64)
+    override val identity = Headset.Identity("fake-1", "Fake")
+    override val clock = DeviceClock { System.nanoTime() + 5_000_000_000_000 }
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        val answer = answers[stream] ?: Answer.Applied(requested)
+        when (answer) {
+            is Answer.Applied -> agreed += stream to answer.values
+            is Answer.Adjusted -> agreed += stream to answer.values
+            is Answer.Refused -> Unit
+        }
+        return answer
+    }
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
+        check(stream to values in agreed) { "$stream was not agreed to run with $values" }
+        return flow {
+            val feed = Feed(stream)
+            feeds.update { it + feed }
+            try {
+                for (delivery in feed.deliveries) {
+                    try {
+                        emit(delivery.sample)
+                    } finally {
+                        delivery.finish(true)
+                    }
+                }
+            } finally {
+                feeds.update { it - feed }
+                feed.deliveries.cancel()
+            }
+        }
+    }
+
+    /** Waits until [stream] runs, [times] over; delivers [sample], and returns when all that run it are done with it. */
+    suspend fun deliver(stream: StreamSpec, sample: Sample, times: Int = 1): Boolean =
+        awaitRunning(stream, times).map { deliver(it, sample) }.all { it }
+
+    private suspend fun deliver(feed: Feed, sample: Sample): Boolean {
+        val delivery = Delivery(sample)
+        try {
+            feed.deliveries.send(delivery)
+        } catch (_: CancellationException) {
+            currentCoroutineContext().ensureActive() // else it is the stream that was stopped
+        }
+        return delivery.isDone.await()
+    }
+
+    private suspend fun awaitRunning(stream: StreamSpec, times: Int): List<Feed> =
+        feeds.first { all -> all.count { it.stream == stream } >= times }.filter { it.stream == stream }
+
+    /** The sensor of [stream] breaks, or is at its end when [cause] is null. */
+    suspend fun end(stream: StreamSpec, cause: Exception?) = awaitRunning(stream, 1).forEach { it.deliveries.close(cause) }
+
+    suspend fun awaitStopped(stream: StreamSpec) {
+        feeds.first { all -> all.none { it.stream == stream } }
+    }
+
+    /** An image in borrowed memory, each plane [rowBytes] x [height] bytes of its own pattern. */
+    fun image(
+        captureNanos: Long,
+        number: Long = 0,
+        rowBytes: Int = 64,
+        height: Int = 32,
+        roles: List<String> = listOf("image"),
+        pose: Transform? = null,
+        intrinsics: Intrinsics? = null,
+        settings: CaptureSettings = CaptureSettings(),
+    ): ImageSample {
+        val planes = roles.map { role ->
+            val pixels = checkNotNull(pool.acquire()) { "the pool is empty" }
+            pixels.put(pattern(role, number, rowBytes * height)).flip()
+            ImageSample.Plane(role, pixels, pool)
+        }
+        return ImageSample(captureNanos, number, rowBytes, height, rowBytes, pose, intrinsics, settings, planes)
+    }
+
+    override fun close() = Unit
+
+    companion object {
+        fun pattern(role: String, number: Long, size: Int) = ByteArray(size) { (it * 7 + number + role.hashCode()).toByte() }
+    }
+}

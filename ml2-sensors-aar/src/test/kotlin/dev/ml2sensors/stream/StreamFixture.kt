@@ -1,0 +1,70 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.source.Headset
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.ExperimentalSerializationApi
+import kotlinx.serialization.decodeFromByteArray
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import kotlinx.serialization.json.long
+import java.io.Closeable
+import kotlin.test.assertEquals
+import kotlin.time.Duration.Companion.seconds
+
+/** A [FakeHeadset] streamed by [Ml2Streamer] to a [ScriptedHost]. */
+internal class StreamFixture(
+    timeline: Headset.Timeline = Headset.Timeline.LIVE,
+    receiveBufferBytes: Int? = null,
+) : Closeable {
+    val host = ScriptedHost(receiveBufferBytes)
+    val headset = FakeHeadset(timeline)
+    val streamer = Ml2Streamer(headset, host.address)
+
+    /** Present device time. */
+    val now: Long get() = headset.clock.nowNanos()
+
+    /** A session that is started with [streams], the JSON of CONFIGURE; lanes of [held] are not read yet. */
+    fun session(streams: String, held: List<String> = emptyList()): HostSession {
+        val session = host.awaitHello()
+        held.forEach(session::hold)
+        session.welcome(host.received())
+        session.configure(1, streams)
+        session.start(1)
+        return session
+    }
+
+    /** Stops in order, and asserts that the final STATUS and all memory is settled; gives the books by topic. */
+    fun finish(session: HostSession): Map<String, Books> = runBlocking {
+        withTimeout(LIMIT) { streamer.stop("test over") }
+        session.await(HostFrame.BYE)
+        val status = session.frames(HostFrame.STATUS).last().json
+        assertEquals("true", status.getValue("final").jsonPrimitive.content)
+        assertEquals(0, headset.pool.outstanding, "image memory is given back")
+        status.getValue("channels").jsonObject.mapValues { (_, counts) ->
+            val dropped = counts.jsonObject.getValue("dropped").jsonObject.mapValues { it.value.jsonPrimitive.long }
+            fun count(key: String) = counts.jsonObject.getValue(key).jsonPrimitive.long
+            Books(count("produced"), count("sent"), dropped)
+        }
+    }
+
+    override fun close() {
+        runBlocking { streamer.stop() }
+        host.close()
+    }
+
+    companion object {
+        /** Below the limit after which stop() gives up, so that a test tells an end from that. */
+        val LIMIT = 7.seconds
+    }
+}
+
+/** What STATUS says of a channel. */
+internal data class Books(val produced: Long, val sent: Long, val dropped: Map<String, Long>)
+
+@OptIn(ExperimentalSerializationApi::class)
+internal inline fun <reified T> HostFrame.message(): T = Cdr.decodeFromByteArray(body)
