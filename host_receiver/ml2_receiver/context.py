@@ -53,7 +53,7 @@ class Limits:
     """The receiver's limits, from PROTOCOL.md; tests make the times shorter."""
 
     handshake_s: float = 5.0
-    ping_s: float = 1.0
+    ping_s: float = 0.5
     dead_s: float = 2.0
     linger_s: float = 1.0
     unfinished_connections: int = 16

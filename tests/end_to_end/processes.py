@@ -9,7 +9,7 @@ import pickle
 import random
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,11 @@ EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
 PREFIX = "/magic_leap2"
 _LISTENING = "listening on "
 _TIMEOUT_S = 60
+_PATHS = {
+    "PYTHONPATH": os.pathsep.join(
+        [str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")]
+    )
+}
 
 
 @dataclass(frozen=True)
@@ -59,21 +64,23 @@ def isolated_environment() -> dict[str, str]:
 
 @contextlib.contextmanager
 def process(
-    command: list[str | Path], environment: dict[str, str]
+    command: Sequence[str | Path], environment: dict[str, str], log: Path
 ) -> Iterator[subprocess.Popen[str]]:
-    """A child whose output is read as text; terminated and awaited at the end."""
-    child = subprocess.Popen(
-        [str(word) for word in command],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        yield child
-    finally:
-        child.terminate()
-        child.communicate(timeout=_TIMEOUT_S)
+    """A child whose standard output is read as text; terminated and awaited at the end."""
+    with log.open("w") as errors:
+        child = subprocess.Popen(
+            [str(word) for word in command],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+        )
+        try:
+            yield child
+        finally:
+            child.terminate()
+            said, _ = child.communicate(timeout=_TIMEOUT_S)
+            errors.write(said)
 
 
 def listening_address(receiver: subprocess.Popen[str]) -> str:
@@ -88,20 +95,43 @@ def listening_address(receiver: subprocess.Popen[str]) -> str:
 
 
 def receive(config: Path, headset_options: list[str], folder: Path) -> Received:
-    """Runs a headset to its end and returns all that arrived at the subscriber."""
+    """Runs a headset to its end and returns all that arrived; logs in `folder`."""
     environment = isolated_environment()
     output = folder / "received.pickle"
-    depths = {name: qos.depth for name, qos in load_table().qos.items()}
-    subscribe = [sys.executable, Path(__file__).with_name("subscriber.py"), PREFIX]
-    subscribe += [json.dumps(depths), output]
-    paths = os.pathsep.join([str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")])
-    run = [RECEIVER, "run", "--config", config, "--listen", "127.0.0.1:0", "--start-paused"]
+    run: list[str | Path] = [
+        RECEIVER,
+        "run",
+        "--config",
+        config,
+        "--listen",
+        "127.0.0.1:0",
+        "--start-paused",
+    ]
     with contextlib.ExitStack() as stack:
-        receiver = stack.enter_context(process(run, environment))
-        address = listening_address(receiver)
-        subscriber = stack.enter_context(process(subscribe, environment | {"PYTHONPATH": paths}))
-        headset = [HEADSET, "--receiver", address, *headset_options]
-        stack.enter_context(process(headset, environment))
-        said, _ = subscriber.communicate(timeout=_TIMEOUT_S)
-        assert subscriber.returncode == 0, said
+        start = stack.enter_context
+        receiver = start(process(run, environment, folder / "receiver.log"))
+        headset = headset_command(listening_address(receiver), *headset_options)
+        subscriber = start(
+            process(subscribe_command(output), environment | _PATHS, folder / "subscriber.log")
+        )
+        start(process(headset, environment, folder / "headset.log"))
+        subscriber.communicate(timeout=_TIMEOUT_S)
+        assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
     return Received(**pickle.loads(output.read_bytes()))
+
+
+def receive_command(config: Path, address: str, *options: str) -> list[str | Path]:
+    """The receiver, listening on `address`."""
+    return [RECEIVER, "run", "--config", config, "--listen", address, *options]
+
+
+def headset_command(address: str, *options: str) -> list[str | Path]:
+    """The headset, connecting to `address`."""
+    return [HEADSET, "--receiver", address, *options]
+
+
+def subscribe_command(output: Path) -> list[str | Path]:
+    """The subscriber, which writes what it got to `output`."""
+    depths = {name: qos.depth for name, qos in load_table().qos.items()}
+    script = Path(__file__).with_name("subscriber.py")
+    return [sys.executable, script, PREFIX, json.dumps(depths), output]

@@ -14,7 +14,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from processes import EXCERPT, HEADSET, ROOT, Received, receive
+from processes import EXCERPT, ROOT, Received, headset_command, receive
 
 MAV = EXCERPT / "mav0"
 CAMERAS = {"cam0": "world_left", "cam1": "world_right"}
@@ -226,8 +226,7 @@ def test_a_receiver_gets_all_of_a_replay_that_waits_for_it(tmp_path: Path) -> No
 
 
 def test_a_missing_recording_is_an_error(tmp_path: Path) -> None:
-    run = subprocess.run(
-        [HEADSET, "--receiver", "127.0.0.1:1", "--replay", tmp_path], capture_output=True, text=True
-    )
+    command = headset_command("127.0.0.1:1", "--replay", str(tmp_path))
+    run = subprocess.run(command, check=False, capture_output=True, text=True)
     assert run.returncode == 2
     assert str(tmp_path) in run.stderr

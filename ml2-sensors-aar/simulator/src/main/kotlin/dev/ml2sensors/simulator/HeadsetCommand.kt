@@ -5,6 +5,7 @@ import com.github.ajalt.clikt.core.CoreCliktCommand
 import com.github.ajalt.clikt.core.PrintMessage
 import com.github.ajalt.clikt.core.ProgramResult
 import com.github.ajalt.clikt.core.UsageError
+import com.github.ajalt.clikt.core.context
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
 import com.github.ajalt.clikt.parameters.options.flag
@@ -21,12 +22,12 @@ import dev.ml2sensors.simulator.replay.ReplayHeadset
 import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
-import kotlinx.coroutines.CompletableDeferred
-import kotlinx.coroutines.runBlocking
-import sun.misc.Signal
 import java.io.File
 import kotlin.random.Random
 import kotlin.time.Duration.Companion.seconds
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.runBlocking
+import sun.misc.Signal
 
 internal const val EXIT_USAGE = 2
 
@@ -48,6 +49,13 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     init {
         versionOption(Version.NAME)
+        // clikt-core sends everything to standard output
+        context {
+            echoMessage = { _, message, newline, isError ->
+                val stream = if (isError) System.err else System.out
+                if (newline) stream.println(message) else stream.print(message)
+            }
+        }
     }
 
     override fun help(context: Context): String = "Streams a simulated or recorded headset to a receiver."
