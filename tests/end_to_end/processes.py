@@ -40,6 +40,7 @@ class Received:
     snapshot: dict[str, Any]
     qos: dict[str, tuple[str, str]]
     topics: dict[str, tuple[str, list[bytes]]]
+    graph: list[str]
 
     def messages(self, topic: str) -> list[Any]:
         """The messages of a topic, relative to the prefix or global, as rclpy decodes them."""

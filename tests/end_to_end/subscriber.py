@@ -2,7 +2,7 @@
 
 Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT. It does what the demo's observer does, and at the
 end pickles {"snapshot": ..., "qos": {topic: (reliability, durability)}, "topics": {topic: (type,
-[payload, ...])}}.
+[payload, ...])}, "graph": [every topic there is]}.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ def main(prefix: str, qos_depths: str, output: Path) -> None:
                     "snapshot": observer.snapshot(final=True),
                     "qos": {name: _qos(observer, name) for name in kept},
                     "topics": {name: (o.type, o.payloads) for name, o in kept.items()},
+                    "graph": [name for name, _ in observer.get_topic_names_and_types()],
                 }
             )
         )

@@ -1,0 +1,242 @@
+"""Every sensor of the simulated headset, at an independent rclpy subscriber."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+
+from ml2_receiver.table import load_table
+from processes import PREFIX, ROOT, Received, receive, receive_command
+
+CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
+EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+
+
+def demo_config(**changes: dict[str, Any]) -> str:
+    """config/demo.yaml with values of some sections changed."""
+    tree = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
+    (node,) = tree.values()
+    for section, values in changes.items():
+        node["ros__parameters"][section] |= values
+    return yaml.safe_dump(tree)
+
+
+@pytest.fixture(scope="module")
+def received(tmp_path_factory: pytest.TempPathFactory) -> Received:
+    folder = tmp_path_factory.mktemp("simulated")
+    config = folder / "everything.yaml"
+    config.write_text(demo_config(depth_center={"confidence": True, "flags": True}))
+    return receive(config, ["--duration", "3"], folder)
+
+
+def test_every_stream_of_the_table_arrives(received: Received) -> None:
+    elsewhere = {"mixed_reality", "infra"}  # each excludes a stream that is here
+    expected = {
+        topic.full_name(PREFIX): topic.type
+        for stream in load_table().streams.values()
+        if stream.id not in elsewhere
+        for topic in stream.topics
+    }
+    assert {name: kind for name, (kind, _) in received.topics.items()} == expected
+    assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
+    assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
+
+
+def test_publishers_offer_reliable_and_volatile(received: Received) -> None:
+    assert set(received.qos.values()) == {("RELIABLE", "VOLATILE")}
+
+
+def test_messages_carry_the_frames_of_the_table(received: Received) -> None:
+    for stream in load_table().streams.values():
+        for topic in stream.topics:
+            if topic.full_name(PREFIX) not in received.topics or stream.id == "tf":
+                continue
+            for message in received.messages(topic.name)[:3]:
+                if topic.role == "metadata":
+                    assert json.loads(message.data)["frame_id"] == stream.frame
+                else:
+                    assert message.header.frame_id == stream.frame, topic.name
+
+
+def test_all_topics_of_a_capture_share_one_stamp(received: Received) -> None:
+    for camera in (*CAMERAS, *EYES):
+        images = nanos(received, image_topic(camera))
+        assert len(set(images)) == len(images)
+        metadata = [json.loads(m.data)["stamp"] for m in received.messages(f"{camera}/metadata")]
+        assert_same_captures([s["sec"] * 10**9 + s["nanosec"] for s in metadata], images)
+        if camera in CAMERAS:
+            assert_same_captures(nanos(received, f"{camera}/camera_info"), images)
+    for topic in ("depth/confidence", "depth/flags"):
+        assert_same_captures(nanos(received, topic), nanos(received, "depth/image_raw"))
+
+
+def assert_same_captures(some: list[int], others: list[int]) -> None:
+    """A stamp of one is a stamp of the other; or a busy machine dropped that and none is near."""
+    assert set(some) & set(others)
+    distances = np.abs(np.subtract.outer(np.array(some), np.array(others))).min(axis=1)
+    assert ((distances == 0) | (distances > 16e6)).all()
+
+
+def image_topic(camera: str) -> str:
+    return f"{camera}/image_raw/compressed" if camera == "color" else f"{camera}/image_raw"
+
+
+def nanos(received: Received, topic: str) -> list[int]:
+    return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in received.messages(topic)]
+
+
+def stamps(received: Received, topic: str) -> list[tuple[int, int]]:
+    return [(m.header.stamp.sec, m.header.stamp.nanosec) for m in received.messages(topic)]
+
+
+@pytest.mark.parametrize(
+    ("topic", "encoding", "dtype", "shape"),
+    [
+        *((f"{camera}/image_raw", "mono8", np.uint8, (1016, 1016)) for camera in CAMERAS[:3]),
+        *((f"{eye}/image_raw", "mono8", np.uint8, (400, 400)) for eye in EYES),
+        ("depth/image_raw", "32FC1", np.float32, (480, 544)),
+        ("depth/confidence", "32FC1", np.float32, (480, 544)),
+        ("depth/flags", "32SC1", np.int32, (480, 544)),
+    ],
+)
+def test_raw_images_carry_their_frame_number(
+    received: Received, topic: str, encoding: str, dtype: type, shape: tuple[int, int]
+) -> None:
+    numbers = frame_numbers(received, topic.split("/")[0])
+    for image in received.messages(topic):
+        assert (image.encoding, (image.height, image.width)) == (encoding, shape)
+        pixels: NDArray[Any] = np.frombuffer(bytes(image.data), dtype).reshape(shape)
+        number = int("".join("1" if pixel else "0" for pixel in pixels[0, :32] > 0), 2)
+        assert number == numbers.get((image.header.stamp.sec, image.header.stamp.nanosec), number)
+
+
+def test_jpegs_carry_their_frame_number(received: Received) -> None:
+    numbers = frame_numbers(received, "color")
+    for image in received.messages("color/image_raw/compressed"):
+        assert image.format == "rgb8; jpeg compressed bgr8"
+        data = bytes(image.data)
+        at = data.index(b"\xff\xfe") + 4
+        assert data[at : at + 6] == b"frame="
+        number = int(data[at + 6 : at + 16])
+        assert number == numbers.get((image.header.stamp.sec, image.header.stamp.nanosec), number)
+    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    assert picture.shape == (1080, 1920, 3)
+
+
+def frame_numbers(received: Received, camera: str) -> dict[tuple[int, int], int]:
+    """The metadata's frame numbers by stamp."""
+    all_metadata = [json.loads(m.data) for m in received.messages(f"{camera}/metadata")]
+    assert all_metadata
+    return {(m["stamp"]["sec"], m["stamp"]["nanosec"]): m["frame_number"] for m in all_metadata}
+
+
+def test_invalid_depth_is_nan_and_flagged(received: Received) -> None:
+    flags = {
+        (m.header.stamp.sec, m.header.stamp.nanosec): m for m in received.messages("depth/flags")
+    }
+    compared = 0
+    for image in received.messages("depth/image_raw"):
+        flag = flags.get((image.header.stamp.sec, image.header.stamp.nanosec))
+        if flag is None:
+            continue
+        depth = np.frombuffer(bytes(image.data), np.float32).reshape(480, 544)[1:]
+        bits = np.frombuffer(bytes(flag.data), np.int32).reshape(480, 544)[1:]
+        assert np.isnan(depth).any()
+        assert (np.isnan(depth) == (bits != 0)).all()
+        compared += 1
+    assert compared > 10
+
+
+def test_the_tree_is_flat_and_says_nothing_twice(received: Received) -> None:
+    said: Counter[tuple[str, int, int]] = Counter()
+    parents = set()
+    for message in received.messages("/tf"):
+        for transform in message.transforms:
+            stamp = transform.header.stamp
+            said[transform.child_frame_id, stamp.sec, stamp.nanosec] += 1
+            parents.add(transform.header.frame_id)
+    assert parents == {"magicleap_world"}
+    assert max(said.values()) == 1
+    children = {child for child, _, _ in said}
+    assert children == {
+        "head_frame",
+        *(f"{camera}{suffix}" for camera in CAMERAS for suffix in ("_frame", "_optical_frame")),
+    }
+    for camera in CAMERAS:
+        image = image_topic(camera)
+        transforms = {(s, n) for child, s, n in said if child == f"{camera}_optical_frame"}
+        missing = [stamp for stamp in stamps(received, image) if stamp not in transforms]
+        assert len(missing) <= len(transforms) / 10, camera
+        assert len(transforms) > 1.5 * len(stamps(received, image)), "60 Hz beside the images"
+
+
+def test_the_books_balance(received: Received) -> None:
+    for topic, seen in received.snapshot["topics"].items():
+        books = received.books(topic)
+        dropped = sum(int(v) for k, v in books.items() if k.startswith("dropped."))
+        assert int(books["produced"]) == int(books["received"]) + dropped, topic
+        assert int(books["produced"]) == int(books["received"]) + int(books["gaps"]), topic
+        assert seen["count"] <= int(books["received"])
+
+
+@pytest.fixture(scope="module")
+def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
+    folder = tmp_path_factory.mktemp("variant")
+    config = folder / "variant.yaml"
+    config.write_text(
+        "/ml2_receiver:\n  ros__parameters:\n"
+        "    picture_center: {enabled: true, stream: 1, resolution_width: 648, "
+        "resolution_height: 720, update_rate: 30, format: jpeg}\n"
+        "    depth_center: {enabled: true, stream: 0, update_rate: 5, format: DepthRaw}\n"
+    )
+    return receive(config, ["--duration", "2"], folder)
+
+
+def test_mixed_reality_and_raw_depth_take_their_places(variant: Received) -> None:
+    expected = {"/tf"}
+    for stream, image in (("mixed_reality", "image_raw/compressed"), ("infra", "image_raw")):
+        expected |= {f"{PREFIX}/{stream}/{topic}" for topic in (image, "camera_info", "metadata")}
+    assert variant.topics.keys() == expected
+    jpeg = variant.messages("mixed_reality/image_raw/compressed")[0]
+    assert jpeg.header.frame_id == "color_optical_frame"
+    infra = variant.messages("infra/image_raw")[0]
+    assert (infra.encoding, infra.header.frame_id) == ("32FC1", "depth_optical_frame")
+    metadata = json.loads(variant.messages("infra/metadata")[0].data)
+    assert metadata["illumination"] == "on"
+
+
+def test_only_what_is_enabled_has_topics(variant: Received) -> None:
+    # the subscriber's list is the receiver's word; the graph would show more
+    published = {name for name in variant.graph if name.startswith(f"{PREFIX}/")}
+    assert published == (variant.topics.keys() - {"/tf"}) | {f"{PREFIX}/config", f"{PREFIX}/log"}
+
+
+def test_a_wrong_configuration_starts_nothing(tmp_path: Path) -> None:
+    config = tmp_path / "wrong.yaml"
+    config.write_text(demo_config(depth_center={"update_rate": 31}))
+    run = subprocess.run(
+        [str(word) for word in receive_command(config, "127.0.0.1:0")],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 2
+    assert "depth_center.update_rate" in run.stderr
+    assert "listening" not in run.stdout
+
+
+def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:
+    steps = np.diff(nanos(received, "gyro_left/imu"))
+    periods = np.round(steps / 5e6)  # above 1 where a busy machine dropped some
+    slewed = periods * 5e6 * 500e-6 + 1
+    assert (np.abs(steps - periods * 5e6) <= slewed).all()
