@@ -5,6 +5,7 @@ ReceiverError
 ├── TableError      the stream table, config/streams.yaml
 ├── ProtocolError   what a peer sent
 ├── PublishError    a message that ROS did not take
+├── RosError        ROS 2 itself
 └── ListenError     the address to listen on
 """
 
@@ -74,6 +75,10 @@ class ProtocolError(ReceiverError):
 
 class PublishError(ReceiverError):
     """ROS did not take a message."""
+
+
+class RosError(ReceiverError):
+    """ROS 2 is missing, or did not take its arguments."""
 
 
 class ListenError(ReceiverError):

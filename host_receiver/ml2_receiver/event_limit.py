@@ -2,14 +2,15 @@
 
 from collections.abc import Callable
 
-_PER_SECOND = 10
-
 
 class EventLimit:
-    """Passes on at most 10 texts in a second and tells how many it kept back."""
+    """Passes on so many texts per second, and tells how many it kept back."""
 
-    def __init__(self, say: Callable[[str], None], clock: Callable[[], float]) -> None:
+    def __init__(
+        self, say: Callable[[str], None], clock: Callable[[], float], *, per_second: int
+    ) -> None:
         self._say = say
+        self._per_second = per_second
         self._clock = clock
         self._began_s = clock()
         self._said = self._withheld = 0
@@ -20,7 +21,7 @@ class EventLimit:
             if self._withheld:
                 self._say(f"{self._withheld} more such events")
             self._began_s, self._said, self._withheld = now_s, 0, 0
-        if self._said < _PER_SECOND:
+        if self._said < self._per_second:
             self._said += 1
             self._say(text)
         else:

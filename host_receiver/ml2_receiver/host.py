@@ -31,7 +31,8 @@ class Host:
         self._strangers: list[Connection] = []
         self._is_settled = False
         self._successor: tuple[Connection, Hello] | None = None
-        self._events = EventLimit(context.sink.event, context.clock)
+        self._refusals = EventLimit(context.sink.event, context.clock, per_second=10)
+        self._events = EventLimit(context.sink.event, context.clock, per_second=100)
 
     def opened(self, connection: Connection) -> None:
         """A peer has connected; of too many strangers the oldest has to go."""
@@ -106,10 +107,10 @@ class Host:
         is_known = self.session is not None and self.session.instance == instance
         if self.session is not None and is_known:
             instance = self.session.instance
-        self._context.sink.event(
+        self._events.say(
             f"{hello.name!r} connected from {control.address}, running {hello.software!r}"
         )
-        self.session = Session(hello, control, instance, self._context)
+        self.session = Session(hello, control, instance, self._context, self._events.say)
         self.session.welcome(instance.received() if is_known else None)
 
     def _join(self, connection: Connection, join: Join) -> None:
@@ -176,4 +177,4 @@ class Host:
 
     def _say(self, connection: Connection, text: str) -> None:
         lane = connection.lane or "new connection"
-        self._events.say(f"{connection.address} ({lane}): {text}")
+        self._refusals.say(f"{connection.address} ({lane}): {text}")

@@ -10,7 +10,7 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.context import Context
-from rclpy.exceptions import InvalidHandle
+from rclpy.exceptions import InvalidHandle, ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.publisher import Publisher
@@ -23,7 +23,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from .diagnostics import Diagnostics, Row
-from .errors import PublishError
+from .errors import PublishError, RosError
 from .report import Report
 from .sink import Applied, Publish
 from .table import Qos, StreamTable, Topic
@@ -40,16 +40,22 @@ class RosNode:
 
     Args:
         arguments: for ROS, as `["--ros-args", ...]`.
+
+    Raises:
+        RosError: ROS does not take them.
     """
 
     def __init__(self, table: StreamTable, prefix: str, arguments: Sequence[str]) -> None:
         self._table, self._prefix = table, prefix
         self._context = Context()
-        rclpy.init(
-            args=["ml2-receiver", *arguments],
-            context=self._context,
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
+        try:
+            rclpy.init(
+                args=["ml2-receiver", *arguments],
+                context=self._context,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+        except RuntimeError as error:
+            raise RosError(f"ROS 2 does not start: {error}") from error
         self._node = rclpy.create_node("ml2_receiver", context=self._context)
         self._publishers: dict[Topic, Publisher] = {}
         self._own = {
@@ -92,10 +98,15 @@ class RosNode:
         rclpy.shutdown(context=self._context)
 
     def open(self, topic: Topic) -> Publish:
+        name = topic.full_name(self._prefix)
         with self._lock:
             if topic not in self._publishers:
-                name = topic.full_name(self._prefix)
-                self._publishers[topic] = self._create(name, topic.type, self._table.qos[topic.qos])
+                try:
+                    publisher = self._create(name, topic.type, self._table.qos[topic.qos])
+                except (ParameterException, RuntimeError) as error:  # a wrong QoS override
+                    self.event(f"{name} is not published: {error}")
+                    return _refuse
+                self._publishers[topic] = publisher
             return raw_publish(self._publishers[topic], self._takes_bytearray)
 
     def configured(self, applied: Applied) -> None:
@@ -160,6 +171,10 @@ class RosNode:
         )
         array.header.stamp = self._node.get_clock().now().to_msg()
         return array
+
+
+def _refuse(_: bytearray) -> None:
+    raise PublishError("the topic could not be made")
 
 
 def _status(row: Row, more: dict[str, str]) -> DiagnosticStatus:

@@ -126,7 +126,6 @@ class Server:
                     with self._lock:
                         self._sink.event(f"cannot accept connections: {error}")
                 continue
-            accepted.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             link = _Link(accepted, Connection(_text(address), time.monotonic()))
             reader = threading.Thread(target=self._read, args=[link], daemon=True)
             with self._lock:
@@ -246,7 +245,9 @@ def listen(address: tuple[str, int]) -> socket.socket:
         )
     except OSError as error:
         raise ListenError(f"cannot listen on {_text(address)}: {error.strerror}") from error
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)  # inherited
+    # Linux gives these to every connection it accepts.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
     return listener
 
 

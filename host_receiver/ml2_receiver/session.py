@@ -35,10 +35,18 @@ class Session:
     """Lanes, silence and farewells of one session; `streams` has the rest.
 
     Methods raise ProtocolError when the device broke the protocol. Not thread-safe.
+
+    Args:
+        say: tells the user what happens.
     """
 
     def __init__(
-        self, hello: Hello, control: Connection, instance: Instance, context: Context
+        self,
+        hello: Hello,
+        control: Connection,
+        instance: Instance,
+        context: Context,
+        say: Callable[[str], None],
     ) -> None:
         self.hello = hello
         self.id = secrets.token_hex(_TOKEN_BYTES)
@@ -47,7 +55,7 @@ class Session:
         self.instance = instance
         self.status: Status | None = None
         self.skipped_frames = 0
-        self._context = context
+        self._context, self._say = context, say
         self._control = control
         self._tickets = {
             lane: secrets.token_hex(_TOKEN_BYTES)
@@ -172,7 +180,7 @@ class Session:
         self._open.discard(connection)
         if self.state is not State.CONNECTED:
             return
-        if fault is not None:
+        if fault is not None and (self._bye_s is None or connection is not self._control):
             self.finish(State.LOST, f"lane {connection.lane!r}: {fault}")
         elif self._bye_s is not None:
             self._end_when_read()
@@ -237,4 +245,4 @@ class Session:
         )
 
     def _event(self, text: str) -> None:
-        self._context.sink.event(f"{self.hello.name!r}: {text}")
+        self._say(f"{self.hello.name!r}: {text}")

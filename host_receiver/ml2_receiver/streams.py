@@ -31,7 +31,7 @@ class Streams:
         self._unrouted: dict[int, tuple[str, Route]] = {}
         self._request = 0
         self._requested: Request = {}
-        self._is_answered = self._is_started = False
+        self._is_answered = self._is_started = self._has_started = False
 
     @property
     def topics(self) -> list[Topic]:
@@ -107,11 +107,11 @@ class Streams:
         for channel, (lane, route) in self._unrouted.items():
             self.routes[lane][channel] = route
         self._unrouted.clear()
-        self._is_started = True
+        self._is_started = self._has_started = True
         return Start(self._request)
 
     def refusal(self, channel: int) -> ProtocolError:
         """Why DATA of a channel without route is wrong."""
-        if channel in self._unrouted or not any(self.routes.values()):
+        if channel in self._unrouted or not self._has_started:
             return ProtocolError(ErrorCode.UNEXPECTED, f"DATA of channel {channel} before START")
         return ProtocolError(ErrorCode.CHANNEL, f"DATA of channel {channel}, unknown on this lane")

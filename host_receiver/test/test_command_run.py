@@ -7,7 +7,7 @@ import pytest
 
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from processes import Receiver
+from processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -64,6 +64,13 @@ def test_a_wrong_configuration_ends_it_before_it_listens(
     printed = capsys.readouterr()
     assert "gaze.enabled" in printed.err
     assert printed.out == ""
+
+
+def test_arguments_that_ros_does_not_take_end_it(config: Path) -> None:
+    command = ("-m", "ml2_receiver", "run", "--config", str(config), "--listen", "127.0.0.1:0")
+    with Child(*command, "--ros-args", "-p", "nonsense") as child:
+        assert child.wait() == 2
+        assert any("ROS 2 does not start" in line for line in child.errors)
 
 
 def test_a_port_in_use_ends_it(config: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -226,6 +226,23 @@ def test_qos_can_be_overridden_at_start(config: Path) -> None:
             assert subscriber.publisher["reliability"] == "RELIABLE"
 
 
+def test_a_topic_with_a_wrong_override_is_not_published_and_the_others_are(config: Path) -> None:
+    override = f"qos_overrides.{IMAGE}.publisher.reliability:=some"
+    with (
+        Receiver(config, "--ros-args", "-p", override) as receiver,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
+        device.start()
+        with Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber:
+            device.publish("world_left/image_raw")
+            while (found := rows(subscriber.message())[IMAGE])["received"] == "0":
+                pass
+        assert found["unpublished"] == "1"
+        assert any(f"{IMAGE} is not published: " in line for line in receiver.errors)
+        with Subscriber("/tf", "tf2_msgs/msg/TFMessage") as subscriber:
+            assert subscriber.publisher["reliability"] == "RELIABLE"
+
+
 BOTH_WAYS = """
 import rclpy
 from std_msgs.msg import String

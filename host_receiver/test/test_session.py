@@ -85,6 +85,16 @@ def test_after_bye_every_lane_is_read_to_its_end(scene: Scene) -> None:
     assert report.is_final
 
 
+def test_after_bye_a_reset_of_control_is_no_loss(scene: Scene) -> None:
+    scene.receive(scene.control, Kind.BYE, Bye("done"))
+    scene.end(scene.control, "Connection reset by peer")
+    scene.receive_data("world_left", 1)
+    assert scene.is_connected()
+    for lane in scene.lanes.values():
+        scene.end(lane)
+    assert [report.state for report in scene.sink.reports] == [State.ENDED]
+
+
 def test_after_bye_a_lane_that_does_not_end_is_waited_for_2_seconds(scene: Scene) -> None:
     scene.receive(scene.control, Kind.BYE, Bye("done"))
     scene.pass_time(1.9)
@@ -157,6 +167,13 @@ def test_an_error_that_is_not_fatal_is_logged(scene: Scene) -> None:
     scene.receive(scene.control, Kind.ERROR, Error("source", "depth is covered", fatal=False))
     assert "'source': 'depth is covered'" in scene.sink.events[-1]
     assert scene.is_connected()
+
+
+def test_a_device_cannot_flood_the_log(scene: Scene) -> None:
+    before = len(scene.sink.events)
+    for _ in range(1000):
+        scene.receive(scene.control, Kind.ERROR, Error("source", "", fatal=False))
+    assert len(scene.sink.events) - before <= 100
 
 
 @pytest.mark.parametrize("body", [Error("malformed", "", fatal=True), b"nonsense"])

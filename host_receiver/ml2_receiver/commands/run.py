@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 
 from ..config import load_config
-from ..errors import ReceiverError
+from ..errors import RosError
 from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
 from ..server import Server, listen
@@ -59,7 +59,7 @@ def _run(options: argparse.Namespace) -> int:
     try:
         from ..ros import RosNode  # reads the profile
     except ModuleNotFoundError as error:
-        raise ReceiverError(f"{error.name} is missing: source ROS 2 Jazzy") from error
+        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     node = RosNode(table, config.prefix, ["--ros-args", *options.ros_args])
     server = Server(
         listener,
