@@ -21,6 +21,7 @@ import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.cancel
+import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
@@ -66,14 +67,15 @@ class MalformedVectorTest {
         }
     }
 
-    /** Runs [check] while a session connects to the host, and ends both. */
+    /** Runs [check] while a session connects to the host, and ends both; lanes belong to one session at a time. */
     private fun withSession(check: (ScriptedHost, Deferred<Throwable?>) -> Unit) {
         ScriptedHost().use { host ->
             val session = startSession(host)
             try {
                 check(host, session)
             } finally {
-                session.cancel()
+                host.close()
+                runBlocking { session.cancelAndJoin() }
             }
         }
     }
@@ -100,10 +102,9 @@ class MalformedVectorTest {
                 host.await(ScriptedHost.END)
             }
 
-            else -> {
-                checkLife(host)
-                if (lane != "control") checkIsRead(host, lane)
-            }
+            lane == "control" -> checkLife(host)
+
+            else -> checkIsRead(host, lane)
         }
     }
 
