@@ -54,6 +54,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
      * device's own wall clock serves, and the state stays waiting until there is an estimate.
      */
     suspend fun awaitStamps() {
+        if (stamps.isSet) return
         withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { state.first { it != State.WAITING } }
         setFromWallClock()
     }

@@ -30,7 +30,6 @@ import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
-import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
@@ -58,9 +57,9 @@ internal class Session(
      */
     suspend fun run(hello: Hello, stop: Deferred<String>, onWelcome: (String) -> Unit) {
         try {
-            val control = ControlLane(open(null))
+            val control = ControlLane(unlessStopped(stop) { open(null) } ?: return)
             try {
-                val welcome = greet(control, hello)
+                val welcome = unlessStopped(stop) { greet(control, hello) } ?: return
                 streams.linkUp(welcome.received)
                 onWelcome(welcome.name)
                 converse(control, welcome, stop)
@@ -201,24 +200,6 @@ private fun CoroutineScope.part(control: ControlLane, block: suspend () -> Unit)
         block()
     } catch (e: IOException) {
         if (!control.saidBye) throw e
-    }
-}
-
-/** What [exchange] gives, which must not take longer than [limit]. */
-internal suspend fun <T : Any> handshake(awaited: String, limit: Duration, exchange: suspend () -> T?): T =
-    withTimeoutOrNull(limit) { exchange() }
-        ?: throw ProtocolException(ErrorCode.TIMEOUT, "expected $awaited within $limit")
-
-/** What PROTOCOL.md does not allow in it, null when it is sound. */
-private fun Welcome.flaw(): String? {
-    val missing = listOf(SessionLanes.TIME, SessionLanes.SENSORS) - tickets.keys
-    val isInTime = timeouts.handshakeSeconds > 0 && timeouts.pingSeconds > 0 && timeouts.deadSeconds > 0
-    val counts = received.orEmpty().values + limits.dataBytes
-    return when {
-        missing.isNotEmpty() -> "no tickets for $missing"
-        !isInTime -> "timeouts that are not above 0"
-        counts.any { it < 0 } -> "counts below 0"
-        else -> null
     }
 }
 

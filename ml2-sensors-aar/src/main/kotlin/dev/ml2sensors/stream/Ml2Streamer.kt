@@ -63,9 +63,10 @@ public class Ml2Streamer(
      */
     public suspend fun stop(reason: String = "stopped") {
         stopReason.complete(reason)
-        val job = synchronized(this) { running } ?: return
-        withTimeoutOrNull(STOP_LIMIT) { job.join() }
-        job.cancelAndJoin()
+        synchronized(this) { running }?.let { job ->
+            withTimeoutOrNull(STOP_LIMIT) { job.join() }
+            job.cancelAndJoin()
+        }
         scope.cancel()
         mutableState.value = StreamerState.Ended(stopReason.await())
     }

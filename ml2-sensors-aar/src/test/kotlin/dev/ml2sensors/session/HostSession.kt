@@ -69,6 +69,9 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     fun awaitEnd(lane: String): HostFrame =
         awaitLog("end of $lane") { log.find { it.kind == HostFrame.END && it.lane == lane } }
 
+    /** Waits until the device has closed every lane: all that it sent is in the log. */
+    fun awaitEnds() = readers.forEach(Thread::join)
+
     /** At least [count] messages of [topic], in order. */
     fun awaitData(topic: String, count: Int = 1): List<HostFrame> =
         awaitLog("$count of $topic") { data(topic).takeIf { it.size >= count } }

@@ -42,13 +42,13 @@ class LaneTest {
     }
 
     @Test
-    fun framesWithoutASessionAreDroppedAsLinkDown() = runBlocking {
+    fun framesWithoutASessionAreDroppedAsLinkDown() = runBlocking<Unit> {
         repeat(3) { lane.offer(frame()) }
         assertEquals(mapOf("link_down" to 3L), account.counts().dropped)
     }
 
     @Test
-    fun framesAreSentInOrder() = runBlocking {
+    fun framesAreSentInOrder() = runBlocking<Unit> {
         val sender = send(lane)
         kernel.open(10)
         repeat(10) {
@@ -62,7 +62,7 @@ class LaneTest {
     }
 
     @Test
-    fun aFullQueueDropsTheOldestThatIsNotUnderWay() = runBlocking {
+    fun aFullQueueDropsTheOldestThatIsNotUnderWay() = runBlocking<Unit> {
         val sender = send(lane)
         lane.offer(frame())
         kernel.awaitEntered()
@@ -76,7 +76,7 @@ class LaneTest {
     }
 
     @Test
-    fun finishingSendsWhatIsQueued() = runBlocking {
+    fun finishingSendsWhatIsQueued() = runBlocking<Unit> {
         val sender = send(lane)
         lane.offer(frame())
         kernel.awaitEntered()
@@ -88,7 +88,7 @@ class LaneTest {
     }
 
     @Test
-    fun aBrokenConnectionCountsWhatWasUnderWayAndQueued() = runBlocking {
+    fun aBrokenConnectionCountsWhatWasUnderWayAndQueued() = runBlocking<Unit> {
         val sender = async(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
             assertFailsWith<IOException> { lane.sendThrough(kernel.writer()) }
         }
@@ -102,7 +102,7 @@ class LaneTest {
     }
 
     @Test
-    fun aLaneOutlivesItsConnections() = runBlocking {
+    fun aLaneOutlivesItsConnections() = runBlocking<Unit> {
         repeat(3) {
             val sender = launch(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
                 runCatching { lane.sendThrough(kernel.writer()) }
@@ -118,7 +118,7 @@ class LaneTest {
     }
 
     @Test
-    fun aLaneThatWaitsSuspendsItsProducersWhileItIsFull() = runBlocking {
+    fun aLaneThatWaitsSuspendsItsProducersWhileItIsFull() = runBlocking<Unit> {
         val sender = send(waitingLane)
         val producer = launch(Dispatchers.Default) { repeat(50) { waitingLane.offer(frame()) } }
         kernel.awaitEntered()
@@ -132,7 +132,7 @@ class LaneTest {
     }
 
     @Test
-    fun aLaneThatWaitsSuspendsItsProducersWhileThereIsNoSession() = runBlocking {
+    fun aLaneThatWaitsSuspendsItsProducersWhileThereIsNoSession() = runBlocking<Unit> {
         val producer = launch(start = CoroutineStart.UNDISPATCHED) { waitingLane.offer(frame()) }
         assertFalse(producer.isCompleted)
         kernel.open(1)
@@ -144,7 +144,7 @@ class LaneTest {
     }
 
     @Test
-    fun aProducerCancelledWhileItWaitsLosesNoFrameUncounted() = runBlocking {
+    fun aProducerCancelledWhileItWaitsLosesNoFrameUncounted() = runBlocking<Unit> {
         val unlinked = launch(start = CoroutineStart.UNDISPATCHED) { waitingLane.offer(frame()) }
         unlinked.cancelAndJoin()
         assertEquals(mapOf("link_down" to 1L), account.counts().dropped)
@@ -162,7 +162,7 @@ class LaneTest {
     }
 
     @Test
-    fun linksThatComeAndGoUnderManyProducersLoseNoFrameUncounted() = runBlocking {
+    fun linksThatComeAndGoUnderManyProducersLoseNoFrameUncounted() = runBlocking<Unit> {
         for (any in listOf(lane, waitingLane)) {
             val producers = List(3) { launch(Dispatchers.Default) { repeat(1_000) { any.offer(frame()) } } }
             val links = launch(Dispatchers.Default) {

@@ -34,9 +34,7 @@ class SessionEndTest {
         fixture.stop.complete("enough")
         val bye = session.await(HostFrame.BYE)
         assertEquals("enough", bye.json.getValue("reason").jsonPrimitive.content)
-        session.awaitEnd("control")
-        session.awaitEnd("color")
-        session.awaitEnd("sensors")
+        session.awaitEnds()
         assertEquals((0L..89).toList(), session.data("color/image").map { it.sequence })
         assertEquals((0L..89).toList(), session.data("color/info").map { it.sequence })
         val last = session.log().filter { it.lane == "control" }.takeLast(3)
@@ -52,7 +50,7 @@ class SessionEndTest {
     fun thereIsOneFinalStatus() {
         val outcome = fixture.run()
         val session = fixture.started()
-        session.await(HostFrame.STATUS, index = 1)
+        session.await(HostFrame.STATUS)
         fixture.stop.complete("enough")
         session.await(HostFrame.BYE)
         val finals = session.frames(HostFrame.STATUS).map { it.json.getValue("final").jsonPrimitive.content }

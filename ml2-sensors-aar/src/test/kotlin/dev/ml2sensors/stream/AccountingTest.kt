@@ -27,7 +27,7 @@ class AccountingTest {
     fun close() = fixture.close()
 
     @Test
-    fun aSlowHostLosesImagesToTheQueueAndNothingElse() = runBlocking {
+    fun aSlowHostLosesImagesToTheQueueAndNothingElse() = runBlocking<Unit> {
         fixture.streamer.start()
         val session = fixture.session("""{"world_left": {}, "gyro_left": {}}""", held = listOf("world_left"))
         val images = 40
@@ -51,7 +51,7 @@ class AccountingTest {
     }
 
     @Test
-    fun aLinkThatIsCutAgainAndAgainLosesWhatTheBooksSay() = runBlocking {
+    fun aLinkThatIsCutAgainAndAgainLosesWhatTheBooksSay() = runBlocking<Unit> {
         fixture.streamer.start()
         val sessions = mutableListOf(fixture.session(STREAMS))
         val sources = listOf(
@@ -75,7 +75,7 @@ class AccountingTest {
     }
 
     @Test
-    fun anInstanceTheReceiverDoesNotKnowKeepsItsBooks() = runBlocking {
+    fun anInstanceTheReceiverDoesNotKnowKeepsItsBooks() = runBlocking<Unit> {
         fixture.streamer.start()
         val first = fixture.session("""{"battery": {}, "gyro_left": {}}""")
         repeat(5) { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }

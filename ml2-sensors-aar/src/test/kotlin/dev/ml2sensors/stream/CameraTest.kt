@@ -44,7 +44,12 @@ class CameraTest {
         }
         val stamps = List(5) { number ->
             val headers = listOf("world_left", "world_right").flatMap { headers(session, it, number) }
-            assertEquals(setOf("world_left_optical_frame", "world_right_optical_frame"), headers.map { it.frameId }.toSet())
+            assertEquals(
+                setOf("world_left_optical_frame", "world_right_optical_frame"),
+                headers.map {
+                    it.frameId
+                }.toSet(),
+            )
             headers.map { it.stamp.toNanos() }.distinct().single()
         }
         assertEquals(stamps.sorted().distinct(), stamps)
@@ -54,7 +59,7 @@ class CameraTest {
     }
 
     @Test
-    fun rawImagesArriveByteForByte() = runBlocking {
+    fun rawImagesArriveByteForByte() = runBlocking<Unit> {
         val session = start("""{"world_center": {}, "eye_nasal_left": {}}""")
         headset.deliver(StreamTable.worldCenter, headset.image(fixture.now, number = 5, rowBytes = 48, height = 40))
         val image = session.awaitData("world_center/image_raw")[0].message<Image>()
@@ -64,7 +69,7 @@ class CameraTest {
     }
 
     @Test
-    fun jpegsArriveByteForByte() = runBlocking {
+    fun jpegsArriveByteForByte() = runBlocking<Unit> {
         val session = start("""{"color": {}, "mixed_reality": {}}""")
         for (stream in listOf(StreamTable.color, StreamTable.mixedReality)) {
             headset.deliver(stream, headset.image(fixture.now, number = 9, rowBytes = 1, height = 1234))
@@ -76,7 +81,7 @@ class CameraTest {
     }
 
     @Test
-    fun depthComesWithConfidenceAndFlagsWhenTheyAreOn() = runBlocking {
+    fun depthComesWithConfidenceAndFlagsWhenTheyAreOn() = runBlocking<Unit> {
         val session = start("""{"depth": {"confidence": true, "flags": true}}""")
         val roles = listOf("image", "confidence", "flags")
         headset.deliver(StreamTable.depth, headset.image(fixture.now, roles = roles))
@@ -103,7 +108,7 @@ class CameraTest {
     }
 
     @Test
-    fun cameraInfoIsTheDevicesProjection() = runBlocking {
+    fun cameraInfoIsTheDevicesProjection() = runBlocking<Unit> {
         val session = start("""{"world_left": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
         val info = session.awaitData("world_left/camera_info")[0].message<CameraInfo>()
@@ -123,7 +128,7 @@ class CameraTest {
     }
 
     @Test
-    fun metadataHasAStableSchemaAndNothingIsRounded() = runBlocking {
+    fun metadataHasAStableSchemaAndNothingIsRounded() = runBlocking<Unit> {
         val session = start("""{"world_left": {}}""")
         val settings = CaptureSettings(1_234_567, 1.0 / 3, 2.5, "off")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, 77, intrinsics = LENS, settings = settings))
@@ -141,7 +146,7 @@ class CameraTest {
     }
 
     @Test
-    fun whatTheDeviceDoesNotSayIsAbsent() = runBlocking {
+    fun whatTheDeviceDoesNotSayIsAbsent() = runBlocking<Unit> {
         val session = start("""{"eye_temple_left": {}, "world_left": {}, "tf": {}}""")
         val pose = Transform.IDENTITY
         headset.deliver(StreamTable.eyeTempleLeft, headset.image(fixture.now, pose = pose, intrinsics = LENS.copy()))
@@ -155,7 +160,7 @@ class CameraTest {
     }
 
     @Test
-    fun capturesThatTheSourceLostAreGapsInEveryTopic() = runBlocking {
+    fun capturesThatTheSourceLostAreGapsInEveryTopic() = runBlocking<Unit> {
         val session = start("""{"world_left": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
         headset.deliver(StreamTable.worldLeft, LostSamples(fixture.now, 3, DropReason.NO_BUFFER))
@@ -168,7 +173,7 @@ class CameraTest {
     }
 
     @Test
-    fun anEmptyImageIsAMessageToo() = runBlocking {
+    fun anEmptyImageIsAMessageToo() = runBlocking<Unit> {
         val session = start("""{"color": {}}""")
         headset.deliver(StreamTable.color, headset.image(fixture.now, rowBytes = 0))
         val jpeg = session.awaitData("color/image_raw/compressed")[0].message<CompressedImage>()

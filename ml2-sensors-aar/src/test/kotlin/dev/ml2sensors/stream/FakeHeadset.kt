@@ -97,7 +97,10 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         feeds.first { all -> all.count { it.stream == stream } >= times }.filter { it.stream == stream }
 
     /** The sensor of [stream] breaks, or is at its end when [cause] is null. */
-    suspend fun end(stream: StreamSpec, cause: Exception?) = awaitRunning(stream, 1).forEach { it.deliveries.close(cause) }
+    suspend fun end(
+        stream: StreamSpec,
+        cause: Exception?,
+    ) = awaitRunning(stream, 1).forEach { it.deliveries.close(cause) }
 
     suspend fun awaitStopped(stream: StreamSpec) {
         feeds.first { all -> all.none { it.stream == stream } }
@@ -125,6 +128,10 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     override fun close() = Unit
 
     companion object {
-        fun pattern(role: String, number: Long, size: Int) = ByteArray(size) { (it * 7 + number + role.hashCode()).toByte() }
+        fun pattern(
+            role: String,
+            number: Long,
+            size: Int,
+        ) = ByteArray(size) { (it * 7 + number + role.hashCode()).toByte() }
     }
 }

@@ -62,7 +62,7 @@ class MeasurementTest {
     }
 
     @Test
-    fun unitedUnitsCarryBothHalves() = runBlocking {
+    fun unitedUnitsCarryBothHalves() = runBlocking<Unit> {
         fixture.streamer.start()
         val session = fixture.session("""{"imu_left": {"angular_velocity_variance": 0.5}}""")
         val base = fixture.now
@@ -73,7 +73,10 @@ class MeasurementTest {
         val messages = session.awaitData("imu_left/imu", 2).map { it.message<Imu>() }
         assertEquals(listOf(5.0, 10.0), messages.map { it.linearAcceleration.y })
         assertEquals(List(2) { Vector3(1.0, 2.0, 3.0) }, messages.map { it.angularVelocity })
-        assertEquals(0.5 to 0.0, messages[0].angularVelocityCovariance[0] to messages[0].linearAccelerationCovariance[0])
+        assertEquals(
+            0.5 to 0.0,
+            messages[0].angularVelocityCovariance[0] to messages[0].linearAccelerationCovariance[0],
+        )
         assertEquals(5, session.data("imu_left/imu").let { it[1].captureNanos - it[0].captureNanos })
     }
 
@@ -99,10 +102,16 @@ class MeasurementTest {
     }
 
     @Test
-    fun posesAreSentWhileTheyAreTracked() = runBlocking {
+    fun posesAreSentWhileTheyAreTracked() = runBlocking<Unit> {
         fixture.streamer.start()
         val session = fixture.session("""{"head_pose": {}}""")
-        for (tracked in listOf(null, pose, null)) headset.deliver(StreamTable.headPose, PoseSample(fixture.now, tracked))
+        for (tracked in listOf(
+            null,
+            pose,
+            null,
+        )) {
+            headset.deliver(StreamTable.headPose, PoseSample(fixture.now, tracked))
+        }
         val sent = session.awaitData("head_pose")[0].message<PoseStamped>()
         assertEquals("magicleap_world", sent.header.frameId)
         assertEquals(Pose(Point(1.0, -2.0, 3.0), pose.rotation), sent.pose)
@@ -121,12 +130,14 @@ class MeasurementTest {
         val sample = BatterySample(fixture.now, 3.7f, -1.25f, 0.5f, charging = true)
         val battery = carry(StreamTable.battery, "{}", sample).message<BatteryState>()
         assertEquals(listOf(3.7f, -1.25f, 0.5f), listOf(battery.voltage, battery.current, battery.percentage))
-        assertTrue(listOf(battery.temperature, battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN))
+        assertTrue(
+            listOf(battery.temperature, battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN),
+        )
         assertEquals(1.toUByte() to true, battery.powerSupplyStatus to battery.present)
     }
 
     @Test
-    fun whatASourceLostIsCounted() = runBlocking {
+    fun whatASourceLostIsCounted() = runBlocking<Unit> {
         fixture.streamer.start()
         val session = fixture.session("""{"battery": {}}""")
         headset.deliver(StreamTable.battery, LostSamples(fixture.now, 4, DropReason.SOURCE_LATE))

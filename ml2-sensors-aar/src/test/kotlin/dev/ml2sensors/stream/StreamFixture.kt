@@ -42,6 +42,7 @@ internal class StreamFixture(
     fun finish(session: HostSession): Map<String, Books> = runBlocking {
         withTimeout(LIMIT) { streamer.stop("test over") }
         session.await(HostFrame.BYE)
+        session.awaitEnds()
         val status = session.frames(HostFrame.STATUS).last().json
         assertEquals("true", status.getValue("final").jsonPrimitive.content)
         assertEquals(0, headset.pool.outstanding, "image memory is given back")

@@ -29,7 +29,7 @@ class StreamTableTest {
     fun close() = fixture.close()
 
     @Test
-    fun everyStreamIsAnnouncedAndCarriesItsMessage() = runBlocking {
+    fun everyStreamIsAnnouncedAndCarriesItsMessage() = runBlocking<Unit> {
         fixture.streamer.start()
         val streams = StreamTable.all.joinToString { if (it == StreamTable.depth) DEPTH else "\"${it.id}\": {}" }
         val session = fixture.session("{$streams}")
@@ -67,7 +67,12 @@ class StreamTableTest {
     }
 
     private fun image(roles: List<String>) =
-        fixture.headset.image(CAPTURE, roles = roles, pose = Transform.IDENTITY, intrinsics = CameraFixtures.pinhole(64, 32))
+        fixture.headset.image(
+            CAPTURE,
+            roles = roles,
+            pose = Transform.IDENTITY,
+            intrinsics = CameraFixtures.pinhole(64, 32),
+        )
 
     private companion object {
         const val CAPTURE = 5_000_000_000_000

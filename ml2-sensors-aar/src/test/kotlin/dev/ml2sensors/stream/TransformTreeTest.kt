@@ -29,7 +29,7 @@ class TransformTreeTest {
     fun close() = fixture.close()
 
     @Test
-    fun everyImageHasATransformOfExactlyItsStamp() = runBlocking {
+    fun everyImageHasATransformOfExactlyItsStamp() = runBlocking<Unit> {
         val session = fixture.start("""{"world_left": {}, "tf": {}}""")
         val poses = List(5) { random.transform() }
         val base = fixture.now
@@ -46,7 +46,7 @@ class TransformTreeTest {
     }
 
     @Test
-    fun sensorsAreComposedWithTheHeadAtItsStamps() = runBlocking {
+    fun sensorsAreComposedWithTheHeadAtItsStamps() = runBlocking<Unit> {
         val session = fixture.start("""{"world_left": {}, "depth": {}, "tf": {}}""")
         val heads = List(4) { random.transform() }
         val mountings = mapOf(StreamTable.worldLeft to random.transform(), StreamTable.depth to random.transform())
@@ -70,7 +70,7 @@ class TransformTreeTest {
     }
 
     @Test
-    fun thereIsAtMostOneTransformPerChildAndStamp() = runBlocking {
+    fun thereIsAtMostOneTransformPerChildAndStamp() = runBlocking<Unit> {
         val session = fixture.start("""{"color": {}, "mixed_reality": {}, "depth": {}, "infra": {}, "tf": {}}""")
         val base = fixture.now
         for (number in 0L..30) {
@@ -88,7 +88,7 @@ class TransformTreeTest {
     }
 
     @Test
-    fun nothingIsSentWhileTheHeadIsNotTracked() = runBlocking {
+    fun nothingIsSentWhileTheHeadIsNotTracked() = runBlocking<Unit> {
         val session = fixture.start("""{"world_left": {}, "tf": {}}""")
         val base = fixture.now
         fixture.head(base, Transform.IDENTITY)
@@ -106,7 +106,7 @@ class TransformTreeTest {
     }
 
     @Test
-    fun recordedPosesAreSentAsTheyAreAndNoneIsComposed() = runBlocking {
+    fun recordedPosesAreSentAsTheyAreAndNoneIsComposed() = runBlocking<Unit> {
         StreamFixture(Headset.Timeline.RECORDED).use { recorded ->
             val session = recorded.start("""{"world_left": {}, "tf": {}}""")
             val poses = List(6) { random.transform() }
@@ -122,7 +122,10 @@ class TransformTreeTest {
                 val number = (stamp - constant - 1_000_000).toInt()
                 val isHead = number % 2 == 0
                 assertEquals(if (isHead) 1 else 2, sent.size)
-                assertMatrix(poses[number].toMatrix(), sent.of(if (isHead) "head_frame" else "world_left_optical_frame"))
+                assertMatrix(
+                    poses[number].toMatrix(),
+                    sent.of(if (isHead) "head_frame" else "world_left_optical_frame"),
+                )
             }
         }
     }
@@ -152,7 +155,9 @@ class TransformTreeTest {
 
     private fun HostSession.transforms() = data("/tf").flatMap { it.message<TFMessage>().transforms }
 
-    private fun List<TransformStamped>.of(child: String): Matrix = single { it.childFrameId == child }.transform.toMatrix()
+    private fun List<TransformStamped>.of(child: String): Matrix = single {
+        it.childFrameId == child
+    }.transform.toMatrix()
 
     private companion object {
         const val HEAD = 16_666_667L

@@ -1,0 +1,70 @@
+package dev.ml2sensors
+
+import org.junit.jupiter.api.Test
+import java.nio.file.Path
+import kotlin.io.path.extension
+import kotlin.io.path.readLines
+import kotlin.io.path.walk
+import kotlin.test.assertEquals
+import kotlin.test.assertTrue
+
+/** What packages may import of each other and of Android. */
+class PackagesTest {
+    private val imports = Path.of("src/main/kotlin").walk().filter { it.extension == "kt" }.flatMap { file ->
+        val lines = file.readLines()
+        val own = lines.first { it.startsWith("package ") }.removePrefix("package ")
+        lines.filter { it.startsWith("import ") }.map { own to it.removePrefix("import ") }
+    }.toList()
+
+    @Test
+    fun dependenciesPointOneWay() {
+        val known = ORDER.flatten().toSet()
+        assertEquals(
+            emptySet(),
+            imports.map {
+                packageOf(it.first)
+            }.toSet() - known,
+            "packages without a place in the order",
+        )
+        val wrong = imports.filter { (own, imported) ->
+            imported.startsWith("$ROOT.") && packageOf(imported) != packageOf(own) && rank(imported) >= rank(own)
+        }
+        assertEquals(emptyList(), wrong)
+    }
+
+    @Test
+    fun onlyTheAdaptersKnowAndroid() {
+        val wrong = imports.filter { (own, imported) ->
+            (imported.startsWith("android") || imported.startsWith("com.unity3d.")) && packageOf(own) !in ADAPTERS
+        }
+        assertEquals(emptyList(), wrong)
+    }
+
+    @Test
+    fun theSourcesAreFound() {
+        assertTrue(imports.any { (own, imported) -> own == "$ROOT.session" && imported == "$ROOT.wire.FrameKind" })
+    }
+
+    private fun rank(name: String) = ORDER.indexOfFirst { packageOf(name) in it }
+
+    /** The word after the root; empty for what stands in the root itself. */
+    private fun packageOf(name: String): String =
+        name.removePrefix(ROOT).removePrefix(".").substringBefore('.').takeIf { it == it.lowercase() }.orEmpty()
+
+    private companion object {
+        const val ROOT = "dev.ml2sensors"
+        val ADAPTERS = setOf("android", "unity")
+
+        /** Each may import those before it. */
+        val ORDER = listOf(
+            setOf("", "cdr", "table"),
+            setOf("message"),
+            setOf("source"),
+            setOf("clock"),
+            setOf("wire"),
+            setOf("session"),
+            setOf("stream"),
+            ADAPTERS,
+        )
+    }
+}

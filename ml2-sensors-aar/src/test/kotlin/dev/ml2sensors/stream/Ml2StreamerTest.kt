@@ -1,0 +1,137 @@
+package dev.ml2sensors.stream
+
+import app.cash.turbine.test
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.json.jsonPrimitive
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.seconds
+
+@Timeout(60)
+class Ml2StreamerTest {
+    private val fixture = StreamFixture()
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun theStateSaysWhereTheStreamerIs() = runBlocking<Unit> {
+        fixture.streamer.state.test {
+            assertEquals(StreamerState.Connecting(null), awaitItem())
+            fixture.streamer.start()
+            val session = fixture.session("{}")
+            assertEquals(StreamerState.Connected("scripted"), awaitItem())
+            withTimeout(StreamFixture.LIMIT) { fixture.streamer.stop("enough") }
+            assertEquals("""{"reason":"enough"}""", session.await(HostFrame.BYE).body.decodeToString())
+            assertEquals(StreamerState.Ended("enough"), awaitItem())
+        }
+    }
+
+    @Test
+    fun aBusyReceiverIsTriedAgain() = runBlocking<Unit> {
+        fixture.streamer.state.test {
+            assertEquals(StreamerState.Connecting(null), awaitItem())
+            fixture.streamer.start()
+            repeat(2) {
+                val error = """{"code": "busy", "message": "another is connected", "fatal": true}"""
+                fixture.host.awaitHello().write(HostFrame.ERROR, error)
+            }
+            val reason = assertIs<StreamerState.Connecting>(awaitItem()).reason
+            assertEquals("the receiver says busy: another is connected", reason)
+            fixture.session("{}")
+            assertEquals(StreamerState.Connected("scripted"), awaitItem())
+        }
+    }
+
+    @Test
+    fun aReceiverThatLeavesIsFoundAgainByTheSameInstance() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val first = fixture.session("""{"gyro_left": {}}""")
+        fixture.headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+        first.awaitData("gyro_left/imu")
+        first.close()
+        val second = fixture.session("""{"gyro_left": {}}""")
+        val instances = listOf(first, second).map { it.hello.json.getValue("instance_id").jsonPrimitive.content }
+        assertEquals(1, instances.distinct().size)
+        val gyroscope = launch {
+            while (true) {
+                fixture.headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+                delay(1)
+            }
+        }
+        val arrived = async(Dispatchers.IO) { second.awaitData("gyro_left/imu")[0] }
+        assertTrue(arrived.await().sequence >= 1)
+        gyroscope.cancelAndJoin()
+        fixture.finish(second)
+    }
+
+    @Test
+    fun aReceiverWithoutAnAddressIsWaitedFor() = runBlocking<Unit> {
+        val streamer = Ml2Streamer(fixture.headset, ReceiverAddress("no-such-host.invalid", 1))
+        streamer.start()
+        val state = withTimeout(StreamFixture.LIMIT) {
+            streamer.state.first { it is StreamerState.Connecting && it.reason != null }
+        }
+        assertTrue("no-such-host.invalid" in "$state")
+        withTimeout(StreamFixture.LIMIT) { streamer.stop() }
+        assertEquals(StreamerState.Ended("stopped"), streamer.state.value)
+    }
+
+    @Test
+    fun aStreamerIsStartedOnce() {
+        fixture.streamer.start()
+        assertFailsWith<IllegalStateException> { fixture.streamer.start() }
+    }
+
+    @Test
+    fun stoppingWithoutAReceiverReleasesWhatIsBorrowed() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("""{"world_left": {}}""")
+        fixture.headset.deliver(StreamTable.worldLeft, fixture.headset.image(fixture.now))
+        session.cut()
+        fixture.host.close()
+        repeat(3) { fixture.headset.deliver(StreamTable.worldLeft, fixture.headset.image(fixture.now)) }
+        withTimeout(StreamFixture.LIMIT) { fixture.streamer.stop() }
+        assertEquals(0, fixture.headset.pool.outstanding)
+    }
+
+    @Test
+    fun aStopIsNotDelayedByAReceiverThatSaysNothing() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.host.awaitHello()
+        withTimeout(4.seconds) { fixture.streamer.stop() } // the handshake's patience is 5 s
+        session.awaitEnd("control")
+        assertEquals(StreamerState.Ended("stopped"), fixture.streamer.state.value)
+    }
+
+    @Test
+    fun aStopBeforeTheStartIsAnEndToo() = runBlocking<Unit> {
+        val streamer = Ml2Streamer(fixture.headset, fixture.host.address)
+        withTimeout(StreamFixture.LIMIT) { streamer.stop("never mind") }
+        assertEquals(StreamerState.Ended("never mind"), streamer.state.value)
+    }
+
+    @Test
+    fun aLongReasonIsCutToFitItsFrame() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("{}")
+        withTimeout(StreamFixture.LIMIT) { fixture.streamer.stop("x".repeat(10_000)) }
+        assertTrue(session.await(HostFrame.BYE).body.size <= 4096)
+    }
+}

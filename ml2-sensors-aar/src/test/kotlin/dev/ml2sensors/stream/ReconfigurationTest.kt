@@ -1,0 +1,152 @@
+package dev.ml2sensors.stream
+
+import app.cash.turbine.test
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import kotlinx.serialization.json.Json
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.io.IOException
+import kotlin.test.assertEquals
+import kotlin.test.assertTrue
+
+@Timeout(60)
+class ReconfigurationTest {
+    private val fixture = StreamFixture()
+    private val headset = fixture.headset
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun eachStreamIsAppliedAdjustedOrRefused() = runBlocking<Unit> {
+        headset.answers[StreamTable.depth] = Answer.Adjusted(StreamValues(rateHz = 30), "60 delivers 30")
+        headset.answers[StreamTable.color] = Answer.Refused("no camera permission")
+        fixture.streamer.streams.test {
+            assertEquals(emptyMap(), awaitItem())
+            fixture.streamer.start()
+            val session = fixture.host.awaitHello()
+            session.welcome()
+            val answers = session.configure(
+                1,
+                """{"world_left": {"update_rate": 30, "format": "Grayscale"}, "depth": {"update_rate": 60}, "color": {},
+                    "taste": {}}""",
+            )
+            val expected =
+                """{"world_left": {"result": "applied", "values": {"update_rate": 30, "format": "Grayscale"}},
+                    "depth": {"result": "adjusted", "values": {"update_rate": 30}, "reason": "60 delivers 30"},
+                    "color": {"result": "refused", "reason": "no camera permission"},
+                    "taste": {"result": "refused", "reason": "this headset knows no stream taste"}}"""
+            assertEquals(Json.parseToJsonElement(expected), answers)
+            val states = awaitItem()
+            assertEquals(StreamState.Accepted(StreamValues(rateHz = 30), "60 delivers 30"), states["depth"])
+            assertEquals(StreamState.Refused("no camera permission"), states["color"])
+            assertEquals(setOf("world_left", "depth"), session.channels().keys.map { it.substringBefore('/') }.toSet())
+        }
+    }
+
+    @Test
+    fun streamsThatTheHeadsetRefusesAreNoCapability() {
+        for (stream in listOf(StreamTable.gyroLeft, StreamTable.headPose, StreamTable.color)) {
+            headset.answers[stream] = Answer.Refused("not there")
+        }
+        fixture.streamer.start()
+        val hello = fixture.host.awaitHello().hello.json
+        val absent = listOf("gyro_left", "imu_left", "head_pose", "tf", "color").map { "\"$it\"" }
+        val streams = hello.getValue("capabilities").toString()
+        assertEquals(emptyList(), absent.filter { it in streams })
+        assertTrue(listOf("accel_left", "imu_right", "world_left").all { "\"$it\"" in streams })
+    }
+
+    @Test
+    fun onlyTheStreamsThatChangeAreRestarted() = runBlocking<Unit> {
+        val session = start("""{"gyro_left": {}, "world_left": {}, "depth": {"update_rate": 5}}""")
+        val gyroscope = launch(Dispatchers.Default) {
+            while (true) headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+        }
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
+        headset.deliver(StreamTable.depth, headset.image(fixture.now))
+        session.configure(2, """{"gyro_left": {}, "depth": {"update_rate": 30}, "battery": {}}""")
+        headset.awaitStopped(StreamTable.worldLeft)
+        session.start(2)
+        headset.deliver(StreamTable.depth, headset.image(fixture.now))
+        session.awaitData("gyro_left/imu", session.data("gyro_left/imu").size + 20)
+        gyroscope.cancelAndJoin()
+        val books = fixture.finish(session)
+        val numbers = session.data("gyro_left/imu").map { it.sequence }
+        assertEquals(numbers.indices.map { it.toLong() }, numbers, "the gyroscope lost nothing")
+        assertEquals(Books(2, 2, emptyMap()), books["depth/image_raw"])
+        val ended = session.frames(HostFrame.CHANNEL_END).map { it.json["id"] }
+        val left = session.channels().filterKeys { it.startsWith("world_left") }.values.map { it["id"] }
+        assertEquals(left.toSet(), ended.toSet())
+    }
+
+    @Test
+    fun theTreeThatIsAddedLaterCarriesNothingBeforeItsStart() = runBlocking<Unit> {
+        val session = start("""{"world_left": {}}""")
+        val camera = launch(Dispatchers.Default) {
+            while (true) {
+                headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, pose = Transform.IDENTITY))
+            }
+        }
+        session.awaitData("world_left/image_raw", 3)
+        session.configure(2, """{"world_left": {}, "tf": {}}""")
+        session.awaitData("world_left/image_raw", session.data("world_left/image_raw").size + 3)
+        assertEquals(emptyList(), session.data("/tf"))
+        session.start(2)
+        session.awaitData("/tf", 3)
+        camera.cancelAndJoin()
+    }
+
+    @Test
+    fun aSourceThatFailsEndsAloneAndStartsAgainWhenItIsAskedForAgain() = runBlocking<Unit> {
+        val session = start("""{"world_left": {}, "gyro_left": {}}""")
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
+        headset.end(StreamTable.worldLeft, IOException("unplugged"))
+        val error = session.await(HostFrame.ERROR).json
+        assertEquals("\"stream world_left ended: IOException: unplugged\"", error["message"].toString())
+        session.await(HostFrame.CHANNEL_END, index = 2)
+        assertEquals(StreamState.Failed("IOException: unplugged"), fixture.streamer.streams.value["world_left"])
+        headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+        session.awaitData("gyro_left/imu")
+        session.configure(2, """{"world_left": {}, "gyro_left": {}}""")
+        session.start(2)
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
+        assertEquals(listOf(0L, 1L), session.awaitData("world_left/image_raw", 2).map { it.sequence })
+    }
+
+    @Test
+    fun anOlderStartBeginsNothingOfANewerRequest() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("""{"battery": {}}""", held = listOf("time")) // so that START waits for stamps
+        session.configure(2, """{"battery": {}, "gyro_left": {}}""")
+        session.release("time")
+        val delivery = launch { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }
+        headset.deliver(StreamTable.battery, BATTERY)
+        assertTrue(delivery.isActive)
+        session.start(2)
+        delivery.join()
+        session.awaitData("gyro_left/imu")
+        session.awaitData("battery")
+    }
+
+    private fun start(streams: String): HostSession {
+        fixture.streamer.start()
+        return fixture.session(streams)
+    }
+
+    private companion object {
+        val BATTERY = BatterySample(1, 4f, 1f, 0.5f, charging = false)
+    }
+}

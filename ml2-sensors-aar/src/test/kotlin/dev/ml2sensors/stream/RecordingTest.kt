@@ -1,0 +1,95 @@
+package dev.ml2sensors.stream
+
+import app.cash.turbine.test
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.test.assertTrue
+
+/** A recording waits for its reader, keeps its intervals, and ends by itself. */
+@Timeout(60)
+class RecordingTest {
+    private val fixture = StreamFixture(Headset.Timeline.RECORDED, receiveBufferBytes = 16_384)
+    private val headset = fixture.headset
+    private val firstCapture = fixture.now
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun nothingIsDroppedForASlowReaderAndStampsAreCapturesPlusOneConstant() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val streams = """{"world_left": {}, "gyro_left": {}}"""
+        val session = fixture.session(streams, held = listOf("world_left", "sensors"))
+        val captures = List(60) { firstCapture + it * 50_000_000L + it % 7 }
+        val player = launch(Dispatchers.Default) {
+            for ((number, capture) in captures.withIndex()) {
+                val image = headset.image(capture, number.toLong(), rowBytes = 256, height = 256)
+                headset.deliver(StreamTable.worldLeft, image)
+                headset.deliver(StreamTable.gyroLeft, VectorSample(capture, 0.0, 0.0, 0.0))
+            }
+            headset.end(StreamTable.worldLeft, null)
+            headset.end(StreamTable.gyroLeft, null)
+        }
+        session.await(HostFrame.STATUS)
+        assertFalse(player.isCompleted, "the recording waits for the reader")
+        session.release("world_left")
+        session.release("sensors")
+        session.await(HostFrame.BYE)
+        session.awaitEnds()
+        for (topic in listOf("world_left/image_raw", "world_left/metadata", "gyro_left/imu")) {
+            val frames = session.data(topic)
+            assertEquals((0L..59).toList(), frames.map { it.sequence }, topic)
+            assertEquals(captures.map { it - firstCapture }, frames.map { it.captureNanos - frames[0].captureNanos })
+        }
+        val firsts = listOf("world_left/image_raw", "gyro_left/imu").map { session.data(it)[0].captureNanos }
+        assertEquals(1, firsts.distinct().size, "the constant is the same for all streams")
+        for (counts in fixture.finish(session).values) assertTrue(counts.dropped.isEmpty(), "$counts")
+    }
+
+    @Test
+    fun aRecordingThatIsOverEndsTheSessionInOrder() = runBlocking<Unit> {
+        fixture.streamer.state.test {
+            assertEquals(StreamerState.Connecting(null), awaitItem())
+            fixture.streamer.start()
+            val session = fixture.session("""{"gyro_left": {}}""")
+            assertEquals(StreamerState.Connected("scripted"), awaitItem())
+            headset.deliver(StreamTable.gyroLeft, VectorSample(1, 0.0, 0.0, 0.0))
+            headset.end(StreamTable.gyroLeft, null)
+            assertEquals("""{"reason":"the recording is over"}""", session.await(HostFrame.BYE).body.decodeToString())
+            assertEquals(StreamerState.Ended("the recording is over"), awaitItem())
+            session.awaitData("gyro_left/imu")
+        }
+    }
+
+    @Test
+    fun aRecordingGoesOnWhereItWasWhenTheLinkIsBack() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val first = fixture.session("""{"gyro_left": {}}""")
+        val player = launch(Dispatchers.Default) {
+            repeat(500) { headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture + it, 0.0, 0.0, 0.0)) }
+            headset.end(StreamTable.gyroLeft, null)
+        }
+        first.awaitData("gyro_left/imu", 5)
+        first.cut()
+        val second = fixture.session("""{"gyro_left": {}}""")
+        second.await(HostFrame.BYE)
+        second.awaitEnds()
+        player.join()
+        val frames = first.data("gyro_left/imu") + second.data("gyro_left/imu")
+        val constant = frames[0].captureNanos - firstCapture
+        for (frame in frames) assertEquals(firstCapture + frame.sequence + constant, frame.captureNanos)
+        val counts = fixture.finish(second).getValue("gyro_left/imu")
+        assertEquals(500, counts.produced)
+        assertEquals(500L - frames.size, counts.dropped.values.sum())
+    }
+}
