@@ -215,14 +215,15 @@ def _end_process(failure: threading.ExceptHookArgs) -> None:
     os._exit(1)
 
 
-def observe(observer: Observer) -> None:
-    """Runs from the first configuration to the last message."""
+def observe(observer: Observer, on_snapshot: Callable[[], None] = lambda: None) -> None:
+    """Runs from the first configuration to the last message; `on_snapshot` follows each print."""
     observer.is_configured.wait()
     while not observer.is_matched():
         time.sleep(0.05)
     observer.start_headset()
     while not observer.is_final.wait(timeout=1.0):
         print(json.dumps(observer.snapshot(final=False)), flush=True)
+        on_snapshot()
     deadline_s = time.monotonic() + 2.0
     while observer.awaits_more() and time.monotonic() < deadline_s:
         time.sleep(0.05)

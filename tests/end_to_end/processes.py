@@ -9,7 +9,7 @@ import pickle
 import random
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from rclpy.serialization import deserialize_message
 
 from message_types import message_class
 from ml2_receiver.table import load_table
+from proxy import Proxy
 
 ROOT = Path(__file__).resolve().parents[2]
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
@@ -38,9 +39,11 @@ class Received:
     """What the independent subscriber got in one run."""
 
     snapshot: dict[str, Any]
-    qos: dict[str, tuple[str, str]]
+    qos: dict[str, set[tuple[str, str]]]
     topics: dict[str, tuple[str, list[bytes]]]
     graph: list[str]
+    arrivals_s: dict[str, list[float]]
+    publishers: dict[str, set[bytes]]
 
     def messages(self, topic: str) -> list[Any]:
         """The messages of a topic, relative to the prefix or global, as rclpy decodes them."""
@@ -86,39 +89,71 @@ def process(
 
 def listening_address(receiver: subprocess.Popen[str]) -> str:
     """Waits until a receiver says where it listens."""
-    assert receiver.stdout is not None
-    said = []
-    for line in receiver.stdout:
-        said.append(line)
-        if _LISTENING in line:
-            return line.split(_LISTENING, 1)[1].split()[0]
-    raise AssertionError(f"the receiver does not listen: {''.join(said)}")
+    return line_with(receiver, _LISTENING).split(_LISTENING, 1)[1].split()[0]
 
 
-def receive(config: Path, headset_options: list[str], folder: Path) -> Received:
-    """Runs a headset to its end and returns all that arrived; logs in `folder`."""
+def receive(
+    config: Path,
+    headset_options: list[str],
+    folder: Path,
+    link: Callable[[str], Proxy] | None = None,
+    on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
+) -> Received:
+    """Runs a headset to its end and returns all that arrived; logs are in `folder`.
+
+    Args:
+        link: makes the proxy that stands between headset and receiver, from the latter's address.
+        on_snapshot: is called about once per second with the proxy and a count from 0.
+    """
     environment = isolated_environment()
-    output = folder / "received.pickle"
-    run: list[str | Path] = [
-        RECEIVER,
-        "run",
-        "--config",
-        config,
-        "--listen",
-        "127.0.0.1:0",
-        "--start-paused",
-    ]
     with contextlib.ExitStack() as stack:
         start = stack.enter_context
-        receiver = start(process(run, environment, folder / "receiver.log"))
-        headset = headset_command(listening_address(receiver), *headset_options)
-        subscriber = start(
-            process(subscribe_command(output), environment | _PATHS, folder / "subscriber.log")
+        receiver = start(
+            process(
+                receive_command(config, "127.0.0.1:0", "--start-paused"),
+                environment,
+                folder / "receiver.log",
+            )
         )
+        address = listening_address(receiver)
+        proxy = start(link(address)) if link else None
+        subscriber = start(subscribing(environment, folder))
+        headset = headset_command(proxy.address if proxy else address, *headset_options)
         start(process(headset, environment, folder / "headset.log"))
-        subscriber.communicate(timeout=_TIMEOUT_S)
-        assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
-    return Received(**pickle.loads(output.read_bytes()))
+        for number, _ in enumerate(lines(subscriber)):
+            on_snapshot(proxy, number)
+        return result(subscriber, folder)
+
+
+def subscribing(
+    environment: dict[str, str], folder: Path
+) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
+    """The subscriber as a process; its result() is in `folder`."""
+    command = subscribe_command(folder / "received.pickle")
+    return process(command, environment | _PATHS, folder / "subscriber.log")
+
+
+def lines(child: subprocess.Popen[str]) -> Iterator[str]:
+    """What it says until it ends."""
+    assert child.stdout is not None
+    yield from child.stdout
+
+
+def line_with(child: subprocess.Popen[str], words: str) -> str:
+    """The next line that has these words."""
+    said = []
+    for line in lines(child):
+        said.append(line)
+        if words in line:
+            return line
+    raise AssertionError(f"expected {words!r}, found {''.join(said)!r}")
+
+
+def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
+    """What a subscriber got; waits for its end."""
+    subscriber.wait(timeout=_TIMEOUT_S)
+    assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
+    return Received(**pickle.loads((folder / "received.pickle").read_bytes()))
 
 
 def receive_command(config: Path, address: str, *options: str) -> list[str | Path]:
