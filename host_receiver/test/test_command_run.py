@@ -7,7 +7,7 @@ import pytest
 
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from processes import Child, Receiver
+from ros_processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 

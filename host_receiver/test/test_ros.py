@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 from ml2_receiver.frame import Kind
 from ml2_receiver.messages import Start
 from mock_device import MockDevice
-from processes import Child, Receiver, Subscriber
+from ros_processes import Child, Receiver, Subscriber
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 

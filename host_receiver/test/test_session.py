@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ml2_receiver.connection import Connection
-from ml2_receiver.context import Ending
+from ml2_receiver.context import Ending, Limits
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.frame import Kind
 from ml2_receiver.messages import Bye, ChannelStatus, ClockStatus, Error, Status
@@ -39,11 +39,12 @@ def test_ping_is_answered(scene: Scene) -> None:
 
 
 def test_a_receiver_that_has_nothing_to_say_says_ping(scene: Scene) -> None:
-    scene.pass_time(0.9)
+    ping_s = Limits().ping_s
+    scene.pass_time(0.9 * ping_s)
     assert scene.kinds(scene.control)[-1] == Kind.START
-    scene.pass_time(0.1)
+    scene.pass_time(0.2 * ping_s)
     assert scene.kinds(scene.control)[-1] == Kind.PING
-    scene.pass_time(0.9)
+    scene.pass_time(0.9 * ping_s)
     assert scene.kinds(scene.control).count(Kind.PING) == 1
 
 
