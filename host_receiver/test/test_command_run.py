@@ -1,3 +1,4 @@
+import re
 import signal
 import socket
 import time
@@ -26,16 +27,17 @@ def config(tmp_path: Path) -> Path:
     return file
 
 
-def files_in_shared_memory(process: int) -> list[Path]:
-    maps = Path(f"/proc/{process}/maps").read_text().splitlines()
-    return [Path(line.split()[-1]) for line in maps if "/dev/shm/fastrtps" in line]
+def segments(process: int) -> list[Path]:
+    """Its shared memory; the ports beside it belong to all participants of a domain."""
+    maps = Path(f"/proc/{process}/maps").read_text()
+    return [Path(name) for name in re.findall(r"/dev/shm/fastrtps_(?!port)\w+", maps)]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_and_frees_shared_memory(config: Path, number: int) -> None:
     with Receiver(config) as receiver, MockDevice(receiver.address, says_ping=True) as device:
         device.start()
-        shared = files_in_shared_memory(receiver.process.pid)
+        shared = segments(receiver.process.pid)
         assert shared
         began_s = time.monotonic()
         assert receiver.end(number) == 0
