@@ -94,7 +94,7 @@ def _judgement(topic: TopicReport, is_stale: bool) -> tuple[Level, str]:
     if is_stale:
         return Level.ERROR, "nothing arrives"
     if dropped or topic.statistics.gaps or topic.statistics.unpublished:
-        return Level.WARN, f"{max(dropped, topic.statistics.gaps)} messages were lost"
+        return Level.WARN, f"lost messages: {max(dropped, topic.statistics.gaps)}"
     return Level.OK, "all that was produced arrived"
 
 

@@ -99,7 +99,7 @@ def test_a_topic_has_its_numbers(diagnostics: Diagnostics, statistics: TopicStat
         "latency_p50_ms": "4.000",
         "latency_p99_ms": "4.000",
     }
-    assert (row.level, row.message) == (Level.WARN, "1 messages were lost")
+    assert (row.level, row.message) == (Level.WARN, "lost messages: 1")
 
 
 @pytest.mark.parametrize(
