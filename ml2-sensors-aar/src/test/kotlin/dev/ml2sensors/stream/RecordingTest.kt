@@ -77,14 +77,14 @@ class RecordingTest {
         val first = fixture.session("""{"gyro_left": {}}""")
         val player = launch(Dispatchers.Default) {
             repeat(500) { headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture + it, 0.0, 0.0, 0.0)) }
-            headset.end(StreamTable.gyroLeft, null)
         }
         first.awaitData("gyro_left/imu", 5)
         first.cut()
         val second = fixture.session("""{"gyro_left": {}}""")
+        player.join()
+        headset.end(StreamTable.gyroLeft, null)
         second.await(HostFrame.BYE)
         second.awaitEnds()
-        player.join()
         val frames = first.data("gyro_left/imu") + second.data("gyro_left/imu")
         val constant = frames[0].captureNanos - firstCapture
         for (frame in frames) assertEquals(firstCapture + frame.sequence + constant, frame.captureNanos)
