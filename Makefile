@@ -49,6 +49,7 @@ lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
 	$(run) ruff format --check --config $(settings) $(python)
 	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || exit; done
 	$(run) python3 config/generate.py --check
+	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
 	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
 	$(ktlint)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import cv2
+
 from processes import PREFIX, ROOT, isolated_environment
 
 DEMO = ROOT / "build" / "demo"

@@ -22,12 +22,12 @@ import dev.ml2sensors.simulator.replay.ReplayHeadset
 import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
-import java.io.File
-import kotlin.random.Random
-import kotlin.time.Duration.Companion.seconds
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.runBlocking
 import sun.misc.Signal
+import java.io.File
+import kotlin.random.Random
+import kotlin.time.Duration.Companion.seconds
 
 internal const val EXIT_USAGE = 2
 
