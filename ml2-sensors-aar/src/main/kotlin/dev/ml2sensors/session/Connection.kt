@@ -70,17 +70,27 @@ internal class Connection private constructor(private val socket: SocketChannel,
     companion object {
         private const val DISCARD_BYTES = 4096
 
+        /** DSCP 48 in the upper six bits, RFC 2474. */
+        private const val CS6 = 48 shl 2
+
+        /** A quarter of a raw world camera frame. */
+        private const val BULK_SEND_BUFFER_BYTES = 256 * 1024
+
         /**
-         * Connects; [sendBufferBytes] bounds what the kernel holds of a lane whose frames grow stale, null leaves it to
-         * the platform.
+         * Connects. An [urgent] connection is marked DSCP CS6, so that an access point may let it pass images; of any
+         * other the kernel holds little, so that images do not grow stale there.
          */
-        fun open(receiver: ReceiverAddress, rosNowNanos: () -> Long, sendBufferBytes: Int? = null): Connection {
+        fun open(receiver: ReceiverAddress, rosNowNanos: () -> Long, urgent: Boolean = true): Connection {
             val address = InetSocketAddress(receiver.host, receiver.port)
             if (address.isUnresolved) throw UnknownHostException("no address is known for ${receiver.host}")
             val socket = SocketChannel.open()
             try {
                 socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
-                if (sendBufferBytes != null) socket.setOption(StandardSocketOptions.SO_SNDBUF, sendBufferBytes)
+                if (urgent) {
+                    socket.setOption(StandardSocketOptions.IP_TOS, CS6)
+                } else {
+                    socket.setOption(StandardSocketOptions.SO_SNDBUF, BULK_SEND_BUFFER_BYTES)
+                }
                 socket.connect(address)
                 return Connection(socket, rosNowNanos)
             } catch (e: Throwable) {

@@ -57,7 +57,7 @@ internal class Session(
      */
     suspend fun run(hello: Hello, stop: Deferred<String>, onWelcome: (String) -> Unit) {
         try {
-            val control = ControlLane(unlessStopped(stop) { open(null) } ?: return)
+            val control = ControlLane(unlessStopped(stop) { open(urgent = true) } ?: return)
             try {
                 val welcome = unlessStopped(stop) { greet(control, hello) } ?: return
                 streams.linkUp(welcome.received)
@@ -178,9 +178,9 @@ internal class Session(
         )
     }
 
-    private suspend fun open(sendBufferBytes: Int?): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
+    private suspend fun open(urgent: Boolean): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
         blockingIo {
-            Connection.open(receiver, hostClock::rosNowNanos, sendBufferBytes).also(connections::add)
+            Connection.open(receiver, hostClock::rosNowNanos, urgent).also(connections::add)
         }
     }
 

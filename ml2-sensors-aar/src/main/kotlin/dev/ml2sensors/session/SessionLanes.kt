@@ -22,7 +22,7 @@ import kotlin.time.Duration.Companion.seconds
  */
 internal class SessionLanes(
     private val welcome: Welcome,
-    private val open: suspend (sendBufferBytes: Int?) -> Connection,
+    private val open: suspend (urgent: Boolean) -> Connection,
     private val lane: (String) -> Lane,
     private val launch: (suspend () -> Unit) -> Job,
 ) {
@@ -32,7 +32,7 @@ internal class SessionLanes(
     /** Opens lane [name] unless it is open. */
     suspend fun join(name: String) {
         if (name in connections) return
-        val connection = connect(name, if (name == SENSORS) null else IMAGE_SEND_BUFFER_BYTES)
+        val connection = connect(name, urgent = name == SENSORS)
         connections[name] = connection
         launch { watch(connection) }
     }
@@ -47,7 +47,7 @@ internal class SessionLanes(
     }
 
     /** Opens the time lane, which carries no data. */
-    suspend fun joinTime(): Connection = connect(TIME, null)
+    suspend fun joinTime(): Connection = connect(TIME, urgent = true)
 
     /** Begins to send what is offered to the lanes that are open; returns when none of it can miss its link. */
     suspend fun startSending() {
@@ -74,10 +74,10 @@ internal class SessionLanes(
         senders.values.joinAll()
     }
 
-    private suspend fun connect(name: String, sendBufferBytes: Int?): Connection {
+    private suspend fun connect(name: String, urgent: Boolean): Connection {
         val ticket = welcome.tickets[name]
             ?: throw ProtocolException(ErrorCode.TICKET, "the receiver gave no ticket for lane $name")
-        val connection = open(sendBufferBytes)
+        val connection = open(urgent)
         val join = ControlJson.encode(Join(welcome.session, ticket, name))
         val frame = handshake("JOINED of lane $name", welcome.timeouts.handshakeSeconds.seconds) {
             blockingIo {
@@ -95,8 +95,5 @@ internal class SessionLanes(
     companion object {
         const val TIME: String = "time"
         const val SENSORS: String = "sensors"
-
-        /** Bounds how stale images grow in the kernel: a quarter of a raw world camera frame. */
-        private const val IMAGE_SEND_BUFFER_BYTES = 256 * 1024
     }
 }
