@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from rclpy.serialization import deserialize_message
 
@@ -133,10 +133,10 @@ def subscribing(
     return process(command, environment | _PATHS, folder / "subscriber.log")
 
 
-def lines(child: subprocess.Popen[str]) -> Iterator[str]:
-    """What it says until it ends."""
+def lines(child: subprocess.Popen[str]) -> IO[str]:
+    """What it says until it ends, a line at a time."""
     assert child.stdout is not None
-    yield from child.stdout
+    return child.stdout
 
 
 def line_with(child: subprocess.Popen[str], words: str) -> str:

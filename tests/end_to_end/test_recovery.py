@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import subprocess
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -79,81 +83,81 @@ def test_a_slow_link_drops_images_and_counts_them(config: Path, tmp_path: Path) 
     assert received.books(GYRO)["gaps"] == str(dropped(received, GYRO, "source_late"))
 
 
-def test_a_receiver_that_is_killed_and_restarted_is_found_again(
-    config: Path, tmp_path: Path
-) -> None:
-    environment = isolated_environment()
-    paused = receive_command(config, "127.0.0.1:0", "--start-paused")
-    with (
-        process(paused, environment, tmp_path / "receiver1.log") as first,
-        subscribing(environment, tmp_path) as subscriber,
-    ):
-        address = listening_address(first)
-        command = headset_command(address, "--duration", "12")
-        with process(command, environment, tmp_path / "headset.log"):
-            said = lines(subscriber)
-            next(said), next(said)
-            first.kill()
-            first.wait()
-            command = receive_command(config, address)
-            with process(command, environment, tmp_path / "receiver2.log") as second:
-                listening_address(second)
-                back_s = time.monotonic()
-                for _ in said:
-                    pass
-                received = result(subscriber, tmp_path)
-    arrivals_s = received.arrivals_s[GYRO]
-    assert arrivals_s[0] < back_s
-    assert min(a for a in arrivals_s if a > back_s) - back_s < RECOVERY_S
+@dataclass(frozen=True)
+class Stage:
+    """A receiver that waits for a headset, and its subscriber; logs in `folder`."""
+
+    environment: dict[str, str]
+    folder: Path
+    receiver: subprocess.Popen[str]
+    address: str
+    subscriber: subprocess.Popen[str]
+
+    def started(
+        self, name: str, command: list[str | Path]
+    ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
+        """One more process, logging to `name`.log."""
+        return process(command, self.environment, self.folder / f"{name}.log")
+
+    def await_seconds(self, count: int) -> None:
+        """Waits until messages have flowed for about so many seconds."""
+        for _ in range(count):
+            assert next(lines(self.subscriber))
+
+    def result(self) -> Received:
+        """What the subscriber got; waits for the end of the headset."""
+        for _ in lines(self.subscriber):
+            pass
+        return result(self.subscriber, self.folder)
 
 
-def test_a_headset_that_is_killed_and_restarted_is_taken_again(
-    config: Path, tmp_path: Path
-) -> None:
+@pytest.fixture
+def stage(config: Path, tmp_path: Path) -> Iterator[Stage]:
     environment = isolated_environment()
-    paused = receive_command(config, "127.0.0.1:0", "--start-paused")
+    command = receive_command(config, "127.0.0.1:0", "--start-paused")
     with (
-        process(paused, environment, tmp_path / "receiver.log") as receiver,
+        process(command, environment, tmp_path / "receiver.log") as receiver,
         subscribing(environment, tmp_path) as subscriber,
     ):
-        address = listening_address(receiver)
-        said = lines(subscriber)
-        command = headset_command(address)
-        with process(command, environment, tmp_path / "headset1.log") as first:
-            next(said), next(said)
-            first.kill()
-        command = headset_command(address, "--duration", "3")
-        with process(command, environment, tmp_path / "headset2.log") as second:
-            line_with(second, "connected to")
+        yield Stage(environment, tmp_path, receiver, listening_address(receiver), subscriber)
+
+
+def test_a_receiver_that_is_killed_and_restarted_is_found_again(stage: Stage, config: Path) -> None:
+    with stage.started("headset", headset_command(stage.address, "--duration", "12")):
+        stage.await_seconds(2)
+        stage.receiver.kill()
+        stage.receiver.wait()
+        with stage.started("receiver2", receive_command(config, stage.address)) as second:
+            listening_address(second)
             back_s = time.monotonic()
-            for _ in said:
-                pass
-            received = result(subscriber, tmp_path)
-    arrivals_s = received.arrivals_s[GYRO]
-    assert arrivals_s[0] < back_s
-    assert min(a for a in arrivals_s if a > back_s) - back_s < RECOVERY_S
+            assert_arrives_after(back_s, stage.result())
+
+
+def test_a_headset_that_is_killed_and_restarted_is_taken_again(stage: Stage) -> None:
+    with stage.started("headset1", headset_command(stage.address)) as first:
+        stage.await_seconds(2)
+        first.kill()
+    with stage.started("headset2", headset_command(stage.address, "--duration", "3")) as second:
+        line_with(second, "connected to")
+        back_s = time.monotonic()
+        received = stage.result()
+    assert_arrives_after(back_s, received)
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
-def test_a_second_headset_is_refused_and_the_first_goes_on(config: Path, tmp_path: Path) -> None:
-    environment = isolated_environment()
-    paused = receive_command(config, "127.0.0.1:0", "--start-paused")
-    with (
-        process(paused, environment, tmp_path / "receiver.log") as receiver,
-        subscribing(environment, tmp_path) as subscriber,
-    ):
-        address = listening_address(receiver)
-        command = headset_command(address, "--duration", "6")
-        with process(command, environment, tmp_path / "headset1.log"):
-            said = lines(subscriber)
-            next(said)
-            command = headset_command(address, "--seed", "2")
-            with process(command, environment, tmp_path / "headset2.log") as second:
-                assert "busy" in line_with(second, "busy")
-                refused_s = time.monotonic()
-            for _ in said:
-                pass
-            received = result(subscriber, tmp_path)
+def assert_arrives_after(back_s: float, received: Received) -> None:
+    arrivals_s = received.arrivals_s[GYRO]
+    assert arrivals_s[0] < back_s
+    assert min(at for at in arrivals_s if at > back_s) - back_s < RECOVERY_S
+
+
+def test_a_second_headset_is_refused_and_the_first_goes_on(stage: Stage) -> None:
+    with stage.started("headset1", headset_command(stage.address, "--duration", "6")):
+        stage.await_seconds(1)
+        with stage.started("headset2", headset_command(stage.address, "--seed", "2")) as second:
+            assert "busy" in line_with(second, "busy")
+            refused_s = time.monotonic()
+        received = stage.result()
     assert_books_balance(received)
     assert received.books(GYRO).get("dropped.link_down") is None
     assert max(received.arrivals_s[GYRO]) > refused_s
