@@ -28,6 +28,7 @@ class LiveTable:
 
     def __exit__(self, *_: object) -> None:
         self._live.stop()
+        self._live.console.print()
 
     def show(self, snapshot: dict[str, Any]) -> None:
         """Draws one snapshot of the observer."""
