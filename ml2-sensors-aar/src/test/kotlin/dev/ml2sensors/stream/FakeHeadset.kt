@@ -102,6 +102,8 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         cause: Exception?,
     ) = awaitRunning(stream, 1).forEach { it.deliveries.close(cause) }
 
+    fun isRunning(stream: StreamSpec): Boolean = feeds.value.any { it.stream == stream }
+
     suspend fun awaitStopped(stream: StreamSpec) {
         feeds.first { all -> all.none { it.stream == stream } }
     }

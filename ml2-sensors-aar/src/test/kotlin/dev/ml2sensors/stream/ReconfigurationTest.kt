@@ -19,6 +19,7 @@ import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
 import java.io.IOException
 import kotlin.test.assertEquals
+import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 
 @Timeout(60)
@@ -129,7 +130,8 @@ class ReconfigurationTest {
     @Test
     fun anOlderStartBeginsNothingOfANewerRequest() = runBlocking<Unit> {
         fixture.streamer.start()
-        val session = fixture.session("""{"battery": {}}""", held = listOf("time")) // so that START waits for stamps
+        val streams = """{"battery": {}, "light_sensor": {}}"""
+        val session = fixture.session(streams, held = listOf("time")) // so that START waits for stamps
         session.configure(2, """{"battery": {}, "gyro_left": {}}""")
         session.release("time")
         val delivery = launch { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }
@@ -137,6 +139,7 @@ class ReconfigurationTest {
         assertTrue(delivery.isActive)
         session.start(2)
         delivery.join()
+        assertFalse(headset.isRunning(StreamTable.lightSensor))
         session.awaitData("gyro_left/imu")
         session.awaitData("battery")
     }
