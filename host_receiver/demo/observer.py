@@ -139,7 +139,8 @@ class Observer(Node):
     def _diagnose(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self.diagnostics[status.name] = {pair.key: pair.value for pair in status.values}
-        if self.session.get("final") == "true":
+        # The last STATUS may be here before everything that it counts.
+        if self.session.get("final") == "true" and self.session["state"] != "connected":
             self.is_final.set()
 
     @property

@@ -70,7 +70,7 @@ class Diagnostics:
             "rate_hz": _per_second(received - past.received, elapsed_s),
             "mbit_per_s": _per_second((received_bytes - past.received_bytes) * 8e-6, elapsed_s),
             "received": str(received),
-            "gaps": str(statistics.gaps),
+            "gaps": str(_gaps(topic, report)),
             "unpublished": str(statistics.unpublished),
         }
         if device is not None:
@@ -86,15 +86,22 @@ class Diagnostics:
             past.heard_s, past.produced_by_device = now_s, produced
         past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
         is_stale = report.state is State.LOST or now_s - past.heard_s > _STALE_AFTER_S
-        return Row(name, *_judgement(topic, is_stale), values)
+        return Row(name, *_judgement(topic, _gaps(topic, report), is_stale), values)
 
 
-def _judgement(topic: TopicReport, is_stale: bool) -> tuple[Level, str]:
+def _gaps(topic: TopicReport, report: Report) -> int:
+    """Messages that never arrived; those after the last that did are known at the end only."""
+    if topic.device is not None and report.is_final and report.state is not State.CONNECTED:
+        return topic.device.produced - topic.statistics.received
+    return topic.statistics.gaps
+
+
+def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, str]:
     dropped = sum(topic.device.dropped.values()) if topic.device else 0
     if is_stale:
         return Level.ERROR, "nothing arrives"
-    if dropped or topic.statistics.gaps or topic.statistics.unpublished:
-        return Level.WARN, f"lost messages: {max(dropped, topic.statistics.gaps)}"
+    if dropped or gaps or topic.statistics.unpublished:
+        return Level.WARN, f"lost messages: {max(dropped, gaps)}"
     return Level.OK, "all that was produced arrived"
 
 

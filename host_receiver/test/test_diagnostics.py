@@ -102,6 +102,16 @@ def test_a_topic_has_its_numbers(diagnostics: Diagnostics, statistics: TopicStat
     assert (row.level, row.message) == (Level.WARN, "lost messages: 1")
 
 
+def test_at_the_end_messages_lost_after_the_last_arrival_are_gaps(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    receive(statistics, 0, 2)
+    device = ChannelStatus(5, 2, {"queue_full": 1, "link_down": 2})
+    under_way = topic_row(diagnostics, report(statistics, device), 1.0)
+    over = topic_row(diagnostics, report(statistics, device, State.ENDED), 1.0)
+    assert (under_way.values["gaps"], over.values["gaps"]) == ("1", "3")
+
+
 @pytest.mark.parametrize(
     ("sequences", "dropped", "unpublished"),
     [((0, 2), {}, 0), ((0, 1), {"no_buffer": 1}, 0), ((0, 1), {}, 1)],
