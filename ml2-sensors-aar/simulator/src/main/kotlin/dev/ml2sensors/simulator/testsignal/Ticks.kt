@@ -31,7 +31,7 @@ internal class Capture(val number: Long, val nanos: Long, val seconds: Double)
 internal class Signal(val rateHz: Int, val read: (Capture) -> Sample)
 
 /** How long a reading waits for a late reader, as it does in the queues of a device, before it is lost. */
-private const val KEPT_NANOS = 50_000_000L
+private const val KEPT_NANOS = 250_000_000L
 
 /** The readings of every tick from now on, each after its instant, until the [end]; images are lent. */
 internal fun Signal.readings(clock: DeviceClock, startNanos: Long, end: Job): Flow<Sample> = flow {
