@@ -25,9 +25,12 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
     suspend fun offer(frame: OutgoingFrame) {
         if (waits) awaitLinkFor(frame)
         if (!isLinked.value) return frame.drop(DropReason.LINK_DOWN)
-        if (waits) queue.send(frame) else enqueue(frame)
-        // The link may have gone after the look at it, and with it whoever empties the queue
-        if (!isLinked.value) dropQueued()
+        try {
+            if (waits) queue.send(frame) else enqueue(frame)
+        } finally {
+            // The link may have gone after the look at it, and with it whoever empties the queue
+            if (!isLinked.value) dropQueued()
+        }
     }
 
     private fun enqueue(frame: OutgoingFrame) {
