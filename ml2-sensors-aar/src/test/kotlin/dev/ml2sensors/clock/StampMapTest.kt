@@ -83,7 +83,12 @@ class StampMapTest {
 
     @Test
     fun aHostThatStepsByDecadesIsSlewedTowardsAsAnyOther() {
-        for (step in listOf(50L * 365 * 86_400 * SECOND, -50L * 365 * 86_400 * SECOND, Long.MAX_VALUE, Long.MIN_VALUE)) {
+        for (step in listOf(
+            50L * 365 * 86_400 * SECOND,
+            -50L * 365 * 86_400 * SECOND,
+            Long.MAX_VALUE,
+            Long.MIN_VALUE,
+        )) {
             val map = StampMap().apply { steerTo(0, 0) }
             map.steerTo(step, SECOND)
             val capture = 3 * SECOND + 1
