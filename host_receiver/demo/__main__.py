@@ -140,4 +140,7 @@ def _lines(child: subprocess.Popen[str]) -> IO[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)  # as shells say of SIGINT
