@@ -27,6 +27,8 @@ EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
 PREFIX = "/magic_leap2"
 _LISTENING = "listening on "
 _TIMEOUT_S = 60
+# More than is ever under way, so that the subscriber loses nothing that was published.
+_DEPTH = 1000
 _PATHS = {
     "PYTHONPATH": os.pathsep.join(
         [str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")]
@@ -168,6 +170,6 @@ def headset_command(address: str, *options: str) -> list[str | Path]:
 
 def subscribe_command(output: Path) -> list[str | Path]:
     """The subscriber, which writes what it got to `output`."""
-    depths = {name: qos.depth for name, qos in load_table().qos.items()}
+    depths = dict.fromkeys(load_table().qos, _DEPTH)
     script = Path(__file__).with_name("subscriber.py")
     return [sys.executable, script, PREFIX, json.dumps(depths), output]

@@ -49,7 +49,7 @@ def assert_books_balance(received: Received) -> None:
         dropped = sum(int(n) for key, n in books.items() if key.startswith("dropped."))
         assert int(books["produced"]) == int(books["received"]) + int(books["gaps"]), topic
         assert int(books["gaps"]) == dropped, topic
-        assert 0 < seen["count"] <= int(books["received"]), topic
+        assert 0 < seen["count"] == int(books["received"]), topic
 
 
 def dropped(received: Received, topic: str, reason: str) -> int:
@@ -74,10 +74,13 @@ def assert_arrives_again(received: Received) -> None:
         assert max(gaps_s) < RECOVERY_S, topic
 
 
-def test_a_slow_link_drops_images_and_counts_them(config: Path, tmp_path: Path) -> None:
-    """One raw camera is 250 Mbit/s; the link has 80."""
-    options = ["--duration", "4"]
-    received = receive(config, options, tmp_path, lambda address: Proxy(address, 10e6))
+@pytest.mark.parametrize("bytes_per_s", [10e6, 1e6])
+def test_a_slow_link_drops_images_and_counts_them(
+    config: Path, tmp_path: Path, bytes_per_s: float
+) -> None:
+    """One raw camera is 31 MB/s; the slower link does not even empty the queue at the end."""
+    options = ["--duration", "3"]
+    received = receive(config, options, tmp_path, lambda address: Proxy(address, bytes_per_s))
     assert_books_balance(received)
     assert dropped(received, f"{PREFIX}/world_left/image_raw", "queue_full") > 20
     assert received.books(GYRO)["gaps"] == str(dropped(received, GYRO, "source_late"))
