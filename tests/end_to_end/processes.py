@@ -100,6 +100,7 @@ def receive(
     folder: Path,
     link: Callable[[str], Proxy] | None = None,
     on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
+    receiver_options: Sequence[str] = (),
 ) -> Received:
     """Runs a headset to its end and returns all that arrived; logs are in `folder`.
 
@@ -112,7 +113,7 @@ def receive(
         start = stack.enter_context
         receiver = start(
             process(
-                receive_command(config, "127.0.0.1:0", "--start-paused"),
+                receive_command(config, "127.0.0.1:0", "--start-paused", *receiver_options),
                 environment,
                 folder / "receiver.log",
             )
