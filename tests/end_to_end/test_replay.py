@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import itertools
 import json
 import subprocess
 from pathlib import Path
@@ -13,24 +11,16 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-import yaml
-from numpy.typing import NDArray
 
+from euroc import Matrix, angle_between, ground_truth, interpolated, pose_matrix, rows, sensor_yaml
 from processes import EXCERPT, PREFIX, ROOT, Received, headset_command, receive
 
 MAV = EXCERPT / "mav0"
 CAMERAS = {"cam0": "world_left", "cam1": "world_right"}
-
-IMUS = ("accel_left", "gyro_left", "imu_left")
-SENSORS = {
-    **{
-        f"{stream}/{topic}": camera
-        for camera, stream in CAMERAS.items()
-        for topic in ("image_raw", "camera_info", "metadata")
-    },
-    **{f"{imu}/imu": "imu0" for imu in IMUS},
-    "head_pose": "state_groundtruth_estimate0",
-}
+SENSORS = {"head_pose": "state_groundtruth_estimate0"}
+SENSORS |= {f"{imu}/imu": "imu0" for imu in ("accel_left", "gyro_left", "imu_left")}
+for camera, stream in CAMERAS.items():
+    SENSORS |= {f"{stream}/{topic}": camera for topic in ("image_raw", "camera_info", "metadata")}
 DEEP_PUBLISHERS = ["--ros-args"]
 for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in SENSORS)):
     DEEP_PUBLISHERS += ["-p", f"qos_overrides.{name}.publisher.depth:=1000"]
@@ -38,8 +28,6 @@ for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in SENSORS)):
 pytestmark = pytest.mark.skipif(
     not EXCERPT.is_dir(), reason=f"the recorded excerpt is not at {EXCERPT}"
 )
-
-type Matrix = NDArray[np.float64]
 
 
 @pytest.fixture(scope="module", params=["1", "2", "max"])
@@ -72,17 +60,6 @@ def replayed(
     folder = tmp_path_factory.mktemp("replay")
     config = ROOT / "config" / "demo.yaml"
     return receive(config, headset, folder, receiver_options=receiver)
-
-
-def rows(recording: Path, sensor: str) -> list[list[str]]:
-    with (recording / "mav0" / sensor / "data.csv").open() as file:
-        return list(csv.reader(file))[1:]
-
-
-def sensor_yaml(sensor: str) -> dict[str, Any]:
-    text = (MAV / sensor / "sensor.yaml").read_text()
-    parsed: dict[str, Any] = yaml.safe_load(text.replace("%YAML:1.0", ""))
-    return parsed
 
 
 def nanos(stamp: Any) -> int:
@@ -152,8 +129,10 @@ def test_every_imu_sample_has_the_recorded_values(replayed: Received, recording:
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_calibration_comes_from_the_recording(replayed: Received, camera: str) -> None:
-    calibration = sensor_yaml(camera)
+def test_calibration_comes_from_the_recording(
+    replayed: Received, recording: Path, camera: str
+) -> None:
+    calibration = sensor_yaml(recording, camera)
     fx, fy, cx, cy = calibration["intrinsics"]
     for info in replayed.messages(f"{CAMERAS[camera]}/camera_info"):
         assert info.distortion_model == "plumb_bob"
@@ -162,39 +141,6 @@ def test_calibration_comes_from_the_recording(replayed: Received, camera: str) -
         assert list(info.r) == [1, 0, 0, 0, 1, 0, 0, 0, 1]
         assert list(info.p) == [fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0]
         assert [info.width, info.height] == calibration["resolution"]
-
-
-def pose_matrix(position: Any, w: float, x: float, y: float, z: float) -> Matrix:
-    """By the rotation vector of the quaternion and OpenCV's Rodrigues formula."""
-    axis = np.array([x, y, z])
-    sine = np.linalg.norm(axis)
-    angle = 2 * np.arctan2(sine, w)
-    matrix = np.eye(4)
-    matrix[:3, :3] = cv2.Rodrigues(axis / sine * angle)[0] if sine else np.eye(3)
-    matrix[:3, 3] = position
-    return matrix
-
-
-def ground_truth(recording: Path) -> dict[int, Matrix]:
-    poses = {}
-    for row in rows(recording, "state_groundtruth_estimate0"):
-        values = [float(value) for value in row[1:8]]
-        poses[int(row[0])] = pose_matrix(values[:3], *values[3:])
-    return poses
-
-
-def interpolated(poses: dict[int, Matrix], at: int) -> Matrix:
-    """Linear in position, and in the rotation vector from the one pose to the next."""
-    if at in poses:
-        return poses[at]
-    before, after = next((a, b) for a, b in itertools.pairwise(sorted(poses)) if a < at < b)
-    fraction = (at - before) / (after - before)
-    a, b = poses[before], poses[after]
-    turn = cv2.Rodrigues(a[:3, :3].T @ b[:3, :3])[0]
-    matrix = np.eye(4)
-    matrix[:3, :3] = a[:3, :3] @ cv2.Rodrigues(turn * fraction)[0]
-    matrix[:3, 3] = a[:3, 3] + fraction * (b[:3, 3] - a[:3, 3])
-    return matrix
 
 
 def transforms(replayed: Received) -> dict[tuple[str, int], Matrix]:
@@ -211,7 +157,7 @@ def transforms(replayed: Received) -> dict[tuple[str, int], Matrix]:
 
 def assert_same_pose(found: Matrix, expected: Matrix) -> None:
     assert np.linalg.norm(found[:3, 3] - expected[:3, 3]) < 1e-6
-    assert np.linalg.norm(cv2.Rodrigues(found[:3, :3].T @ expected[:3, :3])[0]) < 1e-6
+    assert angle_between(found, expected) < 1e-6
 
 
 def test_the_head_is_the_ground_truth(replayed: Received, recording: Path, shift_ns: int) -> None:
@@ -229,7 +175,7 @@ def test_cameras_are_where_ground_truth_and_extrinsics_put_them(
     replayed: Received, recording: Path, shift_ns: int, camera: str
 ) -> None:
     found, truth = transforms(replayed), ground_truth(recording)
-    mounting = np.array(sensor_yaml(camera)["T_BS"]["data"]).reshape(4, 4)
+    mounting = np.array(sensor_yaml(recording, camera)["T_BS"]["data"]).reshape(4, 4)
     recorded = [int(row[0]) for row in rows(recording, camera)]
     covered = [at for at in recorded if min(truth) <= at <= max(truth)]
     optical = f"{CAMERAS[camera]}_optical_frame"

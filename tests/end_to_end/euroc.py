@@ -1,0 +1,69 @@
+"""Reads an EuRoC/ASL recording with nothing of the product: what has to arrive."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+type Matrix = NDArray[np.float64]
+
+
+def rows(recording: Path, sensor: str) -> list[list[str]]:
+    """data.csv without its heading; the first column is the time in ns."""
+    with (recording / "mav0" / sensor / "data.csv").open() as file:
+        return list(csv.reader(file))[1:]
+
+
+def sensor_yaml(recording: Path, sensor: str) -> dict[str, Any]:
+    """sensor.yaml, whose first line is no YAML."""
+    text = (recording / "mav0" / sensor / "sensor.yaml").read_text()
+    parsed: dict[str, Any] = yaml.safe_load(text.replace("%YAML:1.0", ""))
+    return parsed
+
+
+def pose_matrix(position: Any, w: float, x: float, y: float, z: float) -> Matrix:
+    """By the rotation vector of the quaternion and OpenCV's Rodrigues formula."""
+    axis = np.array([x, y, z])
+    sine = np.linalg.norm(axis)
+    angle = 2 * np.arctan2(sine, w)
+    matrix = np.eye(4)
+    matrix[:3, :3] = cv2.Rodrigues(axis / sine * angle)[0] if sine else np.eye(3)
+    matrix[:3, 3] = position
+    return matrix
+
+
+def ground_truth(recording: Path) -> dict[int, Matrix]:
+    """The body in the world by recorded time in ns."""
+    poses = {}
+    for row in rows(recording, "state_groundtruth_estimate0"):
+        values = [float(value) for value in row[1:8]]
+        poses[int(row[0])] = pose_matrix(values[:3], *values[3:])
+    return poses
+
+
+def angle_between(one: Matrix, other: Matrix) -> float:
+    """In rad, below a right angle. cv2.Rodrigues takes less than 1e-5 rad for nothing."""
+    turn = one[:3, :3].T @ other[:3, :3]
+    assert np.trace(turn) > 1
+    return float(np.arcsin(np.linalg.norm(turn - turn.T) / np.sqrt(8)))
+
+
+def interpolated(poses: dict[int, Matrix], at: int) -> Matrix:
+    """Linear in position, and in the rotation vector from the one pose to the next."""
+    if at in poses:
+        return poses[at]
+    before, after = next((a, b) for a, b in itertools.pairwise(sorted(poses)) if a < at < b)
+    fraction = (at - before) / (after - before)
+    a, b = poses[before], poses[after]
+    turn = cv2.Rodrigues(a[:3, :3].T @ b[:3, :3])[0]
+    matrix = np.eye(4)
+    matrix[:3, :3] = a[:3, :3] @ cv2.Rodrigues(turn * fraction)[0]
+    matrix[:3, 3] = a[:3, 3] + fraction * (b[:3, 3] - a[:3, 3])
+    return matrix
