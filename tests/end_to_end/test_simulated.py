@@ -14,8 +14,8 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from ml2_receiver.table import load_table
 from processes import PREFIX, ROOT, Received, receive, receive_command
+from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 
 CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
@@ -38,14 +38,9 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> Received:
     return receive(config, ["--duration", "3"], folder)
 
 
-def test_every_stream_of_the_table_arrives(received: Received) -> None:
-    elsewhere = {"mixed_reality", "infra"}  # each excludes a stream that is here
-    expected = {
-        topic.full_name(PREFIX): topic.type
-        for stream in load_table().streams.values()
-        if stream.id not in elsewhere
-        for topic in stream.topics
-    }
+def test_every_sensor_arrives(received: Received) -> None:
+    expected = {f"{PREFIX}/{topic}": type for topic, (type, _) in ALL_OTHERS.items()}
+    expected["/tf"] = "tf2_msgs/msg/TFMessage"
     assert {name: kind for name, (kind, _) in received.topics.items()} == expected
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
@@ -55,16 +50,13 @@ def test_publishers_offer_reliable_and_volatile(received: Received) -> None:
     assert all(qos == {("RELIABLE", "VOLATILE")} for qos in received.qos.values())
 
 
-def test_messages_carry_the_frames_of_the_table(received: Received) -> None:
-    for stream in load_table().streams.values():
-        for topic in stream.topics:
-            if topic.full_name(PREFIX) not in received.topics or stream.id == "tf":
-                continue
-            for message in received.messages(topic.name)[:3]:
-                if topic.role == "metadata":
-                    assert json.loads(message.data)["frame_id"] == stream.frame
-                else:
-                    assert message.header.frame_id == stream.frame, topic.name
+def test_every_message_carries_the_frame_of_its_sensor(received: Received) -> None:
+    for topic, (type, frame) in ALL_OTHERS.items():
+        for message in received.messages(topic):
+            if type == "std_msgs/msg/String":
+                assert json.loads(message.data)["frame_id"] == frame, topic
+            else:
+                assert message.header.frame_id == frame, topic
 
 
 def test_all_topics_of_a_capture_share_one_stamp(received: Received) -> None:
@@ -203,14 +195,13 @@ def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
 
 
 def test_mixed_reality_and_raw_depth_take_their_places(variant: Received) -> None:
-    expected = {"/tf"}
-    for stream, image in (("mixed_reality", "image_raw/compressed"), ("infra", "image_raw")):
-        expected |= {f"{PREFIX}/{stream}/{topic}" for topic in (image, "camera_info", "metadata")}
+    expected = {f"{PREFIX}/{topic}" for topic in (*MIXED_REALITY, *INFRA)} | {"/tf"}
     assert variant.topics.keys() == expected
-    jpeg = variant.messages("mixed_reality/image_raw/compressed")[0]
-    assert jpeg.header.frame_id == "color_optical_frame"
-    infra = variant.messages("infra/image_raw")[0]
-    assert (infra.encoding, infra.header.frame_id) == ("32FC1", "depth_optical_frame")
+    for topic, (type, frame) in (MIXED_REALITY | INFRA).items():
+        assert variant.topics[f"{PREFIX}/{topic}"][0] == type
+        if type != "std_msgs/msg/String":
+            assert {m.header.frame_id for m in variant.messages(topic)} == {frame}
+    assert {m.encoding for m in variant.messages("infra/image_raw")} == {"32FC1"}
     metadata = json.loads(variant.messages("infra/metadata")[0].data)
     assert metadata["illumination"] == "on"
 
