@@ -1,6 +1,7 @@
 package dev.ml2sensors.conformance
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.source.Answer
@@ -68,8 +69,8 @@ class MalformedVectorTest {
     }
 
     /** Runs [check] while a session connects to the host, and ends both; lanes belong to one session at a time. */
-    private fun withSession(check: (ScriptedHost, Deferred<Throwable?>) -> Unit) {
-        ScriptedHost().use { host ->
+    private fun withSession(check: (VectorHost, Deferred<Throwable?>) -> Unit) {
+        VectorHost().use { host ->
             val session = startSession(host)
             try {
                 check(host, session)
@@ -80,7 +81,7 @@ class MalformedVectorTest {
         }
     }
 
-    private fun checkAttempt(host: ScriptedHost, session: Deferred<Throwable?>, vector: Vector, sent: ByteArray) {
+    private fun checkAttempt(host: VectorHost, session: Deferred<Throwable?>, vector: Vector, sent: ByteArray) {
         val lane = vector.text("lane")
         host.reach(vector.text("given"), lane)
         host.answersTime = lane != "time"
@@ -90,7 +91,7 @@ class MalformedVectorTest {
         val code = expect["error"]?.jsonPrimitive?.content
         when {
             code != null -> {
-                val error = host.await(ScriptedHost.ERROR).json
+                val error = host.await(HostFrame.ERROR).json
                 assertEquals(code, error.getValue("code").jsonPrimitive.content, error.toString())
                 host.close() // as a receiver does that is told
                 val failure = assertIs<ProtocolException>(failureOf(session))
@@ -99,7 +100,7 @@ class MalformedVectorTest {
 
             "closed" in expect -> {
                 assertIs<IOException>(failureOf(session))
-                host.await(ScriptedHost.END)
+                host.await(HostFrame.END)
             }
 
             lane == "control" -> checkLife(host)
@@ -108,19 +109,19 @@ class MalformedVectorTest {
         }
     }
 
-    private fun checkLife(host: ScriptedHost) {
-        host.play("control", ScriptedHost.frame(ScriptedHost.PING, byteArrayOf()))
-        host.await(ScriptedHost.PONG)
-        host.await(ScriptedHost.DATA)
+    private fun checkLife(host: VectorHost) {
+        host.play("control", HostFrame.bytes(HostFrame.PING))
+        host.await(HostFrame.PONG)
+        host.await(HostFrame.DATA)
     }
 
     /** What was skipped is behind the device: it judges the next frame. */
-    private fun checkIsRead(host: ScriptedHost, lane: String) {
-        host.play(lane, ScriptedHost.frame(ScriptedHost.PING, byteArrayOf()))
-        assertEquals("unexpected", host.await(ScriptedHost.ERROR).json.getValue("code").jsonPrimitive.content)
+    private fun checkIsRead(host: VectorHost, lane: String) {
+        host.play(lane, HostFrame.bytes(HostFrame.PING))
+        assertEquals("unexpected", host.await(HostFrame.ERROR).json.getValue("code").jsonPrimitive.content)
     }
 
-    private fun startSession(host: ScriptedHost): Deferred<Throwable?> {
+    private fun startSession(host: VectorHost): Deferred<Throwable?> {
         val session = Session(ReceiverAddress("127.0.0.1", host.port), headset.clock, hostClock, streams)
         val capabilities = Hello.Capabilities(streams.capabilities)
         val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())

@@ -1,9 +1,6 @@
 package dev.ml2sensors.conformance
 
-import kotlinx.serialization.json.Json
-import kotlinx.serialization.json.JsonObject
-import kotlinx.serialization.json.jsonObject
-import kotlinx.serialization.json.jsonPrimitive
+import dev.ml2sensors.session.HostFrame
 import java.io.Closeable
 import java.io.DataInputStream
 import java.io.IOException
@@ -19,15 +16,11 @@ import kotlin.concurrent.thread
 import kotlin.test.assertFalse
 import kotlin.test.assertNotNull
 
-/** A receiver played by hand on loopback, with its own idea of the header; one thread reads each connection. Serves one session. */
-internal class ScriptedHost : Closeable {
-    class Received(val lane: String, val kind: Int, val body: ByteArray) {
-        val json: JsonObject get() = Json.parseToJsonElement(body.decodeToString()).jsonObject
-    }
-
+/** Plays vectors as a receiver on loopback, for one session; one thread reads each connection. */
+internal class VectorHost : Closeable {
     private val server = ServerSocket(0, BACKLOG, InetAddress.getLoopbackAddress())
     private val lanes = ConcurrentHashMap<String, Socket>()
-    private val received = LinkedBlockingQueue<Received>()
+    private val received = LinkedBlockingQueue<HostFrame>()
 
     val port: Int get() = server.localPort
 
@@ -47,10 +40,10 @@ internal class ScriptedHost : Closeable {
         play("control", Vector.load("wire", "Configure").bytes)
         if (accept("world_left", given, lane)) return
         play("world_left", joined("world_left"))
-        await(CONFIGURED)
+        await(HostFrame.CONFIGURED)
         if (given == "configured") return
         play("control", Vector.load("wire", "Start").bytes)
-        await(DATA)
+        await(HostFrame.DATA)
     }
 
     private fun accept(name: String, given: String, lane: String): Boolean {
@@ -58,7 +51,7 @@ internal class ScriptedHost : Closeable {
         val socket = server.accept()
         lanes[name] = socket
         val input = DataInputStream(socket.getInputStream())
-        readFrame(name, input)
+        HostFrame.read(name, input)
         thread(isDaemon = true) { read(name, input) }
         return given == "connected" && name == lane
     }
@@ -71,14 +64,14 @@ internal class ScriptedHost : Closeable {
         lanes.getValue(lane).shutdownOutput()
     }
 
-    /** The next frame of [kind] on any lane; or, for [END], the end of control. */
-    fun await(kind: Int): Received {
+    /** The next frame of [kind] on any lane; or, for [HostFrame.END], the end of control. */
+    fun await(kind: Int): HostFrame {
         val end = System.nanoTime() + LIMIT_MILLIS * NANOS_PER_MILLI
         while (true) {
             val next = received.poll(end - System.nanoTime(), TimeUnit.NANOSECONDS)
             assertNotNull(next, "kind $kind did not come within $LIMIT_MILLIS ms")
-            val isOver = next.kind == END && next.lane == "control"
-            if (if (kind == END) isOver else next.kind == kind) return next
+            val isOver = next.kind == HostFrame.END && next.lane == "control"
+            if (if (kind == HostFrame.END) isOver else next.kind == kind) return next
             assertFalse(isOver, "control ended before kind $kind came")
         }
     }
@@ -91,63 +84,28 @@ internal class ScriptedHost : Closeable {
     private fun read(lane: String, input: DataInputStream) {
         try {
             while (true) {
-                val frame = readFrame(lane, input)
-                if (frame.kind == TIME_REQUEST &&
-                    answersTime
-                ) {
-                    play(lane, timeReply(frame.body))
-                } else {
-                    received.put(frame)
-                }
+                val frame = HostFrame.read(lane, input) ?: break
+                val isAnswered = frame.kind == HostFrame.TIME_REQUEST && answersTime
+                if (isAnswered) play(lane, timeReply(frame.body)) else received.put(frame)
             }
+            received.put(HostFrame(lane, HostFrame.END))
         } catch (_: IOException) {
-            received.put(Received(lane, END, byteArrayOf()))
+            received.put(HostFrame(lane, HostFrame.END))
         }
     }
 
     companion object {
-        const val CONFIGURED = 6
-        const val DATA = 16
-        const val TIME_REQUEST = 32
-        const val TIME_REPLY = 33
-        const val PING = 49
-        const val PONG = 50
-        const val ERROR = 51
-
-        /** In place of a kind: the connection has ended. */
-        const val END = -1
         private const val LIMIT_MILLIS = 8_000
         private const val BACKLOG = 16
-        private const val HEADER_BYTES = 32
         private const val TIMES_BYTES = 24
         private const val NANOS_PER_MILLI = 1_000_000L
-
-        fun frame(kind: Int, body: ByteArray): ByteArray = ByteBuffer
-            .allocate(HEADER_BYTES + body.size)
-            .order(ByteOrder.LITTLE_ENDIAN)
-            .putShort(0x324D)
-            .put(1)
-            .put(kind.toByte())
-            .putLong(0) // flags, channel, sequence
-            .putInt(body.size)
-            .putLong(0) // capture
-            .putLong(0) // send
-            .put(body)
-            .array()
 
         private fun timeReply(t1: ByteArray): ByteArray {
             val now = System.currentTimeMillis() * NANOS_PER_MILLI
             val times = ByteBuffer.allocate(TIMES_BYTES).order(ByteOrder.LITTLE_ENDIAN)
-            return frame(TIME_REPLY, times.put(t1).putLong(now).putLong(now).array())
+            return HostFrame.bytes(HostFrame.TIME_REPLY, times.put(t1).putLong(now).putLong(now).array())
         }
 
-        private fun joined(lane: String) = frame(kind = 4, """{"lane": "$lane"}""".toByteArray())
-
-        private fun readFrame(lane: String, input: DataInputStream): Received {
-            val header = ByteArray(HEADER_BYTES).also(input::readFully)
-            val fields = ByteBuffer.wrap(header).order(ByteOrder.LITTLE_ENDIAN)
-            val body = ByteArray(fields.getInt(12)).also(input::readFully)
-            return Received(lane, fields.get(3).toInt(), body)
-        }
+        private fun joined(lane: String) = HostFrame.bytes(HostFrame.JOINED, """{"lane": "$lane"}""".toByteArray())
     }
 }
