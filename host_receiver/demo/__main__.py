@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -46,10 +47,11 @@ def main() -> int:
         address = _address(receiver)
         observer = stack.enter_context(_process("observer", _observer_command(prefix)))
         simulate = [HEADSET, *_headset_options(arguments, address)]
-        stack.enter_context(_process("headset", simulate, is_read=False))
+        headset = stack.enter_context(_process("headset", simulate, is_read=False))
+        threading.Thread(target=_end_after_failure, args=[headset, observer], daemon=True).start()
         final = _watch(console, observer, prefix, "replay" if arguments.replay else "simulated")
     if final is None:
-        console.print(f"the observer ended early; its words are in {OUTPUT}/*.log", style="red")
+        console.print(f"a process ended early; their words are in {OUTPUT}/*.log", style="red")
         return 1
     report = build_report(final, "replay" if arguments.replay else "simulated")
     (OUTPUT / "report.json").write_text(json.dumps(report, indent=2) + "\n")
@@ -103,6 +105,12 @@ def _process(
             yield child
         finally:
             _end(child)
+
+
+def _end_after_failure(headset: subprocess.Popen[str], observer: subprocess.Popen[str]) -> None:
+    """There is nothing to observe when the headset cannot go on."""
+    if headset.wait() != 0:
+        observer.terminate()
 
 
 def _end(child: subprocess.Popen[str]) -> None:

@@ -27,6 +27,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.utilities import try_shutdown
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -118,7 +119,7 @@ class Observer(Node):
         self._start.call_async(Trigger.Request())
 
     def _configure(self, message: String) -> None:
-        if self._taker is not None:
+        if self.is_configured.is_set():
             return
         applied = json.loads(message.data)
         self.streams = applied["streams"]
@@ -127,7 +128,8 @@ class Observer(Node):
             for stream, answer in self.streams.items()
             for topic in answer["topics"]
         ]
-        self._taker = RawTaker(self._raw_node, wanted)
+        if wanted:
+            self._taker = RawTaker(self._raw_node, wanted)
         self.is_configured.set()
 
     def _subscription(self, stream: str, topic: dict[str, str]) -> RawSubscription:
@@ -205,7 +207,7 @@ def spun_observer(
         executor.shutdown()
         spinner.join()
         observer.destroy_node()
-        rclpy.shutdown()
+        try_shutdown()
 
 
 def _end_process(failure: threading.ExceptHookArgs) -> None:
@@ -217,8 +219,13 @@ def _end_process(failure: threading.ExceptHookArgs) -> None:
 
 
 def observe(observer: Observer, on_snapshot: Callable[[], None] = lambda: None) -> None:
-    """Runs from the first configuration to the last message; `on_snapshot` follows each print."""
+    """Runs from the first configuration to the last message, if one is to come.
+
+    `on_snapshot` follows each print.
+    """
     observer.is_configured.wait()
+    if not observer.topics:
+        return
     while not observer.is_matched():
         time.sleep(0.05)
     observer.start_headset()

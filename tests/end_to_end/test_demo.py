@@ -14,10 +14,12 @@ from processes import PREFIX, ROOT, isolated_environment
 DEMO = ROOT / "build" / "demo"
 
 
-def run_demo(config: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, ROOT / "host_receiver" / "demo", "--duration", "2"]
+def run_demo(folder: Path, sections: str, *options: str | Path) -> subprocess.CompletedProcess[str]:
+    config = folder / "config.yaml"
+    config.write_text(f"/ml2_receiver:\n  ros__parameters: {{{sections}}}\n")
+    command = [sys.executable, ROOT / "host_receiver" / "demo", "--config", config, *options]
     return subprocess.run(
-        [*map(str, command), "--config", str(config)],
+        [str(word) for word in command],
         check=False,
         capture_output=True,
         text=True,
@@ -26,12 +28,8 @@ def run_demo(config: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
-    config = tmp_path / "config.yaml"
-    config.write_text(
-        "/ml2_receiver:\n  ros__parameters:\n"
-        "    world_left: {enabled: true}\n    other_sensors: {enabled: true}\n"
-    )
-    demo = run_demo(config)
+    sections = "world_left: {enabled: true}, other_sensors: {enabled: true}"
+    demo = run_demo(tmp_path, sections, "--duration", "2")
     assert demo.returncode == 0, demo.stdout + demo.stderr
     report = json.loads((DEMO / "report.json").read_text())
     assert report["source"] == "simulated"
@@ -47,9 +45,19 @@ def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
     assert cv2.imread(str(DEMO / "streams.png")) is not None
 
 
-def test_a_demo_without_streams_fails(tmp_path: Path) -> None:
-    config = tmp_path / "config.yaml"
-    config.write_text("/ml2_receiver:\n  ros__parameters:\n    world_left: {enabled: maybe}\n")
-    demo = run_demo(config)
+def test_a_wrong_configuration_ends_the_demo(tmp_path: Path) -> None:
+    demo = run_demo(tmp_path, "world_left: {enabled: maybe}")
     assert demo.returncode == 2
     assert "world_left.enabled" in demo.stdout + demo.stderr
+
+
+def test_a_demo_without_streams_fails(tmp_path: Path) -> None:
+    demo = run_demo(tmp_path, "world_left: {enabled: false}")
+    assert demo.returncode == 1
+    assert "no stream was accepted" in demo.stdout
+
+
+def test_a_demo_without_its_recording_fails(tmp_path: Path) -> None:
+    demo = run_demo(tmp_path, "world_left: {enabled: true}", "--replay", tmp_path)
+    assert demo.returncode == 1
+    assert "ended early" in demo.stdout

@@ -18,6 +18,8 @@ from processes import PREFIX, ROOT, Received, receive, receive_command
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 
 CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
+THESIS_CONFIG = ROOT.parent / "shared" / "data" / "thesis_config.yaml"
+OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 
 
@@ -206,10 +208,20 @@ def test_mixed_reality_and_raw_depth_take_their_places(variant: Received) -> Non
     assert metadata["illumination"] == "on"
 
 
+def published(received: Received) -> set[str]:
+    """Below the prefix; the subscriber's list is the receiver's word, the graph would show more."""
+    return {name for name in received.graph if name.startswith(f"{PREFIX}/")}
+
+
 def test_only_what_is_enabled_has_topics(variant: Received) -> None:
-    # the subscriber's list is the receiver's word; the graph would show more
-    published = {name for name in variant.graph if name.startswith(f"{PREFIX}/")}
-    assert published == (variant.topics.keys() - {"/tf"}) | {f"{PREFIX}/config", f"{PREFIX}/log"}
+    assert published(variant) == variant.topics.keys() - {"/tf"} | OWN_TOPICS
+
+
+@pytest.mark.skipif(not THESIS_CONFIG.is_file(), reason=f"{THESIS_CONFIG} is not here")
+def test_the_configuration_of_the_thesis_loads_and_runs_nothing(tmp_path: Path) -> None:
+    received = receive(THESIS_CONFIG, [], tmp_path)
+    assert received.snapshot["streams"] == {}
+    assert published(received) <= OWN_TOPICS
 
 
 def test_a_wrong_configuration_starts_nothing(tmp_path: Path) -> None:
