@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import pickle
-import random
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +18,7 @@ from rclpy.serialization import deserialize_message
 from message_types import message_class
 from ml2_receiver.table import load_table
 from proxy import Proxy
+from ros_domain import reserve_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
@@ -60,10 +60,9 @@ class Received:
 
 
 def isolated_environment() -> dict[str, str]:
-    """Variables for one test's processes: a domain that hardly anyone else has."""
-    domain = str(random.SystemRandom().randint(1, 100))
+    """Variables for one test's processes: a domain of their own on this machine."""
     return os.environ | {
-        "ROS_DOMAIN_ID": domain,
+        "ROS_DOMAIN_ID": str(reserve_domain()),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     }
 
