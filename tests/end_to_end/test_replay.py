@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
+from capture_stamps import nanos, stamp_ns
 from euroc import Matrix, angle_between, ground_truth, interpolated, pose_matrix, rows, sensor_yaml
 from processes import EXCERPT, PREFIX, ROOT, Received, headset_command, receive
 
@@ -62,24 +61,12 @@ def replayed(
     return receive(config, headset, folder, receiver_options=receiver)
 
 
-def nanos(stamp: Any) -> int:
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-
-def stamps(messages: list[Any]) -> list[int]:
-    """Of messages with a header, or of metadata."""
-    return [
-        nanos(message.header.stamp)
-        if hasattr(message, "header")
-        else nanos(SimpleNamespace(**json.loads(message.data)["stamp"]))
-        for message in messages
-    ]
-
-
 @pytest.fixture(scope="module")
 def shift_ns(replayed: Received, recording: Path) -> int:
     """ROS time less recorded time, of the first image."""
-    return stamps(replayed.messages("world_left/image_raw"))[0] - int(rows(recording, "cam0")[0][0])
+    return stamp_ns(replayed.messages("world_left/image_raw")[0]) - int(
+        rows(recording, "cam0")[0][0]
+    )
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -103,8 +90,8 @@ def test_stamps_are_the_recorded_ones_plus_one_constant(
     replayed: Received, recording: Path, shift_ns: int, topic: str
 ) -> None:
     recorded = [int(row[0]) for row in rows(recording, SENSORS[topic])]
-    found = stamps(replayed.messages(topic))
-    assert {stamp - at for stamp, at in zip(found, recorded, strict=True)} == {shift_ns}
+    pairs = zip(replayed.messages(topic), recorded, strict=True)
+    assert {stamp_ns(message) - at for message, at in pairs} == {shift_ns}
 
 
 def test_every_imu_sample_has_the_recorded_values(replayed: Received, recording: Path) -> None:

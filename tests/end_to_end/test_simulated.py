@@ -4,40 +4,22 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-import yaml
 from numpy.typing import NDArray
 
+from capture_stamps import stamp_ns
 from processes import PREFIX, ROOT, Received, receive, receive_command
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
+from simulation import CAMERAS, demo_config, image_topic
 
-CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
 THESIS_CONFIG = ROOT.parent / "shared" / "data" / "thesis_config.yaml"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
-
-
-def demo_config(**changes: dict[str, Any]) -> str:
-    """config/demo.yaml with values of some sections changed."""
-    tree = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
-    (node,) = tree.values()
-    for section, values in changes.items():
-        node["ros__parameters"][section] |= values
-    return yaml.safe_dump(tree)
-
-
-@pytest.fixture(scope="module")
-def received(tmp_path_factory: pytest.TempPathFactory) -> Received:
-    folder = tmp_path_factory.mktemp("simulated")
-    config = folder / "everything.yaml"
-    config.write_text(demo_config(depth_center={"confidence": True, "flags": True}))
-    return receive(config, ["--duration", "3"], folder)
 
 
 def test_every_sensor_arrives(received: Received) -> None:
@@ -63,14 +45,13 @@ def test_every_message_carries_the_frame_of_its_sensor(received: Received) -> No
 
 def test_all_topics_of_a_capture_share_one_stamp(received: Received) -> None:
     for camera in (*CAMERAS, *EYES):
-        images = nanos(received, image_topic(camera))
+        images = stamps_ns(received, image_topic(camera))
         assert len(set(images)) == len(images)
-        metadata = [json.loads(m.data)["stamp"] for m in received.messages(f"{camera}/metadata")]
-        assert_same_captures([s["sec"] * 10**9 + s["nanosec"] for s in metadata], images)
+        assert_same_captures(stamps_ns(received, f"{camera}/metadata"), images)
         if camera in CAMERAS:
-            assert_same_captures(nanos(received, f"{camera}/camera_info"), images)
+            assert_same_captures(stamps_ns(received, f"{camera}/camera_info"), images)
     for topic in ("depth/confidence", "depth/flags"):
-        assert_same_captures(nanos(received, topic), nanos(received, "depth/image_raw"))
+        assert_same_captures(stamps_ns(received, topic), stamps_ns(received, "depth/image_raw"))
 
 
 def assert_same_captures(some: list[int], others: list[int]) -> None:
@@ -80,16 +61,8 @@ def assert_same_captures(some: list[int], others: list[int]) -> None:
     assert ((distances == 0) | (distances > 16e6)).all()
 
 
-def image_topic(camera: str) -> str:
-    return f"{camera}/image_raw/compressed" if camera == "color" else f"{camera}/image_raw"
-
-
-def nanos(received: Received, topic: str) -> list[int]:
-    return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in received.messages(topic)]
-
-
-def stamps(received: Received, topic: str) -> list[tuple[int, int]]:
-    return [(m.header.stamp.sec, m.header.stamp.nanosec) for m in received.messages(topic)]
+def stamps_ns(received: Received, topic: str) -> list[int]:
+    return [stamp_ns(message) for message in received.messages(topic)]
 
 
 @pytest.mark.parametrize(
@@ -110,7 +83,7 @@ def test_raw_images_carry_their_frame_number(
         assert (image.encoding, (image.height, image.width)) == (encoding, shape)
         pixels: NDArray[Any] = np.frombuffer(bytes(image.data), dtype).reshape(shape)
         number = int("".join("1" if pixel else "0" for pixel in pixels[0, :32] > 0), 2)
-        assert number == numbers.get((image.header.stamp.sec, image.header.stamp.nanosec), number)
+        assert number == numbers.get(stamp_ns(image), number)
 
 
 def test_jpegs_carry_their_frame_number(received: Received) -> None:
@@ -121,26 +94,24 @@ def test_jpegs_carry_their_frame_number(received: Received) -> None:
         at = data.index(b"\xff\xfe") + 4
         assert data[at : at + 6] == b"frame="
         number = int(data[at + 6 : at + 16])
-        assert number == numbers.get((image.header.stamp.sec, image.header.stamp.nanosec), number)
+        assert number == numbers.get(stamp_ns(image), number)
     picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None
     assert picture.shape == (1080, 1920, 3)
 
 
-def frame_numbers(received: Received, camera: str) -> dict[tuple[int, int], int]:
-    """The metadata's frame numbers by stamp."""
-    all_metadata = [json.loads(m.data) for m in received.messages(f"{camera}/metadata")]
-    assert all_metadata
-    return {(m["stamp"]["sec"], m["stamp"]["nanosec"]): m["frame_number"] for m in all_metadata}
+def frame_numbers(received: Received, camera: str) -> dict[int, int]:
+    """The metadata's frame numbers by stamp in ns."""
+    metadata = received.messages(f"{camera}/metadata")
+    assert metadata
+    return {stamp_ns(it): json.loads(it.data)["frame_number"] for it in metadata}
 
 
 def test_invalid_depth_is_nan_and_flagged(received: Received) -> None:
-    flags = {
-        (m.header.stamp.sec, m.header.stamp.nanosec): m for m in received.messages("depth/flags")
-    }
+    flags = {stamp_ns(message): message for message in received.messages("depth/flags")}
     compared = 0
     for image in received.messages("depth/image_raw"):
-        flag = flags.get((image.header.stamp.sec, image.header.stamp.nanosec))
+        flag = flags.get(stamp_ns(image))
         if flag is None:
             continue
         depth = np.frombuffer(bytes(image.data), np.float32).reshape(480, 544)[1:]
@@ -149,29 +120,6 @@ def test_invalid_depth_is_nan_and_flagged(received: Received) -> None:
         assert (np.isnan(depth) == (bits != 0)).all()
         compared += 1
     assert compared > 10
-
-
-def test_the_tree_is_flat_and_says_nothing_twice(received: Received) -> None:
-    said: Counter[tuple[str, int, int]] = Counter()
-    parents = set()
-    for message in received.messages("/tf"):
-        for transform in message.transforms:
-            stamp = transform.header.stamp
-            said[transform.child_frame_id, stamp.sec, stamp.nanosec] += 1
-            parents.add(transform.header.frame_id)
-    assert parents == {"magicleap_world"}
-    assert max(said.values()) == 1
-    children = {child for child, _, _ in said}
-    assert children == {
-        "head_frame",
-        *(f"{camera}{suffix}" for camera in CAMERAS for suffix in ("_frame", "_optical_frame")),
-    }
-    for camera in CAMERAS:
-        image = image_topic(camera)
-        transforms = {(s, n) for child, s, n in said if child == f"{camera}_optical_frame"}
-        missing = [stamp for stamp in stamps(received, image) if stamp not in transforms]
-        assert len(missing) <= len(transforms) / 10, camera
-        assert len(transforms) > 1.5 * len(stamps(received, image)), "60 Hz beside the images"
 
 
 def test_the_books_balance(received: Received) -> None:
@@ -239,7 +187,7 @@ def test_a_wrong_configuration_starts_nothing(tmp_path: Path) -> None:
 
 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:
-    steps = np.diff(nanos(received, "gyro_left/imu"))
+    steps = np.diff(stamps_ns(received, "gyro_left/imu"))
     periods = np.round(steps / 5e6)  # above 1 where a busy machine dropped some
     slewed = periods * 5e6 * 500e-6 + 1
     assert (np.abs(steps - periods * 5e6) <= slewed).all()

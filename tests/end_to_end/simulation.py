@@ -1,0 +1,24 @@
+"""What the tests of simulated sensors share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from processes import ROOT
+
+CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
+
+
+def demo_config(**changes: dict[str, Any]) -> str:
+    """config/demo.yaml with values of some sections changed."""
+    tree = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
+    (node,) = tree.values()
+    for section, values in changes.items():
+        node["ros__parameters"][section] |= values
+    return yaml.safe_dump(tree)
+
+
+def image_topic(camera: str) -> str:
+    return f"{camera}/image_raw/compressed" if camera == "color" else f"{camera}/image_raw"

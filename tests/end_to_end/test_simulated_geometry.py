@@ -1,0 +1,90 @@
+"""Calibration and transforms of the simulated headset, as ROS programs need them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+
+from capture_stamps import nanos, stamp_ns
+from euroc import Matrix, angle_between, pose_matrix
+from processes import Received
+from simulation import CAMERAS, image_topic
+
+# REP 103: x forward, y left, z up, in the optical frame's x right, y down, z forward.
+BODY_IN_OPTICAL = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
+SUFFIXES = ("_frame", "_optical_frame")
+
+
+@pytest.mark.parametrize(
+    ("camera", "size", "model", "coefficients"),
+    [
+        ("world_center", (1016, 1016), "equidistant", 4),
+        ("world_left", (1016, 1016), "equidistant", 4),
+        ("world_right", (1016, 1016), "equidistant", 4),
+        ("color", (1920, 1080), "plumb_bob", 5),
+        ("depth", (544, 480), "plumb_bob", 5),
+    ],
+)
+def test_camera_info_is_a_model_that_ros_knows(
+    received: Received, camera: str, size: tuple[int, int], model: str, coefficients: int
+) -> None:
+    for info in received.messages(f"{camera}/camera_info"):
+        fx, _, cx, _, fy, cy, *_ = info.k
+        assert (info.width, info.height) == size
+        assert (info.distortion_model, len(info.d)) == (model, coefficients)
+        assert 0 < cx < info.width
+        assert 0 < cy < info.height
+        assert list(info.k) == [fx, 0, cx, 0, fy, cy, 0, 0, 1]
+        assert list(info.r) == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+        assert list(info.p) == [fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0]
+        assert (info.binning_x, info.binning_y, info.roi.width, info.roi.height) == (0, 0, 0, 0)
+
+
+@pytest.fixture(scope="module")
+def tree(received: Received) -> list[Any]:
+    """Every transform that was sent."""
+    return [it for message in received.messages("/tf") for it in message.transforms]
+
+
+def test_the_tree_is_flat_and_says_nothing_twice(tree: list[Any]) -> None:
+    assert {it.header.frame_id for it in tree} == {"magicleap_world"}
+    said = Counter((it.child_frame_id, nanos(it.header.stamp)) for it in tree)
+    assert max(said.values()) == 1
+    children = {f"{camera}{suffix}" for camera in CAMERAS for suffix in SUFFIXES}
+    assert {it.child_frame_id for it in tree} == children | {"head_frame"}
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_every_image_has_a_transform_and_more_are_beside_it(
+    received: Received, tree: list[Any], camera: str
+) -> None:
+    images = {stamp_ns(image) for image in received.messages(image_topic(camera))}
+    transforms = set(poses(tree, f"{camera}_optical_frame"))
+    assert len(images - transforms) <= len(images) / 10
+    assert len(transforms) > 1.5 * len(images), "60 Hz beside the images"
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_body_and_optical_frames_are_one_place_in_two_conventions(
+    tree: list[Any], camera: str
+) -> None:
+    optical, body = poses(tree, f"{camera}_optical_frame"), poses(tree, f"{camera}_frame")
+    assert optical.keys() == body.keys()
+    for stamp, pose in optical.items():
+        expected = pose @ BODY_IN_OPTICAL
+        assert np.linalg.norm(body[stamp][:3, 3] - expected[:3, 3]) < 1e-9
+        assert angle_between(body[stamp], expected) < 1e-9
+
+
+def poses(tree: list[Any], child: str) -> dict[int, Matrix]:
+    """A frame in the world, by stamp in ns."""
+    found = {}
+    for it in tree:
+        if it.child_frame_id == child:
+            t, r = it.transform.translation, it.transform.rotation
+            pose = pose_matrix([t.x, t.y, t.z], r.w, r.x, r.y, r.z)
+            found[nanos(it.header.stamp)] = pose
+    return found
