@@ -110,7 +110,7 @@ def _process(
 def _end_after_failure(headset: subprocess.Popen[str], observer: subprocess.Popen[str]) -> None:
     """There is nothing to observe when the headset cannot go on."""
     if headset.wait() != 0:
-        observer.terminate()
+        observer.kill()
 
 
 def _end(child: subprocess.Popen[str]) -> None:
