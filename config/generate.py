@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "host_receiver"))
 
+from c_table import c_table  # noqa: E402
 from configuration_page import configuration_page  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
 from ml2_receiver.table import load_table  # noqa: E402
@@ -35,6 +36,7 @@ public object Version {{
 def outputs() -> Iterator[tuple[Path, str]]:
     table = load_table()
     yield KOTLIN / "table/generated/StreamTable.kt", kotlin_table(table)
+    yield ROOT / "native/generated/ml2s_streams.h", c_table(table)
     yield ROOT / "docs/configuration.md", configuration_page(table)
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")

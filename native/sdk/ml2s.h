@@ -1,0 +1,256 @@
+/**
+ * The C interface of libml2sensors.so: the headset's pixel sensors and tracked poses.
+ *
+ * Kotlin reaches it through JNI, C# through P/Invoke, both the same functions. Everything is in nanoseconds, metres,
+ * bytes and pixels. Poses have the device's own axes: x right, y up, z backward (RUB), for the world as for the thing;
+ * rotations are x, y, z, w.
+ *
+ * **Memory.** The library allocates nothing. Frames are copied once, from the vendor's memory into a *slot*: memory
+ * that the caller provides per stream with ml2s_provide and keeps until it takes it back. A slot is written by one
+ * writer (ml2s_poll, or a caller between ml2s_take and ml2s_publish) and then leased to readers, each of which gives
+ * it back with one ml2s_release. When every slot of a stream is leased, its next frame is lost and said to be lost:
+ * a slow reader never stalls a camera.
+ *
+ * **Threads.** A handle belongs to the thread that opened it: every call with a handle must come from there, others
+ * get ML2S_WRONG_THREAD. ml2s_poll may block for its timeout. Slot functions may be called from any thread and never
+ * block.
+ *
+ * **Versions.** Every structure begins with struct_size, which the caller sets to sizeof. A size smaller than this
+ * header's first version is ML2S_INVALID_ARGUMENT; fields are only ever appended.
+ */
+#pragma once
+
+#include <stdint.h>
+
+#include "../generated/ml2s_streams.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define ML2S_API __attribute__((visibility("default")))
+#define ML2S_ABI_VERSION 1u
+#define ML2S_MAX_SLOTS 8u
+#define ML2S_NO_SLOT UINT32_MAX
+#define ML2S_STREAM_BIT(stream) (UINT64_C(1) << (stream))
+
+/** One opened sensor. 0 is never valid; a closed handle stays invalid for ever. */
+typedef uint64_t ml2s_handle;
+
+typedef enum ml2s_result {
+    ML2S_OK = 0,
+    /** Nothing new within the timeout: expected, not an error. */
+    ML2S_TIMEOUT = 1,
+    ML2S_INVALID_ARGUMENT = 2,
+    ML2S_WRONG_THREAD = 3,
+    /** The handle was closed or never opened. */
+    ML2S_CLOSED = 4,
+    /** A library or symbol is missing, or the device has no such sensor; the message names it. */
+    ML2S_NOT_AVAILABLE = 5,
+    ML2S_PERMISSION_DENIED = 6,
+    /** All slots of the stream are leased, or none were provided. */
+    ML2S_ALL_SLOTS_LEASED = 7,
+    /** All handles are in use, or slots to be taken back are still leased. */
+    ML2S_BUSY = 8,
+    /** The vendor's call failed; vendor_code and the message say how. */
+    ML2S_VENDOR_FAILURE = 9,
+    /** No pose at that time: outside the vendor's history, or not tracked. */
+    ML2S_NO_POSE = 10,
+} ml2s_result;
+
+/** What went wrong, for people: set whenever a call with one returns neither ML2S_OK nor ML2S_TIMEOUT. */
+typedef struct ml2s_error {
+    uint32_t struct_size;
+    int32_t vendor_code; /**< MLResult or XrResult; 0 when the vendor was not reached. */
+    char message[248];   /**< Zero-terminated ASCII, such as "not available: libperception.magicleap.so/MLEyeCameraConnect". */
+} ml2s_error;
+
+typedef enum ml2s_backend {
+    ML2S_BACKEND_SDK = 0,
+    ML2S_BACKEND_OPENXR = 1,
+} ml2s_backend;
+
+/** What one handle drives. A sensor can be open once per backend. */
+typedef enum ml2s_sensor {
+    ML2S_SENSOR_DEPTH = 1,  /**< ML2S_STREAM_DEPTH or ML2S_STREAM_INFRA, one at a time. */
+    ML2S_SENSOR_WORLD = 2,  /**< Any of ML2S_STREAM_WORLD_*. */
+    ML2S_SENSOR_EYE = 3,    /**< Any of ML2S_STREAM_EYE_*. */
+    ML2S_SENSOR_HEAD = 4,   /**< ML2S_STREAM_HEAD_POSE, by ml2s_poll_poses. */
+    ML2S_SENSOR_COLOR = 5,  /**< SDK: only ml2s_color_pose. OpenXR: ML2S_STREAM_COLOR or ML2S_STREAM_MIXED_REALITY. */
+    ML2S_SENSOR_GAZE = 6,   /**< OpenXR only: ML2S_STREAM_GAZE, by ml2s_poll_poses. */
+    ML2S_SENSOR_HANDS = 7,  /**< OpenXR only: ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
+} ml2s_sensor;
+
+enum {
+    ML2S_WANT_CONFIDENCE = 1u << 0, /**< Depth: fill the confidence plane. */
+    ML2S_WANT_FLAGS = 1u << 1,      /**< Depth: fill the flags plane, with the bits of the backend that is used. */
+    ML2S_WANT_RADIAL = 1u << 2,     /**< Depth: distance from the camera instead of z along its optical axis. */
+};
+
+typedef struct ml2s_settings {
+    uint32_t struct_size;
+    uint32_t sensor;         /**< ml2s_sensor */
+    uint32_t backend;        /**< ml2s_backend */
+    uint32_t wants;          /**< ML2S_WANT_* */
+    uint64_t streams;        /**< ML2S_STREAM_BITs to deliver; at least one. */
+    uint64_t second_streams; /**< Those of them that run as stream 1: low exposure, short range. */
+    uint32_t rate_hz;        /**< Depth and OpenXR; others run as the device does. */
+    uint32_t width;          /**< OpenXR; others have one size. */
+    uint32_t height;
+    uint32_t reserved;
+} ml2s_settings;
+
+enum {
+    ML2S_HAS_POSE = 1u << 0,
+    ML2S_HAS_INTRINSICS = 1u << 1,
+    ML2S_HAS_EXPOSURE = 1u << 2,
+    ML2S_HAS_ANALOG_GAIN = 1u << 3,
+    ML2S_HAS_DIGITAL_GAIN = 1u << 4,
+    ML2S_HAS_ILLUMINATION = 1u << 5,
+};
+
+typedef enum ml2s_lens {
+    ML2S_LENS_PLUMB_BOB = 0,          /**< distortion: k1 k2 p1 p2 k3 */
+    ML2S_LENS_FISHEYE_TANGENTIAL = 1, /**< distortion: k1 k2 k3 k4 p1 p2; equidistant, then tangential. */
+} ml2s_lens;
+
+typedef enum ml2s_plane_role {
+    ML2S_PLANE_IMAGE = 0,
+    ML2S_PLANE_CONFIDENCE = 1,
+    ML2S_PLANE_FLAGS = 2,
+    ML2S_PLANE_COUNT = 3,
+} ml2s_plane_role;
+
+/** Part of a slot; size_bytes is 0 when absent. */
+typedef struct ml2s_plane {
+    uint32_t offset_bytes; /**< From the frame's data. */
+    uint32_t size_bytes;
+    uint32_t stride_bytes; /**< 0 for JPEG. */
+    uint32_t reserved;
+} ml2s_plane;
+
+/** One capture. Valid while the slot is leased. */
+typedef struct ml2s_frame {
+    uint32_t struct_size;
+    uint32_t stream;       /**< ml2s_stream */
+    uint32_t slot;         /**< ML2S_NO_SLOT when the frame was lost for want of one; then it has no planes. */
+    uint32_t has;          /**< ML2S_HAS_* */
+    int64_t frame_number;  /**< The device's own; gaps are frames that the device dropped. */
+    int64_t capture_nanos; /**< CLOCK_BOOTTIME */
+    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
+    uint8_t *data;         /**< The slot's memory. */
+    ml2s_plane planes[ML2S_PLANE_COUNT];
+    uint32_t width;
+    uint32_t height;
+    float rotation[4]; /**< Of the camera in the world. */
+    float position[3];
+    uint32_t lens; /**< ml2s_lens */
+    double focal_length[2];
+    double principal_point[2];
+    double distortion[6];
+    int64_t exposure_nanos;
+    uint32_t analog_gain;
+    uint32_t digital_gain;
+    uint32_t illumination; /**< 1 when the depth camera's light was on. */
+    uint32_t reserved;
+} ml2s_frame;
+
+enum {
+    ML2S_TRACKING_LOST = 1u << 0,
+    ML2S_TRACKING_RECOVERED = 1u << 1,
+    ML2S_TRACKING_RECOVERY_FAILED = 1u << 2,
+    ML2S_TRACKING_NEW_SESSION = 1u << 3,
+};
+
+typedef struct ml2s_pose {
+    uint32_t struct_size;
+    uint32_t stream;       /**< ml2s_stream */
+    int64_t capture_nanos; /**< CLOCK_BOOTTIME of the instant that the pose is for. */
+    int64_t device_nanos;
+    float rotation[4];
+    float position[3];
+    uint32_t is_tracked; /**< 0: rotation and position mean nothing. */
+    uint32_t events;     /**< ML2S_TRACKING_* since the last poll. */
+    uint32_t reserved;
+} ml2s_pose;
+
+/** Memory of one slot, aligned to 64. */
+typedef struct ml2s_memory {
+    uint8_t *data;
+    uint64_t size_bytes;
+} ml2s_memory;
+
+ML2S_API uint32_t ml2s_abi_version(void);
+
+/** CLOCK_BOOTTIME now. */
+ML2S_API int64_t ml2s_now(void);
+
+/** The CLOCK_BOOTTIME instant of an MLTime (or XrTime, which is the same on this device). Any thread. */
+ML2S_API ml2s_result ml2s_boottime_of(int64_t device_nanos, int64_t *capture_nanos, ml2s_error *error);
+
+/** Opens a sensor and begins its streams. error may be null, here and everywhere. */
+ML2S_API ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_error *error);
+
+/** Other streams or values for an open sensor; the old ones go on when it fails. */
+ML2S_API ml2s_result ml2s_configure(ml2s_handle handle, const ml2s_settings *settings, ml2s_error *error);
+
+/**
+ * Waits until the sensor has captured, and delivers the frames of that moment, at most one per stream, each leased to
+ * the caller (or lost: see ml2s_frame.slot). capacity should be that of all its streams; more are lost.
+ */
+ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t capacity,
+                               uint32_t *count, ml2s_error *error);
+
+/** The poses of now: one for HEAD and GAZE, the joints of each seen hand for HANDS, or one untracked per hand. */
+ML2S_API ml2s_result ml2s_poll_poses(ml2s_handle handle, ml2s_pose *poses, uint32_t capacity, uint32_t *count,
+                                     ml2s_error *error);
+
+/** Where the colour camera was at device_nanos; to be asked at once per frame, the device remembers little. */
+ML2S_API ml2s_result ml2s_color_pose(ml2s_handle handle, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
+
+/** Gives the device back to others while the app is not in front; polls time out. */
+ML2S_API ml2s_result ml2s_pause(ml2s_handle handle, ml2s_error *error);
+ML2S_API ml2s_result ml2s_resume(ml2s_handle handle, ml2s_error *error);
+
+/** Always closes; leased slots stay valid. */
+ML2S_API ml2s_result ml2s_close(ml2s_handle handle, ml2s_error *error);
+
+/**
+ * Gives a stream its slots, at most ML2S_MAX_SLOTS, instead of those it had; count 0 takes them back. ML2S_BUSY while
+ * any of them is leased. The memory stays the caller's and must live until it is taken back.
+ */
+ML2S_API ml2s_result ml2s_provide(uint32_t stream, const ml2s_memory *slots, uint32_t count);
+
+/** A free slot to write a frame into; then ml2s_publish, or ml2s_release to give it up. */
+ML2S_API ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *memory);
+
+/** Makes frame, in the taken slot frame->slot, the latest of its stream; the writer keeps its own lease. */
+ML2S_API ml2s_result ml2s_publish(const ml2s_frame *frame);
+
+/** Leases the latest frame of a stream that was captured after after_nanos; ML2S_TIMEOUT when there is none. */
+ML2S_API ml2s_result ml2s_acquire_latest(uint32_t stream, int64_t after_nanos, ml2s_frame *frame);
+
+/** Ends one lease. ML2S_INVALID_ARGUMENT when the slot is not leased. */
+ML2S_API ml2s_result ml2s_release(uint32_t stream, uint32_t slot);
+
+/**
+ * How to reach OpenXR; before the first handle with ML2S_BACKEND_OPENXR. Either loader_path (standalone: the library
+ * makes an instance and a headless session of its own), or instance, session and get_instance_proc_addr of the app,
+ * which outlive every handle; then none is ever created.
+ */
+typedef struct ml2s_openxr {
+    uint32_t struct_size;
+    uint32_t reserved;
+    const char *loader_path;
+    void *java_vm;  /**< Android: JavaVM*, for xrInitializeLoaderKHR. */
+    void *activity; /**< Android: global reference of the context. */
+    uint64_t instance;
+    uint64_t session;
+    void *get_instance_proc_addr; /**< PFN_xrGetInstanceProcAddr */
+} ml2s_openxr;
+
+ML2S_API ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error);
+
+#ifdef __cplusplus
+}
+#endif
