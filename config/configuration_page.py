@@ -24,6 +24,12 @@ in the last column; the transform tree runs whenever another stream does.
 """
 
 
+_BACKENDS = """\
+Interfaces of the device that can serve a stream. The first is the default; where there is a choice,
+the section's key `backend` makes it.
+"""
+
+
 def configuration_page(table: StreamTable) -> str:
     return "\n".join(
         [
@@ -36,6 +42,9 @@ def configuration_page(table: StreamTable) -> str:
             "\n## Streams\n",
             _STREAMS,
             *_table("stream|topic|type|encoding|frame|body frame|depth|runs when", _topics(table)),
+            "\n## Backends\n",
+            _BACKENDS,
+            *_table("streams|backend|why it has this place", _backends(table)),
             "\n## Topics of the receiver itself\n",
             *_table("topic|type|depth|durability", _receiver_topics(table)),
             "",
@@ -122,6 +131,15 @@ def _topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
                     f"`{stream.section}.{key}: {_yaml(value)}`" for key, value in conditions.items()
                 ),
             )
+
+
+def _backends(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    groups: dict[tuple[tuple[str, str], ...], list[str]] = {}
+    for stream in table.streams.values():
+        groups.setdefault(tuple(stream.backends.items()), []).append(stream.id)
+    for backends, streams in groups.items():
+        for name, reason in backends:
+            yield ", ".join(streams), name, reason
 
 
 def _yaml(value: Scalar) -> str:

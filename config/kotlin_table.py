@@ -68,6 +68,7 @@ def _property(table: StreamTable, stream: Stream) -> str:
             _text(stream.body_frame),
             _text(encodings[0] if encodings else None),
             _list(map(_text, section.permissions)),
+            _list(map(_text, stream.backends)),
             _list(map(_mode, section.modes)),
         ),
     )

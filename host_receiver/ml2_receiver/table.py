@@ -109,12 +109,14 @@ class Stream:
 
     It runs when its section has all values of `when`; `when` is None for one that runs with any
     other. `values` are the dotted keys that travel to the headset, each named by its last word.
+    `backends` are the interfaces of the device that can serve it, surest first, with the reason.
     """
 
     id: str
     section: str
     when: Mapping[str, Scalar] | None
     values: tuple[str, ...]
+    backends: Mapping[str, str]
     topics: tuple[Topic, ...]
     frame: str
     body_frame: str | None

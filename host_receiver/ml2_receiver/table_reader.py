@@ -162,10 +162,20 @@ def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -
         section=section.id,
         when=None if when == "any_stream" else _condition(when, section),
         values=values,
+        backends=_backends(row["backends"], document, section),
         topics=tuple(_topic(id, row, topic, document) for topic in document["kinds"][row["kind"]]),
         frame=row["frame"],
         body_frame=row.get("body_frame"),
     )
+
+
+def _backends(name: str, document: Row, section: Section) -> Mapping[str, str]:
+    _one_of("backends", name, document["backends"])
+    backends: dict[str, str] = document["backends"][name]
+    key = section.keys.get("backend")
+    if key is not None and key.allowed != tuple(backends):
+        raise ValueError(f"backend: expected {', '.join(backends)}, found {key.allowed}")
+    return MappingProxyType(backends)
 
 
 def _condition(when: Row, section: Section) -> Mapping[str, Scalar]:

@@ -16,6 +16,7 @@ import java.util.concurrent.atomic.AtomicInteger
  * @property strideBytes from one row to the next; 0 for JPEG.
  * @property pose of the optical frame (z forward, x right, y down) in the world frame, null when not known.
  * @property intrinsics as the device gives them for this capture, null where it gives none.
+ * @param giveBack ends the loan of all [planes]; called once, by the thread of the last [release].
  */
 public class ImageSample(
     override val captureNanos: Long,
@@ -27,6 +28,7 @@ public class ImageSample(
     public val intrinsics: Intrinsics?,
     public val settings: CaptureSettings,
     private val planes: List<Plane>,
+    private val giveBack: () -> Unit,
 ) : Sample {
     private val references = AtomicInteger(1)
 
@@ -49,14 +51,14 @@ public class ImageSample(
     public fun release() {
         val left = references.decrementAndGet()
         check(left >= 0) { "image sample $frameNumber released once too often" }
-        if (left == 0) planes.forEach { it.pool.giveBack(it.pixels) }
+        if (left == 0) giveBack()
     }
 
     /** The pixels in memory of the caller's own. */
     public fun copy(): ByteArray = pixels.let { source -> ByteArray(source.remaining()).also(source::get) }
 
-    /** Memory of [pool] that holds the pixels of one topic role, from position to limit. */
-    public class Plane(public val role: String, public val pixels: ByteBuffer, public val pool: BufferPool)
+    /** Borrowed memory that holds the pixels of one topic role, from position to limit. */
+    public class Plane(public val role: String, public val pixels: ByteBuffer)
 
     public companion object {
         public const val IMAGE: String = "image"

@@ -18,6 +18,7 @@ public data class StreamValues(
     @SerialName("linear_acceleration_variance") val accelerationVariance: Double? = null,
     @SerialName("angular_velocity_variance") val angularVelocityVariance: Double? = null,
     val layout: String? = null,
+    val backend: String? = null,
 )
 
 /** The first mode of a camera; nothing for other streams. */

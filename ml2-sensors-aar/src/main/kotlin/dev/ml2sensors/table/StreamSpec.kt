@@ -10,6 +10,7 @@ package dev.ml2sensors.table
  * @property bodyFrameId the REP-103 frame beside an optical [frameId], null where the stream has no pose.
  * @property encoding of its image; for JPEG the format as image_transport has it.
  * @property permissions Android permissions it needs.
+ * @property backends that can serve it, surest first; the first is the default.
  * @property modes legal combinations of a camera; empty for other sensors.
  */
 public class StreamSpec(
@@ -20,6 +21,7 @@ public class StreamSpec(
     public val bodyFrameId: String?,
     public val encoding: String?,
     public val permissions: List<String>,
+    public val backends: List<String>,
     public val modes: List<Mode>,
 ) {
     override fun toString(): String = id

@@ -188,8 +188,8 @@ class LaneTest {
             pose = null,
             intrinsics = null,
             CaptureSettings(),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, memory, pool)),
-        )
+            listOf(ImageSample.Plane(ImageSample.IMAGE, memory)),
+        ) { pool.giveBack(memory) }
         val head = ByteBuffer.allocate(FrameHeader.BYTES)
         FrameHeader(FrameKind.DATA.code, 4, 1, account.produce()).writeTo(head)
         return OutgoingFrame(account, head.flip(), assertNotNull(sample.plane(ImageSample.IMAGE)), sample)

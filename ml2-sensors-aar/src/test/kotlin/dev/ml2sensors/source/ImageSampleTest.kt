@@ -87,8 +87,10 @@ class ImageSampleTest {
     private fun sample(vararg roles: String): ImageSample {
         val planes = roles.mapIndexed { index, role ->
             val pixels = assertNotNull(pool.acquire()).put(index.toByte()).put(ByteArray(5)).put(-128).put(63).flip()
-            ImageSample.Plane(role, pixels, pool)
+            ImageSample.Plane(role, pixels)
         }
-        return ImageSample(1, 2, 2, 4, 2, pose = null, intrinsics = null, CaptureSettings(), planes)
+        return ImageSample(1, 2, 2, 4, 2, pose = null, intrinsics = null, CaptureSettings(), planes) {
+            planes.forEach { pool.giveBack(it.pixels) }
+        }
     }
 }

@@ -122,9 +122,11 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         val planes = roles.map { role ->
             val pixels = checkNotNull(pool.acquire()) { "the pool is empty" }
             pixels.put(pattern(role, number, rowBytes * height)).flip()
-            ImageSample.Plane(role, pixels, pool)
+            ImageSample.Plane(role, pixels)
         }
-        return ImageSample(captureNanos, number, rowBytes, height, rowBytes, pose, intrinsics, settings, planes)
+        return ImageSample(captureNanos, number, rowBytes, height, rowBytes, pose, intrinsics, settings, planes) {
+            planes.forEach { pool.giveBack(it.pixels) }
+        }
     }
 
     override fun close() = Unit

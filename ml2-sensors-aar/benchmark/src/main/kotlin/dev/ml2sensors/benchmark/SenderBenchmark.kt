@@ -36,8 +36,12 @@ public open class SenderBenchmark {
         val topic = StreamTable.worldLeft.topics.first()
         channel = OutgoingChannel(1, topic, Lane(topic.lane, StreamTable.imageLane, waits = false))
         val pool = BufferPool(SIDE * SIDE, count = 1)
-        val plane = ImageSample.Plane(ImageSample.IMAGE, checkNotNull(pool.acquire()), pool)
-        sample = ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureSettings(), listOf(plane))
+        val pixels = checkNotNull(pool.acquire())
+        val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))
+        sample =
+            ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureSettings(), planes) {
+                pool.giveBack(pixels)
+            }
         bareHead = ByteBuffer.allocateDirect(frame().head.remaining())
         barePieces = arrayOf(bareHead, sample.pixels)
     }

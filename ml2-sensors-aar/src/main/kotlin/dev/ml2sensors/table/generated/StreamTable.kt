@@ -40,6 +40,7 @@ public object StreamTable {
             "world_center_frame",
             "mono8",
             listOf("android.permission.CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(
                 Mode(0, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
                 Mode(1, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
@@ -67,6 +68,7 @@ public object StreamTable {
             "world_left_frame",
             "mono8",
             listOf("android.permission.CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(
                 Mode(0, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
                 Mode(1, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
@@ -102,6 +104,7 @@ public object StreamTable {
             "world_right_frame",
             "mono8",
             listOf("android.permission.CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(
                 Mode(0, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
                 Mode(1, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
@@ -137,6 +140,7 @@ public object StreamTable {
             "color_frame",
             "rgb8; jpeg compressed bgr8",
             listOf("android.permission.CAMERA"),
+            listOf("camera2", "openxr"),
             listOf(
                 Mode(
                     0,
@@ -186,6 +190,7 @@ public object StreamTable {
             "color_frame",
             "rgb8; jpeg compressed bgr8",
             listOf("android.permission.CAMERA"),
+            listOf("camera2", "openxr"),
             listOf(
                 Mode(
                     0,
@@ -237,6 +242,7 @@ public object StreamTable {
             "depth_frame",
             "32FC1",
             listOf("com.magicleap.permission.DEPTH_CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(
                 Mode(0, listOf("Depth32", "DepthRaw"), listOf(1, 5), listOf(544 to 480), mapOf()),
                 Mode(1, listOf("Depth32", "DepthRaw"), listOf(5, 25, 30, 50, 60), listOf(544 to 480), mapOf(60 to 30)),
@@ -264,6 +270,7 @@ public object StreamTable {
             "depth_frame",
             "32FC1",
             listOf("com.magicleap.permission.DEPTH_CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(
                 Mode(0, listOf("Depth32", "DepthRaw"), listOf(1, 5), listOf(544 to 480), mapOf()),
                 Mode(1, listOf("Depth32", "DepthRaw"), listOf(5, 25, 30, 50, 60), listOf(544 to 480), mapOf(60 to 30)),
@@ -290,6 +297,7 @@ public object StreamTable {
             null,
             "mono8",
             listOf("com.magicleap.permission.EYE_CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
@@ -321,6 +329,7 @@ public object StreamTable {
             null,
             "mono8",
             listOf("com.magicleap.permission.EYE_CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
@@ -352,6 +361,7 @@ public object StreamTable {
             null,
             "mono8",
             listOf("com.magicleap.permission.EYE_CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
@@ -383,6 +393,7 @@ public object StreamTable {
             null,
             "mono8",
             listOf("com.magicleap.permission.EYE_CAMERA"),
+            listOf("sdk", "openxr"),
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
@@ -395,6 +406,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -407,6 +419,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -419,6 +432,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -431,6 +445,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -443,6 +458,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -455,6 +471,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -467,6 +484,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -479,6 +497,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -491,6 +510,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -513,6 +533,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -525,6 +546,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sdk", "openxr"),
             listOf(),
         )
 
@@ -547,6 +569,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -569,6 +592,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -591,6 +615,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -613,6 +638,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sensor_manager"),
             listOf(),
         )
 
@@ -625,6 +651,7 @@ public object StreamTable {
             null,
             null,
             listOf("com.magicleap.permission.EYE_TRACKING"),
+            listOf("openxr"),
             listOf(),
         )
 
@@ -637,6 +664,7 @@ public object StreamTable {
             null,
             null,
             listOf("com.magicleap.permission.HAND_TRACKING"),
+            listOf("openxr"),
             listOf(),
         )
 
@@ -649,6 +677,7 @@ public object StreamTable {
             null,
             null,
             listOf("com.magicleap.permission.HAND_TRACKING"),
+            listOf("openxr"),
             listOf(),
         )
 
@@ -661,6 +690,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("battery_manager"),
             listOf(),
         )
 
@@ -673,6 +703,7 @@ public object StreamTable {
             null,
             null,
             listOf(),
+            listOf("sdk", "openxr"),
             listOf(),
         )
 

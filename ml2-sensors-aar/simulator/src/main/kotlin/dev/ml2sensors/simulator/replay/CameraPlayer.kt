@@ -20,6 +20,7 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
 
     private suspend fun sample(row: Int, captureNanos: Long): ImageSample {
         val image = camera.images[row]
+        val pixels = pixels(image.file)
         return ImageSample(
             captureNanos,
             frameNumber = row.toLong(),
@@ -29,8 +30,8 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
             pose = groundTruth?.poseAt(image.stampNanos)?.let { it * camera.inBody },
             camera.intrinsics,
             CaptureSettings(),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, pixels(image.file), pool)),
-        )
+            listOf(ImageSample.Plane(ImageSample.IMAGE, pixels)),
+        ) { pool.giveBack(pixels) }
     }
 
     private suspend fun pixels(file: File): ByteBuffer {

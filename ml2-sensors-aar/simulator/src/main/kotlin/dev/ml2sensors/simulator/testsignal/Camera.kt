@@ -13,6 +13,7 @@ import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.async
 import kotlinx.coroutines.awaitAll
 import kotlinx.coroutines.coroutineScope
+import java.nio.ByteBuffer
 
 /**
  * A camera in one mode.
@@ -40,9 +41,10 @@ internal class Film(private val camera: Camera, private val reels: List<Reel>) {
 
     /** The next image in borrowed memory, taken with the head at [head]. */
     private fun sample(capture: Capture, head: Transform): Sample {
-        val planes = reels.mapNotNull { it.lend(capture.number) }
-        if (planes.size < reels.size) {
-            planes.forEach { it.pool.giveBack(it.pixels) }
+        val lent = reels.mapNotNull { reel -> reel.lend(capture.number)?.let { reel to it } }
+        val giveBack = { lent.forEach { (reel, pixels) -> reel.giveBack(pixels) } }
+        if (lent.size < reels.size) {
+            giveBack()
             return LostSamples(capture.nanos, 1, DropReason.NO_BUFFER)
         }
         return ImageSample(
@@ -54,21 +56,24 @@ internal class Film(private val camera: Camera, private val reels: List<Reel>) {
             camera.mount?.let { head * it * OPTICAL_IN_BODY },
             camera.lens,
             camera.settings,
-            planes,
+            lent.map { (reel, pixels) -> ImageSample.Plane(reel.role, pixels) },
+            giveBack,
         )
     }
 }
 
 /** One image of each frame of the loop, and the memory that copies of them are lent in. */
-internal class Reel(private val role: String, private val mark: FrameNumber, private val images: List<ByteArray>) {
+internal class Reel(val role: String, private val mark: FrameNumber, private val images: List<ByteArray>) {
     private val pool = BufferPool(images.maxOf { it.size }, POOL_BUFFERS)
 
-    fun lend(number: Long): ImageSample.Plane? {
+    fun lend(number: Long): ByteBuffer? {
         val pixels = pool.acquire() ?: return null
         pixels.put(images[(number % images.size).toInt()]).flip()
         mark.write(pixels, number)
-        return ImageSample.Plane(role, pixels, pool)
+        return pixels
     }
+
+    fun giveBack(pixels: ByteBuffer): Unit = pool.giveBack(pixels)
 
     private companion object {
         const val POOL_BUFFERS = 8

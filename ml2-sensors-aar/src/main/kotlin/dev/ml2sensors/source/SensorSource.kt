@@ -1,0 +1,22 @@
+package dev.ml2sensors.source
+
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.flow.Flow
+
+/**
+ * The streams that one interface of the platform can serve: the vendor's SDK, OpenXR, Camera2, SensorManager, or a
+ * simulation of one. A [Headset] is made of several.
+ *
+ * @property backend its name in the stream table, such as `sdk` or `openxr`.
+ * @property streams those it knows, whether or not they can run now.
+ */
+public interface SensorSource : AutoCloseable {
+    public val backend: String
+    public val streams: Set<StreamSpec>
+
+    /** As [Headset.negotiate], for one of [streams]. */
+    public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
+
+    /** As [Headset.samples], for one of [streams]. */
+    public fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample>
+}

@@ -1,0 +1,36 @@
+package dev.ml2sensors.source
+
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.flow.Flow
+
+/**
+ * A live headset made of [sources], which it owns. A stream is served by the backend that its values name, else by the
+ * first in the stream table's order that some source offers.
+ */
+public class SourcedHeadset(
+    override val identity: Headset.Identity,
+    override val clock: DeviceClock,
+    private val sources: List<SensorSource>,
+) : Headset {
+    override val timeline: Headset.Timeline get() = Headset.Timeline.LIVE
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        val source = source(stream, requested)
+        if (source != null) return source.negotiate(stream, requested)
+        val offered = sources.filter { stream in it.streams }.map { it.backend }
+        return when {
+            offered.isEmpty() -> Answer.Refused("this headset has no $stream")
+            else -> Answer.Refused("no backend ${requested.backend} for $stream here, only ${offered.joinToString()}")
+        }
+    }
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
+        requireNotNull(source(stream, values)) { "$stream was not accepted with $values" }.samples(stream, values)
+
+    override fun close(): Unit = sources.forEach(SensorSource::close)
+
+    private fun source(stream: StreamSpec, values: StreamValues): SensorSource? {
+        val wanted = values.backend?.let(::listOf) ?: stream.backends
+        return wanted.firstNotNullOfOrNull { name -> sources.firstOrNull { it.backend == name && stream in it.streams } }
+    }
+}
