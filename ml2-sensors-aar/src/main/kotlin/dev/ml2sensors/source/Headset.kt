@@ -14,6 +14,9 @@ public interface Headset : AutoCloseable {
     public val clock: DeviceClock
     public val timeline: Timeline
 
+    /** Whether each Android permission that its streams need is granted now; empty where there are none. */
+    public val permissions: Map<String, Boolean> get() = emptyMap()
+
     /** Whether [stream] can run with the values asked for, and with which it will. Does not start anything. */
     public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
 

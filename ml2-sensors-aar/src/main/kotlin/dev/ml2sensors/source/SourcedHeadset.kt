@@ -11,8 +11,10 @@ public class SourcedHeadset(
     override val identity: Headset.Identity,
     override val clock: DeviceClock,
     private val sources: List<SensorSource>,
+    private val readPermissions: () -> Map<String, Boolean> = ::emptyMap,
 ) : Headset {
     override val timeline: Headset.Timeline get() = Headset.Timeline.LIVE
+    override val permissions: Map<String, Boolean> get() = readPermissions()
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
         val source = source(stream, requested)

@@ -38,6 +38,7 @@ public class Ml2Streamer(
     private val active = ActiveStreams(headset, hostClock, scope)
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
+    private val instanceId = UUID.randomUUID().toString()
     private var running: Job? = null
 
     /** Where the streamer is between start and end. */
@@ -72,20 +73,10 @@ public class Ml2Streamer(
     }
 
     private suspend fun stayConnected() {
-        val identity = headset.identity
-        val hello = Hello(
-            listOf(FrameHeader.VERSION),
-            identity.deviceId,
-            instanceId = UUID.randomUUID().toString(),
-            identity.name,
-            software = "ml2-sensors ${Version.NAME}",
-            Hello.Capabilities(active.capabilities),
-            permissions = emptyMap(),
-        )
         var pause = FIRST_PAUSE
         while (!stopReason.isCompleted) {
             try {
-                Session(receiver, headset.clock, hostClock, active).run(hello, stopReason) { name ->
+                Session(receiver, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
                     pause = FIRST_PAUSE
                     mutableState.value = StreamerState.Connected(name)
                 }
@@ -98,6 +89,16 @@ public class Ml2Streamer(
         active.stopSources()
         mutableState.value = StreamerState.Ended(stopReason.await())
     }
+
+    private fun hello() = Hello(
+        listOf(FrameHeader.VERSION),
+        headset.identity.deviceId,
+        instanceId,
+        headset.identity.name,
+        software = "ml2-sensors ${Version.NAME}",
+        Hello.Capabilities(active.capabilities),
+        headset.permissions,
+    )
 
     private companion object {
         val FIRST_PAUSE = 50.milliseconds
