@@ -33,6 +33,8 @@ public class SourcedHeadset(
 
     private fun source(stream: StreamSpec, values: StreamValues): SensorSource? {
         val wanted = values.backend?.let(::listOf) ?: stream.backends
-        return wanted.firstNotNullOfOrNull { name -> sources.firstOrNull { it.backend == name && stream in it.streams } }
+        return wanted.firstNotNullOfOrNull { name ->
+            sources.firstOrNull { it.backend == name && stream in it.streams }
+        }
     }
 }
