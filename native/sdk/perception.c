@@ -1,0 +1,86 @@
+#include "perception.h"
+
+#include <dlfcn.h>
+
+#include "error.h"
+#include "lock.h"
+
+#define LIBRARY "libperception.magicleap.so"
+
+#define NAME(name, parameters) #name,
+#define NAMES(identifier, table, functions) static const char *const table##_names[] = {functions(NAME)};
+SDK_AREAS(NAMES)
+
+static const struct area {
+    uint32_t offset_bytes;
+    uint32_t count;
+    const char *const *names;
+} areas_known[SDK_AREA_COUNT] = {
+#define AREA(identifier, table, functions)                                                                             \
+    [identifier] = {offsetof(struct sdk, table), sizeof sdk.table / sizeof(void *), table##_names},
+    SDK_AREAS(AREA)};
+
+struct sdk sdk;
+static lock_t loading = ATOMIC_FLAG_INIT;
+static void *library;
+static uint32_t loaded;
+
+static ml2s_result load_area(const struct area *area, ml2s_error *error) {
+    for (uint32_t i = 0; i < area->count; i++) {
+        void *address = dlsym(library, area->names[i]);
+        if (!address) {
+            return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: " LIBRARY "/%s", area->names[i]);
+        }
+        memcpy((char *)&sdk + area->offset_bytes + i * sizeof address, &address, sizeof address);
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result load(uint32_t areas, ml2s_error *error) {
+    if (!library && !(library = dlopen(LIBRARY, RTLD_NOW | RTLD_LOCAL))) {
+        return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: " LIBRARY " (%s)", dlerror());
+    }
+    for (uint32_t i = 0; i < SDK_AREA_COUNT; i++) {
+        if (areas & ~loaded & (1u << i)) {
+            ml2s_result result = load_area(&areas_known[i], error);
+            if (result) {
+                return result;
+            }
+            loaded |= 1u << i;
+        }
+    }
+    return ML2S_OK;
+}
+
+ml2s_result sdk_require(uint32_t areas, ml2s_error *error) {
+    lock(&loading);
+    ml2s_result result = load(areas, error);
+    unlock(&loading);
+    return result;
+}
+
+static lock_t starting = ATOMIC_FLAG_INIT;
+static uint32_t users;
+
+static ml2s_result start(ml2s_error *error) {
+    MLPerceptionSettings settings;
+    ml2s_result result = SDK_CALL(error, perception, MLPerceptionInitSettings, &settings);
+    return result ? result : SDK_CALL(error, perception, MLPerceptionStartup, &settings);
+}
+
+ml2s_result perception_start(ml2s_error *error) {
+    lock(&starting);
+    ml2s_result result = users ? ML2S_OK : start(error);
+    if (!result) {
+        users++;
+    }
+    unlock(&starting);
+    return result;
+}
+
+ml2s_result perception_stop(ml2s_error *error) {
+    lock(&starting);
+    ml2s_result result = --users ? ML2S_OK : SDK_CALL(error, perception, MLPerceptionShutdown);
+    unlock(&starting);
+    return result;
+}

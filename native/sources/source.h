@@ -1,0 +1,47 @@
+/**
+ * What stands behind ml2s_open: the operations of one backend's sensor.
+ *
+ * handles.c checks arguments, owner and state before it calls one: all come from the thread that opened, never while
+ * paused (except resume and close), and a sensor is open at most once per backend, so a source keeps its state in
+ * static memory. settings are always those in force, and name the sensor. A null operation is one that the sensor
+ * does not have.
+ */
+#pragma once
+
+#include "../sdk/ml2s.h"
+
+enum {
+    SOURCE_MAX_FRAMES = 4, /**< Of one poll: the eye cameras. */
+    SOURCE_MAX_POSES = 52, /**< Of one poll: 26 joints of two hands. */
+};
+
+struct source_ops {
+    /** Begins the streams; a failure leaves nothing open. */
+    ml2s_result (*open)(const ml2s_settings *settings, ml2s_error *error);
+
+    /** Goes over to settings; after a failure the streams go on as they were. */
+    ml2s_result (*configure)(const ml2s_settings *settings, ml2s_error *error);
+
+    /** Up to SOURCE_MAX_FRAMES frames, all fields but struct_size set. After a failure no slot stays leased. */
+    ml2s_result (*poll)(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
+                        ml2s_error *error);
+
+    /** Up to SOURCE_MAX_POSES poses, all fields but struct_size set. */
+    ml2s_result (*poll_poses)(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error);
+
+    ml2s_result (*color_pose)(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
+
+    /** Gives the device back; whatever it answers, the source is paused then. */
+    ml2s_result (*pause)(const ml2s_settings *settings, ml2s_error *error);
+
+    /** Begins the streams again; after a failure it is still paused. */
+    ml2s_result (*resume)(const ml2s_settings *settings, ml2s_error *error);
+
+    /** Ends everything, of a paused source too; whatever it answers, it is closed then. */
+    ml2s_result (*close)(const ml2s_settings *settings, ml2s_error *error);
+};
+
+extern const struct source_ops source_depth, source_world, source_eye, source_head, source_color_pose;
+
+/** Every sensor of ML2S_BACKEND_OPENXR. */
+extern const struct source_ops ml2s_openxr_ops;
