@@ -62,7 +62,8 @@ typedef enum ml2s_result {
 typedef struct ml2s_error {
     uint32_t struct_size;
     int32_t vendor_code; /**< MLResult or XrResult; 0 when the vendor was not reached. */
-    char message[248];   /**< Zero-terminated ASCII, such as "not available: libperception.magicleap.so/MLEyeCameraConnect". */
+    char message[248];   /**< Zero-terminated ASCII, such as "not available:
+                            libperception.magicleap.so/MLEyeCameraConnect". */
 } ml2s_error;
 
 typedef enum ml2s_backend {
@@ -72,13 +73,13 @@ typedef enum ml2s_backend {
 
 /** What one handle drives. A sensor can be open once per backend. */
 typedef enum ml2s_sensor {
-    ML2S_SENSOR_DEPTH = 1,  /**< ML2S_STREAM_DEPTH or ML2S_STREAM_INFRA, one at a time. */
-    ML2S_SENSOR_WORLD = 2,  /**< Any of ML2S_STREAM_WORLD_*. */
-    ML2S_SENSOR_EYE = 3,    /**< Any of ML2S_STREAM_EYE_*. */
-    ML2S_SENSOR_HEAD = 4,   /**< ML2S_STREAM_HEAD_POSE, by ml2s_poll_poses. */
-    ML2S_SENSOR_COLOR = 5,  /**< SDK: only ml2s_color_pose. OpenXR: ML2S_STREAM_COLOR or ML2S_STREAM_MIXED_REALITY. */
-    ML2S_SENSOR_GAZE = 6,   /**< OpenXR only: ML2S_STREAM_GAZE, by ml2s_poll_poses. */
-    ML2S_SENSOR_HANDS = 7,  /**< OpenXR only: ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
+    ML2S_SENSOR_DEPTH = 1, /**< ML2S_STREAM_DEPTH or ML2S_STREAM_INFRA, one at a time. */
+    ML2S_SENSOR_WORLD = 2, /**< Any of ML2S_STREAM_WORLD_*. */
+    ML2S_SENSOR_EYE = 3,   /**< Any of ML2S_STREAM_EYE_*. */
+    ML2S_SENSOR_HEAD = 4,  /**< ML2S_STREAM_HEAD_POSE, by ml2s_poll_poses. */
+    ML2S_SENSOR_COLOR = 5, /**< SDK: only ml2s_color_pose. OpenXR: ML2S_STREAM_COLOR or ML2S_STREAM_MIXED_REALITY. */
+    ML2S_SENSOR_GAZE = 6,  /**< OpenXR only: ML2S_STREAM_GAZE, by ml2s_poll_poses. */
+    ML2S_SENSOR_HANDS = 7, /**< OpenXR only: ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
 } ml2s_sensor;
 
 enum {

@@ -31,9 +31,7 @@ enum sdk_area { SDK_AREAS(SDK_IDENTIFIER) SDK_AREA_COUNT };
         functions(SDK_POINTER)                                                                                         \
     } table;
 /** Tables of areas that sdk_require has answered with ML2S_OK. */
-extern struct sdk {
-    SDK_AREAS(SDK_TABLE)
-} sdk;
+extern struct sdk { SDK_AREAS(SDK_TABLE) } sdk;
 
 /** The result of a function of the tables, in words. */
 #define SDK_CALL(error, table, name, ...) result_of(sdk.table.name(__VA_ARGS__), #name, error)

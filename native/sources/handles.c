@@ -1,0 +1,243 @@
+// Handles, and the checks that every call with one has in common.
+#define _GNU_SOURCE
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "../sdk/clock.h"
+#include "../sdk/error.h"
+#include "frame.h"
+#include "source.h"
+
+enum { INDEX_BITS = 4, SENSOR_BITS = 3 };
+
+#define BIT(stream) ML2S_STREAM_BIT(ML2S_STREAM_##stream)
+static const struct sensor {
+    const char *name;
+    uint64_t streams;
+    const struct source_ops *sdk;
+} sensors[1 << SENSOR_BITS] = {
+    [ML2S_SENSOR_DEPTH] = {"depth", BIT(DEPTH) | BIT(INFRA), &source_depth},
+    [ML2S_SENSOR_WORLD] = {"world", BIT(WORLD_CENTER) | BIT(WORLD_LEFT) | BIT(WORLD_RIGHT), &source_world},
+    [ML2S_SENSOR_EYE] = {"eye",
+                         BIT(EYE_NASAL_LEFT) | BIT(EYE_NASAL_RIGHT) | BIT(EYE_TEMPLE_LEFT) | BIT(EYE_TEMPLE_RIGHT),
+                         &source_eye},
+    [ML2S_SENSOR_HEAD] = {"head", BIT(HEAD_POSE), &source_head},
+    [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose},
+    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), NULL},
+    [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), NULL},
+};
+
+/** One per sensor and backend. All but id, owner and is_taken belong to the owner. */
+static struct handle {
+    _Atomic ml2s_handle id; /**< 0: closed. */
+    _Atomic pid_t owner;
+    atomic_bool is_taken;
+    bool is_paused;
+    const struct source_ops *ops;
+    ml2s_settings settings;
+} handles[1 << INDEX_BITS];
+
+static _Atomic uint64_t generation;
+
+uint32_t ml2s_abi_version(void) { return ML2S_ABI_VERSION; }
+
+static bool is_valid_error(const ml2s_error *error) { return !error || error->struct_size >= sizeof *error; }
+
+static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) {
+    if (!is_valid_error(error)) {
+        return ML2S_INVALID_ARGUMENT;
+    }
+    struct handle *handle = &handles[id % (1 << INDEX_BITS)];
+    if (!id || atomic_load(&handle->id) != id) {
+        return error_set(error, ML2S_CLOSED, 0, "the handle is closed");
+    }
+    if (atomic_load(&handle->owner) != gettid()) {
+        return error_set(error, ML2S_WRONG_THREAD, 0, "the handle belongs to thread %d, this is %d",
+                         atomic_load(&handle->owner), gettid());
+    }
+    *out = handle;
+    return ML2S_OK;
+}
+
+static ml2s_result check(const ml2s_settings *settings, ml2s_error *error) {
+    if (!is_valid_error(error) || !settings || settings->struct_size < sizeof *settings) {
+        return error_set(is_valid_error(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
+                         "settings have no struct_size");
+    }
+    if (settings->sensor >= sizeof sensors / sizeof *sensors || !sensors[settings->sensor].name) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no sensor %u", settings->sensor);
+    }
+    const struct sensor *sensor = &sensors[settings->sensor];
+    if (settings->backend > ML2S_BACKEND_OPENXR || (settings->backend == ML2S_BACKEND_SDK && !sensor->sdk)) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no backend %u", sensor->name, settings->backend);
+    }
+    if (!settings->streams || settings->streams & ~sensor->streams || settings->second_streams & ~settings->streams) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no streams 0x%x, second 0x%x", sensor->name,
+                         (uint32_t)settings->streams, (uint32_t)settings->second_streams);
+    }
+    return ML2S_OK;
+}
+
+ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_error *error) {
+    ml2s_result result = check(settings, error);
+    if (result || !out) {
+        return result ? result : error_set(error, ML2S_INVALID_ARGUMENT, 0, "nowhere to put the handle");
+    }
+    const struct sensor *sensor = &sensors[settings->sensor];
+    uint32_t index = settings->backend << SENSOR_BITS | settings->sensor;
+    struct handle *handle = &handles[index];
+    if (atomic_exchange(&handle->is_taken, true)) {
+        return error_set(error, ML2S_BUSY, 0, "%s is open", sensor->name);
+    }
+    handle->ops = settings->backend == ML2S_BACKEND_SDK ? sensor->sdk : &ml2s_openxr_ops;
+    handle->settings = *settings;
+    handle->is_paused = false;
+    result = handle->ops->open(&handle->settings, error);
+    if (result) {
+        atomic_store(&handle->is_taken, false);
+        return result;
+    }
+    *out = (atomic_fetch_add(&generation, 1) + 1) << INDEX_BITS | index;
+    atomic_store(&handle->owner, gettid());
+    atomic_store(&handle->id, *out);
+    return ML2S_OK;
+}
+
+ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result || (result = check(settings, error))) {
+        return result;
+    }
+    if (settings->sensor != handle->settings.sensor || settings->backend != handle->settings.backend) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "a handle keeps its sensor and backend");
+    }
+    result = handle->is_paused ? ML2S_OK : handle->ops->configure(settings, error);
+    if (!result) {
+        handle->settings = *settings;
+    }
+    return result;
+}
+
+static void wait(uint64_t nanos) {
+    struct timespec time = {(time_t)(nanos / 1000000000), (long)(nanos % 1000000000)};
+    nanosleep(&time, NULL);
+}
+
+/** Copies count structures of size bytes, as known here, into those of the caller, which may know more fields. */
+static void copy_out(void *to, const void *from, uint32_t size, uint32_t count) {
+    uint32_t caller_size = *(const uint32_t *)to;
+    for (uint32_t i = 0; i < count; i++) {
+        uint8_t *structure = (uint8_t *)to + (size_t)i * caller_size;
+        memcpy(structure, (const uint8_t *)from + (size_t)i * size, size);
+        memcpy(structure, &caller_size, sizeof caller_size);
+    }
+}
+
+ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t capacity, uint32_t *count,
+                      ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result) {
+        return result;
+    }
+    if (!handle->ops->poll || !frames || !capacity || !count || frames->struct_size < sizeof *frames) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no frames to be had, or no room for them");
+    }
+    *count = 0;
+    if (handle->is_paused) {
+        wait(timeout_nanos);
+        return ML2S_TIMEOUT;
+    }
+    ml2s_frame captured[SOURCE_MAX_FRAMES];
+    uint32_t found = 0;
+    result = handle->ops->poll(&handle->settings, timeout_nanos, captured, &found, error);
+    if (result || !found) {
+        return result ? result : ML2S_TIMEOUT;
+    }
+    *count = found < capacity ? found : capacity;
+    copy_out(frames, captured, sizeof *captured, *count);
+    frames_give_up(captured + *count, found - *count);
+    return ML2S_OK;
+}
+
+ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity, uint32_t *count, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result) {
+        return result;
+    }
+    if (!handle->ops->poll_poses || !poses || !capacity || !count || poses->struct_size < sizeof *poses) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no poses to be had, or no room for them");
+    }
+    *count = 0;
+    if (handle->is_paused) {
+        return ML2S_TIMEOUT;
+    }
+    ml2s_pose found[SOURCE_MAX_POSES];
+    uint32_t found_count = 0;
+    result = handle->ops->poll_poses(&handle->settings, found, &found_count, error);
+    if (!result) {
+        *count = found_count < capacity ? found_count : capacity;
+        copy_out(poses, found, sizeof *found, *count);
+    }
+    return result;
+}
+
+ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result) {
+        return result;
+    }
+    if (!handle->ops->color_pose || !pose || pose->struct_size < sizeof *pose) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no colour pose to be had, or no room for it");
+    }
+    if (handle->is_paused) {
+        return error_set(error, ML2S_NO_POSE, 0, "the handle is paused");
+    }
+    ml2s_pose found;
+    result = handle->ops->color_pose(&handle->settings, device_nanos, &found, error);
+    if (!result) {
+        copy_out(pose, &found, sizeof found, 1);
+    }
+    return result;
+}
+
+ml2s_result ml2s_pause(ml2s_handle id, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result || handle->is_paused) {
+        return result;
+    }
+    handle->is_paused = true;
+    return handle->ops->pause(&handle->settings, error);
+}
+
+ml2s_result ml2s_resume(ml2s_handle id, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result || !handle->is_paused) {
+        return result;
+    }
+    clock_resample();
+    result = handle->ops->resume(&handle->settings, error);
+    handle->is_paused = result != ML2S_OK;
+    return result;
+}
+
+ml2s_result ml2s_close(ml2s_handle id, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result) {
+        return result;
+    }
+    atomic_store(&handle->id, 0);
+    result = handle->ops->close(&handle->settings, error);
+    atomic_store(&handle->is_taken, false);
+    return result;
+}
