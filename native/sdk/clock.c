@@ -73,3 +73,11 @@ ml2s_result clock_mltime_now(MLTime *now, ml2s_error *error) {
     clock_gettime(CLOCK_MONOTONIC, &monotonic);
     return SDK_CALL(error, time, MLTimeConvertSystemTimeToMLTime, &monotonic, now);
 }
+
+ml2s_result ml2s_boottime_of(int64_t device_nanos, int64_t *capture_nanos, ml2s_error *error) {
+    if (!capture_nanos || (error && error->struct_size < sizeof *error)) {
+        return ML2S_INVALID_ARGUMENT;
+    }
+    ml2s_result result = sdk_require(1u << SDK_TIME, error);
+    return result ? result : clock_boottime_of_mltime(device_nanos, capture_nanos, error);
+}

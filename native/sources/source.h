@@ -2,9 +2,9 @@
  * What stands behind ml2s_open: the operations of one backend's sensor.
  *
  * handles.c checks arguments, owner and state before it calls one: all come from the thread that opened, never while
- * paused (except resume and close), and a sensor is open at most once per backend, so a source keeps its state in
- * static memory. settings are always those in force, and name the sensor. A null operation is one that the sensor
- * does not have.
+ * paused (except resume, with the settings that came in the meantime, and close), and a sensor is open at most once per
+ * backend, so a source keeps its state in static memory. settings are always those in force, and name the sensor. A
+ * null operation is one that the sensor does not have.
  */
 #pragma once
 

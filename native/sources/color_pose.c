@@ -1,0 +1,63 @@
+// Where the colour camera was; its pictures come another way.
+#include "head_tracker.h"
+#include "moment.h"
+#include "source.h"
+
+static MLHandle head_tracker = ML_INVALID_HANDLE;
+static MLHandle camera_tracker = ML_INVALID_HANDLE;
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    ml2s_result result = sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+    if (result || (result = head_tracker_open(&head_tracker, error))) {
+        return result;
+    }
+    result = SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker);
+    if (result) {
+        camera_tracker = ML_INVALID_HANDLE;
+        head_tracker_close(&head_tracker, NULL);
+    }
+    return result;
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (camera_tracker == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker);
+    camera_tracker = ML_INVALID_HANDLE;
+    ml2s_result closed = head_tracker_close(&head_tracker, result ? NULL : error);
+    return result ? result : closed;
+}
+
+/** What the streams of colour are like is settled where their pictures come from. */
+static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings, (void)error;
+    return ML2S_OK;
+}
+
+/** In an app that draws with OpenXR the poses are right only while somebody takes snapshots. */
+static ml2s_result take_snapshot(ml2s_error *error) {
+    MLSnapshot *snapshot;
+    ml2s_result result = SDK_CALL(error, snapshot, MLPerceptionGetSnapshot, &snapshot);
+    return result ? result : SDK_CALL(error, snapshot, MLPerceptionReleaseSnapshot, snapshot);
+}
+
+static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error) {
+    (void)settings;
+    MLTransform transform;
+    *pose = (ml2s_pose){.stream = ML2S_STREAM_COLOR, .device_nanos = device_nanos};
+    ml2s_result result;
+    if ((result = take_snapshot(error)) ||
+        (result = SDK_CALL(error, cv, MLCVCameraGetFramePose, camera_tracker, head_tracker, MLCVCameraID_ColorCamera,
+                           device_nanos, &transform)) ||
+        (result = clock_boottime_of_mltime(device_nanos, &pose->capture_nanos, error))) {
+        return result;
+    }
+    pose_set(pose, &transform);
+    return ML2S_OK;
+}
+
+const struct source_ops source_color_pose = {
+    .open = begin, .configure = configure, .color_pose = color_pose, .pause = end, .resume = begin, .close = end};

@@ -1,0 +1,207 @@
+// The depth camera: distances with confidence and flags, or the infrared picture behind them.
+#include "../sdk/error.h"
+#include "../sdk/perception.h"
+#include "depth_image.h"
+#include "moment.h"
+#include "source.h"
+
+static MLHandle camera = ML_INVALID_HANDLE;
+static struct radial_factors radial;
+
+static const struct {
+    uint32_t rate_hz;
+    MLDepthCameraFrameRate vendor;
+} rates[] = {
+    {1, MLDepthCameraFrameRate_1FPS},   {5, MLDepthCameraFrameRate_5FPS},   {25, MLDepthCameraFrameRate_25FPS},
+    {30, MLDepthCameraFrameRate_30FPS}, {50, MLDepthCameraFrameRate_50FPS}, {60, MLDepthCameraFrameRate_60FPS},
+};
+
+static ml2s_result find_rate(uint32_t rate_hz, MLDepthCameraFrameRate *vendor, ml2s_error *error) {
+    for (size_t i = 0; i < sizeof rates / sizeof *rates; i++) {
+        if (rates[i].rate_hz == rate_hz) {
+            *vendor = rates[i].vendor;
+            return ML2S_OK;
+        }
+    }
+    return error_set(error, ML2S_INVALID_ARGUMENT, 0, "depth: %u Hz, expected 1, 5, 25, 30, 50 or 60", rate_hz);
+}
+
+static MLDepthCameraFrameType type_of(const ml2s_settings *settings) {
+    return settings->second_streams ? MLDepthCameraFrameType_ShortRange : MLDepthCameraFrameType_LongRange;
+}
+
+static bool is_infra(const ml2s_settings *settings) { return settings->streams == ML2S_STREAM_BIT(ML2S_STREAM_INFRA); }
+
+static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSettings *vendor, ml2s_error *error) {
+    if (settings->streams & (settings->streams - 1)) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "depth: either depth or infra, not both");
+    }
+    MLDepthCameraSettingsInit(vendor);
+    vendor->streams = 1u << type_of(settings);
+    MLDepthCameraStreamConfig *config = &vendor->stream_configs[type_of(settings)];
+    if (is_infra(settings)) {
+        config->flags = MLDepthCameraFlags_RawDepthImage;
+    } else {
+        // Flags always: they say which depths are none.
+        config->flags = MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_DepthFlags;
+        config->flags |= settings->wants & ML2S_WANT_CONFIDENCE ? MLDepthCameraFlags_Confidence : 0;
+    }
+    return find_rate(settings->rate_hz, &config->frame_rate, error);
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    MLDepthCameraSettings vendor;
+    ml2s_result result = translate(settings, &vendor, error);
+    if (result || (result = sdk_require(1u << SDK_DEPTH | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error)) ||
+        (result = perception_start(error))) {
+        return result;
+    }
+    result = SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera);
+    if (result) {
+        camera = ML_INVALID_HANDLE;
+        perception_stop(NULL);
+    }
+    return result;
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (camera == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
+    camera = ML_INVALID_HANDLE;
+    ml2s_result stopped = perception_stop(result ? NULL : error);
+    return result ? result : stopped;
+}
+
+static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
+    MLDepthCameraSettings vendor;
+    ml2s_result result = translate(settings, &vendor, error);
+    return result ? result : SDK_CALL(error, depth, MLDepthCameraUpdateSettings, camera, &vendor);
+}
+
+/** Checks a buffer of frame, which also must have the size of the picture that its intrinsics are for. */
+static ml2s_result view(const MLDepthCameraFrame *frame, const MLDepthCameraFrameBuffer *buffer, const char *name,
+                        struct picture *out, ml2s_error *error) {
+    static const MLDepthCameraFrameBuffer none;
+    buffer = buffer ? buffer : &none;
+    *out = (struct picture){buffer->data,   buffer->width,          buffer->height,
+                            buffer->stride, buffer->bytes_per_unit, buffer->size};
+    ml2s_result result = picture_check(out, 4, name, error);
+    if (!result && (out->width != frame->intrinsics.width || out->height != frame->intrinsics.height ||
+                    out->width > DEPTH_MAX_WIDTH || out->height > DEPTH_MAX_HEIGHT)) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %ux%u pixels, intrinsics for %ux%u, at most %dx%d", name,
+                         out->width, out->height, frame->intrinsics.width, frame->intrinsics.height, DEPTH_MAX_WIDTH,
+                         DEPTH_MAX_HEIGHT);
+    }
+    return result;
+}
+
+static ml2s_result describe(const MLDepthCameraFrame *from, uint32_t stream, ml2s_frame *frame, ml2s_error *error) {
+    frame_begin(frame, stream, from->intrinsics.width, from->intrinsics.height);
+    frame->frame_number = from->frame_number;
+    frame->lens = ML2S_LENS_PLUMB_BOB;
+    memcpy(frame->distortion, from->intrinsics.distortion, sizeof from->intrinsics.distortion);
+    frame_set_pinhole(frame, from->intrinsics.focal_length, from->intrinsics.principal_point);
+    frame_set_pose(frame, &from->camera_pose);
+    return frame_set_time(frame, from->frame_timestamp, error);
+}
+
+static ml2s_result copy_infra(const MLDepthCameraFrame *from, ml2s_frame *frame, ml2s_error *error) {
+    struct picture raw;
+    ml2s_result result = view(from, from->raw_depth_image, "infra", &raw, error);
+    if (result || (result = describe(from, ML2S_STREAM_INFRA, frame, error))) {
+        return result;
+    }
+    frame->illumination = 1;
+    frame->has |= ML2S_HAS_ILLUMINATION;
+    frame_add_plane(frame, ML2S_PLANE_IMAGE, 4);
+    result = frame_take_slot(frame, error);
+    if (!result) {
+        frame_copy(frame, ML2S_PLANE_IMAGE, &raw);
+    }
+    return result;
+}
+
+static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml2s_frame *frame, ml2s_error *error) {
+    struct picture distances, confidence, flags;
+    ml2s_result result = view(from, from->depth_image, "depth", &distances, error);
+    if (result || (result = view(from, from->flags, "depth flags", &flags, error)) ||
+        (wants & ML2S_WANT_CONFIDENCE &&
+         (result = view(from, from->confidence, "depth confidence", &confidence, error))) ||
+        (result = describe(from, ML2S_STREAM_DEPTH, frame, error))) {
+        return result;
+    }
+    frame_add_plane(frame, ML2S_PLANE_IMAGE, 4);
+    if (wants & ML2S_WANT_CONFIDENCE) {
+        frame_add_plane(frame, ML2S_PLANE_CONFIDENCE, 4);
+    }
+    if (wants & ML2S_WANT_FLAGS) {
+        frame_add_plane(frame, ML2S_PLANE_FLAGS, 4);
+    }
+    if ((result = frame_take_slot(frame, error))) {
+        return result;
+    }
+    depth_copy(frame, &distances, &flags, MLDepthCameraDepthFlags_Invalid,
+               wants & ML2S_WANT_RADIAL ? NULL : radial_factors_of(&radial, frame));
+    if (wants & ML2S_WANT_CONFIDENCE) {
+        frame_copy(frame, ML2S_PLANE_CONFIDENCE, &confidence);
+    }
+    if (wants & ML2S_WANT_FLAGS) {
+        frame_copy(frame, ML2S_PLANE_FLAGS, &flags);
+    }
+    return ML2S_OK;
+}
+
+/** Points out to the frame of the range that was asked for; after a change of range one of the other may still come,
+ * and is left. */
+static ml2s_result choose(const ml2s_settings *settings, const MLDepthCameraData *data, const MLDepthCameraFrame **out,
+                          ml2s_error *error) {
+    if (data->frame_count > MLDepthCameraFrameType_Count || (data->frame_count && !data->frames)) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: %u frames at once, expected at most %d",
+                         data->frame_count, MLDepthCameraFrameType_Count);
+    }
+    for (uint32_t i = 0; i < data->frame_count; i++) {
+        const MLDepthCameraFrame *frame = &data->frames[i];
+        if (frame->frame_type >= MLDepthCameraFrameType_Count || (*out && frame->frame_type == type_of(settings))) {
+            return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: unexpected frame of type %u", frame->frame_type);
+        }
+        if (frame->frame_type == type_of(settings)) {
+            *out = frame;
+        }
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result copy(const ml2s_settings *settings, const MLDepthCameraData *data, ml2s_frame *frames,
+                        uint32_t *count, ml2s_error *error) {
+    const MLDepthCameraFrame *frame = NULL;
+    ml2s_result result = choose(settings, data, &frame, error);
+    if (result || !frame) {
+        return result;
+    }
+    result = is_infra(settings) ? copy_infra(frame, frames, error) : copy_depth(frame, settings->wants, frames, error);
+    *count = result ? 0 : 1;
+    return result;
+}
+
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
+                        ml2s_error *error) {
+    MLDepthCameraData data;
+    MLDepthCameraDataInit(&data);
+    ml2s_result result =
+        SDK_CALL(error, depth, MLDepthCameraGetLatestDepthData, camera, millis_of(timeout_nanos), &data);
+    if (result) {
+        return result;
+    }
+    result = copy(settings, &data, frames, count, error);
+    ml2s_result released = SDK_CALL(result ? NULL : error, depth, MLDepthCameraReleaseDepthData, camera, &data);
+    if (released) {
+        frames_give_up(frames, *count);
+    }
+    return result ? result : released;
+}
+
+const struct source_ops source_depth = {
+    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};

@@ -1,0 +1,138 @@
+// The eye cameras: one handle for all four; the vendor gives neither pose nor intrinsics.
+#include "../sdk/error.h"
+#include "../sdk/perception.h"
+#include "frame.h"
+#include "moment.h"
+#include "source.h"
+
+enum { CAMERAS = 4 };
+
+static MLHandle cameras = ML_INVALID_HANDLE;
+
+static const struct {
+    MLEyeCameraIdentifier id;
+    uint32_t stream;
+} known[CAMERAS] = {
+    {MLEyeCameraIdentifier_LeftTemple, ML2S_STREAM_EYE_TEMPLE_LEFT},
+    {MLEyeCameraIdentifier_LeftNasal, ML2S_STREAM_EYE_NASAL_LEFT},
+    {MLEyeCameraIdentifier_RightNasal, ML2S_STREAM_EYE_NASAL_RIGHT},
+    {MLEyeCameraIdentifier_RightTemple, ML2S_STREAM_EYE_TEMPLE_RIGHT},
+};
+
+static ml2s_result translate(const ml2s_settings *settings, MLEyeCameraSettings *vendor, ml2s_error *error) {
+    if (settings->second_streams) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "eye camera: there is no second stream");
+    }
+    MLEyeCameraSettingsInit(vendor);
+    vendor->cameras = 0;
+    for (int i = 0; i < CAMERAS; i++) {
+        vendor->cameras |= settings->streams & ML2S_STREAM_BIT(known[i].stream) ? known[i].id : 0;
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    MLEyeCameraSettings vendor;
+    ml2s_result result = translate(settings, &vendor, error);
+    if (result || (result = sdk_require(1u << SDK_EYE | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error)) ||
+        (result = perception_start(error))) {
+        return result;
+    }
+    result = SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
+    if (result) {
+        cameras = ML_INVALID_HANDLE;
+        perception_stop(NULL);
+    }
+    return result;
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (cameras == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
+    cameras = ML_INVALID_HANDLE;
+    ml2s_result stopped = perception_stop(result ? NULL : error);
+    return result ? result : stopped;
+}
+
+static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
+    MLEyeCameraSettings vendor;
+    ml2s_result result = translate(settings, &vendor, error);
+    return result ? result : SDK_CALL(error, eye, MLEyeCameraUpdateSettings, cameras, &vendor);
+}
+
+static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2s_frame *frame, ml2s_error *error) {
+    const MLEyeCameraFrameBuffer *buffer = &from->frame_buffer;
+    struct picture picture = {buffer->data,   buffer->width,           buffer->height,
+                              buffer->stride, buffer->bytes_per_pixel, buffer->size};
+    ml2s_result result = picture_check(&picture, 1, "eye camera", error);
+    if (result) {
+        return result;
+    }
+    if (buffer->pixel_stride != 1) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: pixel stride %u, expected 1",
+                         buffer->pixel_stride);
+    }
+    frame_begin(frame, stream, buffer->width, buffer->height);
+    frame->frame_number = from->frame_number;
+    frame_add_plane(frame, ML2S_PLANE_IMAGE, 1);
+    if ((result = frame_set_time(frame, from->timestamp, error)) || (result = frame_take_slot(frame, error))) {
+        return result;
+    }
+    frame_copy(frame, ML2S_PLANE_IMAGE, &picture);
+    return ML2S_OK;
+}
+
+static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_error *error) {
+    for (int i = 0; i < CAMERAS; i++) {
+        if (known[i].id == id) {
+            *stream = known[i].stream;
+            return ML2S_OK;
+        }
+    }
+    return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: unknown camera %u", id);
+}
+
+/** Frames that were not asked for, as happens after a change of settings, are left. */
+static ml2s_result copy(const ml2s_settings *settings, const MLEyeCameraData *data, ml2s_frame *frames, uint32_t *count,
+                        ml2s_error *error) {
+    if (data->frame_count > CAMERAS || (data->frame_count && !data->frames)) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: %u frames at once, expected at most %d",
+                         data->frame_count, CAMERAS);
+    }
+    uint64_t wanted = settings->streams;
+    for (uint32_t i = 0; i < data->frame_count; i++) {
+        uint32_t stream = 0;
+        ml2s_result result = find_stream(data->frames[i].camera_id, &stream, error);
+        if (!result && wanted & ML2S_STREAM_BIT(stream)) {
+            wanted &= ~ML2S_STREAM_BIT(stream);
+            result = copy_frame(&data->frames[i], stream, &frames[*count], error);
+            *count += !result;
+        }
+        if (result) {
+            return result;
+        }
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
+                        ml2s_error *error) {
+    MLEyeCameraData data;
+    MLEyeCameraDataInit(&data);
+    ml2s_result result = SDK_CALL(error, eye, MLEyeCameraGetLatestCameraData, cameras, millis_of(timeout_nanos), &data);
+    if (result) {
+        return result;
+    }
+    result = copy(settings, &data, frames, count, error);
+    ml2s_result released = SDK_CALL(result ? NULL : error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
+    if (result || released) {
+        frames_give_up(frames, *count);
+    }
+    return result ? result : released;
+}
+
+const struct source_ops source_eye = {
+    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};

@@ -1,0 +1,74 @@
+// The pose of the headset, for exactly the instant that it is stamped with.
+#include "head_tracker.h"
+#include "moment.h"
+#include "source.h"
+
+static MLHandle tracker = ML_INVALID_HANDLE;
+static MLCoordinateFrameUID head;
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    return head_tracker_close(&tracker, error);
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    ml2s_result result = sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+    if (result || (result = head_tracker_open(&tracker, error))) {
+        return result;
+    }
+    MLHeadTrackingStaticData data;
+    result = SDK_CALL(error, head, MLHeadTrackingGetStaticData, tracker, &data);
+    if (result) {
+        end(settings, NULL);
+    }
+    head = data.coord_frame_head;
+    return result;
+}
+
+/** There is one stream, which has no settings. */
+static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings, (void)error;
+    return ML2S_OK;
+}
+
+static ml2s_result locate(MLTime time, ml2s_pose *pose, ml2s_error *error) {
+    MLSnapshot *snapshot;
+    ml2s_result result = SDK_CALL(error, snapshot, MLPerceptionGetPredictedSnapshot, time, &snapshot);
+    if (result) {
+        return result;
+    }
+    MLTransform transform;
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &head, &transform);
+    if (!result) {
+        pose_set(pose, &transform);
+    }
+    ml2s_result released = SDK_CALL(error, snapshot, MLPerceptionReleaseSnapshot, snapshot);
+    return result && result != ML2S_NO_POSE ? result : released;
+}
+
+static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+    (void)settings;
+    MLHeadTrackingStateEx state;
+    MLHeadTrackingStateExInit(&state);
+    uint64_t events = 0;
+    *poses = (ml2s_pose){.stream = ML2S_STREAM_HEAD_POSE};
+    ml2s_result result;
+    if ((result = SDK_CALL(error, head, MLHeadTrackingGetStateEx, tracker, &state)) ||
+        (result = SDK_CALL(error, head, MLHeadTrackingGetMapEvents, tracker, &events)) ||
+        (result = clock_mltime_now(&poses->device_nanos, error)) ||
+        (result = clock_boottime_of_mltime(poses->device_nanos, &poses->capture_nanos, error))) {
+        return result;
+    }
+    poses->events = (uint32_t)events; // ML2S_TRACKING_* are the vendor's bits.
+    *count = 1;
+    return state.status == MLHeadTrackingStatus_Valid ? locate(poses->device_nanos, poses, error) : ML2S_OK;
+}
+
+_Static_assert((int)ML2S_TRACKING_LOST == (int)MLHeadTrackingMapEvent_Lost &&
+                   (int)ML2S_TRACKING_RECOVERED == (int)MLHeadTrackingMapEvent_Recovered &&
+                   (int)ML2S_TRACKING_RECOVERY_FAILED == (int)MLHeadTrackingMapEvent_RecoveryFailed &&
+                   (int)ML2S_TRACKING_NEW_SESSION == (int)MLHeadTrackingMapEvent_NewSession,
+               "events of head tracking");
+
+const struct source_ops source_head = {
+    .open = begin, .configure = configure, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

@@ -1,0 +1,149 @@
+// The world cameras: one handle for all three, each at normal or low exposure.
+#include "../sdk/error.h"
+#include "../sdk/perception.h"
+#include "frame.h"
+#include "moment.h"
+#include "source.h"
+
+enum { CAMERAS = 3, MODES = 2 };
+
+static MLHandle cameras = ML_INVALID_HANDLE;
+
+static const struct {
+    MLWorldCameraIdentifier id;
+    uint32_t stream;
+} known[CAMERAS] = {
+    {MLWorldCameraIdentifier_Left, ML2S_STREAM_WORLD_LEFT},
+    {MLWorldCameraIdentifier_Right, ML2S_STREAM_WORLD_RIGHT},
+    {MLWorldCameraIdentifier_Center, ML2S_STREAM_WORLD_CENTER},
+};
+
+/** The values of frame types and modes coincide. */
+static uint32_t mode_of(const ml2s_settings *settings, uint32_t stream) {
+    return settings->second_streams & ML2S_STREAM_BIT(stream) ? MLWorldCameraMode_LowExposure
+                                                              : MLWorldCameraMode_NormalExposure;
+}
+
+static MLWorldCameraSettings translate(const ml2s_settings *settings) {
+    MLWorldCameraSettings vendor;
+    MLWorldCameraSettingsInit(&vendor);
+    vendor.mode = vendor.cameras = 0;
+    for (int i = 0; i < CAMERAS; i++) {
+        if (settings->streams & ML2S_STREAM_BIT(known[i].stream)) {
+            vendor.cameras |= known[i].id;
+            vendor.mode |= mode_of(settings, known[i].stream);
+        }
+    }
+    return vendor;
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    ml2s_result result = sdk_require(1u << SDK_WORLD | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
+    if (result || (result = perception_start(error))) {
+        return result;
+    }
+    MLWorldCameraSettings vendor = translate(settings);
+    result = SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras);
+    if (result) {
+        cameras = ML_INVALID_HANDLE;
+        perception_stop(NULL);
+    }
+    return result;
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (cameras == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, world, MLWorldCameraDisconnect, cameras);
+    cameras = ML_INVALID_HANDLE;
+    ml2s_result stopped = perception_stop(result ? NULL : error);
+    return result ? result : stopped;
+}
+
+static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
+    MLWorldCameraSettings vendor = translate(settings);
+    return SDK_CALL(error, world, MLWorldCameraUpdateSettings, cameras, &vendor);
+}
+
+static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, ml2s_frame *frame, ml2s_error *error) {
+    const MLWorldCameraFrameBuffer *buffer = &from->frame_buffer;
+    struct picture picture = {buffer->data,   buffer->width,           buffer->height,
+                              buffer->stride, buffer->bytes_per_pixel, buffer->size};
+    ml2s_result result = picture_check(&picture, 1, "world camera", error);
+    if (result) {
+        return result;
+    }
+    frame_begin(frame, stream, buffer->width, buffer->height);
+    frame->frame_number = from->frame_number;
+    frame->lens = ML2S_LENS_FISHEYE_TANGENTIAL;
+    memcpy(frame->distortion, from->intrinsics.radial_distortion, sizeof from->intrinsics.radial_distortion);
+    memcpy(frame->distortion + 4, from->intrinsics.tangential_distortion,
+           sizeof from->intrinsics.tangential_distortion);
+    frame_set_pinhole(frame, from->intrinsics.focal_length, from->intrinsics.principal_point);
+    frame_set_pose(frame, &from->camera_pose);
+    frame_add_plane(frame, ML2S_PLANE_IMAGE, 1);
+    if ((result = frame_set_time(frame, from->timestamp, error)) || (result = frame_take_slot(frame, error))) {
+        return result;
+    }
+    frame_copy(frame, ML2S_PLANE_IMAGE, &picture);
+    return ML2S_OK;
+}
+
+static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream, ml2s_error *error) {
+    for (int i = 0; i < CAMERAS; i++) {
+        if (known[i].id == frame->id && (frame->frame_type == MLWorldCameraFrameType_LowExposure ||
+                                         frame->frame_type == MLWorldCameraFrameType_NormalExposure)) {
+            *stream = known[i].stream;
+            return ML2S_OK;
+        }
+    }
+    return error_set(error, ML2S_VENDOR_FAILURE, 0, "world camera: unknown camera %u or frame type %u", frame->id,
+                     frame->frame_type);
+}
+
+/** Frames that were not asked for, as happens after a change of settings or with mixed exposures, are left. */
+static ml2s_result copy(const ml2s_settings *settings, const MLWorldCameraData *data, ml2s_frame *frames,
+                        uint32_t *count, ml2s_error *error) {
+    if (data->frame_count > CAMERAS * MODES || (data->frame_count && !data->frames)) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "world camera: %u frames at once, expected at most %d",
+                         data->frame_count, CAMERAS * MODES);
+    }
+    uint64_t wanted = settings->streams;
+    for (uint32_t i = 0; i < data->frame_count; i++) {
+        const MLWorldCameraFrame *frame = &data->frames[i];
+        uint32_t stream = 0;
+        ml2s_result result = find_stream(frame, &stream, error);
+        if (!result && wanted & ML2S_STREAM_BIT(stream) && frame->frame_type == mode_of(settings, stream)) {
+            wanted &= ~ML2S_STREAM_BIT(stream);
+            result = copy_frame(frame, stream, &frames[*count], error);
+            *count += !result;
+        }
+        if (result) {
+            return result;
+        }
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
+                        ml2s_error *error) {
+    MLWorldCameraData data;
+    MLWorldCameraDataInit(&data);
+    MLWorldCameraData *filled = &data; // The vendor fills what this points to, and refuses null.
+    ml2s_result result =
+        SDK_CALL(error, world, MLWorldCameraGetLatestWorldCameraData, cameras, millis_of(timeout_nanos), &filled);
+    if (result || !filled) {
+        return result;
+    }
+    result = copy(settings, filled, frames, count, error);
+    ml2s_result released = SDK_CALL(result ? NULL : error, world, MLWorldCameraReleaseCameraData, cameras, filled);
+    if (result || released) {
+        frames_give_up(frames, *count);
+    }
+    return result ? result : released;
+}
+
+const struct source_ops source_world = {
+    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};
