@@ -1,0 +1,34 @@
+#include "noise.h"
+#include "trace.h"
+#include "vectorized.h"
+
+#include <algorithm>
+
+namespace ml2sim {
+namespace {
+
+ML2SIM_VECTORIZED
+void toBytes(const float *luma, int count, float gain, uint8_t *grey) {
+    for (int i = 0; i < count; i++) grey[i] = uint8_t(int(std::min(std::max(gain * luma[i], 0.0f), 255.0f) + 0.5f));
+}
+
+} // namespace
+
+void renderWorld(const Scene &scene, const RayTable &rays, const Pose &camera, uint8_t *grey, size_t stride_bytes,
+                 float gain, Noise noise) {
+    Block block;
+    float luma[kBlock];
+    for (uint32_t v = 0; v < rays.height; v++) {
+        for (uint32_t u = 0; u < rays.width; u += kBlock) {
+            const int count = int(std::min<uint32_t>(kBlock, rays.width - u));
+            const size_t first = size_t(v) * rays.width + u;
+            aim(block, rays, first, count, camera);
+            trace(block, scene.surfaces());
+            shade(block, scene.surfaces(), rays.radians_per_pixel, luma);
+            addNoise(luma, count, noise, first);
+            toBytes(luma, count, gain, grey + v * stride_bytes + u);
+        }
+    }
+}
+
+} // namespace ml2sim

@@ -1,0 +1,26 @@
+#include "scene.h"
+
+#include "layout.h"
+#include "light.h"
+#include "paint.h"
+#include "pyramid.h"
+
+namespace ml2sim {
+
+Scene::Scene(uint64_t seed) {
+    auto surfaces = std::make_unique<Surfaces>();
+    surfaces->boxes = standingBoxes();
+    planes_ = planesOf(surfaces->boxes);
+    const std::vector<Card> cards = hungCards(planes_);
+    landmarks_ = landmarksOf(planes_, cards);
+    for (int index = 0; index < int(planes_.size()); index++) {
+        Canvas canvas = painted(planes_[index], index, cards, seed);
+        illuminate(canvas, planes_[index], index, planes_, surfaces->boxes);
+        surfaces->all.push_back(addPyramid(canvas, planes_[index], surfaces->texels));
+    }
+    surfaces_ = std::move(surfaces);
+}
+
+Scene::~Scene() = default;
+
+} // namespace ml2sim
