@@ -10,6 +10,9 @@
  * still but for ml2sim_advance, and the times of CLOCK_MONOTONIC and CLOCK_BOOTTIME that this library takes and gives
  * stand with it.
  *
+ * **Misuse.** What breaks a rule of the vendor's interfaces is refused, told on stderr and counted in ml2sim_books.
+ * Frames that were released cannot be read: touching them is a segmentation fault.
+ *
  * **Threads.** Every function here may be called from any thread.
  */
 #pragma once
@@ -36,16 +39,15 @@ ML2SIM_API const char *ml2sim_describe_keys(void);
 ML2SIM_API void ml2sim_reset(void);
 
 typedef enum ml2sim_misuse {
-    ML2SIM_MISUSE_VERSION = 0,       /**< A version field other than what Init writes, or a struct not initialised. */
-    ML2SIM_MISUSE_ARGUMENT = 1,      /**< Null, unknown bits, a value out of its table. */
-    ML2SIM_MISUSE_HANDLE = 2,        /**< A handle that was never given or is closed. */
-    ML2SIM_MISUSE_THREAD = 3,        /**< A handle used from a thread that is not its own, or from two at once. */
-    ML2SIM_MISUSE_GET_TWICE = 4,     /**< Get before the last data was released. */
-    ML2SIM_MISUSE_RELEASE = 5,       /**< Release of what was not got, or twice. */
-    ML2SIM_MISUSE_AFTER_RELEASE = 6, /**< Released data was written to. (Reading it finds 0xdd.) */
-    ML2SIM_MISUSE_UNRELEASED = 7,    /**< Closed with data that was not released. */
-    ML2SIM_MISUSE_CLIENTS = 8,       /**< A second connection to a sensor that has one. */
-    ML2SIM_MISUSE_COUNT = 9,
+    ML2SIM_MISUSE_VERSION = 0,    /**< A version field other than what Init writes, or a struct not initialised. */
+    ML2SIM_MISUSE_ARGUMENT = 1,   /**< Null, unknown bits, a value out of its table. */
+    ML2SIM_MISUSE_HANDLE = 2,     /**< A handle that was never given or is closed. */
+    ML2SIM_MISUSE_THREAD = 3,     /**< A handle used from a thread that is not its own, or from two at once. */
+    ML2SIM_MISUSE_GET_TWICE = 4,  /**< Get before the last data was released. */
+    ML2SIM_MISUSE_RELEASE = 5,    /**< Release of what was not got, or twice. */
+    ML2SIM_MISUSE_UNRELEASED = 6, /**< Closed with data that was not released. */
+    ML2SIM_MISUSE_CLIENTS = 7,    /**< A second connection to a sensor that has one. */
+    ML2SIM_MISUSE_COUNT = 8,
 } ml2sim_misuse;
 
 /** What is open and what was done wrong since the start or ml2sim_reset. All zero is a perfect program's end. */
@@ -97,7 +99,7 @@ ML2SIM_API void ml2sim_true_head(int64_t mltime_nanos, ml2sim_pose *out);
 
 /**
  * What an inertial unit measures, in its own Android axes: specific force in m/s^2 (9.81 upwards at rest), angular
- * velocity in rad/s, magnetic field in microtesla; bias and noise as the keys say, equal for equal times. Any of the
+ * velocity in rad/s, magnetic field in tesla; bias and noise as the keys say, equal for equal times. Any of the
  * three may be null. Returns 0, or -1 for an unknown unit.
  */
 ML2SIM_API int32_t ml2sim_imu(uint32_t unit, int64_t boottime_nanos, float accel[3], float gyro[3], float mag[3]);
@@ -105,7 +107,7 @@ ML2SIM_API int32_t ml2sim_imu(uint32_t unit, int64_t boottime_nanos, float accel
 /** Ambient light in lux. */
 ML2SIM_API float ml2sim_light(int64_t boottime_nanos);
 
-/** Air pressure at a unit in hectopascal, as SensorEvent gives it. */
+/** Air pressure at a unit in pascal; -1 for an unknown unit. */
 ML2SIM_API float ml2sim_pressure(uint32_t unit, int64_t boottime_nanos);
 
 typedef struct ml2sim_color_request {

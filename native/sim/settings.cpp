@@ -1,0 +1,216 @@
+#include "settings.h"
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <mutex>
+#include <sstream>
+#include <vector>
+
+namespace ml2sim {
+namespace {
+
+/** A key of numbers has a range; a key of text has text as its default, and words when only those are allowed. */
+struct Row {
+    std::string name;
+    double standard;
+    double least;
+    double most;
+    const char *meaning;
+    bool shapesTheScene = false;
+    bool isText = false;
+    std::vector<std::string> words = {};
+};
+
+std::vector<Row> plainRows() {
+    return {
+        {"seed", 1, 0, 4294967295, "chooses the path of the head, the room's pictures and all noise", true},
+        {"loop_seconds", 4, 2, 600, "whole seconds after which the head's path and every film begin again", true},
+        {"trajectory", 0, 0, 0, "path of a TUM file for the head's path instead of the seed's; empty: none", true,
+         true},
+        {"tangential", 1e-4, -0.01, 0.01, "p1 and p2 of the world cameras", true},
+        {"image_noise", 1, 0, 64, "standard deviation of pixels in grey levels", true},
+        {"depth_noise_m", 0.002, 0, 1, "standard deviation of depth in metres", true},
+        {"imu_bias", 0, 0, 100, "constant bias; 1: up to 0.05 m/s^2 and 0.005 rad/s on each axis"},
+        {"imu_noise", 0, 0, 100, "noise; 1: standard deviations of 0.02 m/s^2, 0.002 rad/s and 3e-7 T"},
+        {"mltime_offset_s", 7654321.012345678, 0, 1e8, "MLTime minus CLOCK_MONOTONIC when that was 0"},
+        {"mltime_skew_ppm", 0, -1000, 1000, "how much faster MLTime runs than CLOCK_MONOTONIC"},
+        {"controller_tracked", 0, 0, 1, "1: the world cameras capture with low exposure too"},
+        {"stride_padding", 8, 0, 1024, "bytes after each row of the world cameras"},
+        {"abort_on_misuse", 0, 0, 1, "1: abort at the first misuse"},
+        {"clock", 0, 0, 0, "manual: time goes on by ml2sim_advance only", true, true, {"real", "manual"}},
+        {"cache", 0, 0, 0, "folder that keeps drawn films for later runs; empty: none", false, true},
+        {"fault.color.permission", 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
+        {"fault.color.pose", 0, 0, 1, "1: MLCVCameraGetFramePose gives PoseNotFound"},
+        {"fault.perception.startup", 0, 0, 1, "1: MLPerceptionStartup gives UnspecifiedFailure"},
+        {"fault.time.convert", 0, 0, 1, "1: conversions of MLTime give UnspecifiedFailure"},
+        {"fault.head.create", 0, 0, 1, "1: MLHeadTrackingCreate gives UnspecifiedFailure"},
+        {"fault.head.tracking", 0, 0, 2, "1: relocalizing, 2: lost; poses stay where they were, snapshots have none"},
+        {"fault.head.new_session", 0, 0, 1e6, "each new value begins a session: the world's origin moves to the head"},
+        {"fault.snapshot.get", 0, 0, 1, "1: getting a snapshot gives UnspecifiedFailure"},
+    };
+}
+
+struct CameraFault {
+    const char *what;
+    double standard;
+    double most;
+    const char *meaning;
+};
+
+/** In the order of Fault. */
+constexpr std::array kCameraFaults = {
+    CameraFault{"permission", 0, 1, "1: Connect gives PermissionDenied"},
+    CameraFault{"connect", 0, 1, "1: Connect gives UnspecifiedFailure"},
+    CameraFault{"stalled", 0, 1, "1: no frames come, Get times out"},
+    CameraFault{"get", 0, 1, "1: Get gives UnspecifiedFailure"},
+    CameraFault{"disconnected", 0, 1, "1: the camera goes away: waiting and later calls fail until connected anew"},
+    CameraFault{"drop_every", 0, 1e6, "n: every nth frame never comes"},
+    CameraFault{"frame_count", -1, 255, "frame_count says so, whatever there is"},
+    CameraFault{"size", -1, 4294967295, "size of every buffer says so"},
+    CameraFault{"stride", -1, 4294967295, "stride of every buffer says so"},
+    CameraFault{"width", -1, 4294967295, "width of every buffer says so"},
+    CameraFault{"bytes_per_pixel", -1, 4294967295, "bytes per pixel of every buffer says so"},
+    CameraFault{"null_data", 0, 1, "1: data of every buffer is null"},
+    CameraFault{"null_frames", 0, 1, "1: frames is null, whatever frame_count says"},
+    CameraFault{"version", 0, 1, "1: Get changes the version of the caller's struct"},
+    CameraFault{"id", 0, 1, "1: camera (depth: frame type) is none that the headset has"},
+    CameraFault{"not_finite", 0, 1, "1: pose and focal length are not numbers"},
+};
+constexpr std::array kCameraKinds = {"depth", "world", "eye"};
+
+std::vector<Row> allRows() {
+    auto rows = plainRows();
+    for (const auto *camera : kCameraKinds)
+        for (const auto &row : kCameraFaults)
+            rows.push_back({std::string("fault.") + camera + "." + row.what, row.standard, row.standard < 0 ? -1 : 0.0,
+                            row.most, row.meaning});
+    return rows;
+}
+
+struct Table {
+    std::vector<Row> rows = allRows();
+    std::vector<std::atomic<double>> numbers = std::vector<std::atomic<double>>(rows.size());
+    std::mutex mutex;
+    std::vector<std::string> texts = std::vector<std::string>(rows.size());
+
+    Table() { reset(); }
+
+    void reset() {
+        const std::lock_guard lock(mutex);
+        for (size_t i = 0; i < rows.size(); i++) {
+            numbers[i] = rows[i].standard;
+            texts[i] = rows[i].words.empty() ? "" : rows[i].words.front();
+        }
+    }
+};
+
+Table &table() {
+    static Table it;
+    return it;
+}
+
+std::string allowedNames() {
+    std::string names;
+    for (const auto &row : table().rows)
+        names += (names.empty() ? "" : ", ") + row.name;
+    return names;
+}
+
+std::string shortest(double value) {
+    std::ostringstream out;
+    out.precision(17);
+    out << value;
+    return out.str();
+}
+
+std::string setText(size_t index, const std::string &value) {
+    const auto &row = table().rows[index];
+    std::string words;
+    bool isAllowed = row.words.empty();
+    for (const auto &word : row.words) {
+        words += (words.empty() ? "" : ", ") + word;
+        isAllowed |= word == value;
+    }
+    if (!isAllowed)
+        return row.name + ": expected one of " + words + ", found \"" + value + "\"";
+    const std::lock_guard lock(table().mutex);
+    table().texts[index] = value;
+    return "";
+}
+
+std::string setNumber(size_t index, const std::string &value) {
+    const auto &row = table().rows[index];
+    char *end = nullptr;
+    const double number = std::strtod(value.c_str(), &end);
+    if (value.empty() || *end != '\0' || !(number >= row.least && number <= row.most))
+        return row.name + ": expected a number from " + shortest(row.least) + " to " + shortest(row.most) +
+               ", found \"" + value + "\"";
+    table().numbers[index] = number;
+    return "";
+}
+
+size_t indexOf(const std::string &name) {
+    size_t index = 0;
+    while (index < table().rows.size() && table().rows[index].name != name)
+        index++;
+    return index;
+}
+
+size_t faultIndex(CameraKind camera, Fault what) {
+    return static_cast<size_t>(Key::FaultCameras) + static_cast<size_t>(camera) * kCameraFaults.size() +
+           static_cast<size_t>(what);
+}
+
+} // namespace
+
+double number(Key key) { return table().numbers[static_cast<size_t>(key)]; }
+
+double fault(CameraKind camera, Fault what) { return table().numbers[faultIndex(camera, what)]; }
+
+std::string text(Key key) {
+    const std::lock_guard lock(table().mutex);
+    return table().texts[static_cast<size_t>(key)];
+}
+
+bool shapesTheScene(const std::string &name) {
+    const size_t index = indexOf(name);
+    return index < table().rows.size() && table().rows[index].shapesTheScene;
+}
+
+std::string setKey(const std::string &name, const std::string &value) {
+    const size_t index = indexOf(name);
+    if (index == table().rows.size())
+        return "unknown key \"" + name + "\"; allowed: " + allowedNames();
+    return table().rows[index].isText ? setText(index, value) : setNumber(index, value);
+}
+
+std::string describeKeys() {
+    std::string out;
+    for (size_t i = 0; i < table().rows.size(); i++) {
+        const auto &row = table().rows[i];
+        const auto value = row.isText ? text(static_cast<Key>(i)) : shortest(table().numbers[i]);
+        out += row.name + "=" + value + "  " + row.meaning + "\n";
+    }
+    return out;
+}
+
+std::string resetKeys() {
+    table().reset();
+    const char *environment = std::getenv("ML2SIM");
+    std::istringstream pairs(environment == nullptr ? "" : environment);
+    std::string pair;
+    while (std::getline(pairs, pair, ',')) {
+        const auto equals = pair.find('=');
+        if (equals == std::string::npos)
+            return "expected key=value, found \"" + pair + "\"";
+        const auto problem = setKey(pair.substr(0, equals), pair.substr(equals + 1));
+        if (!problem.empty())
+            return problem;
+    }
+    return "";
+}
+
+} // namespace ml2sim
