@@ -1,0 +1,131 @@
+#include "film.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cinttypes>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "settings.h"
+
+namespace ml2sim {
+namespace {
+
+/** Part of every description; to be raised when the renderer or the layout of a film changes. */
+constexpr int kRendererVersion = 1;
+
+constexpr int kDrawingThreads = 2;
+constexpr size_t kPage = 4096;
+
+/** FNV-1a. */
+uint64_t hashOf(const std::string &text) {
+    uint64_t hash = 0xcbf29ce484222325;
+    for (const unsigned char c : text) hash = (hash ^ c) * 0x100000001b3;
+    return hash;
+}
+
+void mustSucceed(bool isDone, const std::string &what) {
+    if (isDone) return;
+    std::perror(("ml2sim: " + what).c_str());
+    std::abort();
+}
+
+std::string cachePath(const FilmPlan &plan) {
+    const auto folder = text(Key::Cache);
+    if (folder.empty()) return "";
+    char file[96];
+    std::snprintf(file, sizeof file, "/%s-%016" PRIx64 ".film", plan.name.c_str(), hashOf(plan.inputs));
+    return folder + file;
+}
+
+} // namespace
+
+struct Film::Drawn {
+    std::mutex mutex;
+    std::vector<bool> is;
+};
+
+std::shared_ptr<Film> Film::of(const FilmPlan &plan) {
+    static std::mutex mutex;
+    static std::map<std::string, std::shared_ptr<Film>> films;
+    const bool drawsAhead = text(Key::Clock) != "manual";
+    auto known = plan;
+    known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
+    const std::lock_guard lock(mutex);
+    auto &film = films[(drawsAhead ? "" : "manual ") + known.name + " " + known.inputs];
+    if (!film) film = std::make_shared<Film>(known, drawsAhead);
+    return film;
+}
+
+Film::Film(const FilmPlan &plan, bool drawsAhead)
+    : plan_(plan), stride_((plan.frame_bytes + kPage - 1) / kPage * kPage) {
+    const auto path = drawsAhead ? cachePath(plan) : "";
+    if (!path.empty() && load(path)) return;
+    const auto partial = path + "." + std::to_string(getpid());
+    const int file = path.empty() ? memfd_create(plan.name.c_str(), MFD_CLOEXEC)
+                                  : open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    mustSucceed(file >= 0, "cache " + partial);
+    mustSucceed(ftruncate(file, static_cast<off_t>(stride_ * plan.count)) == 0, "room for " + plan.name);
+    map(file);
+    if (drawsAhead) {
+        drawAll();
+    } else {
+        drawn_ = std::make_unique<Drawn>();
+        drawn_->is.resize(plan.count);
+    }
+    if (!path.empty()) mustSucceed(rename(partial.c_str(), path.c_str()) == 0, "cache " + path);
+}
+
+Film::~Film() { munmap(frames_, stride_ * plan_.count); }
+
+/** Takes the file over. */
+void Film::map(int file) {
+    void *memory = mmap(nullptr, stride_ * plan_.count, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    mustSucceed(memory != MAP_FAILED, "mapping " + plan_.name);
+    close(file);
+    frames_ = static_cast<uint8_t *>(memory);
+}
+
+bool Film::load(const std::string &path) {
+    const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+    if (file < 0) return false;
+    struct stat found {};
+    if (fstat(file, &found) != 0 || static_cast<size_t>(found.st_size) != stride_ * plan_.count) {
+        close(file);
+        return false;
+    }
+    map(file);
+    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "protecting " + plan_.name);
+    return true;
+}
+
+void Film::drawAll() {
+    std::fprintf(stderr, "ml2sim: drawing %zu frames of %s\n", plan_.count, plan_.name.c_str());
+    std::atomic<size_t> next{0};
+    const auto draw = [this, &next] {
+        for (size_t i = next++; i < plan_.count; i = next++) plan_.draw(i, frames_ + i * stride_);
+    };
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kDrawingThreads; i++) threads.emplace_back(draw);
+    for (auto &thread : threads) thread.join();
+    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "protecting " + plan_.name);
+}
+
+const uint8_t *Film::frame(size_t index) {
+    uint8_t *pixels = frames_ + index * stride_;
+    if (!drawn_) return pixels;
+    const std::lock_guard lock(drawn_->mutex);
+    if (!drawn_->is[index]) plan_.draw(index, pixels);
+    drawn_->is[index] = true;
+    return pixels;
+}
+
+} // namespace ml2sim
