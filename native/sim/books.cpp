@@ -62,7 +62,8 @@ void misuse(ml2sim_misuse kind, const char *format, ...) {
         book.misuses[kind]++;
         std::fprintf(stderr, "ml2sim: misuse: %s\n", book.last_misuse);
     }
-    if (isOn(Key::AbortOnMisuse)) std::abort();
+    if (isOn(Key::AbortOnMisuse))
+        std::abort();
 }
 
 void resetBooks() {

@@ -28,19 +28,22 @@ constexpr size_t kPage = 4096;
 /** FNV-1a. */
 uint64_t hashOf(const std::string &text) {
     uint64_t hash = 0xcbf29ce484222325;
-    for (const unsigned char c : text) hash = (hash ^ c) * 0x100000001b3;
+    for (const unsigned char c : text)
+        hash = (hash ^ c) * 0x100000001b3;
     return hash;
 }
 
 void mustSucceed(bool isDone, const std::string &what) {
-    if (isDone) return;
+    if (isDone)
+        return;
     std::perror(("ml2sim: " + what).c_str());
     std::abort();
 }
 
 std::string cachePath(const FilmPlan &plan) {
     const auto folder = text(Key::Cache);
-    if (folder.empty()) return "";
+    if (folder.empty())
+        return "";
     char file[96];
     std::snprintf(file, sizeof file, "/%s-%016" PRIx64 ".film", plan.name.c_str(), hashOf(plan.inputs));
     return folder + file;
@@ -61,14 +64,16 @@ std::shared_ptr<Film> Film::of(const FilmPlan &plan) {
     known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
     const std::lock_guard lock(mutex);
     auto &film = films[(drawsAhead ? "" : "manual ") + known.name + " " + known.inputs];
-    if (!film) film = std::make_shared<Film>(known, drawsAhead);
+    if (!film)
+        film = std::make_shared<Film>(known, drawsAhead);
     return film;
 }
 
 Film::Film(const FilmPlan &plan, bool drawsAhead)
     : plan_(plan), stride_((plan.frame_bytes + kPage - 1) / kPage * kPage) {
     const auto path = drawsAhead ? cachePath(plan) : "";
-    if (!path.empty() && load(path)) return;
+    if (!path.empty() && load(path))
+        return;
     const auto partial = path + "." + std::to_string(getpid());
     const int file = path.empty() ? memfd_create(plan.name.c_str(), MFD_CLOEXEC)
                                   : open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -81,7 +86,8 @@ Film::Film(const FilmPlan &plan, bool drawsAhead)
         drawn_ = std::make_unique<Drawn>();
         drawn_->is.resize(plan.count);
     }
-    if (!path.empty()) mustSucceed(rename(partial.c_str(), path.c_str()) == 0, "cache " + path);
+    if (!path.empty())
+        mustSucceed(rename(partial.c_str(), path.c_str()) == 0, "cache " + path);
 }
 
 Film::~Film() { munmap(frames_, stride_ * plan_.count); }
@@ -96,7 +102,8 @@ void Film::map(int file) {
 
 bool Film::load(const std::string &path) {
     const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
-    if (file < 0) return false;
+    if (file < 0)
+        return false;
     struct stat found {};
     if (fstat(file, &found) != 0 || static_cast<size_t>(found.st_size) != stride_ * plan_.count) {
         close(file);
@@ -111,19 +118,24 @@ void Film::drawAll() {
     std::fprintf(stderr, "ml2sim: drawing %zu frames of %s\n", plan_.count, plan_.name.c_str());
     std::atomic<size_t> next{0};
     const auto draw = [this, &next] {
-        for (size_t i = next++; i < plan_.count; i = next++) plan_.draw(i, frames_ + i * stride_);
+        for (size_t i = next++; i < plan_.count; i = next++)
+            plan_.draw(i, frames_ + i * stride_);
     };
     std::vector<std::thread> threads;
-    for (int i = 0; i < kDrawingThreads; i++) threads.emplace_back(draw);
-    for (auto &thread : threads) thread.join();
+    for (int i = 0; i < kDrawingThreads; i++)
+        threads.emplace_back(draw);
+    for (auto &thread : threads)
+        thread.join();
     mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "protecting " + plan_.name);
 }
 
 const uint8_t *Film::frame(size_t index) {
     uint8_t *pixels = frames_ + index * stride_;
-    if (!drawn_) return pixels;
+    if (!drawn_)
+        return pixels;
     const std::lock_guard lock(drawn_->mutex);
-    if (!drawn_->is[index]) plan_.draw(index, pixels);
+    if (!drawn_->is[index])
+        plan_.draw(index, pixels);
     drawn_->is[index] = true;
     return pixels;
 }

@@ -11,7 +11,8 @@ namespace {
 constexpr size_t kPage = 4096;
 
 void mustSucceed(bool isDone, const char *what) {
-    if (isDone) return;
+    if (isDone)
+        return;
     std::perror(what);
     std::abort();
 }
@@ -20,15 +21,17 @@ void mustSucceed(bool isDone, const char *what) {
 
 Loan::~Loan() {
     for (auto &place : places_)
-        if (place.start != nullptr) munmap(place.start, place.bytes);
+        if (place.start != nullptr)
+            munmap(place.start, place.bytes);
 }
 
 void Loan::begin(size_t bytes) {
     turn_ = (turn_ + 1) % 3;
     auto &place = places_[turn_];
-    if (place.bytes < bytes) {
-        if (place.start != nullptr) munmap(place.start, place.bytes);
-        place.bytes = (bytes + kPage - 1) / kPage * kPage;
+    if (place.start == nullptr || place.bytes < bytes) {
+        if (place.start != nullptr)
+            munmap(place.start, place.bytes);
+        place.bytes = bytes / kPage * kPage + kPage;
         void *memory = mmap(nullptr, place.bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         mustSucceed(memory != MAP_FAILED, "ml2sim: mmap");
         place.start = static_cast<uint8_t *>(memory);

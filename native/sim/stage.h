@@ -1,6 +1,7 @@
 // The one headset that all pictures, poses and motions are of: its path through the room, and its tracking.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -1,0 +1,158 @@
+#include "connection.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "books.h"
+#include "stage.h"
+
+namespace ml2sim {
+namespace {
+
+int64_t deadlineAfter(uint64_t timeout_ms) {
+    const int64_t now = mlTimeNow();
+    const auto most = static_cast<uint64_t>(std::numeric_limits<int64_t>::max() - now);
+    return now + static_cast<int64_t>(std::min(timeout_ms, most / 1000000) * 1000000);
+}
+
+} // namespace
+
+MLHandle newHandle() {
+    static std::atomic<MLHandle> next{0x4d4c325300000001};
+    return next++;
+}
+
+MLResult Connection::open(MLHandle *out) {
+    *out = ML_INVALID_HANDLE;
+    if (hasFault(kind_, Fault::Permission))
+        return MLResult_PermissionDenied;
+    if (hasFault(kind_, Fault::Connect) || hasFault(kind_, Fault::Disconnected))
+        return MLResult_UnspecifiedFailure;
+    MLHandle expected = ML_INVALID_HANDLE;
+    const MLHandle handle = newHandle();
+    if (!handle_.compare_exchange_strong(expected, handle)) {
+        misuse(ML2SIM_MISUSE_CLIENTS, "%s camera: connected while handle %#lx is open", name_, expected);
+        return MLResult_UnspecifiedFailure;
+    }
+    owner_ = gettid();
+    isGone_ = false;
+    lentTo_ = nullptr;
+    enter(Account::Handles, 1);
+    *out = handle;
+    return MLResult_Ok;
+}
+
+void Connection::start(Rhythm rhythm) {
+    rhythm_ = rhythm;
+    lastIndex_ = captureIndex(mlTimeNow(), rhythm.rate_hz);
+}
+
+bool Connection::isDropped(int64_t index) const {
+    const auto every = static_cast<int64_t>(fault(kind_, Fault::DropEvery));
+    return every > 0 && index % every == 0;
+}
+
+MLResult Connection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*delivers)()) {
+    const int64_t deadline = deadlineAfter(timeout_ms);
+    while (true) {
+        const uint64_t seen = wakeCount();
+        if (isGone() || hasFault(kind_, Fault::Get))
+            return MLResult_UnspecifiedFailure;
+        const int64_t now = mlTimeNow();
+        const int64_t newest = captureIndex(now - rhythm_.delayNanos, rhythm_.rate_hz);
+        int64_t latest = newest;
+        while (latest > lastIndex_ && isDropped(latest))
+            latest--;
+        const bool isStalled = hasFault(kind_, Fault::Stalled) || !delivers();
+        if (!isStalled && latest > lastIndex_) {
+            *index = lastIndex_ = latest;
+            return MLResult_Ok;
+        }
+        if (now >= deadline)
+            return MLResult_Timeout;
+        const int64_t next = captureTime(std::max(newest, lastIndex_) + 1, rhythm_.rate_hz) + rhythm_.delayNanos;
+        waitUntil(isStalled ? deadline : std::min(deadline, next), seen);
+    }
+}
+
+bool Connection::isGone() {
+    if (hasFault(kind_, Fault::Disconnected))
+        isGone_ = true;
+    return isGone_;
+}
+
+MLResult Connection::beginGet() {
+    if (lentTo_ == nullptr)
+        return MLResult_Ok;
+    misuse(ML2SIM_MISUSE_GET_TWICE, "%s camera: data got again before it was released", name_);
+    return MLResult_IllegalState;
+}
+
+Loan &Connection::lendTo(const void *data, size_t bytes) {
+    loan_.begin(bytes);
+    lentTo_ = data;
+    enter(Account::Gets, 1);
+    return loan_;
+}
+
+MLResult Connection::release(const void *data) {
+    if (lentTo_ == nullptr || lentTo_ != data) {
+        misuse(ML2SIM_MISUSE_RELEASE, "%s camera: released %p, %s", name_, data,
+               lentTo_ == nullptr ? "but nothing is got" : "but other data was got");
+        return MLResult_InvalidParam;
+    }
+    loan_.end();
+    lentTo_ = nullptr;
+    enter(Account::Gets, -1);
+    return MLResult_Ok;
+}
+
+void Connection::close() {
+    if (lentTo_ != nullptr) {
+        misuse(ML2SIM_MISUSE_UNRELEASED, "%s camera: disconnected before its data was released", name_);
+        release(lentTo_);
+    }
+    handle_ = ML_INVALID_HANDLE;
+    enter(Account::Handles, -1);
+}
+
+void Connection::reset() {
+    if (loan_.isLent())
+        loan_.end();
+    lentTo_ = nullptr;
+    handle_ = ML_INVALID_HANDLE;
+}
+
+Call::Call(Connection &connection, MLHandle handle, const char *function)
+    : connection_(connection), result_(MLResult_IllegalState) {
+    if (handle != connection.handle_ || handle == ML_INVALID_HANDLE) {
+        misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
+        result_ = MLResult_InvalidParam;
+    } else if (connection.owner_ != gettid()) {
+        misuse(ML2SIM_MISUSE_THREAD, "%s: called from thread %d, the handle is of %d%s", function, gettid(),
+               connection.owner_.load(), connection.isBusy_ ? ", which is in a call" : "");
+    } else {
+        isInside_ = true;
+        connection.isBusy_ = true;
+        result_ = MLResult_Ok;
+    }
+}
+
+Call::~Call() {
+    if (isInside_)
+        connection_.isBusy_ = false;
+}
+
+MLResult refuseArgument(const char *function, const char *what) {
+    misuse(ML2SIM_MISUSE_ARGUMENT, "%s: %s", function, what);
+    return MLResult_InvalidParam;
+}
+
+MLResult refuseVersion(const char *function, uint32_t expected, uint32_t found) {
+    misuse(ML2SIM_MISUSE_VERSION, "%s: expected version %u, found %u", function, expected, found);
+    return MLResult_InvalidParam;
+}
+
+} // namespace ml2sim

@@ -1,0 +1,234 @@
+// MLDepthCamera*: one stream at a time, with the planes that were asked for.
+#include "ml_depth_camera.h"
+
+#include <cstring>
+
+#include "books.h"
+#include "connection.h"
+#include "depth_modes.h"
+#include "film.h"
+#include "hostile.h"
+#include "lazy.h"
+#include "ml_unused.h"
+#include "sensors.h"
+#include "stage.h"
+#include "tracking.h"
+
+namespace ml2sim {
+namespace {
+
+constexpr auto kKind = CameraKind::Depth;
+constexpr int64_t kDelayNanos = 7000000;
+
+/** Where the planes of a frame go, in the order of the bits of MLDepthCameraFlags, which is that of a film's frame. */
+constexpr MLDepthCameraFrameBuffer *MLDepthCameraFrame::*kPlanes[] = {
+    &MLDepthCameraFrame::depth_image,     &MLDepthCameraFrame::confidence,
+    &MLDepthCameraFrame::flags,           &MLDepthCameraFrame::ambient_raw_depth_image,
+    &MLDepthCameraFrame::raw_depth_image,
+};
+constexpr size_t kPlaneCount = std::size(kPlanes);
+
+Connection connection(kKind, "depth");
+DepthChoice choice;
+std::shared_ptr<Film> film;
+const PlumbBob lens = depthLens();
+uint32_t capabilityLists = 0;
+
+uint32_t stride() { return lens.width * 4; }
+size_t planeBytes() { return size_t{stride()} * lens.height; }
+size_t planesIn(uint32_t flags) { return static_cast<size_t>(__builtin_popcount(flags)); }
+
+DepthImages imagesIn(uint8_t *frame, uint32_t planes) {
+    const auto next = [&](uint32_t flag) -> void * {
+        if ((planes & flag) == 0)
+            return nullptr;
+        return frame + planesIn(planes & (flag - 1)) * planeBytes();
+    };
+    return {static_cast<float *>(next(MLDepthCameraFlags_DepthImage)),
+            static_cast<float *>(next(MLDepthCameraFlags_Confidence)),
+            static_cast<uint32_t *>(next(MLDepthCameraFlags_DepthFlags)),
+            static_cast<float *>(next(MLDepthCameraFlags_RawDepthImage)),
+            static_cast<float *>(next(MLDepthCameraFlags_AmbientRawDepthImage)),
+            stride()};
+}
+
+FilmPlan planOf(const DepthChoice &wanted) {
+    const auto stage = Stage::current();
+    const auto sigma = static_cast<float>(number(Key::DepthNoise));
+    const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 8;
+    const auto &stream = kDepthStreams[wanted.type];
+    const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lens); });
+    const auto draw = [=](size_t index, uint8_t *frame) {
+        const Pose camera = compose(stage->atFilm(index, wanted.delivered_hz).head, mount(Camera::Depth));
+        renderDepth(*Stage::room(), rays->get(), camera, stream.range, imagesIn(frame, wanted.planes),
+                    {sigma, noiseSeed, index});
+    };
+    const auto inputs = stage->inputs() + " noise=" + std::to_string(sigma) +
+                        " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes);
+    return {stream.name, inputs, planesIn(wanted.planes) * planeBytes(), stage->filmFrames(wanted.delivered_hz), draw};
+}
+
+void apply(const DepthChoice &wanted) {
+    choice = wanted;
+    film = Film::of(planOf(wanted));
+    Stage::current()->begin();
+    connection.start({wanted.delivered_hz, kDelayNanos});
+}
+
+MLDepthCameraIntrinsics intrinsics() {
+    const auto f = [](double value) { return static_cast<float>(value); };
+    MLDepthCameraIntrinsics out{};
+    out.width = lens.width;
+    out.height = lens.height;
+    out.focal_length = {f(lens.fx), f(lens.fy)};
+    out.principal_point = {f(lens.cx), f(lens.cy)};
+    out.fov = f(fovDegrees(lens));
+    const double distortion[] = {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3};
+    std::memcpy(out.distortion, distortion, sizeof distortion);
+    return out;
+}
+
+MLDepthCameraFrameBuffer *copyPlane(Loan &loan, const uint8_t *pixels) {
+    auto *buffer = loan.take<MLDepthCameraFrameBuffer>(1);
+    auto *data = loan.take<uint8_t>(planeBytes());
+    std::memcpy(data, pixels, planeBytes());
+    *buffer = {lens.width, lens.height, stride(), 4, static_cast<uint32_t>(planeBytes()), data};
+    spoilBuffer(kKind, *buffer, buffer->bytes_per_unit);
+    return buffer;
+}
+
+void lend(int64_t index, MLDepthCameraData *data) {
+    const size_t perPlane = Loan::rounded(sizeof(MLDepthCameraFrameBuffer)) + Loan::rounded(planeBytes());
+    auto &loan = connection.lendTo(data, Loan::rounded(sizeof(MLDepthCameraFrame)) + kPlaneCount * perPlane);
+    auto *frame = loan.take<MLDepthCameraFrame>(1);
+    *frame = {};
+    frame->frame_number = index;
+    frame->frame_timestamp = captureTime(index, choice.delivered_hz);
+    frame->frame_type = spoiltId(kKind, choice.type);
+    frame->camera_pose = reportedCamera(Camera::Depth, frame->frame_timestamp);
+    frame->intrinsics = intrinsics();
+    const auto *pixels = film->frame(Stage::current()->filmIndex(index, choice.delivered_hz));
+    for (size_t plane = 0; plane < kPlaneCount; plane++) {
+        if ((choice.planes >> plane & 1) == 0)
+            continue;
+        frame->*kPlanes[plane] = copyPlane(loan, pixels);
+        pixels += planeBytes();
+    }
+    spoilPose(kKind, *frame);
+    data->frame_count = 1;
+    data->frames = frame;
+    spoilData(kKind, *data);
+}
+
+} // namespace
+
+bool isDepthCameraOpen() { return connection.isOpen(); }
+
+void resetDepthCamera() {
+    connection.reset();
+    capabilityLists = 0;
+}
+
+} // namespace ml2sim
+
+using namespace ml2sim;
+
+MLResult MLDepthCameraConnect(const MLDepthCameraSettings *settings, MLHandle *out_camera) {
+    if (out_camera == nullptr)
+        return refuseArgument(__func__, "out_camera is null");
+    DepthChoice wanted{};
+    if (const auto result = chooseDepth(__func__, settings, &wanted))
+        return result;
+    if (const auto result = connection.open(out_camera))
+        return result;
+    apply(wanted);
+    return MLResult_Ok;
+}
+
+MLResult MLDepthCameraUpdateSettings(MLHandle camera, const MLDepthCameraSettings *settings) {
+    const Call call(connection, camera, __func__);
+    if (call.isRefused())
+        return call.result();
+    DepthChoice wanted{};
+    if (const auto result = chooseDepth(__func__, settings, &wanted))
+        return result;
+    if (connection.isGone())
+        return MLResult_UnspecifiedFailure;
+    apply(wanted);
+    return MLResult_Ok;
+}
+
+MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, MLDepthCameraData *inout_data) {
+    const Call call(connection, camera, __func__);
+    if (call.isRefused())
+        return call.result();
+    if (inout_data == nullptr)
+        return refuseArgument(__func__, "inout_data is null");
+    if (inout_data->version != 3)
+        return refuseVersion(__func__, 3, inout_data->version);
+    if (const auto result = connection.beginGet())
+        return result;
+    int64_t index = 0;
+    if (const auto result = connection.awaitFrame(timeout_ms, &index))
+        return result;
+    lend(index, inout_data);
+    return MLResult_Ok;
+}
+
+MLResult MLDepthCameraReleaseDepthData(MLHandle camera, MLDepthCameraData *data) {
+    const Call call(connection, camera, __func__);
+    if (call.isRefused())
+        return call.result();
+    return connection.release(data);
+}
+
+MLResult MLDepthCameraGetCapabilities(MLHandle camera, const MLDepthCameraCapabilityFilter *filter,
+                                      MLDepthCameraCapabilityList *out_list) {
+    const Call call(connection, camera, __func__);
+    if (call.isRefused())
+        return call.result();
+    if (filter == nullptr || out_list == nullptr)
+        return refuseArgument(__func__, "filter or out_list is null");
+    if (filter->version != 1)
+        return refuseVersion(__func__, 1, filter->version);
+    auto *capabilities = new MLDepthCameraCapability[std::size(kDepthModes)];
+    uint8_t count = 0;
+    for (const auto &mode : kDepthModes) {
+        const auto &stream = kDepthStreams[mode.type];
+        if ((filter->streams & stream.bit) == 0)
+            continue;
+        capabilities[count++] = {1, new MLDepthCameraStreamCapability{stream.bit, stream.least_exposure_us,
+                                                                      stream.most_exposure_us, mode.rate}};
+    }
+    *out_list = {count, capabilities};
+    capabilityLists++;
+    enter(Account::CapabilityLists, 1);
+    return MLResult_Ok;
+}
+
+MLResult MLDepthCameraReleaseCapabilities(MLHandle camera, MLDepthCameraCapabilityList *list) {
+    const Call call(connection, camera, __func__);
+    if (call.isRefused())
+        return call.result();
+    if (list == nullptr || list->capabilities == nullptr || capabilityLists == 0) {
+        misuse(ML2SIM_MISUSE_RELEASE, "%s: the list was not got, or is released already", __func__);
+        return MLResult_InvalidParam;
+    }
+    for (uint8_t i = 0; i < list->size; i++)
+        delete list->capabilities[i].stream_capabilities;
+    delete[] list->capabilities;
+    *list = {};
+    capabilityLists--;
+    enter(Account::CapabilityLists, -1);
+    return MLResult_Ok;
+}
+
+MLResult MLDepthCameraDisconnect(MLHandle camera) {
+    const Call call(connection, camera, __func__);
+    if (call.isRefused())
+        return call.result();
+    if (capabilityLists != 0)
+        misuse(ML2SIM_MISUSE_UNRELEASED, "%s: %u capability lists were not released", __func__, capabilityLists);
+    connection.close();
+    return MLResult_Ok;
+}

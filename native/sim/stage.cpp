@@ -1,0 +1,110 @@
+#include "stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+
+#include "clock.h"
+#include "settings.h"
+
+namespace ml2sim {
+namespace {
+
+/** Before begin, a path that does not loop has its start for ever ahead. */
+constexpr int64_t kNotBegun = INT64_MAX;
+
+std::mutex mutex;
+std::shared_ptr<Stage> stage;
+
+std::string contents(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream out;
+    out << file.rdbuf();
+    return out.str();
+}
+
+uint64_t seed() { return static_cast<uint64_t>(number(Key::Seed)); }
+
+} // namespace
+
+Stage::Stage(Trajectory trajectory, bool isLoop, std::string inputs)
+    : trajectory_(std::move(trajectory)), isLoop_(isLoop),
+      loopNanos_(std::llround(trajectory_.durationSeconds()) * kSecond), inputs_(std::move(inputs)), start_(kNotBegun) {
+}
+
+std::shared_ptr<Stage> Stage::fromKeys() {
+    const auto room = "seed=" + std::to_string(seed());
+    const auto path = text(Key::Trajectory);
+    if (!path.empty())
+        return std::shared_ptr<Stage>(new Stage(Trajectory::fromTum(path), false, room + " tum=" + contents(path)));
+    const double loop_s = std::round(number(Key::LoopSeconds));
+    return std::shared_ptr<Stage>(
+        new Stage(Trajectory::looped(seed(), loop_s), true, room + " loop=" + std::to_string(loop_s)));
+}
+
+std::shared_ptr<Stage> Stage::current() {
+    const std::lock_guard lock(mutex);
+    return stage;
+}
+
+std::string Stage::refresh() {
+    try {
+        auto next = fromKeys();
+        const std::lock_guard lock(mutex);
+        stage = next;
+        return "";
+    } catch (const TrajectoryError &error) {
+        return error.what();
+    }
+}
+
+Motion Stage::at(int64_t mltime) const {
+    if (isLoop_)
+        return trajectory_.at(static_cast<double>(mltime % loopNanos_) / kSecond);
+    const int64_t start = start_;
+    return trajectory_.at(start == kNotBegun ? 0 : static_cast<double>(mltime - start) / kSecond);
+}
+
+void Stage::begin() {
+    int64_t expected = kNotBegun;
+    start_.compare_exchange_strong(expected, (mlTimeNow() / kSecond + 1) * kSecond);
+}
+
+size_t Stage::filmFrames(uint32_t rate_hz) const {
+    if (isLoop_)
+        return static_cast<size_t>(loopNanos_ / kSecond) * rate_hz;
+    return static_cast<size_t>(std::ceil(trajectory_.durationSeconds() * rate_hz)) + 1;
+}
+
+size_t Stage::filmIndex(int64_t index, uint32_t rate_hz) const {
+    const auto count = static_cast<int64_t>(filmFrames(rate_hz));
+    if (isLoop_)
+        return static_cast<size_t>(index % count);
+    const int64_t start = start_;
+    if (start == kNotBegun)
+        return 0;
+    return static_cast<size_t>(std::clamp<int64_t>(index - start / kSecond * rate_hz, 0, count - 1));
+}
+
+Motion Stage::atFilm(size_t index, uint32_t rate_hz) const {
+    return trajectory_.at(static_cast<double>(captureTime(static_cast<int64_t>(index), rate_hz)) / kSecond);
+}
+
+std::shared_ptr<const Scene> Stage::room() {
+    static std::mutex building;
+    static std::shared_ptr<const Scene> scene;
+    static uint64_t builtSeed;
+    const std::lock_guard lock(building);
+    if (!scene || builtSeed != seed())
+        scene = std::make_shared<const Scene>(builtSeed = seed());
+    return scene;
+}
+
+int64_t captureTime(int64_t index, uint32_t rate_hz) { return index * kSecond / rate_hz; }
+
+int64_t captureIndex(int64_t mltime, uint32_t rate_hz) { return ((mltime + 1) * rate_hz + kSecond - 1) / kSecond - 1; }
+
+} // namespace ml2sim

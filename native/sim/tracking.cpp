@@ -1,0 +1,105 @@
+#include "tracking.h"
+
+#include <cmath>
+#include <mutex>
+
+#include "clock.h"
+#include "ml_perception.h"
+#include "stage.h"
+
+namespace ml2sim {
+namespace {
+
+struct State {
+    Tracking tracking = kTracked;
+    int64_t lostSince = 0; ///< MLTime
+    double sessionKey = 0;
+    uint64_t session = 0;
+    Pose worldOfRoom;
+    MapEvents events;
+};
+
+std::mutex mutex;
+State state;
+
+State stateNow() {
+    const std::lock_guard lock(mutex);
+    return state;
+}
+
+/** A gravity aligned world at a head: its place, and its rotation about the vertical. */
+Pose originAt(const Pose &head) {
+    const Vec3 forward = rotate(head.rotation, {0, 0, -1});
+    return {Quaternion::about({0, 1, 0}, std::atan2(-forward.x, -forward.z)), head.position};
+}
+
+} // namespace
+
+Pose inWorld(const Pose &inRoom) { return compose(stateNow().worldOfRoom, inRoom); }
+
+Vec3 pointInWorld(Vec3 inRoom) { return transform(stateNow().worldOfRoom, inRoom); }
+
+Pose trueHead(int64_t mltime) { return inWorld(Stage::current()->at(mltime).head); }
+
+Pose reportedHead(int64_t mltime) {
+    const State now = stateNow();
+    const bool isStale = now.tracking != kTracked && mltime > now.lostSince;
+    return compose(now.worldOfRoom, Stage::current()->at(isStale ? now.lostSince : mltime).head);
+}
+
+MLTransform reportedCamera(Camera camera, int64_t mltime) {
+    return toTransform(compose(reportedHead(mltime), mount(camera)));
+}
+
+MLTransform toTransform(const Pose &pose) {
+    const auto f = [](double value) { return static_cast<float>(value); };
+    return {{f(pose.rotation.x), f(pose.rotation.y), f(pose.rotation.z), f(pose.rotation.w)},
+            {f(pose.position.x), f(pose.position.y), f(pose.position.z)}};
+}
+
+Tracking trackingNow() { return stateNow().tracking; }
+
+uint64_t sessionNumber() { return stateNow().session; }
+
+MapEvents mapEventsSoFar() { return stateNow().events; }
+
+uint64_t mapEventsBetween(const MapEvents &before, const MapEvents &after) {
+    return (after.lost != before.lost ? MLHeadTrackingMapEvent_Lost : 0u) |
+           (after.recovered != before.recovered ? MLHeadTrackingMapEvent_Recovered : 0u) |
+           (after.recoveryFailed != before.recoveryFailed ? MLHeadTrackingMapEvent_RecoveryFailed : 0u) |
+           (after.newSession != before.newSession ? MLHeadTrackingMapEvent_NewSession : 0u);
+}
+
+void refreshTracking() {
+    const auto tracking = static_cast<Tracking>(number(Key::FaultHeadTracking));
+    const double sessionKey = number(Key::FaultHeadNewSession);
+    const int64_t now = mlTimeNow();
+    const auto head = Stage::current()->at(now).head;
+    const std::lock_guard lock(mutex);
+    if (state.sessionKey != sessionKey) {
+        state.worldOfRoom = inverse(originAt(head));
+        state.session++;
+        state.events.newSession++;
+        if (state.tracking != kTracked)
+            state.events.recoveryFailed++;
+    } else if (state.tracking != kTracked && tracking == kTracked) {
+        state.events.recovered++;
+    }
+    if (state.tracking == kTracked && tracking != kTracked) {
+        state.events.lost++;
+        state.lostSince = now;
+    }
+    state.tracking = tracking;
+    state.sessionKey = sessionKey;
+}
+
+void resetTracking() {
+    {
+        const std::lock_guard lock(mutex);
+        state = {};
+        state.sessionKey = number(Key::FaultHeadNewSession);
+    }
+    refreshTracking();
+}
+
+} // namespace ml2sim

@@ -1,0 +1,224 @@
+// MLWorldCamera*: three cameras on one grid, a batch of at most one frame per camera and mode.
+#include "ml_world_camera.h"
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "connection.h"
+#include "film.h"
+#include "hostile.h"
+#include "lazy.h"
+#include "scene/render.h"
+#include "sensors.h"
+#include "stage.h"
+#include "tracking.h"
+
+namespace ml2sim {
+namespace {
+
+constexpr Rhythm kRhythm = {30, 9000000};
+constexpr float kLowExposureGain = 0.15f;
+constexpr uint32_t kModes = MLWorldCameraMode_LowExposure | MLWorldCameraMode_NormalExposure;
+constexpr auto kKind = CameraKind::World;
+
+struct Position {
+    MLWorldCameraIdentifier id;
+    Camera camera;
+    const char *name;
+};
+constexpr std::array<Position, 3> kPositions = {{
+    {MLWorldCameraIdentifier_Left, Camera::WorldLeft, "world_left"},
+    {MLWorldCameraIdentifier_Right, Camera::WorldRight, "world_right"},
+    {MLWorldCameraIdentifier_Center, Camera::WorldCenter, "world_center"},
+}};
+
+/** One camera in one mode. */
+struct View {
+    Position position;
+    MLWorldCameraFrameType type;
+    std::shared_ptr<Film> film;
+
+    /** Every camera and mode counts for itself; here from its own beginning. */
+    int64_t frameNumber(int64_t index) const {
+        return index + 100000 * static_cast<int64_t>(position.id) + 10000 * type;
+    }
+};
+
+Connection connection(kKind, "world");
+std::vector<View> views;
+FisheyeTangential lens;
+
+FisheyeTangential lensOfKeys() { return worldLens(number(Key::Tangential), number(Key::Tangential)); }
+
+FilmPlan planOf(const Position &position, MLWorldCameraFrameType type) {
+    const auto stage = Stage::current();
+    const float gain = type == MLWorldCameraFrameType_LowExposure ? kLowExposureGain : 1;
+    const auto sigma = static_cast<float>(number(Key::ImageNoise));
+    const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + position.id;
+    const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lensOfKeys()); });
+    const auto draw = [=](size_t index, uint8_t *grey) {
+        const Pose camera = compose(stage->atFilm(index, kRhythm.rate_hz).head, mount(position.camera));
+        renderWorld(*Stage::room(), rays->get(), camera, grey, rays->get().width, gain, {sigma, noiseSeed, index});
+    };
+    const auto inputs = stage->inputs() + " tangential=" + std::to_string(number(Key::Tangential)) +
+                        " noise=" + std::to_string(sigma) + " gain=" + std::to_string(gain);
+    const auto shape = lensOfKeys();
+    return {position.name, inputs, size_t{shape.width} * shape.height, stage->filmFrames(kRhythm.rate_hz), draw};
+}
+
+MLResult check(const char *function, const MLWorldCameraSettings *settings) {
+    if (settings == nullptr)
+        return refuseArgument(function, "settings are null");
+    if (settings->version != 1)
+        return refuseVersion(function, 1, settings->version);
+    if (settings->cameras == 0 || (settings->cameras & ~uint32_t{MLWorldCameraIdentifier_All}) != 0)
+        return refuseArgument(function, "cameras are not some of Left, Right, Center");
+    if (settings->mode == 0 || (settings->mode & ~kModes) != 0)
+        return refuseArgument(function, "mode is not some of LowExposure, NormalExposure");
+    return MLResult_Ok;
+}
+
+/** Draws what the settings ask for. */
+void apply(const MLWorldCameraSettings &settings) {
+    views.clear();
+    lens = lensOfKeys();
+    for (const auto &position : kPositions)
+        for (const uint32_t type : {MLWorldCameraFrameType_NormalExposure, MLWorldCameraFrameType_LowExposure})
+            if ((settings.cameras & position.id) != 0 && (settings.mode & type) != 0)
+                views.push_back({position, type, Film::of(planOf(position, type))});
+    Stage::current()->begin();
+    connection.start(kRhythm);
+}
+
+/** The device captures with low exposure for the controller's sake alone. */
+bool isLive(const View &view) {
+    return view.type == MLWorldCameraFrameType_NormalExposure || isOn(Key::ControllerTracked);
+}
+
+bool anyLive() {
+    bool any = false;
+    for (const auto &view : views)
+        any |= isLive(view);
+    return any;
+}
+
+MLWorldCameraIntrinsics intrinsics() {
+    const auto f = [](double value) { return static_cast<float>(value); };
+    MLWorldCameraIntrinsics out{};
+    out.width = lens.width;
+    out.height = lens.height;
+    out.focal_length = {f(lens.fx), f(lens.fy)};
+    out.principal_point = {f(lens.cx), f(lens.cy)};
+    out.fov = f(fovDegrees(lens));
+    std::copy_n(lens.k, 4, out.radial_distortion);
+    out.tangential_distortion[0] = lens.p1;
+    out.tangential_distortion[1] = lens.p2;
+    return out;
+}
+
+/** Rows stride apart; what lies between them is no picture. */
+uint8_t *copyRows(Loan &loan, const uint8_t *film, uint32_t stride) {
+    constexpr uint8_t kBetweenRows = 0xee;
+    auto *rows = loan.take<uint8_t>(size_t{stride} * lens.height);
+    for (uint32_t y = 0; y < lens.height; y++) {
+        std::memcpy(rows + size_t{y} * stride, film + size_t{y} * lens.width, lens.width);
+        std::memset(rows + size_t{y} * stride + lens.width, kBetweenRows, stride - lens.width);
+    }
+    return rows;
+}
+
+MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, Loan &loan) {
+    MLWorldCameraFrame frame{};
+    frame.id = spoiltId(kKind, view.position.id);
+    frame.frame_number = view.frameNumber(index);
+    frame.timestamp = captureTime(index, kRhythm.rate_hz);
+    frame.intrinsics = intrinsics();
+    frame.camera_pose = reportedCamera(view.position.camera, frame.timestamp);
+    const auto *film = view.film->frame(Stage::current()->filmIndex(index, kRhythm.rate_hz));
+    frame.frame_buffer = {lens.width, lens.height, stride, 1, stride * lens.height, copyRows(loan, film, stride)};
+    frame.frame_type = view.type;
+    spoilBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
+    spoilPose(kKind, frame);
+    return frame;
+}
+
+void lend(int64_t index, MLWorldCameraData *data) {
+    std::vector<View> live;
+    for (const auto &view : views)
+        if (isLive(view))
+            live.push_back(view);
+    const uint32_t stride = lens.width + static_cast<uint32_t>(number(Key::StridePadding));
+    const size_t perFrame = Loan::rounded(size_t{stride} * lens.height);
+    auto &loan =
+        connection.lendTo(data, Loan::rounded(live.size() * sizeof(MLWorldCameraFrame)) + live.size() * perFrame);
+    data->frame_count = static_cast<uint8_t>(live.size());
+    data->frames = loan.take<MLWorldCameraFrame>(live.size());
+    for (size_t i = 0; i < live.size(); i++)
+        data->frames[i] = frameOf(live[i], index, stride, loan);
+    spoilData(kKind, *data);
+}
+
+} // namespace
+
+bool isWorldCameraOpen() { return connection.isOpen(); }
+void resetWorldCamera() { connection.reset(); }
+
+} // namespace ml2sim
+
+using namespace ml2sim;
+
+MLResult MLWorldCameraConnect(const MLWorldCameraSettings *settings, MLHandle *out_cameras) {
+    if (out_cameras == nullptr)
+        return refuseArgument(__func__, "out_cameras is null");
+    if (const auto result = check(__func__, settings))
+        return result;
+    if (const auto result = connection.open(out_cameras))
+        return result;
+    apply(*settings);
+    return MLResult_Ok;
+}
+
+MLResult MLWorldCameraUpdateSettings(MLHandle cameras, const MLWorldCameraSettings *settings) {
+    const Call call(connection, cameras, __func__);
+    if (call.isRefused())
+        return call.result();
+    if (const auto result = check(__func__, settings))
+        return result;
+    if (connection.isGone())
+        return MLResult_UnspecifiedFailure;
+    apply(*settings);
+    return MLResult_Ok;
+}
+
+MLResult MLWorldCameraGetLatestWorldCameraData(MLHandle cameras, uint64_t timeout_ms, MLWorldCameraData **inout_data) {
+    const Call call(connection, cameras, __func__);
+    if (call.isRefused())
+        return call.result();
+    if (inout_data == nullptr || *inout_data == nullptr)
+        return refuseArgument(__func__, "inout_data must point to an initialised structure of the caller's");
+    if ((*inout_data)->version != 1)
+        return refuseVersion(__func__, 1, (*inout_data)->version);
+    if (const auto result = connection.beginGet())
+        return result;
+    int64_t index = 0;
+    if (const auto result = connection.awaitFrame(timeout_ms, &index, anyLive))
+        return result;
+    lend(index, *inout_data);
+    return MLResult_Ok;
+}
+
+MLResult MLWorldCameraReleaseCameraData(MLHandle cameras, MLWorldCameraData *data) {
+    const Call call(connection, cameras, __func__);
+    if (call.isRefused())
+        return call.result();
+    return connection.release(data);
+}
+
+MLResult MLWorldCameraDisconnect(MLHandle cameras) {
+    const Call call(connection, cameras, __func__);
+    if (call.isRefused())
+        return call.result();
+    connection.close();
+    return MLResult_Ok;
+}
