@@ -23,7 +23,8 @@ def copy(tmp_path: Path) -> Path:
         symlinks=True,
         ignore=ignored,
     )
-    for folder in ("config", "docs", f"{KOTLIN}/table", f"{KOTLIN}/generated"):
+    generated = (f"{KOTLIN}/table", f"{KOTLIN}/generated", "native/generated")
+    for folder in ("config", "docs", *generated):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     shutil.copy(ROOT / "pom.xml", tmp_path)
     assert check(tmp_path).returncode == 0
