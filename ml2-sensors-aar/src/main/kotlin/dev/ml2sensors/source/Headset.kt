@@ -48,7 +48,8 @@ public sealed interface Answer {
 
     public data class Adjusted(val values: StreamValues, val reason: String) : Answer
 
-    public data class Refused(val reason: String) : Answer
+    /** @property permission the Android permission to request for it, null when that is not what is missing. */
+    public data class Refused(val reason: String, val permission: String? = null) : Answer
 }
 
 /** The values a stream runs with by this answer, null when it does not. */

@@ -11,8 +11,10 @@ public sealed interface StreamState {
         val adjusted: String?,
     ) : StreamState
 
+    /** @property permission the Android permission to request for it, null when that is not what is missing. */
     public data class Refused(
         val reason: String,
+        val permission: String? = null,
     ) : StreamState
 
     /** Ran until its source failed. */
@@ -25,5 +27,5 @@ internal fun Answer.toState(): StreamState =
     when (this) {
         is Answer.Applied -> StreamState.Accepted(values, adjusted = null)
         is Answer.Adjusted -> StreamState.Accepted(values, reason)
-        is Answer.Refused -> StreamState.Refused(reason)
+        is Answer.Refused -> StreamState.Refused(reason, permission)
     }

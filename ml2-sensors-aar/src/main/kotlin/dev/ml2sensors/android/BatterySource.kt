@@ -1,0 +1,74 @@
+package dev.ml2sensors.android
+
+import android.content.BroadcastReceiver
+import android.content.Context
+import android.content.Intent
+import android.content.IntentFilter
+import android.os.BatteryManager
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorSource
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.flow.Flow
+
+/** The state of the battery: at once, and whenever Android says that it has changed. */
+public class BatterySource internal constructor(
+    private val context: Context,
+    private val clock: DeviceClock,
+) : SensorSource {
+    public constructor(context: Context) : this(context, SystemClocks().boot)
+
+    private val battery: BatteryManager = context.getSystemService(BatteryManager::class.java)
+    private val closed = Job()
+
+    override val backend: String get() = "battery_manager"
+
+    override val streams: Set<StreamSpec> = setOf(StreamTable.battery)
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = Answer.Applied(requested)
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
+        readings(closed) { readings ->
+            val receiver = object : BroadcastReceiver() {
+                override fun onReceive(context: Context, intent: Intent) = readings.offer(sample(intent))
+            }
+            context.registerReceiver(receiver, IntentFilter(Intent.ACTION_BATTERY_CHANGED))
+            AutoCloseable { context.unregisterReceiver(receiver) }
+        }
+
+    /** Ends all flows. */
+    override fun close() {
+        closed.complete()
+    }
+
+    private fun sample(intent: Intent): BatterySample {
+        val status = intent.getIntExtra(BatteryManager.EXTRA_STATUS, UNKNOWN)
+        return BatterySample(
+            clock.nowNanos(),
+            voltage = intent.number(BatteryManager.EXTRA_VOLTAGE) / MILLIVOLTS_PER_VOLT,
+            current = currentAmperes(),
+            percentage = intent.number(BatteryManager.EXTRA_LEVEL) / intent.number(BatteryManager.EXTRA_SCALE),
+            charging = status == BatteryManager.BATTERY_STATUS_CHARGING || status == BatteryManager.BATTERY_STATUS_FULL,
+        )
+    }
+
+    private fun Intent.number(extra: String): Float =
+        getIntExtra(extra, UNKNOWN).let { if (it == UNKNOWN) Float.NaN else it.toFloat() }
+
+    /** Android's sign is that of [BatterySample]: negative when discharging. */
+    private fun currentAmperes(): Float {
+        val microamperes = battery.getLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW)
+        return if (microamperes == Long.MIN_VALUE) Float.NaN else microamperes / MICROAMPERES_PER_AMPERE
+    }
+
+    private companion object {
+        const val UNKNOWN = Int.MIN_VALUE
+        const val MILLIVOLTS_PER_VOLT = 1e3f
+        const val MICROAMPERES_PER_AMPERE = 1e6f
+    }
+}

@@ -1,0 +1,56 @@
+package dev.ml2sensors.android
+
+import android.content.Context
+import android.content.pm.PackageManager
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorSource
+import dev.ml2sensors.source.SourceException
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.catch
+import kotlinx.coroutines.flow.onStart
+
+/** The user does not, or no longer, allow [permission]. */
+public class PermissionDeniedException internal constructor(public val permission: String, cause: Throwable? = null) :
+    SourceException(denial(permission), cause)
+
+/** Those Android permissions that [stream] needs and this app does not have, as the stream table says. */
+internal fun Context.missingPermissions(stream: StreamSpec): List<String> =
+    stream.permissions.filter { checkSelfPermission(it) != PackageManager.PERMISSION_GRANTED }
+
+/**
+ * [source] as far as the user allows it: a stream without its permission is refused, and one that ends because the
+ * permission was taken away fails with [PermissionDeniedException].
+ */
+internal class PermittedSource(private val context: Context, private val source: SensorSource) :
+    SensorSource by source {
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        val missing = context.missingPermissions(stream).firstOrNull() ?: return permitted(stream, requested)
+        return Answer.Refused(denial(missing), missing)
+    }
+
+    private fun permitted(stream: StreamSpec, requested: StreamValues): Answer =
+        try {
+            source.negotiate(stream, requested)
+        } catch (e: SecurityException) {
+            Answer.Refused("Android forbids $stream: ${e.message}", stream.permissions.firstOrNull())
+        }
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
+        source.samples(stream, values)
+            .catch { throw explained(stream, it) }
+            .onStart { context.missingPermissions(stream).firstOrNull()?.let { throw PermissionDeniedException(it) } }
+
+    private fun explained(stream: StreamSpec, failure: Throwable): Throwable {
+        val missing = context.missingPermissions(stream).firstOrNull()
+        return when {
+            missing != null -> PermissionDeniedException(missing, failure)
+            failure is SecurityException -> SourceException("Android forbids $stream: ${failure.message}", failure)
+            else -> failure
+        }
+    }
+}
+
+private fun denial(permission: String) = "permission $permission is not granted"

@@ -1,0 +1,105 @@
+package dev.ml2sensors.android
+
+import android.content.Context
+import android.hardware.Sensor
+import android.hardware.SensorEvent
+import android.hardware.SensorEventListener
+import android.hardware.SensorManager
+import android.os.Handler
+import android.os.HandlerThread
+import android.os.Process
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorSource
+import dev.ml2sensors.source.SourceException
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.StateFlow
+import kotlinx.coroutines.flow.asStateFlow
+import kotlinx.coroutines.flow.update
+
+/**
+ * Inertial units, magnetometers, barometers and light, through Android's SensorManager: at the fastest rate the device
+ * allows, unbatched, with the time the hardware stamped. Axes are the sensor's own. A magnetometer is the calibrated
+ * one where the device lists it, else the uncalibrated, whose field includes the bias of the device.
+ *
+ * Readings arrive on a thread of this source. Those that a collector is too slow for are lost, and told as such.
+ */
+public class SensorManagerSource internal constructor(
+    private val sensorManager: SensorManager,
+    private val clocks: SystemClocks,
+) : SensorSource {
+    public constructor(context: Context) : this(context.getSystemService(SensorManager::class.java), SystemClocks())
+
+    private val thread = HandlerThread("ml2s-sensors", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
+    private val handler = Handler(thread.looper)
+    private val closed = Job()
+    private val foundBases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
+
+    /** The clock behind the timestamps of each stream that has run. */
+    public val timestampBases: StateFlow<Map<StreamSpec, TimestampBase>> = foundBases.asStateFlow()
+
+    override val backend: String get() = "sensor_manager"
+
+    override val streams: Set<StreamSpec> = SensorRow.ALL.mapTo(LinkedHashSet()) { it.stream }
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
+        if (find(stream) != null) Answer.Applied(requested) else Answer.Refused(absence(stream))
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
+        readings(closed) { readings ->
+            val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
+            val timestamps = TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }
+            val listener = Listener(row, timestamps, readings)
+            // Of the fastest rate Android makes the sensor's minDelay
+            if (!sensorManager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
+                throw SourceException("Android does not start the sensor ${sensor.name}")
+            }
+            AutoCloseable { sensorManager.unregisterListener(listener) }
+        }
+
+    /** Ends all flows. */
+    override fun close() {
+        closed.complete()
+        thread.quitSafely()
+    }
+
+    private fun find(stream: StreamSpec): Pair<SensorRow, Sensor>? {
+        // A sensor that can also wake the device up is listed once more, as another
+        val listed = sensorManager.getSensorList(Sensor.TYPE_ALL).filterNot { it.isWakeUpSensor }
+        return SensorRow.ALL.filter { it.stream == stream }.firstNotNullOfOrNull { row ->
+            listed.singleOrNull(row::matches)?.let { row to it }
+        }
+    }
+
+    private fun absence(stream: StreamSpec): String {
+        val name = SensorRow.ALL.first { it.stream == stream }.name
+        val listed = sensorManager.getSensorList(Sensor.TYPE_ALL).map { it.name }.ifEmpty { listOf("nothing") }
+        return "this headset lists no single $name sensor; it lists: ${listed.joinToString()}"
+    }
+
+    private class Listener(
+        private val row: SensorRow,
+        private val timestamps: TimestampConverter,
+        private val readings: Readings,
+    ) : SensorEventListener {
+        override fun onSensorChanged(event: SensorEvent) {
+            try {
+                val captureNanos = timestamps.captureNanos(event.timestamp) ?: return readings.lose()
+                readings.offer(row.sample(captureNanos, event.values))
+            } catch (e: SourceException) {
+                readings.fail(e)
+            }
+        }
+
+        override fun onAccuracyChanged(sensor: Sensor, accuracy: Int) = Unit
+    }
+
+    private companion object {
+        const val FASTEST = SensorManager.SENSOR_DELAY_FASTEST
+        const val UNBATCHED_MICROS = 0
+    }
+}

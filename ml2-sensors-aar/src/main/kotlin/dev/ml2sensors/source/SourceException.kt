@@ -1,0 +1,6 @@
+package dev.ml2sensors.source
+
+import java.io.IOException
+
+/** A source cannot deliver, or no longer: the device, the platform or the user stands against it. Ends its flow. */
+public open class SourceException(message: String, cause: Throwable? = null) : IOException(message, cause)
