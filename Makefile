@@ -6,9 +6,12 @@ DURATION ?= 15
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config tests/conformance tests/end_to_end tests/bench
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config tests/conformance tests/aar tests/end_to_end tests/bench
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
+device_library := build/native/device/libml2sensors.so
+aar := ml2-sensors-aar/aar
+packed := build/.aar-packed
 ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
 ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
 ktlint := java -jar $(ktlint_jar) --relative 'ml2-sensors-aar/**/*.kt'
@@ -22,24 +25,36 @@ setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 J
 build: setup $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
 $(packaged): $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
-	$(maven) $(if $(wildcard $@),--quiet) package -DskipTests
+	$(maven) $(if $(wildcard $@),--quiet) package -DskipTests -pl '!$(aar)'
+	@touch $@
+
+$(device_library): $(wildcard native/device/* native/*/*.[ch])
+	native/device/link.sh
+
+aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
+
+$(packed): $(packaged) $(device_library)
+	$(maven) --quiet package -DskipTests -pl $(aar) -am
 	@touch $@
 
 demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder]
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-test: test-python test-kotlin test-conformance test-e2e ## Run every test
+test: test-python test-kotlin test-conformance test-aar test-e2e ## Run every test
 
 test-python: setup ## Test the receiver
 	$(pytest) host_receiver/test
 
 test-kotlin: setup ## Test the Kotlin library and the simulated headset
-	$(maven) verify
+	$(maven) verify -pl '!$(aar)'
 	@touch $(packaged)
 
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) tests/conformance
+
+test-aar: aar ## Test what the Android packages hold, and a consumer of theirs
+	$(pytest) tests/aar
 
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) tests/end_to_end
@@ -70,4 +85,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup build demo test test-python test-kotlin test-conformance test-e2e lint format bench clean
+.PHONY: help setup build aar demo test test-python test-kotlin test-conformance test-aar test-e2e lint format bench clean
