@@ -60,6 +60,7 @@ class PackagesTest {
             setOf("", "cdr", "table"),
             setOf("message"),
             setOf("source"),
+            setOf("capture"),
             setOf("clock"),
             setOf("wire"),
             setOf("session"),

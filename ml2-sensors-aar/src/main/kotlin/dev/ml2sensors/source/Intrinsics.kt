@@ -21,8 +21,8 @@ public data class Intrinsics(
     }
 }
 
-/** Lens distortion in a model ROS knows; [rosName] is CameraInfo.distortion_model. */
-public sealed class Distortion(public val rosName: String) {
+/** Lens distortion; [name] is CameraInfo.distortion_model, where ROS has that model. */
+public sealed class Distortion(public val name: String) {
     public abstract val coefficients: List<Double>
 
     /** Brown-Conrady in ROS order (sensor_msgs/distortion_models). */
@@ -35,5 +35,20 @@ public sealed class Distortion(public val rosName: String) {
     public data class Equidistant(val k1: Double, val k2: Double, val k3: Double, val k4: Double) :
         Distortion("equidistant") {
         override val coefficients: List<Double> get() = listOf(k1, k2, k3, k4)
+    }
+
+    /**
+     * The device's world cameras, which ROS has no model for: [Equidistant], and the point (x, y) that it gives is
+     * moved by (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x y), r^2 = x^2 + y^2. See [RosCamera].
+     */
+    public data class FisheyeTangential(
+        val k1: Double,
+        val k2: Double,
+        val k3: Double,
+        val k4: Double,
+        val p1: Double,
+        val p2: Double,
+    ) : Distortion("fisheye_tangential") {
+        override val coefficients: List<Double> get() = listOf(k1, k2, k3, k4, p1, p2)
     }
 }

@@ -8,6 +8,7 @@ import dev.ml2sensors.message.RegionOfInterest
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.RosCamera
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 import kotlinx.serialization.json.Json
@@ -36,23 +37,25 @@ internal fun ImageSample.toCompressedImage(
 ): CompressedImage = CompressedImage(header, format, pixels)
 
 /** R = identity, P = [K | 0], no binning, whole image. */
-internal fun Intrinsics.toCameraInfo(header: Header): CameraInfo =
-    CameraInfo(
-        header,
-        height = height.toUInt(),
-        width = width.toUInt(),
-        distortionModel = distortion.rosName,
-        d = distortion.coefficients.toDoubleArray(),
-        k = doubleArrayOf(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0),
-        r = doubleArrayOf(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-        p = doubleArrayOf(fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0),
-        binningX = 0u,
-        binningY = 0u,
-        roi = RegionOfInterest(0u, 0u, 0u, 0u, false),
-    )
+internal fun RosCamera.toCameraInfo(header: Header): CameraInfo =
+    with(intrinsics) {
+        CameraInfo(
+            header,
+            height = height.toUInt(),
+            width = width.toUInt(),
+            distortionModel = distortion.name,
+            d = distortion.coefficients.toDoubleArray(),
+            k = doubleArrayOf(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0),
+            r = doubleArrayOf(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+            p = doubleArrayOf(fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0),
+            binningX = 0u,
+            binningY = 0u,
+            roi = RegionOfInterest(0u, 0u, 0u, 0u, false),
+        )
+    }
 
 /** What the device says of this capture, as JSON with a stable schema; what it does not say is absent. */
-internal fun ImageSample.toMetadata(header: Header): StringMessage {
+internal fun ImageSample.toMetadata(header: Header, camera: RosCamera?): StringMessage {
     val metadata =
         Metadata(
             Metadata.Stamp(header.stamp.sec, header.stamp.nanosec.toLong()),
@@ -61,7 +64,8 @@ internal fun ImageSample.toMetadata(header: Header): StringMessage {
             settings.exposureNanos,
             settings.analogGain,
             settings.digitalGain,
-            intrinsics?.let { Metadata.DeviceIntrinsics.of(it) },
+            camera?.let { Metadata.DeviceIntrinsics.of(it.device) },
+            camera?.maxResidualPx,
             settings.illumination,
         )
     return StringMessage(metadataJson.encodeToString(Metadata.serializer(), metadata))
@@ -69,7 +73,12 @@ internal fun ImageSample.toMetadata(header: Header): StringMessage {
 
 private val metadataJson = Json { explicitNulls = false }
 
-/** Schema of the metadata topics; lengths in pixels. */
+/**
+ * Schema of the metadata topics; lengths in pixels.
+ *
+ * @property intrinsics the device's own, also where CameraInfo cannot express their model.
+ * @property cameraInfoMaxResidualPx how far CameraInfo is off them in the image; absent where it is not.
+ */
 @Serializable
 private class Metadata(
     val stamp: Stamp,
@@ -79,6 +88,7 @@ private class Metadata(
     @SerialName("analog_gain") val analogGain: Double?,
     @SerialName("digital_gain") val digitalGain: Double?,
     val intrinsics: DeviceIntrinsics?,
+    @SerialName("camera_info_max_residual_px") val cameraInfoMaxResidualPx: Double?,
     val illumination: String?,
 ) {
     @Serializable
@@ -103,7 +113,7 @@ private class Metadata(
                     it.height,
                     listOf(it.fx, it.fy),
                     listOf(it.cx, it.cy),
-                    it.distortion.rosName,
+                    it.distortion.name,
                     it.distortion.coefficients,
                 )
         }

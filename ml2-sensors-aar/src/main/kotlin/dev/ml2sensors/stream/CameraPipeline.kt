@@ -10,6 +10,7 @@ import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.rosType
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.RosCamera
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
@@ -26,6 +27,8 @@ internal class CameraPipeline(
     private val stamps: StampMap,
     private val tree: () -> TransformTree?,
 ) {
+    private var camera: RosCamera? = null
+
     /** Runs until [samples] end or fail. */
     suspend fun run(samples: Flow<Sample>) {
         samples.collect { sample ->
@@ -65,14 +68,20 @@ internal class CameraPipeline(
             }
 
             CameraInfo.serializer().rosType -> {
-                val intrinsics = sample.intrinsics ?: return
-                channel.publish(CameraInfo.serializer(), intrinsics.toCameraInfo(header), stampNanos)
+                val camera = camera(sample) ?: return
+                channel.publish(CameraInfo.serializer(), camera.toCameraInfo(header), stampNanos)
             }
 
             StringMessage.serializer().rosType ->
-                channel.publish(StringMessage.serializer(), sample.toMetadata(header), stampNanos)
+                channel.publish(StringMessage.serializer(), sample.toMetadata(header, camera(sample)), stampNanos)
 
             else -> error("no camera publishes ${topic.type}")
         }
+    }
+
+    /** Fitted again only when the device's intrinsics change. */
+    private fun camera(sample: ImageSample): RosCamera? {
+        if (camera?.device != sample.intrinsics) camera = sample.intrinsics?.let(::RosCamera)
+        return camera
     }
 }

@@ -13,9 +13,14 @@ class IntrinsicsTest {
     }
 
     @Test
-    fun coefficientsAreInTheOrderOfRos() {
-        assertEquals("plumb_bob" to listOf(1.0, 2.0, 3.0, 4.0, 5.0), distortion.rosName to distortion.coefficients)
+    fun coefficientsAreInTheOrderOfTheirModel() {
+        assertEquals("plumb_bob" to listOf(1.0, 2.0, 3.0, 4.0, 5.0), distortion.name to distortion.coefficients)
         val fisheye = Distortion.Equidistant(1.0, 2.0, 3.0, 4.0)
-        assertEquals("equidistant" to listOf(1.0, 2.0, 3.0, 4.0), fisheye.rosName to fisheye.coefficients)
+        assertEquals("equidistant" to listOf(1.0, 2.0, 3.0, 4.0), fisheye.name to fisheye.coefficients)
+        val device = Distortion.FisheyeTangential(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+        assertEquals(
+            "fisheye_tangential" to listOf(1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
+            device.name to device.coefficients,
+        )
     }
 }

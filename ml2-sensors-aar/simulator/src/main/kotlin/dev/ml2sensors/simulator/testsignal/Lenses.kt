@@ -77,6 +77,8 @@ internal fun Intrinsics.project(point: Vector3): Point2D.Double? {
             val (tx, ty) = lens.tangential(x, y)
             Point2D.Double(fx * (x * radial + tx) + cx, fy * (y * radial + ty) + cy)
         }
+
+        is Distortion.FisheyeTangential -> error("no camera here has the lens ${lens.name}")
     }
 }
 

@@ -5,6 +5,7 @@ import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.CoroutineStart

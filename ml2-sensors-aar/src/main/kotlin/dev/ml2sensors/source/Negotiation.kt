@@ -1,12 +1,10 @@
-package dev.ml2sensors.simulator.testsignal
+package dev.ml2sensors.source
 
-import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.Mode
 import dev.ml2sensors.table.StreamSpec
 
-/** What a headset that has every sensor and every mode of the table answers. */
-internal fun StreamSpec.answer(requested: StreamValues): Answer {
+/** What a source answers that has every mode of the stream in the table. */
+public fun StreamSpec.answer(requested: StreamValues): Answer {
     var fitting = modes
     for ((key, value, legal) in requested.cameraKeys()) {
         val expected = fitting.flatMap(legal).distinct()

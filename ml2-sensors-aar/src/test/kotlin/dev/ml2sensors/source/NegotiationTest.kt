@@ -1,7 +1,5 @@
-package dev.ml2sensors.simulator.testsignal
+package dev.ml2sensors.source
 
-import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals

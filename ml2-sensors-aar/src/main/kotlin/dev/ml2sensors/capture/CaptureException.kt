@@ -1,0 +1,15 @@
+package dev.ml2sensors.capture
+
+/** Why a sensor of the device cannot be used, or no longer; the message names what was missing or what failed. */
+public sealed class CaptureException(message: String) : Exception(message) {
+    /** A library or symbol is missing, or the device has no such sensor. */
+    public class NotAvailable(message: String) : CaptureException(message)
+
+    public class PermissionDenied(message: String) : CaptureException(message)
+
+    /** Somebody in this process uses the sensor in a way that excludes this one. */
+    public class InUse(message: String) : CaptureException(message)
+
+    /** A call of the vendor's failed. */
+    public class VendorFailure(message: String) : CaptureException(message)
+}

@@ -1,0 +1,133 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.MlPose
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.Distortion
+import dev.ml2sensors.source.Intrinsics
+import java.nio.ByteBuffer
+
+/** The ml2s_frames of one poll, written by C into [memory] and read here by the offsets that C tells. */
+internal class FrameBlock(capacity: Int) {
+    val memory: ByteBuffer = structMemory(capacity, FrameLayout.sizeBytes)
+
+    /** A view that is valid until the next poll. */
+    operator fun get(index: Int): Frame = Frame(memory, index * FrameLayout.sizeBytes)
+}
+
+/** Where the fields of an ml2s_frame are, in bytes. */
+private object FrameLayout {
+    private val offsets = Offsets(Native.frameLayout())
+    val sizeBytes = offsets.next()
+    val stream = offsets.next()
+    val slot = offsets.next()
+    val has = offsets.next()
+    val frameNumber = offsets.next()
+    val captureNanos = offsets.next()
+    val planes = offsets.next()
+    val planeBytes = offsets.next()
+    val planeOffset = offsets.next()
+    val planeSize = offsets.next()
+    val planeStride = offsets.next()
+    val width = offsets.next()
+    val height = offsets.next()
+    val rotation = offsets.next()
+    val position = offsets.next()
+    val lens = offsets.next()
+    val focalLength = offsets.next()
+    val principalPoint = offsets.next()
+    val distortion = offsets.next()
+    val exposureNanos = offsets.next()
+    val analogGain = offsets.next()
+    val digitalGain = offsets.next()
+    val illumination = offsets.next()
+
+    init {
+        offsets.end()
+    }
+}
+
+/** The ml2s_frame at [base] of [memory]. */
+internal class Frame(private val memory: ByteBuffer, private val base: Int) {
+    val stream: Int get() = int(FrameLayout.stream)
+    val slot: Int get() = int(FrameLayout.slot)
+    val frameNumber: Long get() = long(FrameLayout.frameNumber)
+    val captureNanos: Long get() = long(FrameLayout.captureNanos)
+    val width: Int get() = int(FrameLayout.width)
+    val height: Int get() = int(FrameLayout.height)
+
+    val pose: MlPose?
+        get() = if (has(HAS_POSE)) memory.mlPose(base + FrameLayout.position, base + FrameLayout.rotation) else null
+
+    val intrinsics: Intrinsics?
+        get() {
+            if (!has(HAS_INTRINSICS)) return null
+            val (fx, fy) = doubles(FrameLayout.focalLength, 2)
+            val (cx, cy) = doubles(FrameLayout.principalPoint, 2)
+            return Intrinsics(width, height, fx, fy, cx, cy, distortion())
+        }
+
+    val settings: CaptureSettings
+        get() = CaptureSettings(
+            if (has(HAS_EXPOSURE)) long(FrameLayout.exposureNanos) else null,
+            if (has(HAS_ANALOG_GAIN)) int(FrameLayout.analogGain).toDouble() else null,
+            if (has(HAS_DIGITAL_GAIN)) int(FrameLayout.digitalGain).toDouble() else null,
+            if (has(HAS_ILLUMINATION)) ILLUMINATION[int(FrameLayout.illumination)] else null,
+        )
+
+    /** From one row to the next of a plane by its ml2s_plane_role. */
+    fun strideBytes(role: Int): Int = int(plane(role) + FrameLayout.planeStride)
+
+    /** Where a plane is in its slot, null when it is absent. */
+    fun rangeOf(role: Int): IntRange? {
+        val offset = int(plane(role) + FrameLayout.planeOffset)
+        val size = int(plane(role) + FrameLayout.planeSize)
+        return if (size == 0) null else offset until offset + size
+    }
+
+    private fun plane(role: Int) = FrameLayout.planes + role * FrameLayout.planeBytes
+
+    private fun distortion(): Distortion {
+        val d = doubles(FrameLayout.distortion, 6)
+        return when (val lens = int(FrameLayout.lens)) {
+            LENS_PLUMB_BOB -> Distortion.PlumbBob(d[0], d[1], d[2], d[3], d[4])
+            LENS_FISHEYE_TANGENTIAL -> Distortion.FisheyeTangential(d[0], d[1], d[2], d[3], d[4], d[5])
+            else -> error("the library names a lens $lens that is not in ml2s_lens")
+        }
+    }
+
+    private fun has(bit: Int) = int(FrameLayout.has) and bit != 0
+
+    private fun int(offset: Int) = memory.getInt(base + offset)
+
+    private fun long(offset: Int) = memory.getLong(base + offset)
+
+    private fun doubles(offset: Int, count: Int) =
+        DoubleArray(count) { memory.getDouble(base + offset + it * Double.SIZE_BYTES) }
+
+    companion object {
+        const val NO_SLOT = -1
+
+        const val HAS_POSE = 1
+        const val HAS_INTRINSICS = 2
+        const val HAS_EXPOSURE = 4
+        const val HAS_ANALOG_GAIN = 8
+        const val HAS_DIGITAL_GAIN = 16
+        const val HAS_ILLUMINATION = 32
+
+        const val LENS_PLUMB_BOB = 0
+        const val LENS_FISHEYE_TANGENTIAL = 1
+
+        private val ILLUMINATION = listOf("off", "on")
+    }
+}
+
+/** Three and four floats at these places. */
+internal fun ByteBuffer.mlPose(position: Int, rotation: Int): MlPose {
+    fun float(offset: Int, index: Int) = getFloat(offset + index * Float.SIZE_BYTES).toDouble()
+    return MlPose(
+        Vector3(float(position, 0), float(position, 1), float(position, 2)),
+        Quaternion(float(rotation, 0), float(rotation, 1), float(rotation, 2), float(rotation, 3)),
+    )
+}

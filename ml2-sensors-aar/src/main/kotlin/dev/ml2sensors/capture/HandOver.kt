@@ -1,0 +1,64 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import kotlinx.coroutines.channels.BufferOverflow
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.FlowCollector
+import java.util.concurrent.atomic.AtomicIntegerArray
+
+/**
+ * Between the thread of a sensor, which never waits, and one collector. When [capacity] samples wait, the oldest makes
+ * room and is counted as [DropReason.SOURCE_LATE]. Images that nobody will take are released.
+ */
+internal class HandOver(capacity: Int) {
+    private val lost = AtomicIntegerArray(DropReason.entries.size)
+    private val waiting = Channel(capacity, BufferOverflow.DROP_OLDEST, ::drop)
+
+    /** Takes over one use of an image. Only by the sensor's thread. */
+    fun offer(sample: Sample) {
+        if (waiting.trySend(sample).isFailure) (sample as? ImageSample)?.release()
+    }
+
+    /** What waits is still delivered; then the collector ends, with [cause] if there is one. Any thread. */
+    fun close(cause: Throwable?) {
+        waiting.close(cause)
+    }
+
+    /** Until closed; images are lent until [collector] returns. */
+    suspend fun deliverTo(collector: FlowCollector<Sample>) {
+        try {
+            for (sample in waiting) {
+                reportLosses(sample.captureNanos, collector)
+                collector.lend(sample)
+            }
+        } finally {
+            waiting.cancel()
+        }
+    }
+
+    private suspend fun reportLosses(captureNanos: Long, collector: FlowCollector<Sample>) {
+        for (reason in DropReason.entries) {
+            val count = lost.getAndSet(reason.ordinal, 0)
+            if (count > 0) collector.emit(LostSamples(captureNanos, count, reason))
+        }
+    }
+
+    private suspend fun FlowCollector<Sample>.lend(sample: Sample) =
+        try {
+            emit(sample)
+        } finally {
+            (sample as? ImageSample)?.release()
+        }
+
+    private fun drop(sample: Sample) {
+        if (sample is LostSamples) {
+            lost.addAndGet(sample.reason.ordinal, sample.count)
+        } else {
+            (sample as? ImageSample)?.release()
+            lost.incrementAndGet(DropReason.SOURCE_LATE.ordinal)
+        }
+    }
+}

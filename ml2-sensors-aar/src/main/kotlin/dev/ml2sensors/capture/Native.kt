@@ -1,0 +1,82 @@
+package dev.ml2sensors.capture
+
+import java.nio.ByteBuffer
+
+/**
+ * The functions of native/sdk/ml2s.h, one to one: threads, ownership and units are stated there. Registered by
+ * JNI_OnLoad of libml2sensors.so, which [NativeLibrary] loads.
+ *
+ * What ml2s.h calls an error is thrown: a [CaptureException], or IllegalStateException for a closed handle or another
+ * thread than the handle's, or IllegalArgumentException.
+ */
+internal object Native {
+    @JvmStatic
+    external fun now(): Long
+
+    @JvmStatic
+    external fun boottimeOf(deviceNanos: Long): Long
+
+    /** Size and offsets of ml2s_frame, in the order of [FrameBlock]; of ml2s_pose, in that of [PoseBlock]. */
+    @JvmStatic
+    external fun frameLayout(): IntArray
+
+    @JvmStatic
+    external fun poseLayout(): IntArray
+
+    @JvmStatic
+    external fun check(sensor: Int, backend: Int)
+
+    @JvmStatic
+    external fun open(
+        sensor: Int,
+        backend: Int,
+        wants: Int,
+        streams: Long,
+        secondStreams: Long,
+        rateHz: Int,
+        width: Int,
+        height: Int,
+    ): Long
+
+    @JvmStatic
+    external fun configure(
+        handle: Long,
+        sensor: Int,
+        backend: Int,
+        wants: Int,
+        streams: Long,
+        secondStreams: Long,
+        rateHz: Int,
+        width: Int,
+        height: Int,
+    )
+
+    /** How many of the ml2s_frame in [frames], a direct buffer, were filled; 0 after the timeout. */
+    @JvmStatic
+    external fun poll(handle: Long, timeoutNanos: Long, frames: ByteBuffer): Int
+
+    /** How many of the ml2s_pose in [poses], a direct buffer, were filled. */
+    @JvmStatic
+    external fun pollPoses(handle: Long, poses: ByteBuffer): Int
+
+    /** Whether the pose was known and is in [pose], a direct buffer of one ml2s_pose. */
+    @JvmStatic
+    external fun colorPose(handle: Long, deviceNanos: Long, pose: ByteBuffer): Boolean
+
+    /** A failure of the device is logged: the handle is closed in any case. */
+    @JvmStatic
+    external fun close(handle: Long)
+
+    @JvmStatic
+    external fun addressOf(buffer: ByteBuffer): Long
+
+    /** [memory], direct, holds [count] slots of [slotBytes] each, one after the other. */
+    @JvmStatic
+    external fun provide(stream: Int, memory: ByteBuffer, slotBytes: Int, count: Int)
+
+    @JvmStatic
+    external fun release(stream: Int, slot: Int)
+
+    @JvmStatic
+    external fun useOpenXr(loaderPath: String, context: Any?)
+}

@@ -1,0 +1,86 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.toPose
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.PosesSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamTable
+import java.util.concurrent.locks.LockSupport
+
+/**
+ * The poses of one tracked thing by one way to them, 60 times a second, each stamped with the instant it is for, in
+ * body axes. Samples are [PoseSample]s, or [PosesSample]s of hands.
+ *
+ * A pose that is not tracked is null; so is one more before the first pose in a new world, where earlier ones mean
+ * nothing. A hand that is not seen has no joints.
+ */
+public class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
+    NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
+    init {
+        require(sensor == PoseSensor.HEAD || sensorBackend == NativeBackend.OPENXR) { "$sensor is for OpenXR only" }
+    }
+
+    override fun open(subscriptions: List<Subscription>): OpenSensor = OpenTracker(sensor, sensorBackend, subscriptions)
+
+    private companion object {
+        /** A quarter of a second. */
+        const val QUEUED_POSES = 16
+    }
+}
+
+/** The open handle of a [PoseSensor]; of the thread that makes it. */
+private class OpenTracker(
+    private val sensor: PoseSensor,
+    private val backend: NativeBackend,
+    subscriptions: List<Subscription>,
+) : OpenSensor {
+    private val poses = PoseBlock(MAX_POSES)
+    private var settings = settings(subscriptions)
+    private val handle = settings.open()
+    private var nextNanos = Native.now()
+
+    override fun configure(subscriptions: List<Subscription>) {
+        val next = settings(subscriptions)
+        if (next == settings) return
+        next.configure(handle)
+        settings = next
+    }
+
+    override fun deliver(subscriptions: List<Subscription>) {
+        awaitTick()
+        val count = Native.pollPoses(handle, poses.memory)
+        for ((number, tracked) in (0 until count).map { poses[it] }.groupBy { it.stream }) {
+            val stream = StreamTable.all[number]
+            val samples = if (sensor == PoseSensor.HANDS) listOf(joints(tracked)) else samples(tracked.single())
+            for (subscription in subscriptions) {
+                if (subscription.stream == stream) samples.forEach(subscription.handOver::offer)
+            }
+        }
+    }
+
+    override fun close(): Unit = Native.close(handle)
+
+    private fun settings(subscriptions: List<Subscription>) =
+        NativeSettings(sensor.code, backend.code, subscriptions.map { it.stream }.bits())
+
+    private fun awaitTick() {
+        val now = Native.now()
+        if (nextNanos < now - PERIOD_NANOS) nextNanos = now
+        while (Native.now() < nextNanos) LockSupport.parkNanos(nextNanos - Native.now())
+        nextNanos += PERIOD_NANOS
+    }
+
+    private fun samples(tracked: TrackedPose): List<Sample> {
+        val sample = PoseSample(tracked.captureNanos, tracked.pose?.toBody())
+        return if (tracked.isInNewWorld) listOf(PoseSample(tracked.captureNanos, null), sample) else listOf(sample)
+    }
+
+    private fun joints(tracked: List<TrackedPose>): Sample =
+        PosesSample(tracked.first().captureNanos, tracked.mapNotNull { it.pose?.toBody()?.toPose() })
+
+    private companion object {
+        /** 26 joints of two hands. */
+        const val MAX_POSES = 52
+        const val PERIOD_NANOS = 1_000_000_000L / 60
+    }
+}

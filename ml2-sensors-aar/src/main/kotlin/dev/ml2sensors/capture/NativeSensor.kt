@@ -1,0 +1,50 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+
+/** The ways to a sensor that the native library knows: ml2s_backend. [id] is its name in the stream table. */
+public enum class NativeBackend(public val id: String, internal val code: Int) {
+    SDK("sdk", 0),
+    OPENXR("openxr", 1),
+}
+
+/**
+ * What is opened as one: ml2s_sensor.
+ *
+ * @property hasOneStream whether only one of its streams can run at a time.
+ */
+public enum class PixelSensor(
+    internal val code: Int,
+    internal val streams: Set<StreamSpec>,
+    internal val hasOneStream: Boolean,
+) {
+    DEPTH(1, setOf(StreamTable.depth, StreamTable.infra), hasOneStream = true),
+    WORLD(2, setOf(StreamTable.worldLeft, StreamTable.worldRight, StreamTable.worldCenter), hasOneStream = false),
+    EYE(
+        3,
+        setOf(
+            StreamTable.eyeNasalLeft,
+            StreamTable.eyeNasalRight,
+            StreamTable.eyeTempleLeft,
+            StreamTable.eyeTempleRight,
+        ),
+        hasOneStream = false,
+    ),
+
+    /** By OpenXR only. */
+    COLOR(5, setOf(StreamTable.color, StreamTable.mixedReality), hasOneStream = true),
+}
+
+/** What is opened as one and gives poses: ml2s_sensor. [GAZE] and [HANDS] by OpenXR only. */
+public enum class PoseSensor(internal val code: Int, internal val streams: Set<StreamSpec>) {
+    HEAD(4, setOf(StreamTable.headPose)),
+    GAZE(6, setOf(StreamTable.gaze)),
+    HANDS(7, setOf(StreamTable.handLeft, StreamTable.handRight)),
+}
+
+/** ml2s_stream: the number of a stream is its place in the table. */
+internal val StreamSpec.number: Int get() = StreamTable.all.indexOf(this)
+
+/** ML2S_STREAM_BITs. */
+internal fun Iterable<StreamSpec>.bits(): Long = fold(0L) { bits, stream -> bits or (1L shl stream.number) }

@@ -1,0 +1,17 @@
+package dev.ml2sensors.capture
+
+import java.nio.ByteBuffer
+import java.nio.ByteOrder
+
+/** Direct memory for [count] C structures of [sizeBytes] each. */
+internal fun structMemory(count: Int, sizeBytes: Int): ByteBuffer =
+    ByteBuffer.allocateDirect(count * sizeBytes).order(ByteOrder.nativeOrder())
+
+/** The next offsets of a layout, in the order that its C function writes them. */
+internal class Offsets(private val layout: IntArray) {
+    private var next = 0
+
+    fun next(): Int = layout[next++]
+
+    fun end(): Unit = check(next == layout.size) { "the library has ${layout.size} offsets, and $next were read" }
+}
