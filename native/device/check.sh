@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Checks that build/native/device/libml2sensors.so needs and shows nothing but what it should.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+library=build/native/device/libml2sensors.so
+failures=0
+
+# expect WHAT FOUND ALLOWED: every line of FOUND is one of ALLOWED.
+expect() {
+  local surplus
+  surplus=$(comm -23 <(sort -u <<<"$2" | sed '/^$/d') <(sort -u <<<"$3"))
+  if [[ -n $surplus ]]; then
+    printf '%s: %s, which is not expected\n' "$1" "${surplus//$'\n'/ }" >&2
+    failures=$((failures + 1))
+  fi
+}
+
+dynamic=$(readelf -dW "$library")
+symbols=$(readelf -W --dyn-syms "$library")
+needed=$(sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' <<<"$dynamic")
+undefined=$(awk '$7 == "UND" && $8 {print $8}' <<<"$symbols")
+exported=$(awk '$1 ~ /:$/ && $7 != "UND" && $7 != "Ndx" {print $8}' <<<"$symbols")
+documented=$(grep -o 'ML2S_API .*(' native/sdk/ml2s.h | grep -o 'ml2s_[a-z_0-9]*($' | tr -d '(')
+if compgen -G 'native/jni/*.c' >/dev/null; then
+  documented+=$'\nJNI_OnLoad'
+fi
+
+expect 'needed library' "$needed" $'libc.so\nlibm.so\nlibdl.so\nliblog.so'
+expect 'undefined symbol' "$undefined" "$(cat native/device/bionic/*.txt)"
+expect 'exported symbol' "$exported" "$documented"
+expect 'missing export' "$documented" "$exported"
+expect 'relocation of code' "$(grep -o TEXTREL <<<"$dynamic" || true)" ''
+[[ $failures -eq 0 ]]

@@ -1,0 +1,2 @@
+#pragma once
+// jni.h includes this file and uses nothing of it.

@@ -1,0 +1,15 @@
+// Answers for OpenXR where it is not built in.
+#include "../sdk/error.h"
+#include "../sources/source.h"
+
+static ml2s_result open(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR");
+}
+
+const struct source_ops ml2s_openxr_ops = {.open = open};
+
+ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
+    (void)openxr;
+    return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR");
+}
