@@ -10,6 +10,7 @@ python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test confi
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 device_library := build/native/device/libml2sensors.so
+simulation := build/native/host/.built
 aar := ml2-sensors-aar/aar
 packed := build/.aar-packed
 ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
@@ -22,14 +23,22 @@ help: ## List the targets
 setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
 	@host_receiver/environment/setup.sh
 
-build: setup $(packaged) ## Compile and package the Kotlin library and the simulated headset
+build: setup native $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
 $(packaged): $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
 	$(maven) $(if $(wildcard $@),--quiet) package -DskipTests -pl '!$(aar)'
 	@touch $@
 
-$(device_library): $(wildcard native/device/* native/*/*.[ch])
+native: setup $(device_library) $(simulation) ## Build the native library as it ships, and the simulated device it runs on here
+
+$(device_library): $(shell find native/device native/generated native/jni native/openxr native/sdk native/sources -type f)
 	native/device/link.sh
+	native/device/check.sh
+
+$(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMakeLists.txt)
+	cmake -S native -B build/native/host -G Ninja
+	cmake --build build/native/host
+	@touch $@
 
 aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
 
@@ -41,12 +50,19 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-test: test-python test-kotlin test-conformance test-aar test-e2e ## Run every test
+test: test-python test-native test-kotlin test-conformance test-aar test-e2e ## Run every test
 
 test-python: setup ## Test the receiver
 	$(pytest) host_receiver/test
 
-test-kotlin: setup ## Test the Kotlin library and the simulated headset
+test-native: setup ## Test the native library and its simulations, with sanitizers
+	for sanitizers in address,undefined thread; do \
+	  folder=build/native/$${sanitizers%,*} && \
+	  cmake -S native -B $$folder -G Ninja -DML2S_SANITIZE=$$sanitizers >/dev/null && cmake --build $$folder && \
+	  ctest --test-dir $$folder --output-on-failure || exit; \
+	done
+
+test-kotlin: native ## Test the Kotlin library and the simulated headset
 	$(maven) verify -pl '!$(aar)'
 	@touch $(packaged)
 
@@ -67,11 +83,13 @@ lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
 	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
 	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
+	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' | xargs clang-format --dry-run -Werror
 	$(ktlint)
 
 format: setup $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
 	$(run) ruff check --fix --config $(settings) $(python)
 	$(run) ruff format --config $(settings) $(python)
+	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' | xargs clang-format -i
 	$(ktlint) --format
 
 $(ktlint_jar):
@@ -85,4 +103,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup build aar demo test test-python test-kotlin test-conformance test-aar test-e2e lint format bench clean
+.PHONY: help setup native build aar demo test test-python test-native test-kotlin test-conformance test-aar test-e2e lint format bench clean
