@@ -27,5 +27,7 @@ static inline void MLDepthCameraCapabilityFilterInit(MLDepthCameraCapabilityFilt
 
 ML_UNUSED_FUNCTIONS(ML_PROTOTYPE)
 
+enum { MLSnapshotResult_DerivativesNotCalculated = (int32_t)0x87b80000 };
+
 extern "C" __attribute__((visibility("default"))) const char *MLGlobalGetResultString(MLResult result);
 extern "C" __attribute__((visibility("default"))) const char *MLSnapshotGetResultString(MLResult result);

@@ -64,10 +64,11 @@ uint64_t sessionNumber() { return stateNow().session; }
 MapEvents mapEventsSoFar() { return stateNow().events; }
 
 uint64_t mapEventsBetween(const MapEvents &before, const MapEvents &after) {
-    return (after.lost != before.lost ? MLHeadTrackingMapEvent_Lost : 0u) |
-           (after.recovered != before.recovered ? MLHeadTrackingMapEvent_Recovered : 0u) |
-           (after.recoveryFailed != before.recoveryFailed ? MLHeadTrackingMapEvent_RecoveryFailed : 0u) |
-           (after.newSession != before.newSession ? MLHeadTrackingMapEvent_NewSession : 0u);
+    const auto bit = [](bool isSet, uint64_t value) { return isSet ? value : 0; };
+    return bit(after.lost != before.lost, MLHeadTrackingMapEvent_Lost) |
+           bit(after.recovered != before.recovered, MLHeadTrackingMapEvent_Recovered) |
+           bit(after.recoveryFailed != before.recoveryFailed, MLHeadTrackingMapEvent_RecoveryFailed) |
+           bit(after.newSession != before.newSession, MLHeadTrackingMapEvent_NewSession);
 }
 
 void refreshTracking() {

@@ -1,0 +1,119 @@
+// MLHeadTracking*: whether the headset knows where it is.
+#include "books.h"
+#include "clock.h"
+#include "connection.h"
+#include "perception.h"
+#include "tracking.h"
+
+namespace ml2sim {
+namespace {
+
+constexpr int64_t kInitializingNanos = 3 * kSecond / 10;
+
+struct Tracker {
+    int64_t createdAt; ///< MLTime
+    MapEvents seen;
+
+    bool isInitializing() const { return mlTimeNow() < createdAt + kInitializingNanos; }
+};
+
+Handles<Tracker> trackers;
+
+std::optional<Tracker> trackerOf(const char *function, MLHandle handle) {
+    const auto tracker = trackers.find(handle);
+    if (!tracker)
+        misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
+    return tracker;
+}
+
+uint32_t statusOf(const Tracker &tracker) {
+    if (tracker.isInitializing())
+        return MLHeadTrackingStatus_Initializing;
+    switch (trackingNow()) {
+    case kRelocalizing:
+        return MLHeadTrackingStatus_Relocalizing;
+    case kLost:
+        return MLHeadTrackingStatus_Invalid;
+    default:
+        return MLHeadTrackingStatus_Valid;
+    }
+}
+
+} // namespace
+
+const MLCoordinateFrameUID kHeadFrame = {{0x4845414400000000, 1}};
+
+bool isHeadTrackerOpen(MLHandle tracker) { return trackers.find(tracker).has_value(); }
+
+bool isHeadPoseKnown() {
+    return trackingNow() == kTracked && trackers.any([](const Tracker &tracker) { return !tracker.isInitializing(); });
+}
+
+bool anyHeadTracker() {
+    return trackers.any([](const Tracker &) { return true; });
+}
+
+void resetHeadTracking() { trackers.clear(); }
+
+} // namespace ml2sim
+
+using namespace ml2sim;
+
+MLResult MLHeadTrackingCreate(MLHandle *out_tracker) {
+    if (out_tracker == nullptr)
+        return refuseArgument(__func__, "out_tracker is null");
+    *out_tracker = ML_INVALID_HANDLE;
+    if (!isPerceptionStarted())
+        return MLResult_PerceptionSystemNotStarted;
+    if (isOn(Key::FaultHeadCreate))
+        return MLResult_UnspecifiedFailure;
+    *out_tracker = newHandle();
+    trackers.add(*out_tracker, {mlTimeNow(), mapEventsSoFar()});
+    enter(Account::Handles, 1);
+    return MLResult_Ok;
+}
+
+MLResult MLHeadTrackingDestroy(MLHandle tracker) {
+    if (!trackerOf(__func__, tracker))
+        return MLResult_InvalidParam;
+    trackers.remove(tracker);
+    enter(Account::Handles, -1);
+    return MLResult_Ok;
+}
+
+MLResult MLHeadTrackingGetStaticData(MLHandle tracker, MLHeadTrackingStaticData *out_data) {
+    if (!trackerOf(__func__, tracker))
+        return MLResult_InvalidParam;
+    if (out_data == nullptr)
+        return refuseArgument(__func__, "out_data is null");
+    out_data->coord_frame_head = kHeadFrame;
+    return MLResult_Ok;
+}
+
+MLResult MLHeadTrackingGetStateEx(MLHandle tracker, MLHeadTrackingStateEx *inout_state) {
+    const auto found = trackerOf(__func__, tracker);
+    if (!found)
+        return MLResult_InvalidParam;
+    if (inout_state == nullptr)
+        return refuseArgument(__func__, "inout_state is null");
+    if (inout_state->version != 1)
+        return refuseVersion(__func__, 1, inout_state->version);
+    inout_state->status = statusOf(*found);
+    inout_state->confidence = inout_state->status == MLHeadTrackingStatus_Valid ? 1 : 0;
+    inout_state->error =
+        trackingNow() == kTracked ? MLHeadTrackingErrorFlag_None : MLHeadTrackingErrorFlag_NotEnoughFeatures;
+    return MLResult_Ok;
+}
+
+MLResult MLHeadTrackingGetMapEvents(MLHandle tracker, uint64_t *out_events) {
+    auto found = trackerOf(__func__, tracker);
+    if (!found)
+        return MLResult_InvalidParam;
+    if (out_events == nullptr)
+        return refuseArgument(__func__, "out_events is null");
+    const auto now = mapEventsSoFar();
+    *out_events = mapEventsBetween(found->seen, now);
+    found->seen = now;
+    trackers.set(tracker, *found);
+    return MLResult_Ok;
+}
