@@ -1,0 +1,104 @@
+#include "runtime.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+namespace ml2sim_xr {
+
+Runtime &runtime() {
+    static Runtime *one = new Runtime;  // never destroyed: the loader may call during exit
+    return *one;
+}
+
+void misuse(ml2sim_xr_misuse kind, XrResult result, const std::string &what) {
+    ml2sim_xr_book &book = runtime().book;
+    ++book.misuses[kind];
+    std::snprintf(book.last_misuse, sizeof book.last_misuse, "%s", what.c_str());
+    std::fprintf(stderr, "simulated OpenXR runtime: misuse: %s\n", what.c_str());
+    throw Refusal{result};
+}
+
+void refuseIf(const char *key, XrResult result) {
+    if (runtime().keys.number(key) != 0) {
+        throw Refusal{result};
+    }
+}
+
+static void forget(uint64_t handle) {
+    auto &objects = runtime().objects;
+    std::vector<uint64_t> children;
+    for (const auto &[other, object] : objects) {
+        if (object->parent == handle) {
+            children.push_back(other);
+        }
+    }
+    for (const uint64_t child : children) {
+        forget(child);
+    }
+    objects.erase(handle);
+}
+
+void destroy(uint64_t handle, const char *name) {
+    const auto &objects = runtime().objects;
+    const auto children =
+        std::count_if(objects.begin(), objects.end(), [&](const auto &entry) { return entry.second->parent == handle; });
+    forget(handle);
+    runtime().changed.notify_all();
+    if (children != 0) {
+        misuse(ML2SIM_XR_MISUSE_CHILDREN, XR_ERROR_VALIDATION_FAILURE,
+               std::string(name) + " destroyed while " + std::to_string(children) + " made from it live");
+    }
+}
+
+XrPath pathOf(const std::string &text) {
+    auto &paths = runtime().paths;
+    const auto found = std::find(paths.begin(), paths.end(), text);
+    if (found != paths.end()) {
+        return static_cast<XrPath>(found - paths.begin()) + 1;
+    }
+    paths.push_back(text);
+    return paths.size();
+}
+
+const std::string &textOf(XrPath path) {
+    if (path == XR_NULL_PATH || path > runtime().paths.size()) {
+        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_PATH_INVALID, "no such path");
+    }
+    return runtime().paths[path - 1];
+}
+
+}  // namespace ml2sim_xr
+
+using ml2sim_xr::runtime;
+
+extern "C" const char *ml2sim_xr_set(const char *key, const char *value) {
+    thread_local std::string wrong;
+    std::lock_guard<std::mutex> lock(runtime().mutex);
+    wrong = runtime().keys.set(key, value);
+    runtime().changed.notify_all();
+    return wrong.empty() ? nullptr : wrong.c_str();
+}
+
+extern "C" const char *ml2sim_xr_describe_keys(void) {
+    thread_local std::string lines;
+    std::lock_guard<std::mutex> lock(runtime().mutex);
+    lines = runtime().keys.describe();
+    return lines.c_str();
+}
+
+extern "C" void ml2sim_xr_reset(void) {
+    std::lock_guard<std::mutex> lock(runtime().mutex);
+    runtime().keys.reset();
+    runtime().objects.clear();
+    runtime().extensions.clear();
+    runtime().events.clear();
+    runtime().book = {};
+    runtime().changed.notify_all();
+}
+
+extern "C" void ml2sim_xr_books(ml2sim_xr_book *out) {
+    std::lock_guard<std::mutex> lock(runtime().mutex);
+    *out = runtime().book;
+    out->live_objects = static_cast<uint32_t>(runtime().objects.size());
+}

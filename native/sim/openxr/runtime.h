@@ -1,0 +1,137 @@
+// What the entry points of the simulated runtime share: objects that handles name, strict checks, faults and books.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "../../openxr/xr_pixel_sensor.h"
+#include "keys.h"
+#include "ml2sim_xr.h"
+
+namespace ml2sim_xr {
+
+/// Something a handle names. Lives until it is destroyed by name; its parent is the handle it was made from.
+struct Object {
+    uint64_t parent = 0;
+    virtual ~Object() = default;
+};
+
+/// Ends an entry point with an error; thrown and caught inside the runtime only.
+struct Refusal {
+    XrResult result;
+};
+
+/// The one runtime of the process. Everything in it is guarded by `mutex`, which every entry point holds.
+struct Runtime {
+    std::mutex mutex;
+    /// Signalled whenever time, faults or objects change for somebody who waits for data.
+    std::condition_variable changed;
+    Keys keys;
+    ml2sim_xr_book book{};
+    std::map<uint64_t, std::unique_ptr<Object>> objects;
+    std::set<std::string> extensions;
+    std::vector<std::string> paths;
+    std::deque<XrEventDataBuffer> events;
+    uint64_t nextHandle = 0x10001;
+};
+
+Runtime &runtime();
+
+/// Counts and tells a misuse, then refuses the call.
+[[noreturn]] void misuse(ml2sim_xr_misuse kind, XrResult result, const std::string &what);
+
+/// Refuses when the fault `key` is set.
+void refuseIf(const char *key, XrResult result);
+
+/// Runs the body of an entry point under the runtime's mutex.
+template <class Body>
+XrResult entry(Body body) {
+    std::unique_lock<std::mutex> lock(runtime().mutex);
+    try {
+        return body(lock);
+    } catch (const Refusal &refusal) {
+        return refusal.result;
+    }
+}
+
+template <class Structure>
+const Structure &checked(const Structure *structure, XrStructureType type, const char *name) {
+    if (structure == nullptr) {
+        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, std::string(name) + " is null");
+    }
+    if (structure->type != type) {
+        misuse(ML2SIM_XR_MISUSE_TYPE, XR_ERROR_VALIDATION_FAILURE,
+               std::string(name) + " has type " + std::to_string(structure->type) + ", expected " +
+                   std::to_string(type));
+    }
+    return *structure;
+}
+
+template <class Structure>
+Structure &checked(Structure *structure, XrStructureType type, const char *name) {
+    return const_cast<Structure &>(checked(static_cast<const Structure *>(structure), type, name));
+}
+
+template <class Pointer>
+Pointer &given(Pointer *pointer, const char *name) {
+    if (pointer == nullptr) {
+        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, std::string(name) + " is null");
+    }
+    return *pointer;
+}
+
+template <class Handle>
+uint64_t number(Handle handle) {
+    return reinterpret_cast<uint64_t>(handle);
+}
+
+template <class Kind, class Handle>
+Kind &find(Handle handle, const char *name) {
+    const auto found = runtime().objects.find(number(handle));
+    auto *object = found == runtime().objects.end() ? nullptr : dynamic_cast<Kind *>(found->second.get());
+    if (object == nullptr) {
+        misuse(ML2SIM_XR_MISUSE_HANDLE, XR_ERROR_HANDLE_INVALID, std::string("no such ") + name);
+    }
+    return *object;
+}
+
+/// Takes an object in and names it.
+template <class Handle>
+Handle adopt(uint64_t parent, std::unique_ptr<Object> object) {
+    object->parent = parent;
+    const uint64_t handle = runtime().nextHandle++;
+    runtime().objects[handle] = std::move(object);
+    return reinterpret_cast<Handle>(handle);
+}
+
+/// Ends an object; a misuse, and the children's end too, while something made from it lives.
+void destroy(uint64_t handle, const char *name);
+
+/// Two-call idiom: how many there are, and the values when there is room for all.
+template <class Value>
+XrResult enumerate(const std::vector<Value> &from, uint32_t capacity, uint32_t *count, Value *values) {
+    given(count, "count") = static_cast<uint32_t>(from.size());
+    if (capacity == 0) {
+        return XR_SUCCESS;
+    }
+    if (capacity < from.size()) {
+        return XR_ERROR_SIZE_INSUFFICIENT;
+    }
+    std::copy(from.begin(), from.end(), &given(values, "values"));
+    return XR_SUCCESS;
+}
+
+XrPath pathOf(const std::string &text);
+const std::string &textOf(XrPath path);
+
+struct Instance : Object {};
+
+}  // namespace ml2sim_xr
