@@ -1,0 +1,53 @@
+#include "poses.h"
+
+#include <string.h>
+
+#include "../sdk/clock.h"
+
+#define SECOND_NANOS INT64_C(1000000000)
+
+ml2s_result poses_now(XrTime *now, ml2s_error *error) {
+    struct timespec monotonic;
+    clock_gettime(CLOCK_MONOTONIC, &monotonic);
+    return XR_CALL(error, time, xrConvertTimespecTimeToTimeKHR, xr.instance, &monotonic, now);
+}
+
+ml2s_result poses_boottime_of(XrTime time, int64_t *boottime_nanos, ml2s_error *error) {
+    struct timespec monotonic;
+    ml2s_result result = XR_CALL(error, time, xrConvertTimeToTimespecTimeKHR, xr.instance, time, &monotonic);
+    if (!result) {
+        *boottime_nanos = clock_boottime_of_monotonic(monotonic.tv_sec * SECOND_NANOS + monotonic.tv_nsec);
+    }
+    return result;
+}
+
+bool poses_is_tracked(XrSpaceLocationFlags flags) {
+    XrSpaceLocationFlags needed = XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
+                                  XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+    return (flags & needed) == needed;
+}
+
+ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tracked, ml2s_error *error) {
+    XrSpaceLocation location = {.type = XR_TYPE_SPACE_LOCATION};
+    XrResult located = xr.core.xrLocateSpace(space, xr.world, time, &location);
+    // The runtime remembers little: a capture can be too old for a pose and is good without.
+    *is_tracked = XR_SUCCEEDED(located) && poses_is_tracked(location.locationFlags);
+    if (*is_tracked) {
+        *pose = location.pose;
+    }
+    return located == XR_ERROR_TIME_INVALID ? ML2S_OK : xr_result_of(located, "xrLocateSpace", error);
+}
+
+void poses_fill(ml2s_pose *out, uint32_t stream, XrTime now, int64_t boottime_nanos, const XrPosef *pose,
+                bool is_tracked) {
+    uint32_t struct_size = out->struct_size;
+    *out = (ml2s_pose){.struct_size = struct_size,
+                       .stream = stream,
+                       .capture_nanos = boottime_nanos,
+                       .device_nanos = now,
+                       .is_tracked = is_tracked};
+    if (is_tracked) {
+        memcpy(out->rotation, &pose->orientation, sizeof out->rotation);
+        memcpy(out->position, &pose->position, sizeof out->position);
+    }
+}

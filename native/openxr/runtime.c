@@ -1,0 +1,198 @@
+#include "runtime.h"
+
+#include <string.h>
+
+#include "../sdk/error.h"
+#include "../sdk/lock.h"
+#include "gaze.h"
+#include "loader.h"
+#include "session.h"
+
+#define NAME(name) #name,
+#define NAMES(identifier, table, functions, extension) static const char *const table##_names[] = {functions(NAME)};
+XR_AREAS(NAMES)
+
+static const struct area {
+    const char *extension;
+    size_t offset_bytes;
+    size_t count;
+    const char *const *names;
+} areas_known[XR_AREA_COUNT] = {
+#define AREA(identifier, table, functions, extension)                                                                  \
+    [identifier] = {extension, offsetof(struct xr, table), sizeof xr.table / sizeof(void *), table##_names},
+    XR_AREAS(AREA)};
+
+struct xr xr;
+
+static lock_t changing = ATOMIC_FLAG_INIT;
+static uint32_t users;
+static uint32_t areas_found;
+
+static ml2s_openxr chosen;
+static char chosen_path[512];
+
+ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
+    if (!openxr || openxr->struct_size < sizeof *openxr) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "ml2s_openxr.struct_size: expected at least %u",
+                         (unsigned)sizeof *openxr);
+    }
+    bool is_standalone = openxr->loader_path;
+    bool is_borrowed = openxr->instance && openxr->session && openxr->get_instance_proc_addr;
+    if (is_standalone == is_borrowed || (is_standalone && strlen(openxr->loader_path) >= sizeof chosen_path)) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_openxr: expected either loader_path or instance, session and get_instance_proc_addr");
+    }
+    lock(&changing);
+    bool is_free = !users;
+    if (is_free) {
+        chosen = *openxr;
+        if (is_standalone) {
+            memcpy(chosen_path, openxr->loader_path, strlen(openxr->loader_path) + 1);
+            chosen.loader_path = chosen_path;
+        }
+    }
+    unlock(&changing);
+    return is_free ? ML2S_OK : error_set(error, ML2S_BUSY, 0, "ml2s_use_openxr while a sensor of OpenXR is open");
+}
+
+static bool find_area(const struct area *area, PFN_xrGetInstanceProcAddr get_proc) {
+    for (size_t i = 0; i < area->count; i++) {
+        PFN_xrVoidFunction function;
+        if (XR_FAILED(get_proc(xr.instance, area->names[i], &function)) || !function) {
+            return false;
+        }
+        memcpy((char *)&xr + area->offset_bytes + i * sizeof function, &function, sizeof function);
+    }
+    return true;
+}
+
+static void find_areas(PFN_xrGetInstanceProcAddr get_proc) {
+    areas_found = 0;
+    for (uint32_t i = 0; i < XR_AREA_COUNT; i++) {
+        bool is_enabled = xr.is_borrowed || i == XR_CORE || loader_offers(areas_known[i].extension);
+        if (is_enabled && find_area(&areas_known[i], get_proc)) {
+            areas_found |= XR_AREA_BIT(i);
+        }
+    }
+}
+
+static ml2s_result require(uint32_t areas, ml2s_error *error) {
+    for (uint32_t i = 0; i < XR_AREA_COUNT; i++) {
+        if (areas & ~areas_found & XR_AREA_BIT(i)) {
+            return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s%s", areas_known[i].extension,
+                             xr.is_borrowed ? " (not enabled by the app)" : "");
+        }
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result create_world(ml2s_error *error) {
+    XrReferenceSpaceCreateInfo info = {XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_LOCAL,
+                                       {{0, 0, 0, 1}, {0, 0, 0}}};
+    return XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &xr.world);
+}
+
+/** Takes the app's instance, or makes one; either way the tables are filled. */
+static ml2s_result reach(ml2s_error *error) {
+    PFN_xrGetInstanceProcAddr get_proc = (PFN_xrGetInstanceProcAddr)chosen.get_instance_proc_addr;
+    xr = (struct xr){.is_borrowed = !chosen.loader_path};
+    if (xr.is_borrowed) {
+        xr.instance = (XrInstance)(uintptr_t)chosen.instance;
+        xr.session = (XrSession)(uintptr_t)chosen.session;
+    } else {
+        ml2s_result result = loader_open(&chosen, &get_proc, error);
+        if (result || (result = loader_create_instance(&chosen, get_proc, error))) {
+            return result;
+        }
+    }
+    find_areas(get_proc);
+    return require(XR_AREA_BIT(XR_CORE) | XR_AREA_BIT(XR_TIME), error);
+}
+
+static ml2s_result begin(ml2s_error *error) {
+    if (!chosen.struct_size) {
+        return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR (ml2s_use_openxr was not called)");
+    }
+    ml2s_result result = reach(error);
+    if (result) {
+        return result;
+    }
+    XrSystemGetInfo info = {XR_TYPE_SYSTEM_GET_INFO, NULL, XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY};
+    result = XR_CALL(error, core, xrGetSystem, xr.instance, &info, &xr.system);
+    if (!result && !xr.is_borrowed) {
+        result = session_create(error);
+    }
+    return result ? result : create_world(error);
+}
+
+/** Ends what begin has made, all of it or a part; answers the first failure. */
+static ml2s_result end(ml2s_error *error) {
+    ml2s_result first = ML2S_OK;
+    if (xr.world) {
+        first = XR_CALL(error, core, xrDestroySpace, xr.world);
+    }
+    if (!xr.is_borrowed && xr.session) {
+        ml2s_result result = gaze_forget(first ? NULL : error);
+        first = first ? first : result;
+        result = session_destroy(first ? NULL : error);
+        first = first ? first : result;
+    }
+    if (!xr.is_borrowed && xr.core.xrDestroyInstance) {
+        ml2s_result result = XR_CALL(first ? NULL : error, core, xrDestroyInstance, xr.instance);
+        first = first ? first : result;
+    }
+    return first;
+}
+
+ml2s_result xr_acquire(uint32_t areas, ml2s_error *error) {
+    lock(&changing);
+    ml2s_result result = users ? ML2S_OK : begin(error);
+    if (!result) {
+        result = require(areas, error);
+    }
+    if (!result) {
+        users++;
+    } else if (!users) {
+        end(NULL);
+    }
+    unlock(&changing);
+    return result;
+}
+
+ml2s_result xr_release(ml2s_error *error) {
+    lock(&changing);
+    ml2s_result result = --users ? ML2S_OK : end(error);
+    unlock(&changing);
+    return result;
+}
+
+ml2s_result xr_follow(ml2s_error *error) { return xr.is_borrowed ? ML2S_OK : session_follow(error); }
+
+static ml2s_result kind_of(XrResult result) {
+    switch (result) {
+    case XR_TIMEOUT_EXPIRED:
+        return ML2S_TIMEOUT;
+    case XR_ERROR_RUNTIME_UNAVAILABLE:
+    case XR_ERROR_FORM_FACTOR_UNAVAILABLE:
+    case XR_ERROR_FEATURE_UNSUPPORTED:
+        return ML2S_NOT_AVAILABLE;
+    case XR_ERROR_PERMISSION_INSUFFICIENT:
+        return ML2S_PERMISSION_DENIED;
+    case XR_ERROR_TIME_INVALID:
+        return ML2S_NO_POSE;
+    default:
+        return XR_SUCCEEDED(result) ? ML2S_OK : ML2S_VENDOR_FAILURE;
+    }
+}
+
+ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error) {
+    ml2s_result kind = kind_of(result);
+    if (kind == ML2S_OK || kind == ML2S_TIMEOUT) {
+        return kind;
+    }
+    char name[XR_MAX_RESULT_STRING_SIZE] = "XrResult";
+    if (xr.core.xrResultToString) {
+        xr.core.xrResultToString(xr.instance, result, name);
+    }
+    return error_set(error, kind, result, "%s: %s (%d)", call, name, result);
+}

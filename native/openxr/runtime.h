@@ -1,0 +1,14 @@
+/** The instance and session that all sensors of this backend share: made or borrowed by the first that opens. */
+#pragma once
+
+#include "xr_api.h"
+
+#define XR_AREA_BIT(area) (1u << (area))
+
+/** Session and tables for areas, a mask of XR_AREA_BITs beside core and time; ML2S_NOT_AVAILABLE names the extension
+ * that is missing. Each success is ended by one xr_release. */
+ml2s_result xr_acquire(uint32_t areas, ml2s_error *error);
+ml2s_result xr_release(ml2s_error *error);
+
+/** To be called by every poll: a session of our own answers its runtime's events. */
+ml2s_result xr_follow(ml2s_error *error);
