@@ -133,6 +133,9 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
         (result = describe(from, ML2S_STREAM_DEPTH, frame, error))) {
         return result;
     }
+    if (!(wants & ML2S_WANT_RADIAL) && !(frame->has & ML2S_HAS_INTRINSICS)) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: no intrinsics to make z of distance");
+    }
     frame_add_plane(frame, ML2S_PLANE_IMAGE, 4);
     if (wants & ML2S_WANT_CONFIDENCE) {
         frame_add_plane(frame, ML2S_PLANE_CONFIDENCE, 4);

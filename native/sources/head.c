@@ -4,7 +4,7 @@
 #include "source.h"
 
 static MLHandle tracker = ML_INVALID_HANDLE;
-static MLCoordinateFrameUID head;
+static MLHeadTrackingStaticData head;
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
@@ -16,12 +16,10 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = head_tracker_open(&tracker, error))) {
         return result;
     }
-    MLHeadTrackingStaticData data;
-    result = SDK_CALL(error, head, MLHeadTrackingGetStaticData, tracker, &data);
+    result = SDK_CALL(error, head, MLHeadTrackingGetStaticData, tracker, &head);
     if (result) {
         end(settings, NULL);
     }
-    head = data.coord_frame_head;
     return result;
 }
 
@@ -38,7 +36,7 @@ static ml2s_result locate(MLTime time, ml2s_pose *pose, ml2s_error *error) {
         return result;
     }
     MLTransform transform;
-    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &head, &transform);
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &head.coord_frame_head, &transform);
     if (!result) {
         pose_set(pose, &transform);
     }

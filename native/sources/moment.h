@@ -1,6 +1,7 @@
 /** What the vendor says of one moment, as frames and poses say it. */
 #pragma once
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "../sdk/clock.h"
@@ -11,18 +12,28 @@
 /** Rounded up, so that a short timeout is still a wait. */
 static inline uint64_t millis_of(uint64_t nanos) { return nanos / NANOS_PER_MILLI + (nanos % NANOS_PER_MILLI != 0); }
 
+/** Poses and intrinsics that are not numbers are none. */
+static inline bool are_finite(const float *values, int count) {
+    bool are = true;
+    for (int i = 0; i < count; i++) {
+        are &= __builtin_isfinite(values[i]) != 0;
+    }
+    return are;
+}
+
 static inline void frame_set_pose(ml2s_frame *frame, const MLTransform *transform) {
     memcpy(frame->rotation, &transform->rotation, sizeof frame->rotation);
     memcpy(frame->position, &transform->position, sizeof frame->position);
-    frame->has |= ML2S_HAS_POSE;
+    frame->has |= are_finite(frame->rotation, 4) && are_finite(frame->position, 3) ? ML2S_HAS_POSE : 0;
 }
 
 static inline void frame_set_pinhole(ml2s_frame *frame, MLVec2f focal_length, MLVec2f principal_point) {
-    frame->focal_length[0] = focal_length.x;
-    frame->focal_length[1] = focal_length.y;
-    frame->principal_point[0] = principal_point.x;
-    frame->principal_point[1] = principal_point.y;
-    frame->has |= ML2S_HAS_INTRINSICS;
+    const float values[] = {focal_length.x, focal_length.y, principal_point.x, principal_point.y};
+    for (int i = 0; i < 2; i++) {
+        frame->focal_length[i] = values[i];
+        frame->principal_point[i] = values[i + 2];
+    }
+    frame->has |= are_finite(values, 4) ? ML2S_HAS_INTRINSICS : 0;
 }
 
 static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_error *error) {
@@ -33,5 +44,5 @@ static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_er
 static inline void pose_set(ml2s_pose *pose, const MLTransform *transform) {
     memcpy(pose->rotation, &transform->rotation, sizeof pose->rotation);
     memcpy(pose->position, &transform->position, sizeof pose->position);
-    pose->is_tracked = 1;
+    pose->is_tracked = are_finite(pose->rotation, 4) && are_finite(pose->position, 3);
 }

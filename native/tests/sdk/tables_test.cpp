@@ -1,0 +1,74 @@
+// Each test is a process of its own, in which libperception.magicleap.so is what the test has loaded.
+#include <dlfcn.h>
+
+#include <array>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "../../sdk/ml2s.h"
+
+namespace {
+
+constexpr std::array kSensors = {
+    std::pair{ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH}, std::pair{ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_LEFT},
+    std::pair{ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_LEFT}, std::pair{ML2S_SENSOR_HEAD, ML2S_STREAM_HEAD_POSE},
+    std::pair{ML2S_SENSOR_COLOR, ML2S_STREAM_COLOR}};
+
+/** The message of opening a sensor, or "" when it opens. */
+std::string openAndClose(ml2s_sensor sensor, ml2s_stream stream) {
+    ml2s_settings settings = {};
+    settings.struct_size = sizeof settings;
+    settings.sensor = sensor;
+    settings.streams = ML2S_STREAM_BIT(stream);
+    settings.rate_hz = 5;
+    ml2s_error error = {};
+    error.struct_size = sizeof error;
+    ml2s_handle handle = 0;
+    const auto result = ml2s_open(&settings, &handle, &error);
+    if (result == ML2S_OK) {
+        EXPECT_EQ(ml2s_close(handle, nullptr), ML2S_OK);
+        return "";
+    }
+    EXPECT_EQ(result, ML2S_NOT_AVAILABLE);
+    return error.message;
+}
+
+void load(const char *path) { ASSERT_NE(dlopen(path, RTLD_NOW), nullptr) << dlerror(); }
+
+} // namespace
+
+TEST(Tables, WithoutTheLibraryNoSensorIsThereAndTheLibraryIsNamed) {
+    for (const auto &[sensor, stream] : kSensors) {
+        const auto message = openAndClose(sensor, stream);
+        EXPECT_EQ(message.rfind("not available: libperception.magicleap.so (", 0), 0u) << message;
+    }
+    int64_t captured;
+    EXPECT_EQ(ml2s_boottime_of(0, &captured, nullptr), ML2S_NOT_AVAILABLE);
+}
+
+TEST(Tables, ALibraryThatComesLaterIsFound) {
+    EXPECT_NE(openAndClose(ML2S_SENSOR_HEAD, ML2S_STREAM_HEAD_POSE), "");
+    load(COMPLETE_SDK);
+    for (const auto &[sensor, stream] : kSensors) {
+        EXPECT_EQ(openAndClose(sensor, stream), "");
+    }
+}
+
+TEST(Tables, AMissingEyeSymbolTakesTheEyesOnlyAndIsNamed) {
+    load(SDK_WITHOUT_EYE);
+    for (const auto &[sensor, stream] : kSensors) {
+        EXPECT_EQ(openAndClose(sensor, stream),
+                  sensor == ML2S_SENSOR_EYE ? "not available: libperception.magicleap.so/MLEyeCameraUpdateSettings"
+                                            : "");
+    }
+}
+
+TEST(Tables, AMissingSnapshotSymbolTakesThePosesOnlyAndIsNamed) {
+    load(SDK_WITHOUT_SNAPSHOT);
+    for (const auto &[sensor, stream] : kSensors) {
+        const bool isPose = sensor == ML2S_SENSOR_HEAD || sensor == ML2S_SENSOR_COLOR;
+        EXPECT_EQ(openAndClose(sensor, stream),
+                  isPose ? "not available: libperception.magicleap.so/MLPerceptionReleaseSnapshot" : "");
+    }
+}

@@ -1,0 +1,271 @@
+#include <atomic>
+#include <cstring>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "../../sdk/ml2s.h"
+
+namespace {
+
+constexpr uint32_t kStream = ML2S_STREAM_COLOR;
+constexpr uint32_t kWords = 1024;
+
+/** Provides a stream with slots, and sees at the end that all of them came back. */
+class Slots {
+  public:
+    explicit Slots(uint32_t count) : memory_(count) {
+        std::vector<ml2s_memory> slots;
+        for (auto &memory : memory_) {
+            slots.push_back({memory.bytes, sizeof memory.bytes});
+        }
+        EXPECT_EQ(ml2s_provide(kStream, slots.data(), count), ML2S_OK);
+    }
+    ~Slots() { EXPECT_EQ(ml2s_provide(kStream, nullptr, 0), ML2S_OK) << "a slot is still leased"; }
+    Slots(const Slots &) = delete;
+    Slots &operator=(const Slots &) = delete;
+
+  private:
+    struct Memory {
+        alignas(64) uint8_t bytes[kWords * sizeof(uint32_t)];
+    };
+    std::vector<Memory> memory_;
+};
+
+ml2s_frame emptyFrame() {
+    ml2s_frame frame = {};
+    frame.struct_size = sizeof frame;
+    return frame;
+}
+
+std::optional<uint32_t> take() {
+    uint32_t slot;
+    ml2s_memory memory;
+    return ml2s_take(kStream, &slot, &memory) == ML2S_OK ? std::optional(slot) : std::nullopt;
+}
+
+ml2s_result publish(uint32_t slot, int64_t capture_nanos) {
+    auto frame = emptyFrame();
+    frame.stream = kStream;
+    frame.slot = slot;
+    frame.capture_nanos = capture_nanos;
+    return ml2s_publish(&frame);
+}
+
+std::optional<ml2s_frame> acquire(int64_t after_nanos) {
+    auto frame = emptyFrame();
+    return ml2s_acquire_latest(kStream, after_nanos, &frame) == ML2S_OK ? std::optional(frame) : std::nullopt;
+}
+
+/** Takes, publishes and releases one slot. */
+void publishOnce(int64_t capture_nanos) {
+    const auto slot = take();
+    ASSERT_TRUE(slot);
+    EXPECT_EQ(publish(*slot, capture_nanos), ML2S_OK);
+    EXPECT_EQ(ml2s_release(kStream, *slot), ML2S_OK);
+}
+
+} // namespace
+
+TEST(Slots, AStreamWithoutSlotsHasNoneToTakeAndNothingLatest) {
+    EXPECT_FALSE(take());
+    EXPECT_FALSE(acquire(INT64_MIN));
+}
+
+TEST(Slots, EverySlotIsTakenOnceUntilItIsReleased) {
+    const Slots slots(3);
+    EXPECT_EQ(*take() + *take() + *take(), 0u + 1 + 2);
+    EXPECT_FALSE(take());
+    EXPECT_EQ(ml2s_release(kStream, 1), ML2S_OK);
+    EXPECT_EQ(take(), 1u);
+    for (uint32_t slot = 0; slot < 3; slot++) {
+        EXPECT_EQ(ml2s_release(kStream, slot), ML2S_OK);
+    }
+}
+
+TEST(Slots, ThePublishedFrameIsLeasedWithItsMemoryUntilEveryReaderReleases) {
+    const Slots slots(1);
+    publishOnce(100);
+    const auto first = acquire(0);
+    const auto second = acquire(99);
+    ASSERT_TRUE(first && second);
+    EXPECT_EQ(first->capture_nanos, 100);
+    EXPECT_EQ(first->data, second->data);
+    EXPECT_EQ(ml2s_provide(kStream, nullptr, 0), ML2S_BUSY);
+    EXPECT_EQ(ml2s_release(kStream, first->slot), ML2S_OK);
+    EXPECT_EQ(ml2s_provide(kStream, nullptr, 0), ML2S_BUSY);
+    EXPECT_EQ(ml2s_release(kStream, second->slot), ML2S_OK);
+    EXPECT_EQ(ml2s_release(kStream, second->slot), ML2S_INVALID_ARGUMENT) << "the lease of latest is nobody's to end";
+}
+
+TEST(Slots, OnlyNewerFramesAreAcquired) {
+    const Slots slots(2);
+    publishOnce(100);
+    EXPECT_FALSE(acquire(100));
+    publishOnce(200);
+    const auto frame = acquire(100);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->capture_nanos, 200);
+    EXPECT_EQ(ml2s_release(kStream, frame->slot), ML2S_OK);
+}
+
+TEST(Slots, TheLatestIsKeptWhileOthersAreTaken) {
+    const Slots slots(2);
+    publishOnce(100);
+    const auto other = take();
+    ASSERT_TRUE(other);
+    EXPECT_FALSE(take());
+    EXPECT_EQ(publish(*other, 200), ML2S_OK);
+    EXPECT_TRUE(take()) << "the old latest is free again";
+    EXPECT_EQ(ml2s_release(kStream, *other), ML2S_OK);
+    EXPECT_EQ(ml2s_release(kStream, 1 - *other), ML2S_OK);
+}
+
+TEST(Slots, AFrameIsPublishedOnceAndOnlyByItsWriter) {
+    const Slots slots(1);
+    EXPECT_EQ(publish(0, 1), ML2S_INVALID_ARGUMENT);
+    ASSERT_TRUE(take());
+    EXPECT_EQ(publish(0, 1), ML2S_OK);
+    EXPECT_EQ(publish(0, 2), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_release(kStream, 0), ML2S_OK);
+}
+
+TEST(Slots, AWriterMayGiveUp) {
+    const Slots slots(1);
+    ASSERT_TRUE(take());
+    EXPECT_EQ(ml2s_release(kStream, 0), ML2S_OK);
+    EXPECT_EQ(publish(0, 1), ML2S_INVALID_ARGUMENT);
+    EXPECT_FALSE(acquire(INT64_MIN));
+}
+
+TEST(Slots, MisuseIsRefused) {
+    alignas(64) static uint8_t bytes[128];
+    const ml2s_memory unaligned = {bytes + 1, 64};
+    const ml2s_memory none = {nullptr, 64};
+    const ml2s_memory good = {bytes, 64};
+    uint32_t slot;
+    ml2s_memory memory;
+    auto frame = emptyFrame();
+    frame.slot = ML2S_MAX_SLOTS;
+    EXPECT_EQ(ml2s_provide(kStream, &unaligned, 1), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_provide(kStream, &none, 1), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_provide(kStream, nullptr, 1), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_provide(kStream, &good, ML2S_MAX_SLOTS + 1), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_provide(ML2S_STREAM_COUNT, &good, 1), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_take(ML2S_STREAM_COUNT, &slot, &memory), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_publish(&frame), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_release(kStream, ML2S_MAX_SLOTS), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_release(kStream, 0), ML2S_INVALID_ARGUMENT);
+    frame.struct_size--;
+    EXPECT_EQ(ml2s_acquire_latest(kStream, 0, &frame), ML2S_INVALID_ARGUMENT);
+}
+
+namespace {
+
+constexpr int64_t kFrames = 20000;
+
+/** Writes frame numbers into slots as fast as slots come free; returns how many frames were lost. */
+int64_t write() {
+    int64_t lost = 0;
+    for (int64_t number = 1; number <= kFrames; number++) {
+        uint32_t slot;
+        ml2s_memory memory;
+        if (ml2s_take(kStream, &slot, &memory)) {
+            lost++;
+            std::this_thread::yield();
+            continue;
+        }
+        auto *words = reinterpret_cast<uint32_t *>(memory.data);
+        for (uint32_t i = 0; i < kWords; i++) {
+            words[i] = static_cast<uint32_t>(number);
+        }
+        EXPECT_EQ(publish(slot, number), ML2S_OK);
+        EXPECT_EQ(ml2s_release(kStream, slot), ML2S_OK);
+    }
+    return lost;
+}
+
+/** What a reader sees must be one whole frame, newer than the last. */
+void expectWhole(const ml2s_frame &frame) {
+    const auto *words = reinterpret_cast<const uint32_t *>(frame.data);
+    for (uint32_t i = 0; i < kWords; i++) {
+        ASSERT_EQ(words[i], frame.capture_nanos);
+    }
+}
+
+/** Reads until the writer is done. A slow reader lets the writer publish twice before it looks at its frame. */
+void read(const std::atomic<bool> &isDone, bool isSlow) {
+    int64_t last = 0;
+    while (!isDone) {
+        const auto frame = acquire(last);
+        if (!frame) {
+            std::this_thread::yield();
+            continue;
+        }
+        EXPECT_GT(frame->capture_nanos, last);
+        last = frame->capture_nanos;
+        for (int published = 0; isSlow && published < 2 && !isDone;) {
+            if (const auto newer = acquire(last + published)) {
+                published++;
+                EXPECT_EQ(ml2s_release(kStream, newer->slot), ML2S_OK);
+            }
+            std::this_thread::yield();
+        }
+        expectWhole(*frame);
+        EXPECT_EQ(ml2s_release(kStream, frame->slot), ML2S_OK);
+    }
+}
+
+/** Takes a lease, and ends without giving it back; whoever owned the thread does. */
+void leaseAndDie(std::optional<ml2s_frame> &leased, const std::atomic<bool> &isDone) {
+    while (!leased && !isDone) {
+        leased = acquire(0);
+    }
+}
+
+} // namespace
+
+TEST(Slots, SlowFastAndDyingReadersSeeWholeFramesAndTheWriterNeverWaits) {
+    const Slots slots(6);
+    std::atomic<bool> isDone = false;
+    std::optional<ml2s_frame> leased;
+    std::thread dying([&] { leaseAndDie(leased, isDone); });
+    std::thread slow([&] { read(isDone, true); });
+    std::thread fast([&] { read(isDone, false); });
+    const int64_t lost = write();
+    isDone = true;
+    for (auto *thread : {&dying, &slow, &fast}) {
+        thread->join();
+    }
+    EXPECT_EQ(lost, 0) << "six slots: the latest, the writer's, two of slow, one each of fast and dying";
+    if (leased) {
+        expectWhole(*leased);
+        EXPECT_EQ(ml2s_release(kStream, leased->slot), ML2S_OK);
+    }
+}
+
+TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
+    std::atomic<bool> isDone = false;
+    std::thread reader([&] { read(isDone, false); });
+    std::thread writer([&] {
+        write();
+        isDone = true;
+    });
+    struct Memory {
+        alignas(64) uint8_t bytes[kWords * sizeof(uint32_t)];
+    };
+    std::vector<Memory> memory(4);
+    const auto provide = [&](size_t first, uint32_t count) {
+        const ml2s_memory slots[] = {{memory[first].bytes, sizeof(Memory)}, {memory[first + 1].bytes, sizeof(Memory)}};
+        return ml2s_provide(kStream, slots, count);
+    };
+    for (size_t half = 0; !isDone; half = 2 - half) {
+        while (provide(half, 2) == ML2S_BUSY && !isDone) {
+        }
+    }
+    writer.join();
+    reader.join();
+    EXPECT_EQ(provide(0, 0), ML2S_OK);
+}
