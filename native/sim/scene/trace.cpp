@@ -33,9 +33,9 @@ void traceWalls(Block &block) {
     const Float3 high = narrow(kRoomHigh - Vec3{block.origin.x, block.origin.y, block.origin.z});
     for (int i = 0; i < block.count; i++) {
         const float x = block.x[i], y = block.y[i], z = block.z[i];
-        const float to_x = (x > 0 ? high.x : low.x) / x;
-        const float to_y = (y > 0 ? high.y : low.y) / y;
-        const float to_z = (z > 0 ? high.z : low.z) / z;
+        const float to_x = (x > 0 ? high.x : -low.x) / std::abs(x);
+        const float to_y = (y > 0 ? high.y : -low.y) / std::abs(y);
+        const float to_z = (z > 0 ? high.z : -low.z) / std::abs(z);
         const float side = to_x < to_y ? to_x : to_y;
         const int32_t wall = to_x < to_y ? (x > 0 ? kRightWall : kLeftWall) : (y > 0 ? kCeiling : kFloor);
         block.distance[i] = side < to_z ? side : to_z;
@@ -51,12 +51,11 @@ void traceBox(Block &block, const Box &box, int32_t first_surface) {
     const Float3 from = {c * dx - s * dz, block.origin.y - box.center.y, s * dx + c * dz};
     for (int i = 0; i < block.count; i++) {
         const float x = c * block.x[i] - s * block.z[i], y = block.y[i], z = s * block.x[i] + c * block.z[i];
-        const float near_x = (x > 0 ? -box.half.x - from.x : box.half.x - from.x) / x;
-        const float near_y = (y > 0 ? -box.half.y - from.y : box.half.y - from.y) / y;
-        const float near_z = (z > 0 ? -box.half.z - from.z : box.half.z - from.z) / z;
-        const float far_x = (x > 0 ? box.half.x - from.x : -box.half.x - from.x) / x;
-        const float far_y = (y > 0 ? box.half.y - from.y : -box.half.y - from.y) / y;
-        const float far_z = (z > 0 ? box.half.z - from.z : -box.half.z - from.z) / z;
+        const float at_x = x > 0 ? from.x : -from.x, at_y = y > 0 ? from.y : -from.y, at_z = z > 0 ? from.z : -from.z;
+        const float per_x = 1 / std::abs(x), per_y = 1 / std::abs(y), per_z = 1 / std::abs(z);
+        const float near_x = (-box.half.x - at_x) * per_x, far_x = (box.half.x - at_x) * per_x;
+        const float near_y = (-box.half.y - at_y) * per_y, far_y = (box.half.y - at_y) * per_y;
+        const float near_z = (-box.half.z - at_z) * per_z, far_z = (box.half.z - at_z) * per_z;
         const float side = near_x > near_y ? near_x : near_y;
         const int32_t face = near_x > near_y ? (x > 0 ? kLeftWall : kRightWall) : (y > 0 ? kFloor : kCeiling);
         const float enter = side > near_z ? side : near_z;
