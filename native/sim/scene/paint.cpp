@@ -86,8 +86,8 @@ void paintPennants(Canvas &canvas, Random &random) {
     const Rectangle wall = wholeOf(canvas);
     canvas.paint(Rectangle{0, 0.14f, wall.width, 0.012f}, kInk);
     for (float x = 0.15f; x < wall.width; x += 0.24f) {
-        canvas.paint(Polygon{{x, 0.20f}, 0.11f, 3, kPi / 2}, chipColor(random));
-        canvas.paint(Disc{{x, 0.19f}, 0.025f}, kPaper);
+        canvas.paint(Polygon{{x, 0.20f}, 0.11f, 3, -kPi / 2}, chipColor(random));
+        canvas.paint(Disc{{x, 0.185f}, 0.025f}, kPaper);
     }
 }
 

@@ -41,13 +41,15 @@ void renderWorld(const Scene &scene, const RayTable &rays, const Pose &camera, u
 void renderColor(const Scene &scene, const RayTable &rays, const Pose &camera, bool hologram, uint8_t *rgb,
                  size_t stride_bytes, Noise noise = {});
 
-/** One of the depth camera's two streams. */
+/** One of the depth camera's two streams, as it is set. */
 struct DepthRange {
-    float near_m; ///< Nearer, or bright beyond measure, is Saturated.
-    float far_m;  ///< Farther is LowSignal.
+    float near_m;      ///< Nearer, or bright beyond measure, is Saturated.
+    float far_m;       ///< Farther is LowSignal.
+    float exposure_us; ///< Counts are proportional to it.
 };
-constexpr DepthRange kLongRange = {0.5f, 7.5f};
-constexpr DepthRange kShortRange = {0.2f, 3.0f};
+constexpr DepthRange kLongRange = {0.5f, 7.5f, 1600};
+/** Nominally to 0.9 m; like the device's it measures on as long as enough light comes back. */
+constexpr DepthRange kShortRange = {0.2f, 3.0f, 375};
 
 /** Bits of MLDepthCameraDepthFlags that are set here. */
 enum DepthFlag : uint32_t {
