@@ -8,9 +8,9 @@ struct Standing {
 };
 
 constexpr Standing kStanding[] = {
-    {0.95, -1.65, 0.72, 0.88, 0.72, 24},
-    {-1.25, -2.00, 0.64, 1.16, 0.64, -17},
-    {-2.25, 0.55, 0.80, 0.64, 1.20, 8},
+    {0.95, -1.65, 0.80, 0.88, 0.72, 24},
+    {-1.25, -2.00, 0.72, 1.16, 0.64, -17},
+    {-2.25, 0.55, 0.80, 0.72, 1.20, 8},
     {2.20, 0.90, 0.72, 0.80, 0.96, -12},
 };
 
@@ -23,10 +23,10 @@ struct Columns {
 
 constexpr Columns kColumns[] = {{kFrontWall, 6, 0.96}, {kLeftWall, 7, 0.96}, {kRightWall, 7, 0.96}, {kBackWall, 3, 1.6}};
 /** The upper cards' tops, metres below the ceiling; in odd columns a little lower, so that they are less regular. */
-constexpr double kRowTop_m[] = {0.52, 1.48};
-constexpr double kStagger_m = 0.10;
+constexpr double kRowTop_m[] = {0.40, 1.28};
+constexpr double kStagger_m = 0.096;
 
-double snapped(double metres) { return kTexel_m * std::round(metres / kTexel_m); }
+double snapped(double metres) { return kGrid_m * std::round(metres / kGrid_m); }
 
 /** A face of a block about `center`; `axes` are the block's own, in the world. */
 Plane face(Vec3 center, const Vec3 axes[3], const double half[3], int axis, double side, double facing) {
@@ -87,7 +87,7 @@ std::vector<Card> hungCards(const std::vector<Plane> &planes) {
     for (int box = 0; box < 4; box++) {
         const int surface = kWallCount * (1 + box) + kBoxFaces[box];
         const Plane &plane = planes[surface];
-        cards.push_back({int(cards.size()), surface, snapped((plane.width_m - kCardSide_m) / 2), 0.028});
+        cards.push_back({int(cards.size()), surface, snapped((plane.width_m - kCardSide_m) / 2), kGrid_m});
     }
     return cards;
 }

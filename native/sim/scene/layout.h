@@ -8,11 +8,13 @@
 
 namespace ml2sim {
 
-/** Edges of fiducials lie between texels of this size, so that their corners have no bias. */
+/** Of the finest textures. */
 constexpr double kTexel_m = 0.004;
+/** Edges of fiducials lie between texels of the first three levels: smoothing then moves no corner. */
+constexpr double kGrid_m = 4 * kTexel_m;
 /** Black squares of one cell touch the marker's corners; a white card carries them all. */
 constexpr double kMarkerCell_m = kMarkerSide_m / 6;
-constexpr double kCardSide_m = kMarkerSide_m + 2 * kMarkerCell_m + 2 * 5 * kTexel_m;
+constexpr double kCardSide_m = kMarkerSide_m + 2 * kMarkerCell_m + 2 * kGrid_m;
 
 /** A fiducial on a surface: where its card's top left is, metres from the surface's top left. */
 struct Card {

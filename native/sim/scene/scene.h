@@ -14,7 +14,7 @@ constexpr Vec3 kRoomLow = {-3.0, -1.5, -3.5};
 constexpr Vec3 kRoomHigh = {3.0, 1.3, 3.5};
 
 /** Side of a fiducial: ArUco DICT_4X4_50, its four outer corners saddles between black squares. */
-constexpr double kMarkerSide_m = 0.408;
+constexpr double kMarkerSide_m = 0.48;
 
 struct Landmark {
     int tag;    ///< ArUco id.
