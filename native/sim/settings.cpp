@@ -159,6 +159,10 @@ size_t indexOf(const std::string &name) {
     return index;
 }
 
+std::string valueAt(size_t index) {
+    return table().rows[index].isText ? text(static_cast<Key>(index)) : shortest(table().numbers[index]);
+}
+
 size_t faultIndex(CameraKind camera, Fault what) {
     return static_cast<size_t>(Key::FaultCameras) + static_cast<size_t>(camera) * kCameraFaults.size() +
            static_cast<size_t>(what);
@@ -173,6 +177,11 @@ double fault(CameraKind camera, Fault what) { return table().numbers[faultIndex(
 std::string text(Key key) {
     const std::lock_guard lock(table().mutex);
     return table().texts[static_cast<size_t>(key)];
+}
+
+std::string keyValue(const std::string &name) {
+    const size_t index = indexOf(name);
+    return index < table().rows.size() ? valueAt(index) : "";
 }
 
 bool shapesTheScene(const std::string &name) {
@@ -191,8 +200,7 @@ std::string describeKeys() {
     std::string out;
     for (size_t i = 0; i < table().rows.size(); i++) {
         const auto &row = table().rows[i];
-        const auto value = row.isText ? text(static_cast<Key>(i)) : shortest(table().numbers[i]);
-        out += row.name + "=" + value + "  " + row.meaning + "\n";
+        out += row.name + "=" + valueAt(i) + "  " + row.meaning + "\n";
     }
     return out;
 }

@@ -67,6 +67,9 @@ inline bool hasFault(CameraKind camera, Fault what) { return fault(camera, what)
 /** The value of a key of text. Any thread. */
 std::string text(Key key);
 
+/** The value of a key, as setKey takes it; empty when there is no such key. */
+std::string keyValue(const std::string &name);
+
 /** Whether name is a key that pictures and poses depend on, which therefore rests while a camera is open. */
 bool shapesTheScene(const std::string &name);
 

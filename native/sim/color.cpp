@@ -1,0 +1,106 @@
+// ml2sim_color: the colour camera, encoded once and looped. On the device it is reached through Camera2.
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "clock.h"
+#include "film.h"
+#include "jpeg.h"
+#include "lazy.h"
+#include "ml2sim.h"
+#include "scene/render.h"
+#include "settings.h"
+#include "stage.h"
+
+namespace ml2sim {
+namespace {
+
+/** Readout, transfer and encoding. */
+constexpr int64_t kDelayNanos = 15000000;
+constexpr int64_t kExposureNanos = 8000000;
+
+struct Size {
+    uint32_t width, height;
+    uint32_t most_hz;
+};
+constexpr Size kCameraSizes[] = {{640, 480, 60},   {1280, 720, 60},  {1280, 960, 60},
+                                 {1440, 1080, 60}, {1920, 1080, 60}, {2048, 1536, 60},
+                                 {2880, 2160, 30}, {3840, 2160, 30}, {4096, 3072, 30}};
+constexpr Size kMixedSizes[] = {{648, 720, 60}, {972, 1080, 60},  {1944, 2160, 30},
+                                {960, 720, 60}, {1440, 1080, 60}, {2880, 2160, 30}};
+
+bool isOffered(const ml2sim_color_request &request) {
+    const bool isRate = request.rate_hz == 15 || request.rate_hz == 30 || request.rate_hz == 60;
+    const auto fits = [&](const Size &size) {
+        return size.width == request.width && size.height == request.height && request.rate_hz <= size.most_hz;
+    };
+    if (request.with_hologram != 0)
+        return isRate && request.rate_hz != 15 && std::any_of(std::begin(kMixedSizes), std::end(kMixedSizes), fits);
+    return isRate && std::any_of(std::begin(kCameraSizes), std::end(kCameraSizes), fits);
+}
+
+/** A frame of the film: its size, then the JPEG. Pages that no frame fills take no memory. */
+using JpegBytes = uint32_t;
+size_t capacity(const ml2sim_color_request &request) { return size_t{request.width} * request.height * 3 + 65536; }
+
+FilmPlan planOf(const ml2sim_color_request &request) {
+    const auto stage = Stage::current();
+    const bool hologram = request.with_hologram != 0;
+    const auto sigma = static_cast<float>(number(Key::ImageNoise));
+    const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 10;
+    const auto rays =
+        std::make_shared<Lazy<RayTable>>([request] { return RayTable(colorLens(request.width, request.height)); });
+    const auto draw = [=](size_t index, uint8_t *frame) {
+        const Pose camera = compose(stage->atFilm(index, request.rate_hz).head, mount(Camera::Color));
+        std::vector<uint8_t> rgb(size_t{request.width} * request.height * 3);
+        renderColor(*Stage::room(), rays->get(), camera, hologram, rgb.data(), size_t{request.width} * 3,
+                    {sigma, noiseSeed, index});
+        const auto used = static_cast<JpegBytes>(
+            encodeJpeg(rgb.data(), request.width, request.height, frame + sizeof(JpegBytes), capacity(request)));
+        std::memcpy(frame, &used, sizeof used);
+    };
+    const auto inputs = stage->inputs() + " noise=" + std::to_string(sigma) + " " + std::to_string(request.width) +
+                        "x" + std::to_string(request.height) + "@" + std::to_string(request.rate_hz);
+    return {hologram ? "mixed_reality" : "color", inputs, sizeof(JpegBytes) + capacity(request),
+            stage->filmFrames(request.rate_hz), draw};
+}
+
+void writeIntrinsics(const PlumbBob &lens, float out[12]) {
+    const double values[] = {double(lens.width),
+                             double(lens.height),
+                             lens.fx,
+                             lens.fy,
+                             lens.cx,
+                             lens.cy,
+                             fovDegrees(lens),
+                             lens.k1,
+                             lens.k2,
+                             lens.p1,
+                             lens.p2,
+                             lens.k3};
+    std::transform(std::begin(values), std::end(values), out, [](double value) { return static_cast<float>(value); });
+}
+
+} // namespace
+} // namespace ml2sim
+
+using namespace ml2sim;
+
+int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out) {
+    if (!isOffered(*request))
+        return -1;
+    const auto film = Film::of(planOf(*request));
+    const auto stage = Stage::current();
+    stage->begin();
+    const int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, request->rate_hz);
+    const uint8_t *frame = film->frame(stage->filmIndex(index, request->rate_hz));
+    *out = {};
+    std::memcpy(&out->jpeg_bytes, frame, sizeof out->jpeg_bytes);
+    out->jpeg = frame + sizeof(JpegBytes);
+    out->frame_number = index;
+    out->capture_mltime = captureTime(index, request->rate_hz);
+    out->exposure_nanos = kExposureNanos;
+    out->next_boottime = boottimeOfMlTime(captureTime(index + 1, request->rate_hz) + kDelayNanos);
+    writeIntrinsics(colorLens(request->width, request->height), out->intrinsics);
+    return 0;
+}

@@ -1,0 +1,94 @@
+// ml2sim_set, ml2sim_reset and the clock's controls.
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "books.h"
+#include "clock.h"
+#include "ml2sim.h"
+#include "sensors.h"
+#include "settings.h"
+#include "stage.h"
+#include "tracking.h"
+
+namespace ml2sim {
+namespace {
+
+bool anyCameraOpen() { return isDepthCameraOpen() || isWorldCameraOpen() || isEyeCameraOpen(); }
+
+/** Everything that is made from keys, made from them anew. */
+std::string startOver() {
+    auto problem = resetKeys();
+    resetClock();
+    if (problem.empty())
+        problem = Stage::refresh();
+    if (problem.empty())
+        resetTracking();
+    return problem;
+}
+
+/** When the library is loaded. */
+struct Start {
+    Start() {
+        const auto problem = startOver();
+        if (problem.empty())
+            return;
+        std::fprintf(stderr, "ML2SIM: %s\n", problem.c_str());
+        std::abort();
+    }
+} start;
+
+std::string set(const std::string &name, const std::string &value) {
+    if (!shapesTheScene(name))
+        return setKey(name, value);
+    if (anyCameraOpen())
+        return name + ": cannot change while a camera is open";
+    const auto before = keyValue(name);
+    auto problem = setKey(name, value);
+    if (problem.empty())
+        problem = Stage::refresh();
+    if (!problem.empty())
+        setKey(name, before);
+    return problem;
+}
+
+} // namespace
+} // namespace ml2sim
+
+using namespace ml2sim;
+
+const char *ml2sim_set(const char *key, const char *value) {
+    thread_local std::string problem;
+    problem = set(key, value);
+    if (!problem.empty())
+        return problem.c_str();
+    refreshTracking();
+    wakeWaiters();
+    return nullptr;
+}
+
+const char *ml2sim_describe_keys(void) {
+    thread_local std::string text;
+    text = describeKeys();
+    return text.c_str();
+}
+
+void ml2sim_reset(void) {
+    resetDepthCamera();
+    resetWorldCamera();
+    resetEyeCamera();
+    resetPerception();
+    resetBooks();
+    startOver();
+    wakeWaiters();
+}
+
+int64_t ml2sim_now_mltime(void) { return mlTimeNow(); }
+
+int64_t ml2sim_now_boottime(void) { return boottimeOfMlTime(mlTimeNow()); }
+
+int64_t ml2sim_mltime_of_boottime(int64_t boottime_nanos) { return mlTimeOfBoottime(boottime_nanos); }
+
+int64_t ml2sim_boottime_of_mltime(int64_t mltime_nanos) { return boottimeOfMlTime(mltime_nanos); }
+
+void ml2sim_advance(int64_t nanos) { advanceClock(nanos); }
