@@ -1,0 +1,160 @@
+// What is the depth camera's own: modes, planes, capabilities, distance.
+#include <cmath>
+#include <map>
+
+#include "cameras_fixture.h"
+#include "ml_unused.h"
+
+class Depth : public Cameras<DepthPort> {
+  protected:
+    static constexpr uint32_t kEverything = 0x1f;
+
+    MLResult connectTo(MLDepthCameraFrameType type, MLDepthCameraFrameRate rate, uint32_t exposure, uint32_t flags) {
+        auto settings = DepthPort::settings();
+        settings.streams = 1u << type;
+        settings.stream_configs[type] = {flags, exposure, rate};
+        return MLDepthCameraConnect(&settings, &handle);
+    }
+    MLResult connectShort(uint32_t flags) {
+        return connectTo(MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_30FPS, 375, flags);
+    }
+    /** Frames that come in two seconds of one mode. */
+    int framesIn2Seconds(MLDepthCameraFrameType type, MLDepthCameraFrameRate rate, uint32_t exposure) {
+        if (connectTo(type, rate, exposure, MLDepthCameraFlags_DepthFlags) != MLResult_Ok)
+            return -1;
+        int frames = 0;
+        for (int i = 0; i < 400; i++) {
+            ml2sim_advance(5 * kMillisecond);
+            if (get() != MLResult_Ok)
+                continue;
+            frames++;
+            release();
+        }
+        disconnect();
+        return frames;
+    }
+};
+
+TEST_F(Depth, EveryLegalRateIsDeliveredAnd60Delivers30) {
+    const auto longRange = MLDepthCameraFrameType_LongRange, shortRange = MLDepthCameraFrameType_ShortRange;
+    EXPECT_EQ(framesIn2Seconds(longRange, MLDepthCameraFrameRate_1FPS, 1600), 2);
+    EXPECT_EQ(framesIn2Seconds(longRange, MLDepthCameraFrameRate_5FPS, 1600), 10);
+    EXPECT_EQ(framesIn2Seconds(shortRange, MLDepthCameraFrameRate_5FPS, 375), 10);
+    EXPECT_EQ(framesIn2Seconds(shortRange, MLDepthCameraFrameRate_25FPS, 375), 50);
+    EXPECT_EQ(framesIn2Seconds(shortRange, MLDepthCameraFrameRate_30FPS, 375), 60);
+    EXPECT_EQ(framesIn2Seconds(shortRange, MLDepthCameraFrameRate_50FPS, 375), 100);
+    EXPECT_EQ(framesIn2Seconds(shortRange, MLDepthCameraFrameRate_60FPS, 375), 60);
+}
+
+TEST_F(Depth, RatesAndExposuresOutOfTheTablesAreRefused) {
+    const uint32_t flags = MLDepthCameraFlags_DepthImage;
+    const auto longRange = MLDepthCameraFrameType_LongRange, shortRange = MLDepthCameraFrameType_ShortRange;
+    EXPECT_EQ(connectTo(longRange, MLDepthCameraFrameRate_30FPS, 1600, flags), MLResult_InvalidParam);
+    EXPECT_EQ(connectTo(shortRange, MLDepthCameraFrameRate_1FPS, 375, flags), MLResult_InvalidParam);
+    EXPECT_EQ(connectTo(longRange, MLDepthCameraFrameRate_5FPS, 249, flags), MLResult_InvalidParam);
+    EXPECT_EQ(connectTo(longRange, MLDepthCameraFrameRate_5FPS, 2001, flags), MLResult_InvalidParam);
+    EXPECT_EQ(connectTo(shortRange, MLDepthCameraFrameRate_5FPS, 49, flags), MLResult_InvalidParam);
+    EXPECT_EQ(connectTo(shortRange, MLDepthCameraFrameRate_5FPS, 376, flags), MLResult_InvalidParam);
+    EXPECT_EQ(connectTo(shortRange, MLDepthCameraFrameRate_5FPS, 375, 0), MLResult_InvalidParam);
+    expectMisuse(ML2SIM_MISUSE_ARGUMENT, 7);
+}
+
+TEST_F(Depth, TwoStreamsAtOnceAreRefused) {
+    auto settings = DepthPort::settings();
+    settings.streams = 3;
+    EXPECT_EQ(MLDepthCameraConnect(&settings, &handle), MLResult_InvalidParam);
+    expectMisuse(ML2SIM_MISUSE_ARGUMENT);
+}
+
+TEST_F(Depth, OnlyTheBuffersThatWereAskedForAreThere) {
+    ASSERT_EQ(connectShort(MLDepthCameraFlags_Confidence | MLDepthCameraFlags_RawDepthImage), MLResult_Ok);
+    ml2sim_advance(100 * kMillisecond);
+    ASSERT_EQ(get(), MLResult_Ok);
+    const auto &frame = data.frames[0];
+    EXPECT_EQ(frame.depth_image, nullptr);
+    EXPECT_NE(frame.confidence, nullptr);
+    EXPECT_EQ(frame.flags, nullptr);
+    EXPECT_EQ(frame.ambient_raw_depth_image, nullptr);
+    EXPECT_NE(frame.raw_depth_image, nullptr);
+    releaseAndDisconnect();
+}
+
+TEST_F(Depth, APixelWithAnyFlagIsInvalidAndLightAddsToTheAmbient) {
+    ASSERT_EQ(connectShort(kEverything), MLResult_Ok);
+    ml2sim_advance(100 * kMillisecond);
+    ASSERT_EQ(get(), MLResult_Ok);
+    const auto &frame = data.frames[0];
+    const auto *flags = static_cast<const uint32_t *>(frame.flags->data);
+    const auto *raw = static_cast<const float *>(frame.raw_depth_image->data);
+    const auto *ambient = static_cast<const float *>(frame.ambient_raw_depth_image->data);
+    int invalid = 0, lit = 0;
+    for (uint32_t i = 0; i < 544 * 480; i++) {
+        if (flags[i] == MLDepthCameraDepthFlags_Valid)
+            continue;
+        invalid++;
+        ASSERT_TRUE(flags[i] & MLDepthCameraDepthFlags_Invalid) << "pixel " << i;
+    }
+    for (uint32_t i = 0; i < 544 * 480; i++)
+        lit += raw[i] > ambient[i];
+    EXPECT_GT(invalid, 0);
+    EXPECT_GT(lit, 544 * 480 / 2);
+    releaseAndDisconnect();
+}
+
+TEST_F(Depth, DistanceIsRadialAndEndsInTheRoom) {
+    set("depth_noise_m", "0");
+    ASSERT_EQ(connectTo(MLDepthCameraFrameType_LongRange, MLDepthCameraFrameRate_5FPS, 1600,
+                        MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_DepthFlags),
+              MLResult_Ok);
+    ml2sim_advance(400 * kMillisecond);
+    ASSERT_EQ(get(), MLResult_Ok);
+    const auto &frame = data.frames[0];
+    ml2sim_pose head;
+    ASSERT_EQ(ml2sim_true_pose(ML2SIM_DEPTH, frame.frame_timestamp, &head), 0);
+    const auto *distance = static_cast<const float *>(frame.depth_image->data);
+    const auto *flags = static_cast<const uint32_t *>(frame.flags->data);
+    // At the principal point the ray is the optical axis, -z of the camera, by the pose alone.
+    const auto u = static_cast<uint32_t>(frame.intrinsics.principal_point.x + 0.5f);
+    const auto v = static_cast<uint32_t>(frame.intrinsics.principal_point.y + 0.5f);
+    const double d = distance[v * 544 + u];
+    ASSERT_EQ(flags[v * 544 + u], 0u);
+    const auto *q = head.rotation;
+    const double end[] = {head.position[0] - d * 2 * (q[0] * q[2] + q[3] * q[1]),
+                          head.position[1] - d * 2 * (q[1] * q[2] - q[3] * q[0]),
+                          head.position[2] - d * (1 - 2 * (q[0] * q[0] + q[1] * q[1]))};
+    EXPECT_LT(std::abs(end[0]), 3.0 + 0.01);
+    EXPECT_LT(std::abs(end[2]), 3.5 + 0.01);
+    EXPECT_GT(d, 0.3);
+    releaseAndDisconnect();
+}
+
+TEST_F(Depth, CapabilitiesAreThoseOfTheFilterAndReleasedOnce) {
+    ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
+    MLDepthCameraCapabilityFilter filter;
+    MLDepthCameraCapabilityFilterInit(&filter);
+    filter.streams = MLDepthCameraStream_LongRange;
+    MLDepthCameraCapabilityList list{};
+    ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+    ASSERT_EQ(list.size, 2);
+    EXPECT_EQ(list.capabilities[0].stream_capabilities[0].max_exposure, 2000u);
+    EXPECT_EQ(books().outstanding_capability_lists, 1u);
+    EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_Ok);
+    EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_InvalidParam);
+    expectMisuse(ML2SIM_MISUSE_RELEASE);
+    disconnect();
+}
+
+TEST_F(Depth, DisconnectingWithACapabilityListIsToldAndCounted) {
+    ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
+    MLDepthCameraCapabilityFilter filter;
+    MLDepthCameraCapabilityFilterInit(&filter);
+    filter.streams = MLDepthCameraStream_ShortRange;
+    MLDepthCameraCapabilityList list{};
+    ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+    EXPECT_EQ(disconnect(), MLResult_Ok);
+    expectMisuse(ML2SIM_MISUSE_UNRELEASED);
+    EXPECT_EQ(books().outstanding_capability_lists, 1u);
+    ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
+    EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_Ok);
+    disconnect();
+}
