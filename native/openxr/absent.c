@@ -2,12 +2,11 @@
 #include "../sdk/error.h"
 #include "../sources/source.h"
 
-static ml2s_result open(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
+static ml2s_result require(ml2s_error *error) {
     return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR");
 }
 
-const struct source_ops ml2s_openxr_ops = {.open = open};
+const struct source_ops ml2s_openxr_ops = {.require = require};
 
 ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
     (void)openxr;

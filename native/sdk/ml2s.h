@@ -189,6 +189,9 @@ ML2S_API int64_t ml2s_now(void);
 /** The CLOCK_BOOTTIME instant of an MLTime (or XrTime, which is the same on this device). Any thread. */
 ML2S_API ml2s_result ml2s_boottime_of(int64_t device_nanos, int64_t *capture_nanos, ml2s_error *error);
 
+/** Whether ml2s_open would find the library and symbols that a sensor needs; the device is not touched. Any thread. */
+ML2S_API ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *error);
+
 /** Opens a sensor and begins its streams. error may be null, here and everywhere. */
 ML2S_API ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_error *error);
 

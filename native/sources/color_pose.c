@@ -6,10 +6,14 @@
 static MLHandle head_tracker = ML_INVALID_HANDLE;
 static MLHandle camera_tracker = ML_INVALID_HANDLE;
 
+static ml2s_result require(ml2s_error *error) {
+    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+}
+
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
-    if (result || (result = head_tracker_open(&head_tracker, error))) {
+    ml2s_result result = head_tracker_open(&head_tracker, error);
+    if (result) {
         return result;
     }
     result = SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker);
@@ -59,5 +63,10 @@ static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nano
     return ML2S_OK;
 }
 
-const struct source_ops source_color_pose = {
-    .open = begin, .configure = configure, .color_pose = color_pose, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_color_pose = {.require = require,
+                                             .open = begin,
+                                             .configure = configure,
+                                             .color_pose = color_pose,
+                                             .pause = end,
+                                             .resume = begin,
+                                             .close = end};

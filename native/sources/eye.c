@@ -31,11 +31,14 @@ static ml2s_result translate(const ml2s_settings *settings, MLEyeCameraSettings 
     return ML2S_OK;
 }
 
+static ml2s_result require(ml2s_error *error) {
+    return sdk_require(1u << SDK_EYE | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
+}
+
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     MLEyeCameraSettings vendor;
     ml2s_result result = translate(settings, &vendor, error);
-    if (result || (result = sdk_require(1u << SDK_EYE | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error)) ||
-        (result = perception_start(error))) {
+    if (result || (result = perception_start(error))) {
         return result;
     }
     result = SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
@@ -134,5 +137,10 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     return result ? result : released;
 }
 
-const struct source_ops source_eye = {
-    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_eye = {.require = require,
+                                      .open = begin,
+                                      .configure = configure,
+                                      .poll = poll,
+                                      .pause = end,
+                                      .resume = begin,
+                                      .close = end};

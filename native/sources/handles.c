@@ -63,18 +63,37 @@ static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) 
     return ML2S_OK;
 }
 
-static ml2s_result check(const ml2s_settings *settings, ml2s_error *error) {
+static ml2s_result find_ops(uint32_t sensor, uint32_t backend, const struct source_ops **ops, ml2s_error *error) {
+    if (sensor >= sizeof sensors / sizeof *sensors || !sensors[sensor].name) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no sensor %u", sensor);
+    }
+    if (backend > ML2S_BACKEND_OPENXR || (backend == ML2S_BACKEND_SDK && !sensors[sensor].sdk)) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no backend %u", sensors[sensor].name, backend);
+    }
+    *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : &ml2s_openxr_ops;
+    return ML2S_OK;
+}
+
+static ml2s_result require(const struct source_ops *ops, ml2s_error *error) {
+    return ops->require ? ops->require(error) : ML2S_OK;
+}
+
+ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *error) {
+    const struct source_ops *ops;
+    ml2s_result result = is_valid_error(error) ? find_ops(sensor, backend, &ops, error) : ML2S_INVALID_ARGUMENT;
+    return result ? result : require(ops, error);
+}
+
+static ml2s_result check(const ml2s_settings *settings, const struct source_ops **ops, ml2s_error *error) {
     if (!is_valid_error(error) || !settings || settings->struct_size < sizeof *settings) {
         return error_set(is_valid_error(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
                          "settings have no struct_size");
     }
-    if (settings->sensor >= sizeof sensors / sizeof *sensors || !sensors[settings->sensor].name) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no sensor %u", settings->sensor);
+    ml2s_result result = find_ops(settings->sensor, settings->backend, ops, error);
+    if (result) {
+        return result;
     }
     const struct sensor *sensor = &sensors[settings->sensor];
-    if (settings->backend > ML2S_BACKEND_OPENXR || (settings->backend == ML2S_BACKEND_SDK && !sensor->sdk)) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no backend %u", sensor->name, settings->backend);
-    }
     if (!settings->streams || settings->streams & ~sensor->streams || settings->second_streams & ~settings->streams) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no streams 0x%x, second 0x%x", sensor->name,
                          (uint32_t)settings->streams, (uint32_t)settings->second_streams);
@@ -83,9 +102,13 @@ static ml2s_result check(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_error *error) {
-    ml2s_result result = check(settings, error);
+    const struct source_ops *ops;
+    ml2s_result result = check(settings, &ops, error);
     if (result || !out) {
         return result ? result : error_set(error, ML2S_INVALID_ARGUMENT, 0, "nowhere to put the handle");
+    }
+    if ((result = require(ops, error))) {
+        return result;
     }
     const struct sensor *sensor = &sensors[settings->sensor];
     uint32_t index = settings->backend << SENSOR_BITS | settings->sensor;
@@ -93,7 +116,7 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     if (atomic_exchange(&handle->is_taken, true)) {
         return error_set(error, ML2S_BUSY, 0, "%s is open", sensor->name);
     }
-    handle->ops = settings->backend == ML2S_BACKEND_SDK ? sensor->sdk : &ml2s_openxr_ops;
+    handle->ops = ops;
     handle->settings = *settings;
     handle->is_paused = false;
     result = handle->ops->open(&handle->settings, error);
@@ -109,8 +132,9 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
 
 ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_error *error) {
     struct handle *handle;
+    const struct source_ops *ops;
     ml2s_result result = find(id, &handle, error);
-    if (result || (result = check(settings, error))) {
+    if (result || (result = check(settings, &ops, error))) {
         return result;
     }
     if (settings->sensor != handle->settings.sensor || settings->backend != handle->settings.backend) {

@@ -16,6 +16,9 @@ enum {
 };
 
 struct source_ops {
+    /** Whether the libraries and symbols that it calls are there; before open, and on its own. Any thread. */
+    ml2s_result (*require)(ml2s_error *error);
+
     /** Begins the streams; a failure leaves nothing open. */
     ml2s_result (*open)(const ml2s_settings *settings, ml2s_error *error);
 

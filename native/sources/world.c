@@ -37,9 +37,13 @@ static MLWorldCameraSettings translate(const ml2s_settings *settings) {
     return vendor;
 }
 
+static ml2s_result require(ml2s_error *error) {
+    return sdk_require(1u << SDK_WORLD | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
+}
+
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    ml2s_result result = sdk_require(1u << SDK_WORLD | 1u << SDK_PERCEPTION | 1u << SDK_TIME, error);
-    if (result || (result = perception_start(error))) {
+    ml2s_result result = perception_start(error);
+    if (result) {
         return result;
     }
     MLWorldCameraSettings vendor = translate(settings);
@@ -145,5 +149,10 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     return result ? result : released;
 }
 
-const struct source_ops source_world = {
-    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};
+const struct source_ops source_world = {.require = require,
+                                        .open = begin,
+                                        .configure = configure,
+                                        .poll = poll,
+                                        .pause = end,
+                                        .resume = begin,
+                                        .close = end};
