@@ -1,0 +1,54 @@
+#include "layout.h"
+
+#include <stddef.h>
+
+#include "../sdk/ml2s.h"
+
+static jintArray array_of(JNIEnv *env, const jint *values, jsize count) {
+    jintArray array = (*env)->NewIntArray(env, count);
+    if (array) {
+        (*env)->SetIntArrayRegion(env, array, 0, count, values);
+    }
+    return array;
+}
+
+#define FRAME(field) offsetof(ml2s_frame, field)
+jintArray layout_frame(JNIEnv *env, jclass class) {
+    (void)class;
+    static const jint values[] = {
+        sizeof(ml2s_frame),
+        FRAME(stream),
+        FRAME(slot),
+        FRAME(has),
+        FRAME(frame_number),
+        FRAME(capture_nanos),
+        FRAME(planes),
+        sizeof(ml2s_plane),
+        offsetof(ml2s_plane, offset_bytes),
+        offsetof(ml2s_plane, size_bytes),
+        offsetof(ml2s_plane, stride_bytes),
+        FRAME(width),
+        FRAME(height),
+        FRAME(rotation),
+        FRAME(position),
+        FRAME(lens),
+        FRAME(focal_length),
+        FRAME(principal_point),
+        FRAME(distortion),
+        FRAME(exposure_nanos),
+        FRAME(analog_gain),
+        FRAME(digital_gain),
+        FRAME(illumination),
+    };
+    return array_of(env, values, sizeof values / sizeof *values);
+}
+
+#define POSE(field) offsetof(ml2s_pose, field)
+jintArray layout_pose(JNIEnv *env, jclass class) {
+    (void)class;
+    static const jint values[] = {
+        sizeof(ml2s_pose), POSE(stream),     POSE(capture_nanos), POSE(rotation),
+        POSE(position),    POSE(is_tracked), POSE(events),
+    };
+    return array_of(env, values, sizeof values / sizeof *values);
+}

@@ -1,0 +1,186 @@
+// The functions of dev.ml2sensors.capture.Native. JNI_OnLoad registers them; nothing is found by its name.
+#include <android/log.h>
+#include <jni.h>
+#include <stddef.h>
+
+#include "failure.h"
+#include "layout.h"
+
+#define CLASS_NAME "dev/ml2sensors/capture/Native"
+#define ERROR(name) ml2s_error name = {.struct_size = sizeof name}
+
+static jlong now(JNIEnv *env, jclass class) {
+    (void)env, (void)class;
+    return ml2s_now();
+}
+
+static jlong boottime_of(JNIEnv *env, jclass class, jlong device_nanos) {
+    (void)class;
+    ERROR(error);
+    int64_t nanos = 0;
+    failure_throw(env, ml2s_boottime_of(device_nanos, &nanos, &error), &error);
+    return nanos;
+}
+
+static void check(JNIEnv *env, jclass class, jint sensor, jint backend) {
+    (void)class;
+    ERROR(error);
+    failure_throw(env, ml2s_check((uint32_t)sensor, (uint32_t)backend, &error), &error);
+}
+
+static ml2s_settings settings_of(jint sensor, jint backend, jint wants, jlong streams, jlong second_streams,
+                                 jint rate_hz, jint width, jint height) {
+    return (ml2s_settings){
+        .struct_size = sizeof(ml2s_settings),
+        .sensor = (uint32_t)sensor,
+        .backend = (uint32_t)backend,
+        .wants = (uint32_t)wants,
+        .streams = (uint64_t)streams,
+        .second_streams = (uint64_t)second_streams,
+        .rate_hz = (uint32_t)rate_hz,
+        .width = (uint32_t)width,
+        .height = (uint32_t)height,
+    };
+}
+
+static jlong open(JNIEnv *env, jclass class, jint sensor, jint backend, jint wants, jlong streams, jlong second_streams,
+                  jint rate_hz, jint width, jint height) {
+    (void)class;
+    ERROR(error);
+    ml2s_settings settings = settings_of(sensor, backend, wants, streams, second_streams, rate_hz, width, height);
+    ml2s_handle handle = 0;
+    failure_throw(env, ml2s_open(&settings, &handle, &error), &error);
+    return (jlong)handle;
+}
+
+static void configure(JNIEnv *env, jclass class, jlong handle, jint sensor, jint backend, jint wants, jlong streams,
+                      jlong second_streams, jint rate_hz, jint width, jint height) {
+    (void)class;
+    ERROR(error);
+    ml2s_settings settings = settings_of(sensor, backend, wants, streams, second_streams, rate_hz, width, height);
+    failure_throw(env, ml2s_configure((ml2s_handle)handle, &settings, &error), &error);
+}
+
+/** How many structures of size bytes fit in a direct buffer; the first says their size, as the interface wants it. */
+static uint32_t room(JNIEnv *env, jobject buffer, uint32_t size, void **memory) {
+    *memory = (*env)->GetDirectBufferAddress(env, buffer);
+    uint32_t count = *memory ? (uint32_t)((*env)->GetDirectBufferCapacity(env, buffer) / size) : 0;
+    if (count) {
+        *(uint32_t *)*memory = size;
+    }
+    return count;
+}
+
+static jint poll(JNIEnv *env, jclass class, jlong handle, jlong timeout_nanos, jobject frames) {
+    (void)class;
+    ERROR(error);
+    void *memory;
+    uint32_t capacity = room(env, frames, sizeof(ml2s_frame), &memory);
+    uint32_t count = 0;
+    ml2s_result result = ml2s_poll((ml2s_handle)handle, (uint64_t)timeout_nanos, memory, capacity, &count, &error);
+    return failure_throw(env, result, &error) ? 0 : (jint)count;
+}
+
+static jint poll_poses(JNIEnv *env, jclass class, jlong handle, jobject poses) {
+    (void)class;
+    ERROR(error);
+    void *memory;
+    uint32_t capacity = room(env, poses, sizeof(ml2s_pose), &memory);
+    uint32_t count = 0;
+    ml2s_result result = ml2s_poll_poses((ml2s_handle)handle, memory, capacity, &count, &error);
+    return failure_throw(env, result, &error) ? 0 : (jint)count;
+}
+
+static jboolean color_pose(JNIEnv *env, jclass class, jlong handle, jlong device_nanos, jobject pose) {
+    (void)class;
+    ERROR(error);
+    void *memory;
+    ml2s_result result = room(env, pose, sizeof(ml2s_pose), &memory)
+                             ? ml2s_color_pose((ml2s_handle)handle, device_nanos, memory, &error)
+                             : ML2S_INVALID_ARGUMENT;
+    return result != ML2S_NO_POSE && !failure_throw(env, result, &error);
+}
+
+static void close(JNIEnv *env, jclass class, jlong handle) {
+    (void)class;
+    ERROR(error);
+    ml2s_result result = ml2s_close((ml2s_handle)handle, &error);
+    if (result == ML2S_CLOSED || result == ML2S_WRONG_THREAD) {
+        failure_throw(env, result, &error);
+    } else if (result) {
+        __android_log_print(ANDROID_LOG_WARN, "ml2s", "closed, but %s", error.message);
+    }
+}
+
+static jlong address_of(JNIEnv *env, jclass class, jobject buffer) {
+    (void)class;
+    return (jlong)(intptr_t)(*env)->GetDirectBufferAddress(env, buffer);
+}
+
+static void provide(JNIEnv *env, jclass class, jint stream, jobject memory, jint slot_bytes, jint count) {
+    (void)class;
+    ml2s_memory slots[ML2S_MAX_SLOTS];
+    uint8_t *start = (*env)->GetDirectBufferAddress(env, memory);
+    for (jint i = 0; i < count && i < (jint)ML2S_MAX_SLOTS; i++) {
+        slots[i] = (ml2s_memory){start + (size_t)i * (size_t)slot_bytes, (uint64_t)slot_bytes};
+    }
+    failure_throw(env, ml2s_provide((uint32_t)stream, slots, (uint32_t)count), NULL);
+}
+
+static void release(JNIEnv *env, jclass class, jint stream, jint slot) {
+    (void)class;
+    failure_throw(env, ml2s_release((uint32_t)stream, (uint32_t)slot), NULL);
+}
+
+/** The library keeps both for ever. */
+static void use_openxr(JNIEnv *env, jclass class, jstring loader_path, jobject context) {
+    (void)class;
+    static char path[512];
+    ERROR(error);
+    ml2s_openxr openxr = {.struct_size = sizeof openxr, .loader_path = path};
+    if ((*env)->GetStringUTFLength(env, loader_path) >= (jsize)sizeof path) {
+        failure_throw(env, ML2S_INVALID_ARGUMENT, NULL);
+        return;
+    }
+    (*env)->GetStringUTFRegion(env, loader_path, 0, (*env)->GetStringLength(env, loader_path), path);
+    if (context) {
+        JavaVM *vm = NULL;
+        (*env)->GetJavaVM(env, &vm);
+        openxr.java_vm = vm;
+        openxr.activity = (*env)->NewGlobalRef(env, context);
+    }
+    failure_throw(env, ml2s_use_openxr(&openxr, &error), &error);
+}
+
+#define METHOD(name, signature, function)                                                                              \
+    { (char *)(name), (char *)(signature), (void *)(function) }
+
+JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
+    (void)reserved;
+    static const JNINativeMethod methods[] = {
+        METHOD("now", "()J", now),
+        METHOD("boottimeOf", "(J)J", boottime_of),
+        METHOD("frameLayout", "()[I", layout_frame),
+        METHOD("poseLayout", "()[I", layout_pose),
+        METHOD("check", "(II)V", check),
+        METHOD("open", "(IIIJJIII)J", open),
+        METHOD("configure", "(JIIIJJIII)V", configure),
+        METHOD("poll", "(JJLjava/nio/ByteBuffer;)I", poll),
+        METHOD("pollPoses", "(JLjava/nio/ByteBuffer;)I", poll_poses),
+        METHOD("colorPose", "(JJLjava/nio/ByteBuffer;)Z", color_pose),
+        METHOD("close", "(J)V", close),
+        METHOD("addressOf", "(Ljava/nio/ByteBuffer;)J", address_of),
+        METHOD("provide", "(ILjava/nio/ByteBuffer;II)V", provide),
+        METHOD("release", "(II)V", release),
+        METHOD("useOpenXr", "(Ljava/lang/String;Ljava/lang/Object;)V", use_openxr),
+    };
+    JNIEnv *env;
+    if ((*vm)->GetEnv(vm, (void **)&env, JNI_VERSION_1_6) != JNI_OK) {
+        return JNI_ERR;
+    }
+    jclass class = (*env)->FindClass(env, CLASS_NAME);
+    if (!class || (*env)->RegisterNatives(env, class, methods, sizeof methods / sizeof *methods) != JNI_OK) {
+        return JNI_ERR;
+    }
+    return JNI_VERSION_1_6;
+}
