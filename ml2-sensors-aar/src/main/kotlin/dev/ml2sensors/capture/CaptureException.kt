@@ -1,7 +1,9 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.source.SourceException
+
 /** Why a sensor of the device cannot be used, or no longer; the message names what was missing or what failed. */
-public sealed class CaptureException(message: String) : Exception(message) {
+public sealed class CaptureException(message: String) : SourceException(message) {
     /** A library or symbol is missing, or the device has no such sensor. */
     public class NotAvailable(message: String) : CaptureException(message)
 

@@ -16,7 +16,9 @@ import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
 import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.double
 import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
@@ -143,6 +145,22 @@ class CameraTest {
                     "distortion": [0.1, -0.2, 0.001, -0.002, 0.05]},
                 "illumination": "off"}"""
         assertEquals(Json.parseToJsonElement(expected), Json.parseToJsonElement(frame.message<StringMessage>().data))
+    }
+
+    @Test
+    fun aLensThatRosDoesNotKnowIsPublishedAsTheNearestAndStatedAsItIs() = runBlocking<Unit> {
+        val session = start("""{"world_left": {}}""")
+        val lens = LENS.copy(distortion = Distortion.FisheyeTangential(0.1, 0.02, 0.003, 0.0004, 1e-3, 2e-3))
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = lens))
+        val info = session.awaitData("world_left/camera_info")[0].message<CameraInfo>()
+        assertEquals("equidistant" to 4, info.distortionModel to info.d.size)
+        val text = session.awaitData("world_left/metadata")[0].message<StringMessage>().data
+        val metadata = Json.parseToJsonElement(text).jsonObject
+        val intrinsics = metadata.getValue("intrinsics").jsonObject
+        assertEquals(Json.parseToJsonElement("\"fisheye_tangential\""), intrinsics["distortion_model"])
+        assertEquals(Json.parseToJsonElement("[0.1, 0.02, 0.003, 4.0E-4, 0.001, 0.002]"), intrinsics["distortion"])
+        val residualPx = metadata.getValue("camera_info_max_residual_px").jsonPrimitive.double
+        assertTrue(residualPx in 0.001..1.0, "found $residualPx")
     }
 
     @Test

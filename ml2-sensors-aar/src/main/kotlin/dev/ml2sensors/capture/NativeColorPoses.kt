@@ -1,0 +1,22 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.ColorPoses
+
+/** By the vendor's SDK. Fails with [CaptureException]. */
+public object NativeColorPoses : ColorPoses {
+    override fun open(): ColorPoses.Tracker = NativeColorTracker()
+}
+
+private class NativeColorTracker : ColorPoses.Tracker {
+    private val poses = PoseBlock(1)
+    private val handle =
+        NativeSettings(PixelSensor.COLOR.code, NativeBackend.SDK.code, PixelSensor.COLOR.streams.bits()).open()
+
+    override fun captureNanos(deviceNanos: Long): Long = Native.boottimeOf(deviceNanos)
+
+    override fun poseAt(deviceNanos: Long): Transform? =
+        if (Native.colorPose(handle, deviceNanos, poses.memory)) poses[0].pose?.toOptical() else null
+
+    override fun close(): Unit = Native.close(handle)
+}
