@@ -34,6 +34,10 @@ internal class Readings(private val queue: SendChannel<Sample>) {
  */
 internal fun readings(closed: Job, register: (Readings) -> AutoCloseable): Flow<Sample> =
     callbackFlow {
+        if (closed.isCompleted) {
+            channel.close()
+            return@callbackFlow
+        }
         val registration = register(Readings(channel))
         val closing = closed.invokeOnCompletion { channel.close() }
         awaitClose {

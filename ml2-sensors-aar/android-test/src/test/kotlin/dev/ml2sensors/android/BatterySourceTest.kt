@@ -1,0 +1,74 @@
+package dev.ml2sensors.android
+
+import android.app.Application
+import android.content.Intent
+import android.os.BatteryManager
+import app.cash.turbine.test
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.runBlocking
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.RuntimeEnvironment
+import org.robolectric.Shadows.shadowOf
+import org.robolectric.annotation.Config
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+
+@RunWith(RobolectricTestRunner::class)
+@Config(sdk = [29], manifest = Config.NONE)
+class BatterySourceTest {
+    private val app: Application = RuntimeEnvironment.getApplication()
+    private val source = BatterySource(app) { 42 }
+
+    @Test
+    fun theStateIsThereAtOnceAndInSiUnits() = runBlocking {
+        setCurrent(microamperes = -1_600_000)
+        broadcast(BatteryManager.BATTERY_STATUS_DISCHARGING, level = 150)
+        source.samples(StreamTable.battery, StreamValues()).test {
+            val sample = battery(awaitItem())
+            assertEquals(42, sample.captureNanos)
+            assertEquals(7.7f, sample.voltage)
+            assertEquals(-1.6f, sample.current)
+            assertEquals(0.75f, sample.percentage)
+            assertFalse(sample.charging)
+            broadcast(BatteryManager.BATTERY_STATUS_CHARGING, level = 160)
+            assertTrue(battery(awaitItem()).charging)
+            cancel()
+        }
+        assertFalse(shadowOf(app).hasReceiverForIntent(Intent(Intent.ACTION_BATTERY_CHANGED)), "unregistered")
+    }
+
+    @Test
+    fun whatAndroidDoesNotSayIsNotANumber() = runBlocking {
+        setCurrent(Long.MIN_VALUE)
+        app.sendStickyBroadcast(Intent(Intent.ACTION_BATTERY_CHANGED))
+        source.samples(StreamTable.battery, StreamValues()).test {
+            val sample = battery(awaitItem())
+            assertEquals(listOf(Float.NaN, Float.NaN, Float.NaN), listOf(sample.voltage, sample.current, sample.percentage))
+            cancel()
+        }
+    }
+
+    private fun battery(sample: Sample) = assertIs<BatterySample>(sample)
+
+    private fun setCurrent(microamperes: Long) =
+        shadowOf(app.getSystemService(BatteryManager::class.java))
+            .setLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW, microamperes)
+
+    @Suppress("DEPRECATION")
+    private fun broadcast(status: Int, level: Int) {
+        val intent = Intent(Intent.ACTION_BATTERY_CHANGED)
+            .putExtra(BatteryManager.EXTRA_STATUS, status)
+            .putExtra(BatteryManager.EXTRA_VOLTAGE, 7_700)
+            .putExtra(BatteryManager.EXTRA_LEVEL, level)
+            .putExtra(BatteryManager.EXTRA_SCALE, 200)
+        app.sendStickyBroadcast(intent)
+        shadowOf(android.os.Looper.getMainLooper()).idle()
+    }
+}

@@ -1,0 +1,129 @@
+package dev.ml2sensors.android
+
+import android.hardware.Sensor
+import android.hardware.SensorManager
+import android.os.Handler
+import android.os.HandlerThread
+import android.os.MessageQueue
+import org.robolectric.annotation.Implementation
+import org.robolectric.annotation.Implements
+import org.robolectric.annotation.Resetter
+import org.robolectric.shadows.SensorBuilder
+import org.robolectric.util.ReflectionHelpers
+import org.robolectric.util.ReflectionHelpers.ClassParameter
+import java.lang.ref.WeakReference
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.CountDownLatch
+
+/** The sensors below Android's own SensorManager: stands where its native code is. */
+internal class SensorHub(private val sensorManager: SensorManager) {
+    /** Lists a sensor after those that are listed. */
+    fun add(type: Int, name: String, wakesUp: Boolean = false): Sensor {
+        val all = ReflectionHelpers.getField<MutableList<Sensor>>(sensorManager, "mFullSensorsList")
+        val byHandle = ReflectionHelpers.getField<MutableMap<Int, Sensor>>(sensorManager, "mHandleToSensor")
+        val sensor = SensorBuilder.newBuilder().setType(type).setName(name).setWakeUpFlag(wakesUp).setMinDelay(4_800).build()
+        ReflectionHelpers.setField(sensor, "mHandle", all.size + 1)
+        all += sensor
+        byHandle[all.size] = sensor
+        return sensor
+    }
+
+    /** Lets [sensor] measure, on the thread its listener asked for; returns when the listener has. */
+    fun measure(sensor: Sensor, timestamp: Long, vararg values: Float) {
+        for (queue in queues.filter { sensor in it.enabled }) {
+            val done = CountDownLatch(1)
+            queue.handler.post {
+                queue.dispatch(handleOf(sensor), values, timestamp)
+                done.countDown()
+            }
+            done.await()
+        }
+    }
+
+    /** Those that are registered, with period and longest latency in microseconds. */
+    val enabled: Map<Sensor, Pair<Int, Int>> get() = queues.flatMap { it.enabled.entries }.associate { it.toPair() }
+
+    /** The thread that a sensor's listener asked for. */
+    fun threadOf(sensor: Sensor): Thread = queues.single { sensor in it.enabled }.handler.looper.thread
+
+    private class Queue(private val target: Any, messages: MessageQueue) {
+        val enabled: MutableMap<Sensor, Pair<Int, Int>> = ConcurrentHashMap()
+        val handler = Handler(
+            Thread.getAllStackTraces().keys.filterIsInstance<HandlerThread>().single { it.looper.queue === messages }.looper,
+        )
+
+        fun dispatch(handle: Int, values: FloatArray, timestamp: Long): Any? =
+            ReflectionHelpers.callInstanceMethod(
+                target,
+                "dispatchSensorEvent",
+                ClassParameter.from(Int::class.java, handle),
+                ClassParameter.from(FloatArray::class.java, values),
+                ClassParameter.from(Int::class.java, SensorManager.SENSOR_STATUS_ACCURACY_HIGH),
+                ClassParameter.from(Long::class.java, timestamp),
+            )
+
+        fun sensor(handle: Int): Sensor {
+            val manager = ReflectionHelpers.getField<Any>(target, "mManager")
+            return ReflectionHelpers.getField<Map<Int, Sensor>>(manager, "mHandleToSensor").getValue(handle)
+        }
+    }
+
+    /** Nothing of it is replaced. */
+    @Implements(SensorManager::class)
+    class RealSensorManager
+
+    /** The native functions of a listener's queue. */
+    @Implements(className = "android.hardware.SystemSensorManager\$BaseEventQueue")
+    class NativeQueue {
+        companion object {
+            @JvmStatic
+            @Implementation
+            @Suppress("UNUSED_PARAMETER")
+            fun nativeInitBaseEventQueue(
+                manager: Long,
+                queue: WeakReference<*>,
+                messages: MessageQueue,
+                packageName: String,
+                mode: Int,
+                opPackageName: String,
+            ): Long {
+                queues += Queue(checkNotNull(queue.get()), messages)
+                return queues.size.toLong()
+            }
+
+            @JvmStatic
+            @Implementation
+            fun nativeEnableSensor(queue: Long, handle: Int, periodMicros: Int, latencyMicros: Int): Int {
+                if (refuses) return FAILED
+                val it = queues[queue.toInt() - 1]
+                it.enabled[it.sensor(handle)] = periodMicros to latencyMicros
+                return 0
+            }
+
+            @JvmStatic
+            @Implementation
+            fun nativeDisableSensor(queue: Long, handle: Int): Int {
+                queues[queue.toInt() - 1].let { it.enabled.remove(it.sensor(handle)) }
+                return 0
+            }
+
+            @JvmStatic
+            @Resetter
+            fun reset() {
+                queues.clear()
+                refuses = false
+            }
+        }
+    }
+
+    companion object {
+        private const val FAILED = -1
+        private val queues = CopyOnWriteArrayList<Queue>()
+
+        /** Whether sensors do not start. */
+        var refuses = false
+
+        private fun handleOf(sensor: Sensor) = ReflectionHelpers.getField<Int>(sensor, "mHandle")
+    }
+}

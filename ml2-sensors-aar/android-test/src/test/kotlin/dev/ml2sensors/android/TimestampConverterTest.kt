@@ -1,0 +1,92 @@
+package dev.ml2sensors.android
+
+import dev.ml2sensors.source.SourceException
+import org.junit.jupiter.api.Test
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertNull
+
+class TimestampConverterTest {
+    private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
+    private val found = mutableListOf<TimestampBase>()
+    private val converter = TimestampConverter(device.clocks) { found += it }
+
+    @Test
+    fun aTimestampOfTheBootClockStaysAsItIs() {
+        val timestamp = device.bootNanos - 5 * MILLI
+        assertEquals(timestamp, converter.captureNanos(timestamp))
+        assertEquals(listOf(TimestampBase.BOOTTIME), found)
+    }
+
+    @Test
+    fun aTimestampOfTheMonotonicClockIsTakenToTheBootClock() {
+        val age = 5 * MILLI
+        assertEquals(device.bootNanos - age, converter.captureNanos(device.monotonicNanos - age))
+        device.monotonicNanos += SECOND
+        assertEquals(device.bootNanos - age, converter.captureNanos(device.monotonicNanos - age))
+        assertEquals(listOf(TimestampBase.MONOTONIC), found)
+    }
+
+    @Test
+    fun aSuspensionMovesTheTimestampsOfTheMonotonicClock() {
+        converter.captureNanos(device.monotonicNanos)
+        device.suspendedNanos += 30 * SECOND
+        device.monotonicNanos += SECOND
+        assertEquals(device.bootNanos - MILLI, converter.captureNanos(device.monotonicNanos - MILLI))
+    }
+
+    @Test
+    fun whenBothClocksAreNearTheYoungerReadingDecides() {
+        device.suspendedNanos = 100 * MILLI
+        converter.captureNanos(device.monotonicNanos - 5 * MILLI)
+        assertEquals(listOf(TimestampBase.MONOTONIC), found)
+    }
+
+    @Test
+    fun aReadingFromTheFutureOfAClockIsNotOfThatClock() {
+        device.suspendedNanos = 100 * MILLI
+        val timestamp = device.bootNanos - 5 * MILLI
+        assertEquals(timestamp, converter.captureNanos(timestamp))
+        assertEquals(listOf(TimestampBase.BOOTTIME), found)
+    }
+
+    @Test
+    fun beforeAnySuspensionTheClocksAreOneToWithinAMillisecond() {
+        device.suspendedNanos = 900
+        converter.captureNanos(device.monotonicNanos - 5 * MILLI)
+        assertEquals(listOf(TimestampBase.BOOTTIME), found)
+    }
+
+    @Test
+    fun anOldReadingIsLostUntilAFreshOneTellsTheClock() {
+        val old = device.bootNanos - 60 * SECOND
+        assertNull(converter.captureNanos(old))
+        converter.captureNanos(device.bootNanos - MILLI)
+        assertEquals(old, converter.captureNanos(old))
+    }
+
+    @Test
+    fun timestampsOfNoClockFailWithAllThreeNumbers() {
+        val failure = assertFailsWith<SourceException> { repeat(100) { assertNull(converter.captureNanos(42)) } }
+        assertEquals(
+            "expected timestamps within a second of CLOCK_BOOTTIME (7500000000000) or CLOCK_MONOTONIC " +
+                "(500000000000), found 42",
+            failure.message,
+        )
+    }
+
+    @Test
+    fun theTightestBracketOfTheClocksIsKept() {
+        val readings = longArrayOf(100, 110, 1_000, 5_000, 6_000, 6_020).iterator()
+        val boot = longArrayOf(1_105, 4_500, 7_009).iterator()
+        val offset = MonotonicOffset(SystemClocks(boot = { boot.nextLong() }, monotonic = { readings.nextLong() }))
+        assertEquals(1_000, offset.nanos(), "between 100 and 110")
+        assertEquals(1_000, offset.nanos(), "4500 - 3000 is uncertain by 2000, and tells nothing new")
+        assertEquals(1_000, offset.nanos(), "7009 - 6010 is uncertain by 10")
+    }
+
+    private companion object {
+        const val MILLI = 1_000_000L
+        const val SECOND = 1_000_000_000L
+    }
+}
