@@ -58,9 +58,9 @@ internal class Connection private constructor(private val socket: SocketChannel,
         if (socket.isOpen) socket.shutdownInput()
     }
 
-    /** Tells the peer that nothing more will come. */
+    /** Tells the peer that nothing more will come, unless it is closed. */
     fun finishWriting() {
-        socket.shutdownOutput()
+        if (socket.isOpen) socket.shutdownOutput()
     }
 
     override fun close() {

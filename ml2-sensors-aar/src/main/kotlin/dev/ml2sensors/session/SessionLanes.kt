@@ -53,17 +53,15 @@ internal class SessionLanes(
     suspend fun startSending() {
         for ((name, connection) in connections) {
             if (name in senders) continue
-            senders[name] = launch {
-                lane(name).sendThrough(connection.writer)
-                connection.finishWriting()
-            }
+            senders[name] = launch { lane(name).sendThrough(connection.writer) }
             lane(name).awaitLink()
         }
     }
 
     /**
      * Sends what is queued, for at most [limit], and ends the lanes; what is left is dropped and counted. Frames under
-     * way may take [limit] again, since the receiver takes the end of a lane inside a frame for a loss.
+     * way may take [limit] again, since the receiver takes the end of a lane inside a frame for a loss. Lanes end
+     * together, since it takes one that ends long before BYE for a loss too.
      */
     suspend fun finish(limit: Duration) {
         senders.keys.forEach { lane(it).finish() }
@@ -72,6 +70,7 @@ internal class SessionLanes(
         withTimeoutOrNull(limit) { senders.values.joinAll() }
         senders.values.forEach { it.cancel() }
         senders.values.joinAll()
+        senders.keys.forEach { connections.getValue(it).finishWriting() }
     }
 
     private suspend fun connect(name: String, urgent: Boolean): Connection {

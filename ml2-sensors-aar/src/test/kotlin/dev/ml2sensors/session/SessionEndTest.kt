@@ -16,6 +16,7 @@ import kotlin.test.assertIs
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
 
 @Timeout(60)
 class SessionEndTest {
@@ -106,6 +107,29 @@ class SessionEndTest {
             assertEquals(produced, sent + dropped)
             assertTrue(dropped > 0)
             assertEquals(Triple(1L, 1L, 0L), books(status, "color/info"))
+            session.close()
+            assertNull(slow.outcome(outcome))
+        }
+    }
+
+    @Test
+    fun noLaneEndsWhileAnotherIsStillSending() {
+        SessionFixture(drainLimit = 20.seconds).use { slow ->
+            val outcome = slow.run()
+            val session = slow.host.awaitHello()
+            session.hold("color")
+            session.welcome()
+            session.configure(1, """{"color": {}}""")
+            session.start(1)
+            slow.await("start")
+            repeat(20) { slow.offer("color/image", payloadBytes = 4 shl 20) }
+            slow.stop.complete("enough")
+            slow.await("stopSources")
+            session.await(HostFrame.STATUS, session.frames(HostFrame.STATUS).size)
+            assertEquals(emptyList(), session.frames(HostFrame.END))
+            session.release("color")
+            val status = session.await(HostFrame.BYE).let { session.frames(HostFrame.STATUS).last() }
+            assertEquals(Triple(20L, 20L, 0L), books(status, "color/image"))
             session.close()
             assertNull(slow.outcome(outcome))
         }
