@@ -1,8 +1,10 @@
 """Turns reports into the rows of /diagnostics."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
+from .messages import ChannelStatus
 from .report import Report, State, TopicReport
 from .statistics import TopicStatistics
 
@@ -75,7 +77,8 @@ class Diagnostics:
         }
         if device is not None:
             values |= {"produced": str(device.produced), "sent": str(device.sent)}
-            values |= {f"dropped.{reason}": str(n) for reason, n in device.dropped.items()}
+            dropped = _dropped(topic, device, report)
+            values |= {f"dropped.{reason}": str(n) for reason, n in dropped.items()}
         if (latency := statistics.latency()) is not None:
             values |= {
                 "latency_p50_ms": f"{latency.p50_ms:.3f}",
@@ -91,9 +94,21 @@ class Diagnostics:
 
 def _gaps(topic: TopicReport, report: Report) -> int:
     """Messages that never arrived; those after the last that did are known at the end only."""
-    if topic.device is not None and report.is_final and report.state is not State.CONNECTED:
+    if topic.device is not None and _is_over(report):
         return topic.device.produced - topic.statistics.received
     return topic.statistics.gaps
+
+
+def _dropped(topic: TopicReport, device: ChannelStatus, report: Report) -> Mapping[str, int]:
+    """By reason; in the end, as the device would learn by WELCOME, what was sent in vain too."""
+    missing = device.sent - topic.statistics.received
+    if missing == 0 or not _is_over(report):
+        return device.dropped
+    return {**device.dropped, "link_down": device.dropped.get("link_down", 0) + missing}
+
+
+def _is_over(report: Report) -> bool:
+    return report.is_final and report.state is not State.CONNECTED
 
 
 def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, str]:

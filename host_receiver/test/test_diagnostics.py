@@ -112,6 +112,16 @@ def test_at_the_end_messages_lost_after_the_last_arrival_are_gaps(
     assert (under_way.values["gaps"], over.values["gaps"]) == ("1", "3")
 
 
+@pytest.mark.parametrize(("sent", "dropped"), [(4, 1), (3, 2), (2, 3), (1, 4)])
+def test_at_the_end_what_was_sent_in_vain_is_dropped_by_the_link(
+    diagnostics: Diagnostics, statistics: TopicStatistics, sent: int, dropped: int
+) -> None:
+    receive(statistics, 0, 2)
+    device = ChannelStatus(sent + dropped, sent, {"link_down": dropped})
+    values = topic_row(diagnostics, report(statistics, device, State.ENDED), 1.0).values
+    assert values["dropped.link_down"] == values["gaps"] == "3"
+
+
 @pytest.mark.parametrize(
     ("sequences", "dropped", "unpublished"),
     [((0, 2), {}, 0), ((0, 1), {"no_buffer": 1}, 0), ((0, 1), {}, 1)],
