@@ -6,17 +6,20 @@
 
 #define SECOND_NANOS INT64_C(1000000000)
 
-ml2s_result poses_now(XrTime *now, ml2s_error *error) {
+static int64_t nanos_of(const struct timespec *time) { return time->tv_sec * SECOND_NANOS + time->tv_nsec; }
+
+ml2s_result poses_now(struct poses_moment *now, ml2s_error *error) {
     struct timespec monotonic;
     clock_gettime(CLOCK_MONOTONIC, &monotonic);
-    return XR_CALL(error, time, xrConvertTimespecTimeToTimeKHR, xr.instance, &monotonic, now);
+    now->boottime_nanos = clock_boottime_of_monotonic(nanos_of(&monotonic));
+    return XR_CALL(error, time, xrConvertTimespecTimeToTimeKHR, xr.instance, &monotonic, &now->time);
 }
 
 ml2s_result poses_boottime_of(XrTime time, int64_t *boottime_nanos, ml2s_error *error) {
     struct timespec monotonic;
     ml2s_result result = XR_CALL(error, time, xrConvertTimeToTimespecTimeKHR, xr.instance, time, &monotonic);
     if (!result) {
-        *boottime_nanos = clock_boottime_of_monotonic(monotonic.tv_sec * SECOND_NANOS + monotonic.tv_nsec);
+        *boottime_nanos = clock_boottime_of_monotonic(nanos_of(&monotonic));
     }
     return result;
 }
@@ -38,13 +41,11 @@ ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tra
     return located == XR_ERROR_TIME_INVALID ? ML2S_OK : xr_result_of(located, "xrLocateSpace", error);
 }
 
-void poses_fill(ml2s_pose *out, uint32_t stream, XrTime now, int64_t boottime_nanos, const XrPosef *pose,
+void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_moment *now, const XrPosef *pose,
                 bool is_tracked) {
-    uint32_t struct_size = out->struct_size;
-    *out = (ml2s_pose){.struct_size = struct_size,
-                       .stream = stream,
-                       .capture_nanos = boottime_nanos,
-                       .device_nanos = now,
+    *out = (ml2s_pose){.stream = stream,
+                       .capture_nanos = now->boottime_nanos,
+                       .device_nanos = now->time,
                        .is_tracked = is_tracked};
     if (is_tracked) {
         memcpy(out->rotation, &pose->orientation, sizeof out->rotation);

@@ -169,7 +169,7 @@ ml2s_result xr_release(ml2s_error *error) {
 ml2s_result xr_follow(ml2s_error *error) { return xr.is_borrowed ? ML2S_OK : session_follow(error); }
 
 static ml2s_result kind_of(XrResult result) {
-    switch (result) {
+    switch ((int)result) {
     case XR_TIMEOUT_EXPIRED:
         return ML2S_TIMEOUT;
     case XR_ERROR_RUNTIME_UNAVAILABLE:

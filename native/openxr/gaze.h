@@ -1,0 +1,7 @@
+/** The gaze action of the library's own session. */
+#pragma once
+
+#include "../sdk/ml2s.h"
+
+/** Before the session is destroyed. */
+ml2s_result gaze_forget(ml2s_error *error);

@@ -1,0 +1,68 @@
+// The head: where VIEW is.
+#include "../sdk/error.h"
+#include "poses.h"
+#include "runtime.h"
+#include "sensors.h"
+#include "session.h"
+
+static XrSpace view;
+static bool was_tracked;
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    ml2s_result result = xr_acquire(0, error);
+    if (result) {
+        return result;
+    }
+    XrReferenceSpaceCreateInfo info = {XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_VIEW,
+                                       {{0, 0, 0, 1}, {0, 0, 0}}};
+    result = XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &view);
+    was_tracked = true;
+    if (result) {
+        view = XR_NULL_HANDLE;
+        xr_release(NULL);
+    }
+    return result;
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (!view) {
+        return ML2S_OK;
+    }
+    ml2s_result result = XR_CALL(error, core, xrDestroySpace, view);
+    view = XR_NULL_HANDLE;
+    ml2s_result released = xr_release(result ? NULL : error);
+    return result ? result : released;
+}
+
+static uint32_t events_of(bool is_tracked) {
+    uint32_t events = session_world_moved() ? ML2S_TRACKING_NEW_SESSION : 0;
+    if (is_tracked != was_tracked) {
+        events |= is_tracked ? ML2S_TRACKING_RECOVERED : ML2S_TRACKING_LOST;
+    }
+    was_tracked = is_tracked;
+    return events;
+}
+
+static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+    (void)settings;
+    struct poses_moment now;
+    XrPosef pose;
+    bool is_tracked;
+    ml2s_result result = xr_follow(error);
+    if (result || (result = poses_now(&now, error)) || (result = poses_locate(view, now.time, &pose, &is_tracked, error))) {
+        return result;
+    }
+    poses_fill(poses, ML2S_STREAM_HEAD_POSE, &now, &pose, is_tracked);
+    poses->events = events_of(is_tracked);
+    *count = 1;
+    return ML2S_OK;
+}
+
+const struct source_ops openxr_head = {.open = begin,
+                                       .configure = keep_as_it_is,
+                                       .poll_poses = poll_poses,
+                                       .pause = end,
+                                       .resume = begin,
+                                       .close = end};

@@ -1,0 +1,184 @@
+// The sensors that give pictures: which stream of which pixel sensor is which of ours, and polling several at once.
+#include <string.h>
+
+#include "../sdk/error.h"
+#include "../sources/frame.h"
+#include "pixel_sensor.h"
+#include "runtime.h"
+#include "sensors.h"
+
+/** How long one sensor is waited for while others may have a frame. */
+#define WAIT_NANOS UINT64_C(4000000)
+
+/** A year; what is longer would not fit. */
+#define MAX_TIMEOUT_NANOS UINT64_C(31536000000000000)
+
+static const struct {
+    const char *path;
+    XrPixelSensorFrameTypeML format;
+} streams[ML2S_STREAM_EYE_TEMPLE_RIGHT + 1] = {
+    [ML2S_STREAM_WORLD_CENTER] = {"/pixelsensor/world/center", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+    [ML2S_STREAM_WORLD_LEFT] = {"/pixelsensor/world/left", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+    [ML2S_STREAM_WORLD_RIGHT] = {"/pixelsensor/world/right", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+    [ML2S_STREAM_COLOR] = {"/pixelsensor/picture/center", XR_PIXEL_SENSOR_JPEG_ML},
+    [ML2S_STREAM_MIXED_REALITY] = {"/pixelsensor/picture/center", XR_PIXEL_SENSOR_JPEG_ML},
+    [ML2S_STREAM_DEPTH] = {"/pixelsensor/depth/center", XR_PIXEL_SENSOR_DEPTH32_ML},
+    [ML2S_STREAM_INFRA] = {"/pixelsensor/depth/center", XR_PIXEL_SENSOR_DEPTH_RAW_ML},
+    [ML2S_STREAM_EYE_NASAL_LEFT] = {"/pixelsensor/eye/nasal/left", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+    [ML2S_STREAM_EYE_NASAL_RIGHT] = {"/pixelsensor/eye/nasal/right", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+    [ML2S_STREAM_EYE_TEMPLE_LEFT] = {"/pixelsensor/eye/temple/left", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+    [ML2S_STREAM_EYE_TEMPLE_RIGHT] = {"/pixelsensor/eye/temple/right", XR_PIXEL_SENSOR_GRAYSCALE_ML},
+};
+
+/** Where a frame goes that finds no slot, so that it is known to be lost. Untouched pages cost nothing. */
+static uint8_t spare_depth[4 << 20], spare_world[2 << 20], spare_eye[1 << 20], spare_color[40 << 20];
+
+/** What one handle runs. */
+static struct source {
+    uint8_t *spare;
+    uint32_t spare_bytes;
+    struct pixel_sensor sensors[SOURCE_MAX_FRAMES];
+    uint32_t count;
+    bool is_open;
+    ml2s_settings settings; /**< In force. */
+} sources[ML2S_SENSOR_HANDS + 1] = {
+    [ML2S_SENSOR_DEPTH] = {spare_depth, sizeof spare_depth, {{0}}, 0, false, {0}},
+    [ML2S_SENSOR_WORLD] = {spare_world, sizeof spare_world, {{0}}, 0, false, {0}},
+    [ML2S_SENSOR_EYE] = {spare_eye, sizeof spare_eye, {{0}}, 0, false, {0}},
+    [ML2S_SENSOR_COLOR] = {spare_color, sizeof spare_color, {{0}}, 0, false, {0}},
+};
+
+static struct pixel_sensor describe(const ml2s_settings *settings, uint32_t stream) {
+    bool is_second = settings->second_streams & ML2S_STREAM_BIT(stream);
+    return (struct pixel_sensor){
+        .stream = stream,
+        .mode = {.path = streams[stream].path,
+                 .device_stream = stream == ML2S_STREAM_MIXED_REALITY || is_second,
+                 .rate_hz = settings->rate_hz,
+                 .width = settings->width,
+                 .height = settings->height,
+                 .format = streams[stream].format,
+                 .reality = stream == ML2S_STREAM_MIXED_REALITY ? XR_PIXEL_SENSOR_REALITY_MIXED_ML
+                                                                : XR_PIXEL_SENSOR_REALITY_CAMERA_ML},
+        .wants = settings->wants,
+        .last_capture = 1,
+    };
+}
+
+static bool is_same(const char *one, const char *other) { return strcmp(one, other) == 0; }
+
+static ml2s_result stop(struct source *source, ml2s_error *error) {
+    ml2s_result first = ML2S_OK;
+    while (source->count) {
+        ml2s_result result = pixel_sensor_stop(&source->sensors[--source->count], first ? NULL : error);
+        first = first ? first : result;
+    }
+    return first;
+}
+
+static ml2s_result start(struct source *source, const ml2s_settings *settings, ml2s_error *error) {
+    for (uint32_t stream = 0; stream < sizeof streams / sizeof *streams; stream++) {
+        if (!(settings->streams & ML2S_STREAM_BIT(stream))) {
+            continue;
+        }
+        struct pixel_sensor *sensor = &source->sensors[source->count];
+        *sensor = describe(settings, stream);
+        ml2s_result result =
+            source->count && is_same(sensor[-1].mode.path, sensor->mode.path)
+                ? error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: one stream at a time", sensor->mode.path)
+                : pixel_sensor_start(sensor, error);
+        if (result) {
+            stop(source, NULL);
+            return result;
+        }
+        source->count++;
+    }
+    source->settings = *settings;
+    return ML2S_OK;
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    struct source *source = &sources[settings->sensor];
+    ml2s_result result = xr_acquire(XR_AREA_BIT(XR_FUTURE) | XR_AREA_BIT(XR_PIXEL), error);
+    if (result) {
+        return result;
+    }
+    result = start(source, settings, error);
+    source->is_open = !result;
+    if (result) {
+        xr_release(NULL);
+    }
+    return result;
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    struct source *source = &sources[settings->sensor];
+    if (!source->is_open) {
+        return ML2S_OK;
+    }
+    source->is_open = false;
+    ml2s_result stopped = stop(source, error);
+    ml2s_result released = xr_release(stopped ? NULL : error);
+    return stopped ? stopped : released;
+}
+
+static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
+    struct source *source = &sources[settings->sensor];
+    ml2s_settings before = source->settings;
+    ml2s_result result = stop(source, error);
+    if (!result && (result = start(source, settings, error))) {
+        ml2s_result restored = start(source, &before, NULL);
+        if (restored) {
+            return error_set(error, restored, 0, "neither the new nor the old settings could be started");
+        }
+    }
+    return result;
+}
+
+/** Of the oldest frame: the one that is due first. */
+static uint32_t most_due(const struct source *source) {
+    uint32_t due = 0;
+    for (uint32_t i = 1; i < source->count; i++) {
+        if (source->sensors[i].last_capture < source->sensors[due].last_capture) {
+            due = i;
+        }
+    }
+    return due;
+}
+
+/** One round over the sensors, waiting for the one that is due. */
+static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, ml2s_frame *frames, uint32_t *count,
+                              ml2s_error *error) {
+    uint32_t due = most_due(source);
+    for (uint32_t i = 0; i < source->count; i++) {
+        ml2s_result result =
+            pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, source->spare,
+                             source->spare_bytes, &frames[*count], error);
+        if (result == ML2S_OK) {
+            ++*count;
+        } else if (result != ML2S_TIMEOUT) {
+            frames_give_up(frames, *count);
+            return result;
+        }
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
+                        ml2s_error *error) {
+    struct source *source = &sources[settings->sensor];
+    int64_t until = ml2s_now() + (int64_t)(timeout_nanos < MAX_TIMEOUT_NANOS ? timeout_nanos : MAX_TIMEOUT_NANOS);
+    ml2s_result result = xr_follow(error);
+    for (*count = 0; !result && !*count;) {
+        int64_t left = until - ml2s_now();
+        uint64_t wait = left < 0 ? 0 : (uint64_t)left < WAIT_NANOS ? (uint64_t)left : WAIT_NANOS;
+        result = poll_round(source, wait, frames, count, error);
+        if (left <= 0) {
+            break;
+        }
+    }
+    return result;
+}
+
+const struct source_ops openxr_pixels = {
+    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};
