@@ -19,7 +19,10 @@ for list in native/device/bionic/*.txt; do
 done
 
 sources=(native/sdk/*.c native/sources/*.c native/openxr/*.c)
-includes=(-isystem native/device/include)
+# Khronos' header alone, without the other headers of this machine beside it.
+mkdir -p "$out/khronos"
+ln -sfn "$(pkg-config --variable=includedir openxr)/openxr" "$out/khronos/openxr"
+includes=(-isystem native/device/include -isystem "$out/khronos")
 if compgen -G 'native/jni/*.c' >/dev/null; then
   jdk=${JAVA_HOME:-$(dirname "$(dirname "$(readlink -f "$(command -v javac)")")")}
   sources+=(native/jni/*.c)

@@ -2,9 +2,9 @@
 #include "gaze.h"
 
 #include "../sdk/error.h"
+#include "pose_source.h"
 #include "poses.h"
 #include "runtime.h"
-#include "sensors.h"
 
 // A session takes action sets once, so these live as long as it does, whoever opens and closes the sensor.
 static XrActionSet action_set;
@@ -36,8 +36,8 @@ static ml2s_result create_action(ml2s_error *error) {
 static ml2s_result bind(ml2s_error *error) {
     XrPath profile;
     XrActionSuggestedBinding binding = {.action = action};
-    ml2s_result result = XR_CALL(error, core, xrStringToPath, xr.instance,
-                                 "/interaction_profiles/ext/eye_gaze_interaction", &profile);
+    ml2s_result result =
+        XR_CALL(error, core, xrStringToPath, xr.instance, "/interaction_profiles/ext/eye_gaze_interaction", &profile);
     if (result || (result = XR_CALL(error, core, xrStringToPath, xr.instance, "/user/eyes_ext/input/gaze_ext/pose",
                                     &binding.binding))) {
         return result;
@@ -128,8 +128,7 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     bool is_tracked;
     ml2s_result result = xr_follow(error);
     if (result || (result = XR_CALL(error, gaze, xrSyncActions, xr.session, &sync)) ||
-        (result = poses_now(&now, error)) ||
-        (result = poses_locate(space, now.time, &pose, &is_tracked, error))) {
+        (result = poses_now(&now, error)) || (result = poses_locate(space, now.time, &pose, &is_tracked, error))) {
         return result;
     }
     poses_fill(poses, ML2S_STREAM_GAZE, &now, &pose, is_tracked);
@@ -137,9 +136,5 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return ML2S_OK;
 }
 
-const struct source_ops openxr_gaze = {.open = begin,
-                                       .configure = keep_as_it_is,
-                                       .poll_poses = poll_poses,
-                                       .pause = end,
-                                       .resume = begin,
-                                       .close = end};
+const struct source_ops openxr_gaze = {
+    .open = begin, .configure = keep_as_it_is, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

@@ -1,8 +1,8 @@
 // The joints of the hands, in the order of XrHandJointEXT.
 #include "../sdk/error.h"
+#include "pose_source.h"
 #include "poses.h"
 #include "runtime.h"
-#include "sensors.h"
 
 enum { HANDS = 2 };
 
@@ -77,9 +77,8 @@ static ml2s_result locate(uint32_t hand, const struct poses_moment *now, ml2s_po
                           ml2s_error *error) {
     XrHandJointLocationEXT joints[XR_HAND_JOINT_COUNT_EXT];
     XrHandJointsLocateInfoEXT info = {XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, NULL, xr.world, now->time};
-    XrHandJointLocationsEXT located = {.type = XR_TYPE_HAND_JOINT_LOCATIONS_EXT,
-                                       .jointCount = XR_HAND_JOINT_COUNT_EXT,
-                                       .jointLocations = joints};
+    XrHandJointLocationsEXT located = {
+        .type = XR_TYPE_HAND_JOINT_LOCATIONS_EXT, .jointCount = XR_HAND_JOINT_COUNT_EXT, .jointLocations = joints};
     ml2s_result result = XR_CALL(error, hands, xrLocateHandJointsEXT, trackers[hand], &info, &located);
     if (result) {
         return result;
@@ -107,9 +106,5 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return result;
 }
 
-const struct source_ops openxr_hands = {.open = begin,
-                                        .configure = keep_as_it_is,
-                                        .poll_poses = poll_poses,
-                                        .pause = end,
-                                        .resume = begin,
-                                        .close = end};
+const struct source_ops openxr_hands = {
+    .open = begin, .configure = keep_as_it_is, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

@@ -1,8 +1,8 @@
 // The head: where VIEW is.
 #include "../sdk/error.h"
+#include "pose_source.h"
 #include "poses.h"
 #include "runtime.h"
-#include "sensors.h"
 #include "session.h"
 
 static XrSpace view;
@@ -14,8 +14,8 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result) {
         return result;
     }
-    XrReferenceSpaceCreateInfo info = {XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_VIEW,
-                                       {{0, 0, 0, 1}, {0, 0, 0}}};
+    XrReferenceSpaceCreateInfo info = {
+        XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_VIEW, {{0, 0, 0, 1}, {0, 0, 0}}};
     result = XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &view);
     was_tracked = true;
     if (result) {
@@ -51,7 +51,8 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     XrPosef pose;
     bool is_tracked;
     ml2s_result result = xr_follow(error);
-    if (result || (result = poses_now(&now, error)) || (result = poses_locate(view, now.time, &pose, &is_tracked, error))) {
+    if (result || (result = poses_now(&now, error)) ||
+        (result = poses_locate(view, now.time, &pose, &is_tracked, error))) {
         return result;
     }
     poses_fill(poses, ML2S_STREAM_HEAD_POSE, &now, &pose, is_tracked);
@@ -60,9 +61,5 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return ML2S_OK;
 }
 
-const struct source_ops openxr_head = {.open = begin,
-                                       .configure = keep_as_it_is,
-                                       .poll_poses = poll_poses,
-                                       .pause = end,
-                                       .resume = begin,
-                                       .close = end};
+const struct source_ops openxr_head = {
+    .open = begin, .configure = keep_as_it_is, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

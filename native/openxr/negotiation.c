@@ -72,8 +72,8 @@ static ml2s_result refuse_type(const struct negotiation *n, const char *what,
 
 static ml2s_result add_number(struct negotiation *n, XrPixelSensorCapabilityTypeML type, uint32_t value) {
     XrPixelSensorConfigUint32ML *config = &n->numbers[n->config_count];
-    *config = (XrPixelSensorConfigUint32ML){XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, NULL, n->mode->device_stream, type,
-                                            value};
+    *config =
+        (XrPixelSensorConfigUint32ML){XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, NULL, n->mode->device_stream, type, value};
     n->configs[n->config_count++] = (const XrPixelSensorConfigBaseHeaderML *)config;
     return ML2S_OK;
 }
@@ -123,12 +123,12 @@ static ml2s_result choose_number(struct negotiation *n, XrPixelSensorCapabilityT
     if (!capability) {
         return is_mandatory ? refuse(n, what, "", "", error) : ML2S_OK;
     }
-    if (capability->dataType != XR_PIXEL_SENSOR_UINT32_ML || capability->rangeType == XR_PIXEL_SENSOR_RANGE_BOOLEAN_ML) {
+    if (capability->dataType != XR_PIXEL_SENSOR_UINT32_ML ||
+        capability->rangeType == XR_PIXEL_SENSOR_RANGE_BOOLEAN_ML) {
         return refuse_type(n, what, capability, error);
     }
-    return capability->rangeType == XR_PIXEL_SENSOR_RANGE_CONTINUOUS_ML
-               ? choose_from_range(n, type, what, value, error)
-               : choose_from_list(n, type, what, value, error);
+    return capability->rangeType == XR_PIXEL_SENSOR_RANGE_CONTINUOUS_ML ? choose_from_range(n, type, what, value, error)
+                                                                        : choose_from_list(n, type, what, value, error);
 }
 
 static ml2s_result choose_resolution(struct negotiation *n, ml2s_error *error) {
@@ -148,9 +148,9 @@ static ml2s_result choose_resolution(struct negotiation *n, ml2s_error *error) {
     uint32_t length = 0;
     for (uint32_t i = 0; !result && range.valid && i < range.countOutput; i++) {
         if ((uint32_t)values[i].width == n->mode->width && (uint32_t)values[i].height == n->mode->height) {
-            n->extent = (XrPixelSensorConfigExtent2DiML){XR_TYPE_PIXEL_SENSOR_CONFIG_EXTENT_2DI_ML, NULL,
-                                                         n->mode->device_stream, XR_PIXEL_SENSOR_RESOLUTION_ML,
-                                                         values[i]};
+            n->extent =
+                (XrPixelSensorConfigExtent2DiML){XR_TYPE_PIXEL_SENSOR_CONFIG_EXTENT_2DI_ML, NULL,
+                                                 n->mode->device_stream, XR_PIXEL_SENSOR_RESOLUTION_ML, values[i]};
             n->configs[n->config_count++] = (const XrPixelSensorConfigBaseHeaderML *)&n->extent;
             return ML2S_OK;
         }

@@ -13,8 +13,8 @@ static ml2s_result plane_of(const XrPixelSensorFrameML *picture, XrPixelSensorFr
                             const ml2s_memory *memory, const struct pixel_sensor *sensor,
                             const XrPixelSensorPlaneML **plane, ml2s_error *error) {
     if (!picture || !picture->planes || picture->planeCount != 1 || picture->frameType != type) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u planes of type %u, expected 1 of %u",
-                         sensor->mode.path, picture ? picture->planeCount : 0, picture ? picture->frameType : 0, type);
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u planes of type %u, expected 1 of %u", sensor->mode.path,
+                         picture ? picture->planeCount : 0, picture ? picture->frameType : 0, type);
     }
     *plane = picture->planes;
     uint64_t offset = (uint64_t)((uintptr_t)(*plane)->buffer - (uintptr_t)memory->data);
@@ -84,8 +84,8 @@ static ml2s_result read_picture(const struct pixel_sensor *sensor, const XrPixel
     case XR_PIXEL_SENSOR_JPEG_ML: {
         ml2s_result result = plane_of(data->frame, XR_PIXEL_SENSOR_JPEG_ML, memory, sensor, &jpeg, error);
         if (!result) {
-            *plane = (ml2s_plane){.offset_bytes = (uint32_t)(jpeg->buffer - memory->data),
-                                  .size_bytes = jpeg->bufferSize};
+            *plane =
+                (ml2s_plane){.offset_bytes = (uint32_t)(jpeg->buffer - memory->data), .size_bytes = jpeg->bufferSize};
         }
         return result;
     }

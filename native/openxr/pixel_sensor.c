@@ -10,8 +10,7 @@ static ml2s_result find_listed(const char *name, XrPath *path, ml2s_error *error
     XrPath listed[MAX_LISTED];
     uint32_t count;
     ml2s_result result = XR_CALL(error, core, xrStringToPath, xr.instance, name, path);
-    if (result ||
-        (result = XR_CALL(error, pixel, xrEnumeratePixelSensorsML, xr.session, MAX_LISTED, &count, listed))) {
+    if (result || (result = XR_CALL(error, pixel, xrEnumeratePixelSensorsML, xr.session, MAX_LISTED, &count, listed))) {
         return result;
     }
     for (uint32_t i = 0; i < count; i++) {
@@ -53,8 +52,7 @@ static uint32_t needed_metadata(const struct pixel_sensor *sensor) {
            (sensor->wants & ML2S_WANT_CONFIDENCE ? 1u << XR_PIXEL_SENSOR_METADATA_CONFIDENCE_ML : 0);
 }
 
-static const uint32_t pictures =
-    1u << XR_PIXEL_SENSOR_METADATA_FLAGS_ML | 1u << XR_PIXEL_SENSOR_METADATA_CONFIDENCE_ML;
+static const uint32_t pictures = 1u << XR_PIXEL_SENSOR_METADATA_FLAGS_ML | 1u << XR_PIXEL_SENSOR_METADATA_CONFIDENCE_ML;
 
 /** All that is offered, but pictures that nobody asked for. */
 static ml2s_result choose_metadata(struct pixel_sensor *sensor, ml2s_error *error) {
@@ -71,8 +69,8 @@ static ml2s_result choose_metadata(struct pixel_sensor *sensor, ml2s_error *erro
     }
     uint32_t needed = needed_metadata(sensor);
     if (needed & ~types) {
-        return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s stream %u metadata 0x%x",
-                         sensor->mode.path, sensor->mode.device_stream, needed & ~types);
+        return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s stream %u metadata 0x%x", sensor->mode.path,
+                         sensor->mode.device_stream, needed & ~types);
     }
     sensor->metadata = types & (needed | ~pictures);
     return ML2S_OK;
@@ -117,15 +115,14 @@ static ml2s_result measure_buffer(struct pixel_sensor *sensor, ml2s_error *error
     XrPixelSensorBufferPropertiesInfoML info = {XR_TYPE_PIXEL_SENSOR_BUFFER_PROPERTIES_INFO_ML, NULL,
                                                 sensor->mode.device_stream, count, types};
     XrPixelSensorBufferPropertiesML properties = {.type = XR_TYPE_PIXEL_SENSOR_BUFFER_PROPERTIES_ML};
-    ml2s_result result =
-        XR_CALL(error, pixel, xrGetPixelSensorBufferPropertiesML, sensor->sensor, &info, &properties);
+    ml2s_result result = XR_CALL(error, pixel, xrGetPixelSensorBufferPropertiesML, sensor->sensor, &info, &properties);
     sensor->buffer_bytes = xr_buffer_size(&properties);
     return result;
 }
 
 static ml2s_result create_space(struct pixel_sensor *sensor, ml2s_error *error) {
-    XrPixelSensorCreateSpaceInfoML info = {XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, NULL, sensor->sensor,
-                                           {{0, 0, 0, 1}, {0, 0, 0}}};
+    XrPixelSensorCreateSpaceInfoML info = {
+        XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, NULL, sensor->sensor, {{0, 0, 0, 1}, {0, 0, 0}}};
     return XR_CALL(error, pixel, xrCreatePixelSensorSpaceML, xr.session, &info, &sensor->space);
 }
 

@@ -3,9 +3,9 @@
 
 #include "../sdk/error.h"
 #include "../sources/frame.h"
+#include "../sources/source.h"
 #include "pixel_sensor.h"
 #include "runtime.h"
-#include "sensors.h"
 
 /** How long one sensor is waited for while others may have a frame. */
 #define WAIT_NANOS UINT64_C(4000000)
@@ -151,9 +151,8 @@ static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, ml2s_f
                               ml2s_error *error) {
     uint32_t due = most_due(source);
     for (uint32_t i = 0; i < source->count; i++) {
-        ml2s_result result =
-            pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, source->spare,
-                             source->spare_bytes, &frames[*count], error);
+        ml2s_result result = pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos,
+                                              source->spare, source->spare_bytes, &frames[*count], error);
         if (result == ML2S_OK) {
             ++*count;
         } else if (result != ML2S_TIMEOUT) {

@@ -87,8 +87,8 @@ static ml2s_result require(uint32_t areas, ml2s_error *error) {
 }
 
 static ml2s_result create_world(ml2s_error *error) {
-    XrReferenceSpaceCreateInfo info = {XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_LOCAL,
-                                       {{0, 0, 0, 1}, {0, 0, 0}}};
+    XrReferenceSpaceCreateInfo info = {
+        XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_LOCAL, {{0, 0, 0, 1}, {0, 0, 0}}};
     return XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &xr.world);
 }
 

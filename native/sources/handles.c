@@ -18,17 +18,17 @@ enum { INDEX_BITS = 4, SENSOR_BITS = 3 };
 static const struct sensor {
     const char *name;
     uint64_t streams;
-    const struct source_ops *sdk;
+    const struct source_ops *sdk, *openxr;
 } sensors[1 << SENSOR_BITS] = {
-    [ML2S_SENSOR_DEPTH] = {"depth", BIT(DEPTH) | BIT(INFRA), &source_depth},
-    [ML2S_SENSOR_WORLD] = {"world", BIT(WORLD_CENTER) | BIT(WORLD_LEFT) | BIT(WORLD_RIGHT), &source_world},
+    [ML2S_SENSOR_DEPTH] = {"depth", BIT(DEPTH) | BIT(INFRA), &source_depth, &openxr_pixels},
+    [ML2S_SENSOR_WORLD] = {"world", BIT(WORLD_CENTER) | BIT(WORLD_LEFT) | BIT(WORLD_RIGHT), &source_world, &openxr_pixels},
     [ML2S_SENSOR_EYE] = {"eye",
                          BIT(EYE_NASAL_LEFT) | BIT(EYE_NASAL_RIGHT) | BIT(EYE_TEMPLE_LEFT) | BIT(EYE_TEMPLE_RIGHT),
-                         &source_eye},
-    [ML2S_SENSOR_HEAD] = {"head", BIT(HEAD_POSE), &source_head},
-    [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose},
-    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), NULL},
-    [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), NULL},
+                         &source_eye, &openxr_pixels},
+    [ML2S_SENSOR_HEAD] = {"head", BIT(HEAD_POSE), &source_head, &openxr_head},
+    [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose, &openxr_pixels},
+    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), NULL, &openxr_gaze},
+    [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), NULL, &openxr_hands},
 };
 
 /** One per sensor and backend. All but id, owner and is_taken belong to the owner. */
@@ -70,7 +70,7 @@ static ml2s_result find_ops(uint32_t sensor, uint32_t backend, const struct sour
     if (backend > ML2S_BACKEND_OPENXR || (backend == ML2S_BACKEND_SDK && !sensors[sensor].sdk)) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no backend %u", sensors[sensor].name, backend);
     }
-    *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : &ml2s_openxr_ops;
+    *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : sensors[sensor].openxr;
     return ML2S_OK;
 }
 

@@ -46,5 +46,5 @@ struct source_ops {
 
 extern const struct source_ops source_depth, source_world, source_eye, source_head, source_color_pose;
 
-/** Every sensor of ML2S_BACKEND_OPENXR. */
-extern const struct source_ops ml2s_openxr_ops;
+/** Of ML2S_BACKEND_OPENXR; pixels are depth, world, eye and color. */
+extern const struct source_ops openxr_pixels, openxr_head, openxr_gaze, openxr_hands;
