@@ -1,0 +1,24 @@
+"""The two packages of `make aar`, unpacked."""
+
+from __future__ import annotations
+
+import pytest
+
+from toolchain import Package, runtime_libraries, unpack
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Package:
+    return unpack("ml2-sensors", tmp_path_factory.mktemp("library"), runtime_libraries())
+
+
+@pytest.fixture(scope="session")
+def unity(tmp_path_factory: pytest.TempPathFactory) -> Package:
+    """It needs nothing beside it."""
+    return unpack("ml2-sensors-unity", tmp_path_factory.mktemp("unity"), [])
+
+
+@pytest.fixture(params=["library", "unity"])
+def package(request: pytest.FixtureRequest) -> Package:
+    chosen: Package = request.getfixturevalue(request.param)
+    return chosen

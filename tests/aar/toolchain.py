@@ -1,0 +1,107 @@
+"""The packages under test, and the tools that judge them: those of the packages' own Maven module."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import zipfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from xml.etree import ElementTree
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ROOT / "build" / "aar"
+MIN_API = "29"
+
+
+@cache
+def maven_property(name: str) -> str:
+    value = ElementTree.parse(ROOT / "pom.xml").findtext(f"{{*}}properties/{{*}}{name}")
+    assert value, f"pom.xml has no property {name}"
+    return value
+
+
+@dataclass(frozen=True)
+class Package:
+    """A built AAR, and the folder that it was unpacked to. `libraries` are the jars it needs beside it."""
+
+    file: Path
+    folder: Path
+    libraries: tuple[Path, ...]
+
+    @property
+    def classes(self) -> Path:
+        return self.folder / "classes.jar"
+
+    @property
+    def rules(self) -> Path:
+        return self.folder / "proguard.txt"
+
+
+def unpack(name: str, folder: Path, libraries: Iterable[Path]) -> Package:
+    file = PACKAGES / f"{name}-{maven_property('revision')}.aar"
+    with zipfile.ZipFile(file) as archive:
+        archive.extractall(folder)
+    return Package(file, folder, tuple(libraries))
+
+
+@cache
+def class_path() -> tuple[Path, ...]:
+    """What the Maven module depends on."""
+    listed = (ROOT / "ml2-sensors-aar" / "aar" / "target" / "classpath").read_text()
+    return tuple(Path(entry) for entry in listed.split(os.pathsep))
+
+
+def jar(name: str) -> Path:
+    """The one artifact of the class path whose file name is `name`-VERSION."""
+    (found,) = (path for path in class_path() if path.name == f"{name}-{path.parent.name}{path.suffix}")
+    return found
+
+
+def runtime_libraries() -> list[Path]:
+    """What the library needs at run time, as its POM says, with what that needs itself."""
+    serialization = ["kotlinx-serialization-json-jvm", "kotlinx-serialization-core-jvm"]
+    return [jar(name) for name in ["kotlin-stdlib", "kotlinx-coroutines-core-jvm", *serialization]]
+
+
+def run(*command: str | Path) -> str:
+    """What a command prints, both streams together; fails as it does."""
+    done = subprocess.run(
+        command, check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    assert done.returncode == 0, f"{' '.join(map(str, command))}:\n{done.stdout}"
+    return done.stdout
+
+
+def java(class_path: Iterable[Path], *arguments: str | Path) -> str:
+    return run("java", "-cp", os.pathsep.join(map(str, class_path)), *arguments)
+
+
+def d8(output: Path, *arguments: str | Path, libraries: Iterable[Path]) -> str:
+    """Prints nothing when there is nothing to complain about."""
+    return _dexer("D8", output, *arguments, *_each("--classpath", libraries))
+
+
+def r8(output: Path, *arguments: str | Path) -> str:
+    return _dexer("R8", output, *arguments)
+
+
+def _dexer(name: str, output: Path, *arguments: str | Path) -> str:
+    # Android 10 as the headset has it, without java.*, which the JDK stands in for.
+    platform = _each("--lib", [jar("android-all"), _jdk()])
+    tool = f"com.android.tools.r8.{name}"
+    levels = ["--min-api", MIN_API, "--map-diagnostics", "warning", "error"]
+    return java([jar("r8")], tool, *levels, *platform, "--output", output, *arguments)
+
+
+def _jdk() -> Path:
+    command = shutil.which("java")
+    assert command, "no java on the PATH: make setup"
+    return Path(command).resolve().parents[1]
+
+
+def _each(option: str, values: Iterable[Path]) -> list[str | Path]:
+    return [word for value in values for word in (option, value)]
