@@ -1,0 +1,209 @@
+#include <thread>
+
+#include "scripted_sdk.h"
+#include "sensor.h"
+
+using scripted::script;
+
+namespace {
+
+constexpr uint64_t kDepth = ML2S_STREAM_BIT(ML2S_STREAM_DEPTH);
+constexpr uint64_t kHead = ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE);
+constexpr uint64_t kLeft = ML2S_STREAM_BIT(ML2S_STREAM_WORLD_LEFT);
+
+class Handles : public testing::Test {
+  protected:
+    Handles() { script = {}; }
+    const ml2s_settings head = settingsOf(ML2S_SENSOR_HEAD, kHead);
+    const ml2s_settings depth = settingsOf(ML2S_SENSOR_DEPTH, kDepth);
+
+    static ml2s_result open(const ml2s_settings &settings) { return Sensor(settings).result; }
+};
+
+} // namespace
+
+TEST_F(Handles, ASensorIsOpenOnceAndAgainAfterItWasClosed) {
+    Sensor first(head);
+    ASSERT_EQ(first.result, ML2S_OK);
+    const Sensor second(head);
+    EXPECT_EQ(second.result, ML2S_BUSY);
+    EXPECT_STREQ(second.error.message, "head is open");
+    EXPECT_EQ(first.close(), ML2S_OK);
+    EXPECT_EQ(open(head), ML2S_OK);
+}
+
+TEST_F(Handles, AClosedHandleStaysClosedThoughItsSensorIsOpenedAgain) {
+    Sensor first(head);
+    EXPECT_EQ(first.close(), ML2S_OK);
+    const Sensor second(head);
+    ASSERT_EQ(second.result, ML2S_OK);
+    first.pollPose();
+    EXPECT_EQ(first.result, ML2S_CLOSED);
+    EXPECT_EQ(first.close(), ML2S_CLOSED);
+    EXPECT_EQ(ml2s_close(0, nullptr), ML2S_CLOSED);
+    EXPECT_EQ(ml2s_close(UINT64_MAX, nullptr), ML2S_CLOSED);
+}
+
+TEST_F(Handles, OtherThreadsAreTurnedAwayFromEveryCall) {
+    Sensor sensor(head);
+    const size_t calls = script.calls.size();
+    std::thread([&] {
+        sensor.pollPose();
+        EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
+        EXPECT_EQ(std::string(sensor.error.message).rfind("the handle belongs to thread ", 0), 0u);
+        sensor.poll();
+        EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
+        sensor.colorPose(0);
+        EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
+        EXPECT_EQ(sensor.configure(settingsOf(ML2S_SENSOR_HEAD, kHead)), ML2S_WRONG_THREAD);
+        EXPECT_EQ(sensor.pause(), ML2S_WRONG_THREAD);
+        EXPECT_EQ(sensor.resume(), ML2S_WRONG_THREAD);
+        EXPECT_EQ(sensor.close(), ML2S_WRONG_THREAD);
+    }).join();
+    EXPECT_EQ(script.calls.size(), calls);
+    EXPECT_EQ(sensor.close(), ML2S_OK);
+}
+
+TEST_F(Handles, SettingsThatMakeNoSenseAreRefused) {
+    const ml2s_settings senseless[] = {
+        settingsOf(ML2S_SENSOR_DEPTH, 0),
+        settingsOf(ML2S_SENSOR_DEPTH, kHead),
+        settingsOf(ML2S_SENSOR_DEPTH, kDepth | UINT64_C(1) << 63),
+        settingsOf(ML2S_SENSOR_WORLD, kLeft, kLeft << 1),
+        settingsOf(static_cast<ml2s_sensor>(0), kHead),
+        settingsOf(static_cast<ml2s_sensor>(8), kHead),
+        settingsOf(ML2S_SENSOR_GAZE, ML2S_STREAM_BIT(ML2S_STREAM_GAZE)),
+    };
+    for (const auto &settings : senseless) {
+        EXPECT_EQ(open(settings), ML2S_INVALID_ARGUMENT);
+    }
+    auto settings = head;
+    settings.backend = 2;
+    EXPECT_EQ(open(settings), ML2S_INVALID_ARGUMENT);
+    settings = head;
+    settings.struct_size--;
+    EXPECT_EQ(open(settings), ML2S_INVALID_ARGUMENT);
+    EXPECT_TRUE(script.calls.empty());
+}
+
+TEST_F(Handles, AnErrorWithoutRoomForAMessageIsRefused) {
+    ml2s_error error = {};
+    ml2s_handle handle;
+    EXPECT_EQ(ml2s_open(&head, &handle, &error), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_close(1, &error), ML2S_INVALID_ARGUMENT);
+}
+
+TEST_F(Handles, AHandleKeepsItsSensor) {
+    Sensor sensor(head);
+    EXPECT_EQ(sensor.configure(depth), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(sensor.configure(head), ML2S_OK);
+}
+
+TEST_F(Handles, CallersThatKnowMoreFieldsGetTheirsSpacedAsTheyAre) {
+    struct Wider {
+        ml2s_pose pose;
+        uint64_t later;
+    } poses[2] = {};
+    poses[0].pose.struct_size = sizeof(Wider);
+    poses[1].later = 77;
+    Sensor sensor(head);
+    uint32_t count = 0;
+    EXPECT_EQ(ml2s_poll_poses(sensor.handle(), &poses[0].pose, 2, &count, nullptr), ML2S_OK);
+    EXPECT_EQ(count, 1u);
+    EXPECT_EQ(poses[0].pose.struct_size, sizeof(Wider));
+    EXPECT_EQ(poses[0].pose.stream, ML2S_STREAM_HEAD_POSE);
+    EXPECT_EQ(poses[1].later, 77u);
+    poses[0].pose.struct_size = sizeof(ml2s_pose) - 1;
+    EXPECT_EQ(ml2s_poll_poses(sensor.handle(), &poses[0].pose, 2, &count, nullptr), ML2S_INVALID_ARGUMENT);
+}
+
+TEST_F(Handles, ThePerceptionSystemRunsFromTheFirstSensorToTheLast) {
+    {
+        const Sensor first(head);
+        {
+            const Sensor second(depth);
+            EXPECT_EQ(script.countOf("MLPerceptionStartup"), 1);
+        }
+        EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 0);
+    }
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
+    EXPECT_EQ(script.calls.back(), "MLPerceptionShutdown");
+}
+
+TEST_F(Handles, APerceptionSystemThatDoesNotStartIsToldAndTriedAgain) {
+    script.results["MLPerceptionStartup"] = MLResult_UnspecifiedFailure;
+    EXPECT_EQ(open(head), ML2S_VENDOR_FAILURE);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 0);
+    script.results.clear();
+    EXPECT_EQ(open(head), ML2S_OK);
+}
+
+TEST_F(Handles, APausedSensorIsDisconnectedAndTimesOutUntilItIsResumed) {
+    Sensor sensor(depth);
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLDepthCameraDisconnect"), 1);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
+    EXPECT_TRUE(sensor.poll(1000).empty());
+    EXPECT_EQ(sensor.result, ML2S_TIMEOUT);
+    EXPECT_EQ(script.countOf("MLDepthCameraGetLatestDepthData"), 0);
+    EXPECT_EQ(sensor.resume(), ML2S_OK);
+    EXPECT_EQ(sensor.resume(), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLDepthCameraConnect"), 2);
+    sensor.poll();
+    EXPECT_EQ(script.countOf("MLDepthCameraGetLatestDepthData"), 1);
+}
+
+TEST_F(Handles, SettingsOfAPausedSensorHoldWhenItIsResumed) {
+    Sensor sensor(depth);
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    EXPECT_EQ(sensor.configure(settingsOf(ML2S_SENSOR_DEPTH, kDepth, kDepth)), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLDepthCameraUpdateSettings"), 0);
+    EXPECT_EQ(sensor.resume(), ML2S_OK);
+    EXPECT_EQ(script.depthSettings.streams, uint32_t{MLDepthCameraStream_ShortRange});
+}
+
+TEST_F(Handles, AResumeThatFailsCanBeTriedAgain) {
+    Sensor sensor(depth);
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    script.results["MLDepthCameraConnect"] = MLResult_UnspecifiedFailure;
+    EXPECT_EQ(sensor.resume(), ML2S_VENDOR_FAILURE);
+    sensor.poll();
+    EXPECT_EQ(sensor.result, ML2S_TIMEOUT) << "still paused";
+    script.results.clear();
+    EXPECT_EQ(sensor.resume(), ML2S_OK);
+}
+
+TEST_F(Handles, ADisconnectThatFailsIsToldAndTheSensorIsClosedAllTheSame) {
+    script.results["MLDepthCameraDisconnect"] = MLResult_UnspecifiedFailure;
+    Sensor sensor(depth);
+    EXPECT_EQ(sensor.close(), ML2S_VENDOR_FAILURE);
+    EXPECT_STREQ(sensor.error.message, "MLDepthCameraDisconnect: UnspecifiedFailure (4)");
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
+    script.results.clear();
+    EXPECT_EQ(open(depth), ML2S_OK);
+}
+
+TEST_F(Handles, APausedSensorIsClosedWithoutASecondDisconnect) {
+    Sensor sensor(depth);
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    EXPECT_EQ(sensor.close(), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLDepthCameraDisconnect"), 1);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
+}
+
+TEST_F(Handles, LeasedSlotsStayValidWhenTheirSensorIsClosed) {
+    std::vector<uint8_t> pixels(16, 7);
+    MLWorldCameraFrame frame = {};
+    frame.id = MLWorldCameraIdentifier_Left;
+    frame.frame_type = MLWorldCameraFrameType_NormalExposure;
+    frame.frame_buffer = {4, 4, 4, 1, 16, pixels.data()};
+    script.worldFrames = {frame};
+    const Slots slots(ML2S_STREAM_WORLD_LEFT, 1, 16);
+    Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
+    const auto frames = sensor.poll();
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_EQ(sensor.close(), ML2S_OK);
+    EXPECT_EQ(frames[0].data[15], 7);
+    release(frames);
+}

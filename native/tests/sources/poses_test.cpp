@@ -1,0 +1,137 @@
+#include <cmath>
+
+#include "scripted_sdk.h"
+#include "sensor.h"
+
+using scripted::script;
+
+namespace {
+
+class Head : public testing::Test {
+  protected:
+    Head() {
+        script = {};
+        script.transform = {{0.5f, -0.5f, 0.5f, 0.5f}, {1, 2, 3}};
+    }
+    const ml2s_settings settings = settingsOf(ML2S_SENSOR_HEAD, ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE));
+};
+
+class ColorPose : public testing::Test {
+  protected:
+    ColorPose() {
+        script = {};
+        script.transform = {{0, 0, 0, 1}, {4, 5, 6}};
+    }
+    const ml2s_settings settings = settingsOf(ML2S_SENSOR_COLOR, ML2S_STREAM_BIT(ML2S_STREAM_COLOR));
+};
+
+} // namespace
+
+TEST_F(Head, ThePoseIsForExactlyTheTimeItIsStampedWith) {
+    Sensor sensor(settings);
+    const int64_t before = ml2s_now();
+    const auto pose = sensor.pollPose();
+    EXPECT_EQ(sensor.result, ML2S_OK);
+    EXPECT_EQ(pose.device_nanos, script.snapshotTime);
+    int64_t captured = 0;
+    EXPECT_EQ(ml2s_boottime_of(script.snapshotTime, &captured, nullptr), ML2S_OK);
+    EXPECT_EQ(pose.capture_nanos, captured);
+    // Two clocks are compared, each right to half the time that reading both takes.
+    EXPECT_GE(pose.capture_nanos, before - 1000000);
+    EXPECT_LE(pose.capture_nanos, ml2s_now() + 1000000);
+    EXPECT_EQ(pose.stream, ML2S_STREAM_HEAD_POSE);
+    EXPECT_TRUE(pose.is_tracked);
+    EXPECT_EQ(pose.rotation[1], -0.5f);
+    EXPECT_EQ(pose.position[2], 3);
+    EXPECT_EQ(script.calls.back(), "MLPerceptionReleaseSnapshot");
+}
+
+TEST_F(Head, OnlyStatusValidIsTracked) {
+    Sensor sensor(settings);
+    for (const uint32_t status : {0u, 1u, 2u, 99u}) {
+        script.headStatus = status;
+        const auto pose = sensor.pollPose();
+        EXPECT_EQ(sensor.result, ML2S_OK);
+        EXPECT_FALSE(pose.is_tracked);
+    }
+    EXPECT_EQ(script.countOf("MLPerceptionGetPredictedSnapshot"), 0);
+}
+
+TEST_F(Head, ASnapshotWithoutTheHeadIsAnUntrackedPoseAndIsReleased) {
+    script.results["MLSnapshotGetTransform"] = MLResult_PoseNotFound;
+    Sensor sensor(settings);
+    EXPECT_FALSE(sensor.pollPose().is_tracked);
+    EXPECT_EQ(sensor.result, ML2S_OK);
+    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1);
+}
+
+TEST_F(Head, ASnapshotThatFailsIsReleasedAndTold) {
+    script.results["MLSnapshotGetTransform"] = MLResult_UnspecifiedFailure;
+    Sensor sensor(settings);
+    sensor.pollPose();
+    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+    EXPECT_STREQ(sensor.error.message, "MLSnapshotGetTransform: UnspecifiedFailure (4)");
+    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1);
+}
+
+TEST_F(Head, MapEventsArePassedOnOnce) {
+    Sensor sensor(settings);
+    script.mapEvents = MLHeadTrackingMapEvent_Lost | MLHeadTrackingMapEvent_NewSession;
+    EXPECT_EQ(sensor.pollPose().events, uint32_t{ML2S_TRACKING_LOST | ML2S_TRACKING_NEW_SESSION});
+    EXPECT_EQ(sensor.pollPose().events, 0u);
+}
+
+TEST_F(Head, ATrackerThatCannotBeUsedLeavesNothingOpen) {
+    script.results["MLHeadTrackingGetStaticData"] = MLResult_UnspecifiedFailure;
+    const Sensor sensor(settings);
+    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+    EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), 1);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
+}
+
+TEST_F(Head, AHeadHasNoFrames) {
+    Sensor sensor(settings);
+    EXPECT_TRUE(sensor.poll().empty());
+    EXPECT_EQ(sensor.result, ML2S_INVALID_ARGUMENT);
+}
+
+TEST_F(ColorPose, ThePoseIsAskedForAtTheGivenTimeWithASnapshotTaken) {
+    Sensor sensor(settings);
+    const auto pose = sensor.colorPose(scripted::kOffsetNanos + 5);
+    EXPECT_EQ(sensor.result, ML2S_OK);
+    EXPECT_EQ(script.cameraPoseTime, scripted::kOffsetNanos + 5);
+    EXPECT_EQ(pose.device_nanos, scripted::kOffsetNanos + 5);
+    EXPECT_EQ(pose.stream, ML2S_STREAM_COLOR);
+    EXPECT_EQ(pose.position[1], 5);
+    EXPECT_TRUE(pose.is_tracked);
+    EXPECT_EQ(script.countOf("MLPerceptionGetSnapshot"), 1);
+    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1);
+}
+
+TEST_F(ColorPose, OutsideTheVendorsHistoryThereIsNoPose) {
+    script.results["MLCVCameraGetFramePose"] = MLResult_PoseNotFound;
+    Sensor sensor(settings);
+    sensor.colorPose(scripted::kOffsetNanos);
+    EXPECT_EQ(sensor.result, ML2S_NO_POSE);
+    EXPECT_STREQ(sensor.error.message, "MLCVCameraGetFramePose: PoseNotFound (10)");
+}
+
+TEST_F(ColorPose, ADeniedCameraLeavesNothingOpen) {
+    script.results["MLCVCameraTrackingCreate"] = MLResult_PermissionDenied;
+    const Sensor sensor(settings);
+    EXPECT_EQ(sensor.result, ML2S_PERMISSION_DENIED);
+    EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), 1);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
+    EXPECT_EQ(script.countOf("MLCVCameraTrackingDestroy"), 0);
+}
+
+TEST_F(ColorPose, APausedTrackerHasNoPose) {
+    Sensor sensor(settings);
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLCVCameraTrackingDestroy"), 1);
+    sensor.colorPose(scripted::kOffsetNanos);
+    EXPECT_EQ(sensor.result, ML2S_NO_POSE);
+    EXPECT_EQ(sensor.resume(), ML2S_OK);
+    sensor.colorPose(scripted::kOffsetNanos);
+    EXPECT_EQ(sensor.result, ML2S_OK);
+}

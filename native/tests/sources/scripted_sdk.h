@@ -1,0 +1,44 @@
+// A vendor's library that does exactly what a test says and remembers what it was asked. For what the simulated headset
+// cannot do: pixels known one by one, any answer of any call, and the order of calls.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "../../sdk/perception.h"
+
+namespace scripted {
+
+/** MLTime minus CLOCK_MONOTONIC. */
+constexpr int64_t kOffsetNanos = 7777777777777777;
+
+struct Script {
+    /** Answers other than Ok, by function. */
+    std::map<std::string, MLResult> results;
+    /** What was called, in order, but conversions of time. */
+    std::vector<std::string> calls;
+
+    MLDepthCameraSettings depthSettings = {};
+    MLWorldCameraSettings worldSettings = {};
+    MLEyeCameraSettings eyeSettings = {};
+    uint64_t timeout_ms = 0;
+
+    /** What the next gets give. */
+    std::vector<MLDepthCameraFrame> depthFrames;
+    std::vector<MLWorldCameraFrame> worldFrames;
+    std::vector<MLEyeCameraFrame> eyeFrames;
+    int frameCount = -1; ///< Claimed instead of the true one.
+
+    uint32_t headStatus = MLHeadTrackingStatus_Valid;
+    uint64_t mapEvents = 0;
+    MLTransform transform = {{0, 0, 0, 1}, {0, 0, 0}};
+    MLTime snapshotTime = 0;
+    MLTime cameraPoseTime = 0;
+
+    int countOf(const std::string &function) const;
+};
+
+extern Script script;
+
+} // namespace scripted

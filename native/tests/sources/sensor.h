@@ -1,0 +1,93 @@
+// What the tests of sources share: an opened sensor, slots for a stream, and captures that end of themselves.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "../../sdk/ml2s.h"
+
+/** An ml2s structure that knows its size. */
+template <class T> T sized() {
+    T value = {};
+    value.struct_size = sizeof value;
+    return value;
+}
+
+inline ml2s_settings settingsOf(ml2s_sensor sensor, uint64_t streams, uint64_t second_streams = 0) {
+    auto settings = sized<ml2s_settings>();
+    settings.sensor = sensor;
+    settings.streams = streams;
+    settings.second_streams = second_streams;
+    settings.rate_hz = 5;
+    return settings;
+}
+
+/** Slots for a stream; at the end all must have come back. */
+class Slots {
+  public:
+    Slots(uint32_t stream, uint32_t count, size_t size_bytes) : stream_(stream), memory_(count * rounded(size_bytes)) {
+        std::vector<ml2s_memory> slots;
+        for (uint32_t i = 0; i < count; i++) {
+            slots.push_back({memory_[i * rounded(size_bytes)].bytes, size_bytes});
+        }
+        EXPECT_EQ(ml2s_provide(stream, slots.data(), count), ML2S_OK);
+    }
+    ~Slots() { EXPECT_EQ(ml2s_provide(stream_, nullptr, 0), ML2S_OK) << "a slot of " << stream_ << " is leased"; }
+    Slots(const Slots &) = delete;
+    Slots &operator=(const Slots &) = delete;
+
+  private:
+    struct Line {
+        alignas(64) uint8_t bytes[64];
+    };
+    static size_t rounded(size_t size_bytes) { return (size_bytes + sizeof(Line) - 1) / sizeof(Line); }
+    uint32_t stream_;
+    std::vector<Line> memory_;
+};
+
+/** A sensor, open while this lives. */
+class Sensor {
+  public:
+    explicit Sensor(const ml2s_settings &settings) { result = ml2s_open(&settings, &handle_, &error); }
+    ~Sensor() { ml2s_close(handle_, nullptr); }
+    Sensor(const Sensor &) = delete;
+    Sensor &operator=(const Sensor &) = delete;
+
+    std::vector<ml2s_frame> poll(uint64_t timeout_nanos = 0) {
+        std::vector<ml2s_frame> frames(4, sized<ml2s_frame>());
+        uint32_t count = 0;
+        result = ml2s_poll(handle_, timeout_nanos, frames.data(), 4, &count, &error);
+        frames.resize(count);
+        return frames;
+    }
+    ml2s_pose pollPose() {
+        auto pose = sized<ml2s_pose>();
+        uint32_t count = 0;
+        result = ml2s_poll_poses(handle_, &pose, 1, &count, &error);
+        return pose;
+    }
+    ml2s_pose colorPose(int64_t device_nanos) {
+        auto pose = sized<ml2s_pose>();
+        result = ml2s_color_pose(handle_, device_nanos, &pose, &error);
+        return pose;
+    }
+    ml2s_result configure(const ml2s_settings &settings) { return ml2s_configure(handle_, &settings, &error); }
+    ml2s_result pause() { return ml2s_pause(handle_, &error); }
+    ml2s_result resume() { return ml2s_resume(handle_, &error); }
+    ml2s_result close() { return ml2s_close(handle_, &error); }
+    ml2s_handle handle() const { return handle_; }
+
+    ml2s_result result = ML2S_OK;
+    ml2s_error error = sized<ml2s_error>();
+
+  private:
+    ml2s_handle handle_ = 0;
+};
+
+inline void release(const std::vector<ml2s_frame> &frames) {
+    for (const auto &frame : frames) {
+        EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+    }
+}
