@@ -164,9 +164,9 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
  * and is left. */
 static ml2s_result choose(const ml2s_settings *settings, const MLDepthCameraData *data, const MLDepthCameraFrame **out,
                           ml2s_error *error) {
-    if (data->frame_count > MLDepthCameraFrameType_Count || (data->frame_count && !data->frames)) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: %u frames at once, expected at most %d",
-                         data->frame_count, MLDepthCameraFrameType_Count);
+    ml2s_result result = batch_check(data->frames, data->frame_count, MLDepthCameraFrameType_Count, "depth", error);
+    if (result) {
+        return result;
     }
     for (uint32_t i = 0; i < data->frame_count; i++) {
         const MLDepthCameraFrame *frame = &data->frames[i];

@@ -101,24 +101,18 @@ static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_
 /** Frames that were not asked for, as happens after a change of settings, are left. */
 static ml2s_result copy(const ml2s_settings *settings, const MLEyeCameraData *data, ml2s_frame *frames, uint32_t *count,
                         ml2s_error *error) {
-    if (data->frame_count > CAMERAS || (data->frame_count && !data->frames)) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: %u frames at once, expected at most %d",
-                         data->frame_count, CAMERAS);
-    }
+    ml2s_result result = batch_check(data->frames, data->frame_count, CAMERAS, "eye camera", error);
     uint64_t wanted = settings->streams;
-    for (uint32_t i = 0; i < data->frame_count; i++) {
+    for (uint32_t i = 0; i < data->frame_count && !result; i++) {
         uint32_t stream = 0;
-        ml2s_result result = find_stream(data->frames[i].camera_id, &stream, error);
+        result = find_stream(data->frames[i].camera_id, &stream, error);
         if (!result && wanted & ML2S_STREAM_BIT(stream)) {
             wanted &= ~ML2S_STREAM_BIT(stream);
             result = copy_frame(&data->frames[i], stream, &frames[*count], error);
             *count += !result;
         }
-        if (result) {
-            return result;
-        }
     }
-    return ML2S_OK;
+    return result;
 }
 
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,

@@ -19,6 +19,10 @@ struct picture {
  */
 ml2s_result picture_check(const struct picture *picture, uint32_t bytes_per_pixel, const char *name, ml2s_error *error);
 
+/** ML2S_VENDOR_FAILURE unless frames, an array of the vendor's, can have count elements, of which there are at most
+ * most. */
+ml2s_result batch_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error);
+
 /** An empty frame of stream, without slot. */
 void frame_begin(ml2s_frame *frame, uint32_t stream, uint32_t width, uint32_t height);
 

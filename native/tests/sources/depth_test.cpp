@@ -310,7 +310,7 @@ TEST_F(Depth, HostileFramesAreRefusedTypedAndReleased) {
 TEST_F(Depth, FramesWithoutMemoryAreRefused) {
     script.depthFrames.clear();
     script.frameCount = 1;
-    expectRefused("1 frames at once");
+    expectRefused("1 frames nowhere");
 }
 
 TEST_F(Depth, AnUnknownFrameTypeIsRefused) {

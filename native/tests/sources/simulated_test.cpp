@@ -1,0 +1,327 @@
+// The sources against the simulated headset: what a user sees of each of its faults, and that its books are clean.
+#include <optional>
+
+#include "ml2sim.h"
+#include "sensor.h"
+
+namespace {
+
+constexpr int64_t kSecond = 1000000000;
+
+uint64_t bits(std::initializer_list<ml2s_stream> streams) {
+    uint64_t mask = 0;
+    for (const auto stream : streams) {
+        mask |= ML2S_STREAM_BIT(stream);
+    }
+    return mask;
+}
+
+void set(const std::string &key, const char *value) {
+    const char *problem = ml2sim_set(key.c_str(), value);
+    ASSERT_EQ(problem, nullptr) << problem;
+}
+
+/** A small headset whose clock the test advances; its books are clean at the end, whatever happened. */
+class Simulated : public testing::Test {
+  protected:
+    void SetUp() override {
+        ml2sim_reset();
+        set("clock", "manual");
+        set("loop_seconds", "2");
+        set("mltime_skew_ppm", "200");
+        ml2sim_advance(kSecond);
+    }
+    void TearDown() override {
+        ml2sim_book book;
+        ml2sim_books(&book);
+        EXPECT_STREQ(book.last_misuse, "");
+        EXPECT_EQ(book.open_handles + book.outstanding_gets + book.outstanding_snapshots, 0u);
+        EXPECT_EQ(book.is_perception_started, 0u);
+    }
+
+    const ml2s_settings head = settingsOf(ML2S_SENSOR_HEAD, bits({ML2S_STREAM_HEAD_POSE}));
+    const ml2s_settings color = settingsOf(ML2S_SENSOR_COLOR, bits({ML2S_STREAM_COLOR}));
+};
+
+struct Camera {
+    const char *name;
+    ml2s_sensor sensor;
+    ml2s_stream stream;
+    uint32_t slot_bytes;
+    bool hasPose;
+};
+
+/** For messages of failing tests. */
+void PrintTo(const Camera &camera, std::ostream *out) { *out << camera.name; }
+
+class SimulatedCamera : public Simulated, public testing::WithParamInterface<Camera> {
+  protected:
+    void SetUp() override {
+        Simulated::SetUp();
+        slots_.emplace(GetParam().stream, 2, GetParam().slot_bytes);
+    }
+    void TearDown() override {
+        slots_.reset();
+        Simulated::TearDown();
+    }
+    ml2s_settings settings() const { return settingsOf(GetParam().sensor, bits({GetParam().stream})); }
+    void setFault(const char *what, const char *value) {
+        set(std::string("fault.") + GetParam().name + "." + what, value);
+    }
+    /** What the next frame comes to. */
+    std::vector<ml2s_frame> capture(Sensor &sensor) {
+        ml2sim_advance(kSecond);
+        return sensor.poll();
+    }
+
+  private:
+    std::optional<Slots> slots_;
+};
+
+void expectNear(const float *found, const double *truth, int count) {
+    for (int i = 0; i < count; i++) {
+        EXPECT_NEAR(found[i], truth[i], 1e-5);
+    }
+}
+
+} // namespace
+
+INSTANTIATE_TEST_SUITE_P(Each, SimulatedCamera,
+                         testing::Values(Camera{"depth", ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH, 544 * 480 * 4, true},
+                                         Camera{"world", ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_LEFT, 1016 * 1016, true},
+                                         Camera{"eye", ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_LEFT, 400 * 400, false}),
+                         [](const auto &info) { return info.param.name; });
+
+TEST_P(SimulatedCamera, AFrameHasTheTrueTimeAndPose) {
+    Sensor sensor(settings());
+    const auto frames = capture(sensor);
+    ASSERT_EQ(frames.size(), 1u) << sensor.error.message;
+    const auto &frame = frames[0];
+    EXPECT_EQ(frame.planes[0].size_bytes, GetParam().slot_bytes);
+    EXPECT_NEAR(static_cast<double>(frame.capture_nanos - ml2sim_boottime_of_mltime(frame.device_nanos)), 0, 1e6);
+    EXPECT_EQ((frame.has & ML2S_HAS_POSE) != 0, GetParam().hasPose);
+    ml2sim_pose truth;
+    const uint32_t camera = GetParam().sensor == ML2S_SENSOR_DEPTH ? ML2SIM_DEPTH : ML2SIM_WORLD_LEFT;
+    ASSERT_EQ(ml2sim_true_pose(camera, frame.device_nanos, &truth), 0);
+    if (GetParam().hasPose) {
+        expectNear(frame.rotation, truth.rotation, 4);
+        expectNear(frame.position, truth.position, 3);
+    }
+    release(frames);
+}
+
+TEST_P(SimulatedCamera, FramesComeAgainAfterAPause) {
+    Sensor sensor(settings());
+    EXPECT_EQ(sensor.pause(), ML2S_OK);
+    EXPECT_TRUE(capture(sensor).empty());
+    EXPECT_EQ(sensor.resume(), ML2S_OK);
+    const auto frames = capture(sensor);
+    EXPECT_EQ(frames.size(), 1u);
+    release(frames);
+}
+
+TEST_P(SimulatedCamera, ACameraThatWentAwayIsToldAndComesBackAfterAPause) {
+    Sensor sensor(settings());
+    setFault("disconnected", "1");
+    EXPECT_TRUE(capture(sensor).empty());
+    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+    EXPECT_NE(std::string(sensor.error.message).find("Data: UnspecifiedFailure (4)"), std::string::npos);
+    setFault("disconnected", "0");
+    sensor.pause();
+    ASSERT_EQ(sensor.resume(), ML2S_OK) << sensor.error.message;
+    const auto frames = capture(sensor);
+    EXPECT_EQ(frames.size(), 1u);
+    release(frames);
+}
+
+TEST_P(SimulatedCamera, DroppedFramesAreGapsInTheirNumbers) {
+    setFault("drop_every", "2");
+    Sensor sensor(settings());
+    std::vector<int64_t> numbers;
+    while (numbers.size() < 4) {
+        ml2sim_advance(kSecond / 60);
+        for (const auto &frame : sensor.poll()) {
+            numbers.push_back(frame.frame_number);
+            release({frame});
+        }
+    }
+    for (size_t i = 1; i < numbers.size(); i++) {
+        EXPECT_EQ(numbers[i], numbers[i - 1] + 2);
+    }
+}
+
+TEST_P(SimulatedCamera, WhatCannotBeOpenedSaysWhy) {
+    struct {
+        const char *fault;
+        ml2s_result result;
+        const char *message;
+    } const rows[] = {
+        {"permission", ML2S_PERMISSION_DENIED, "Connect: PermissionDenied (7)"},
+        {"connect", ML2S_VENDOR_FAILURE, "Connect: UnspecifiedFailure (4)"},
+    };
+    for (const auto &row : rows) {
+        setFault(row.fault, "1");
+        const Sensor sensor(settings());
+        EXPECT_EQ(sensor.result, row.result);
+        EXPECT_NE(std::string(sensor.error.message).find(row.message), std::string::npos) << sensor.error.message;
+        setFault(row.fault, "0");
+    }
+}
+
+TEST_P(SimulatedCamera, EveryLieOfTheVendorIsRefusedAndTold) {
+    struct {
+        const char *fault;
+        const char *value;
+        const char *standard;
+        const char *message; ///< Null when the poll just times out.
+    } const rows[] = {
+        {"stalled", "1", "0", nullptr},
+        {"frame_count", "0", "-1", nullptr},
+        {"frame_count", "200", "-1", ": 200 frames at once, expected at most "},
+        {"get", "1", "0", "Data: UnspecifiedFailure (4)"},
+        {"size", "10", "-1", " do not fit 10 bytes"},
+        {"stride", "4", "-1", " with stride 4 do not fit "},
+        {"width", "4294967295", "-1", ": 4294967295x"},
+        {"width", "0", "-1", ": empty picture of 0x"},
+        {"bytes_per_pixel", "3", "-1", ": 3 bytes per pixel, expected "},
+        {"null_data", "1", "0", ": empty picture of "},
+        {"null_frames", "1", "0", ": 1 frames nowhere"},
+        {"id", "1", "0", "64"},
+    };
+    Sensor sensor(settings());
+    for (const auto &row : rows) {
+        setFault(row.fault, row.value);
+        EXPECT_TRUE(capture(sensor).empty()) << row.fault;
+        EXPECT_EQ(sensor.result, row.message ? ML2S_VENDOR_FAILURE : ML2S_TIMEOUT) << row.fault;
+        const std::string message = sensor.error.message;
+        EXPECT_TRUE(!row.message || message.find(row.message) != std::string::npos) << row.fault << ": " << message;
+        setFault(row.fault, row.standard);
+    }
+    const auto frames = capture(sensor);
+    EXPECT_EQ(frames.size(), 1u) << "and afterwards frames come as before";
+    release(frames);
+}
+
+TEST_P(SimulatedCamera, AChangedVersionIsNotCarriedIntoTheNextPoll) {
+    setFault("version", "1");
+    Sensor sensor(settings());
+    for (int i = 0; i < 2; i++) {
+        const auto frames = capture(sensor);
+        EXPECT_EQ(frames.size(), 1u) << sensor.error.message;
+        release(frames);
+    }
+}
+
+TEST_P(SimulatedCamera, APoseThatIsNoNumberIsNone) {
+    setFault("not_finite", "1");
+    Sensor sensor(settings());
+    const auto frames = capture(sensor);
+    if (GetParam().sensor == ML2S_SENSOR_DEPTH) {
+        EXPECT_STREQ(sensor.error.message, "depth: no intrinsics to make z of distance");
+    } else {
+        ASSERT_EQ(frames.size(), 1u);
+        EXPECT_EQ(frames[0].has, 0u);
+    }
+    release(frames);
+}
+
+TEST_P(SimulatedCamera, WhatTheTimeCannotBeToldOfIsNotDelivered) {
+    Sensor sensor(settings());
+    set("fault.time.convert", "1");
+    EXPECT_TRUE(capture(sensor).empty());
+    EXPECT_STREQ(sensor.error.message, "MLTimeConvertMLTimeToSystemTime: UnspecifiedFailure (4)");
+}
+
+TEST_P(SimulatedCamera, WithoutPerceptionNothingOpens) {
+    set("fault.perception.startup", "1");
+    const Sensor sensor(settings());
+    EXPECT_STREQ(sensor.error.message, "MLPerceptionStartup: UnspecifiedFailure (4)");
+}
+
+TEST_F(Simulated, TheHeadIsWhereItTrulyIsAtTheTimeOfThePose) {
+    Sensor sensor(head);
+    const auto pose = sensor.pollPose();
+    ASSERT_TRUE(pose.is_tracked) << sensor.error.message;
+    EXPECT_EQ(pose.device_nanos, ml2sim_now_mltime());
+    ml2sim_pose truth;
+    ml2sim_true_head(pose.device_nanos, &truth);
+    expectNear(pose.rotation, truth.rotation, 4);
+    expectNear(pose.position, truth.position, 3);
+}
+
+TEST_F(Simulated, LostTrackingAndNewSessionsAreTold) {
+    Sensor sensor(head);
+    sensor.pollPose();
+    set("fault.head.tracking", "2");
+    auto pose = sensor.pollPose();
+    EXPECT_FALSE(pose.is_tracked);
+    EXPECT_EQ(pose.events, uint32_t{ML2S_TRACKING_LOST});
+    set("fault.head.tracking", "0");
+    pose = sensor.pollPose();
+    EXPECT_TRUE(pose.is_tracked);
+    EXPECT_EQ(pose.events, uint32_t{ML2S_TRACKING_RECOVERED});
+    set("fault.head.tracking", "1");
+    EXPECT_FALSE(sensor.pollPose().is_tracked);
+    set("fault.head.tracking", "0");
+    sensor.pollPose();
+    set("fault.head.new_session", "1");
+    EXPECT_TRUE(sensor.pollPose().events & ML2S_TRACKING_NEW_SESSION);
+}
+
+TEST_F(Simulated, FailuresOfTheHeadAreTold) {
+    {
+        Sensor sensor(head);
+        set("fault.snapshot.get", "1");
+        sensor.pollPose();
+        EXPECT_STREQ(sensor.error.message, "MLPerceptionGetPredictedSnapshot: UnspecifiedFailure (4)");
+    }
+    set("fault.head.create", "1");
+    const Sensor sensor(head);
+    EXPECT_STREQ(sensor.error.message, "MLHeadTrackingCreate: UnspecifiedFailure (4)");
+}
+
+TEST_F(Simulated, TheColourCameraIsWhereItTrulyWasAtTheTimeAsked) {
+    Sensor sensor(color);
+    const int64_t asked = ml2sim_now_mltime();
+    ml2sim_advance(kSecond / 50);
+    const auto pose = sensor.colorPose(asked);
+    ASSERT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
+    ml2sim_pose truth;
+    ASSERT_EQ(ml2sim_true_pose(ML2SIM_COLOR, asked, &truth), 0);
+    expectNear(pose.rotation, truth.rotation, 4);
+    expectNear(pose.position, truth.position, 3);
+}
+
+TEST_F(Simulated, AColourPoseThatTheVendorHasForgottenIsNone) {
+    Sensor sensor(color);
+    const int64_t asked = ml2sim_now_mltime();
+    ml2sim_advance(60 * kSecond);
+    sensor.colorPose(asked);
+    EXPECT_EQ(sensor.result, ML2S_NO_POSE);
+    set("fault.color.pose", "1");
+    sensor.colorPose(ml2sim_now_mltime());
+    EXPECT_EQ(sensor.result, ML2S_NO_POSE);
+    EXPECT_STREQ(sensor.error.message, "MLCVCameraGetFramePose: PoseNotFound (10)");
+}
+
+TEST_F(Simulated, AColourCameraWithoutPermissionSaysSo) {
+    set("fault.color.permission", "1");
+    const Sensor sensor(color);
+    EXPECT_EQ(sensor.result, ML2S_PERMISSION_DENIED);
+}
+
+TEST_F(Simulated, EverySensorRunsBesideTheOthers) {
+    const Slots depthSlots(ML2S_STREAM_INFRA, 1, 544 * 480 * 4), eyeSlots(ML2S_STREAM_EYE_TEMPLE_LEFT, 1, 400 * 400);
+    Sensor depth(settingsOf(ML2S_SENSOR_DEPTH, bits({ML2S_STREAM_INFRA}), bits({ML2S_STREAM_INFRA})));
+    Sensor eye(settingsOf(ML2S_SENSOR_EYE, bits({ML2S_STREAM_EYE_TEMPLE_LEFT})));
+    Sensor headSensor(head), colorSensor(color);
+    ml2sim_advance(kSecond);
+    const auto infra = depth.poll(), eyes = eye.poll();
+    EXPECT_EQ(infra.size(), 1u) << depth.error.message;
+    EXPECT_EQ(eyes.size(), 1u) << eye.error.message;
+    EXPECT_TRUE(headSensor.pollPose().is_tracked);
+    colorSensor.colorPose(ml2sim_now_mltime());
+    EXPECT_EQ(colorSensor.result, ML2S_OK) << colorSensor.error.message;
+    release(infra);
+    release(eyes);
+}
