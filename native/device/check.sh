@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Checks that build/native/device/libml2sensors.so needs and shows nothing but what it should.
+# Checks that build/native/device/libml2sensors.so needs and shows nothing but what it should, and that linking it anew
+# gives the same bytes.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -31,4 +32,7 @@ expect 'undefined symbol' "$undefined" "$(cat native/device/bionic/*.txt)"
 expect 'exported symbol' "$exported" "$documented"
 expect 'missing export' "$documented" "$exported"
 expect 'relocation of code' "$(grep -o TEXTREL <<<"$dynamic" || true)" ''
+before=$(sha256sum "$library")
+native/device/link.sh
+expect 'other bytes' "$(sha256sum "$library")" "$before"
 [[ $failures -eq 0 ]]

@@ -1,0 +1,176 @@
+// All cameras of the simulated headset at their own pace, each polled by its own thread, with consumers that are slow,
+// fast, or end holding a frame: nothing waits for them, and every slot, frame and handle comes back.
+#include <atomic>
+#include <optional>
+#include <thread>
+
+#include "ml2sim.h"
+#include "sensor.h"
+
+namespace {
+
+constexpr int kFrames = 40;
+constexpr uint64_t kTimeoutNanos = 10000000000;
+
+struct Stream {
+    ml2s_sensor sensor;
+    ml2s_stream stream;
+    uint32_t slot_bytes;
+    bool isSecond; ///< Short range, which is faster.
+};
+
+constexpr Stream kStreams[] = {
+    {ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH, 544 * 480 * 4, true},
+    {ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_RIGHT, 1016 * 1016, false},
+    {ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_RIGHT, 400 * 400, false},
+};
+
+struct Count {
+    int delivered = 0;
+    int lost = 0;
+};
+
+/** Polls until enough frames came, publishing each; every poll must end with a frame, delivered or lost. */
+Count capture(const Stream &stream) {
+    const uint64_t bit = ML2S_STREAM_BIT(stream.stream);
+    auto settings = settingsOf(stream.sensor, bit, stream.isSecond ? bit : 0);
+    settings.rate_hz = stream.isSecond ? 30 : 5;
+    Sensor sensor(settings);
+    Count count;
+    while (count.delivered + count.lost < kFrames) {
+        const auto frames = sensor.poll(kTimeoutNanos);
+        EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
+        if (frames.size() != 1) {
+            break;
+        }
+        if (frames[0].slot == ML2S_NO_SLOT) {
+            count.lost++;
+            continue;
+        }
+        count.delivered++;
+        EXPECT_EQ(ml2s_publish(&frames[0]), ML2S_OK);
+        release(frames);
+    }
+    return count;
+}
+
+/** Every byte of a leased frame is there to be read. */
+uint64_t sumOf(const ml2s_frame &frame) {
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < frame.planes[ML2S_PLANE_IMAGE].size_bytes; i++) {
+        sum += frame.data[frame.planes[ML2S_PLANE_IMAGE].offset_bytes + i];
+    }
+    return sum;
+}
+
+class Consumers {
+  public:
+    explicit Consumers(const Stream &stream) : stream_(stream.stream) {
+        for (auto task : {&Consumers::readFast, &Consumers::readSlow, &Consumers::leaseAndDie}) {
+            threads_.emplace_back([this, task] { (this->*task)(); });
+        }
+    }
+    void finish() {
+        isDone_ = true;
+        for (auto &thread : threads_) {
+            thread.join();
+        }
+        release(abandoned_);
+    }
+
+  private:
+    std::optional<ml2s_frame> next(int64_t after_nanos) {
+        auto frame = sized<ml2s_frame>();
+        while (!isDone_) {
+            if (ml2s_acquire_latest(stream_, after_nanos, &frame) == ML2S_OK) {
+                EXPECT_GT(frame.capture_nanos, after_nanos);
+                return frame;
+            }
+            std::this_thread::yield();
+        }
+        return std::nullopt;
+    }
+    void readFast() {
+        int64_t last = 0;
+        while (const auto frame = next(last)) {
+            last = frame->capture_nanos;
+            sumOf(*frame);
+            release({*frame});
+        }
+    }
+    /** Holds every frame until another has come. */
+    void readSlow() {
+        int64_t last = 0;
+        while (const auto frame = next(last)) {
+            last = frame->capture_nanos;
+            const uint64_t sum = sumOf(*frame);
+            if (const auto newer = next(last)) {
+                release({*newer});
+            }
+            EXPECT_EQ(sumOf(*frame), sum) << "a leased frame was written to";
+            release({*frame});
+        }
+    }
+    void leaseAndDie() {
+        if (const auto frame = next(0)) {
+            abandoned_.push_back(*frame);
+        }
+    }
+
+    const uint32_t stream_;
+    std::atomic<bool> isDone_ = false;
+    std::vector<ml2s_frame> abandoned_;
+    std::vector<std::thread> threads_;
+};
+
+} // namespace
+
+TEST(Stress, ConsumersOfAnyKindNeitherStallACameraNorLeakAnything) {
+    ml2sim_reset();
+    ASSERT_EQ(ml2sim_set("loop_seconds", "2"), nullptr);
+    {
+        std::vector<std::thread> captures;
+        for (const auto &stream : kStreams) {
+            captures.emplace_back([&stream] {
+                // The latest, the writer's next, two of the slow, one each of the fast and the dead.
+                const Slots slots(stream.stream, 6, stream.slot_bytes);
+                Consumers consumers(stream);
+                const auto count = capture(stream);
+                consumers.finish();
+                EXPECT_EQ(count.delivered, kFrames);
+                EXPECT_EQ(count.lost, 0);
+            });
+        }
+        for (auto &thread : captures) {
+            thread.join();
+        }
+    }
+    ml2sim_book book;
+    ml2sim_books(&book);
+    EXPECT_STREQ(book.last_misuse, "");
+    EXPECT_EQ(book.open_handles + book.outstanding_gets, 0u);
+    EXPECT_EQ(book.is_perception_started, 0u);
+}
+
+TEST(Stress, AConsumerThatHoldsEverySlotCostsFramesAndNothingElse) {
+    ml2sim_reset();
+    ASSERT_EQ(ml2sim_set("loop_seconds", "2"), nullptr);
+    const auto &stream = kStreams[2];
+    {
+        const Slots slots(stream.stream, 2, stream.slot_bytes);
+        uint32_t held[2];
+        ml2s_memory memory;
+        for (auto &slot : held) {
+            ASSERT_EQ(ml2s_take(stream.stream, &slot, &memory), ML2S_OK);
+        }
+        const auto count = capture(stream);
+        EXPECT_EQ(count.lost, kFrames);
+        for (const auto slot : held) {
+            EXPECT_EQ(ml2s_release(stream.stream, slot), ML2S_OK);
+        }
+    }
+    ml2sim_book book;
+    ml2sim_books(&book);
+    EXPECT_STREQ(book.last_misuse, "");
+    EXPECT_EQ(book.outstanding_gets, 0u);
+}
