@@ -1,5 +1,7 @@
 #include "layout.h"
 
+#include <algorithm>
+
 namespace ml2sim {
 namespace {
 
@@ -25,6 +27,9 @@ constexpr Columns kColumns[] = {{kFrontWall, 6, 0.96}, {kLeftWall, 7, 0.96}, {kR
 /** The upper cards' tops, metres below the ceiling; in odd columns a little lower, so that they are less regular. */
 constexpr double kRowTop_m[] = {0.40, 1.28};
 constexpr double kStagger_m = 0.096;
+
+/** Of the way between two points, at either end. */
+constexpr double kTouching = 1e-4;
 
 double snapped(double metres) { return kGrid_m * std::round(metres / kGrid_m); }
 
@@ -62,6 +67,23 @@ std::vector<Box> standingBoxes() {
                          float(std::sin(yaw))});
     }
     return boxes;
+}
+
+bool isBetween(const Box &box, Vec3 from, Vec3 to) {
+    const Vec3 start = from - wide(box.center);
+    const Vec3 way = to - from;
+    const double starts[] = {box.cos_yaw * start.x - box.sin_yaw * start.z, start.y,
+                             box.sin_yaw * start.x + box.cos_yaw * start.z};
+    const double ways[] = {box.cos_yaw * way.x - box.sin_yaw * way.z, way.y, box.sin_yaw * way.x + box.cos_yaw * way.z};
+    const double halves[] = {box.half.x, box.half.y, box.half.z};
+    double enter = kTouching, leave = 1 - kTouching;
+    for (int axis = 0; axis < 3; axis++) {
+        const double a = (-halves[axis] - starts[axis]) / ways[axis];
+        const double b = (halves[axis] - starts[axis]) / ways[axis];
+        enter = std::max(enter, std::min(a, b));
+        leave = std::min(leave, std::max(a, b));
+    }
+    return enter < leave;
 }
 
 std::vector<Plane> planesOf(const std::vector<Box> &boxes) {

@@ -25,6 +25,8 @@ struct Card {
 };
 
 std::vector<Box> standingBoxes();
+/** Whether the box stands between two points; touching an end does not count. */
+bool isBetween(const Box &box, Vec3 from, Vec3 to);
 /** The walls, then the faces of each box, as WallIndex orders them. */
 std::vector<Plane> planesOf(const std::vector<Box> &boxes);
 std::vector<Card> hungCards(const std::vector<Plane> &planes);

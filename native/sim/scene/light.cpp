@@ -12,23 +12,6 @@ constexpr float kAmbient = 0.42f;
 constexpr float kCornerDepth_m = 0.22f;
 constexpr float kCornerShade = 0.30f;
 
-bool isHidden(Vec3 from, Vec3 to, const Box &box) {
-    const Vec3 start = from - Vec3{box.center.x, box.center.y, box.center.z};
-    const Vec3 way = to - from;
-    const double starts[] = {box.cos_yaw * start.x - box.sin_yaw * start.z, start.y,
-                             box.sin_yaw * start.x + box.cos_yaw * start.z};
-    const double ways[] = {box.cos_yaw * way.x - box.sin_yaw * way.z, way.y, box.sin_yaw * way.x + box.cos_yaw * way.z};
-    const double halves[] = {box.half.x, box.half.y, box.half.z};
-    double enter = 1e-4, leave = 1;
-    for (int axis = 0; axis < 3; axis++) {
-        const double a = (-halves[axis] - starts[axis]) / ways[axis];
-        const double b = (halves[axis] - starts[axis]) / ways[axis];
-        enter = std::max(enter, std::min(a, b));
-        leave = std::min(leave, std::max(a, b));
-    }
-    return enter < leave;
-}
-
 /** Lambert's law over a grid of points on each lamp. */
 float lampLight(Vec3 point, Vec3 normal, const Plane &ceiling, const std::vector<Box> &boxes) {
     double light = 0;
@@ -42,7 +25,7 @@ float lampLight(Vec3 point, Vec3 normal, const Plane &ceiling, const std::vector
             const double facing = dot(way, normal) * -dot(way, ceiling.normal) / (square * square);
             if (facing <= 0) continue;
             bool hidden = false;
-            for (const Box &box : boxes) hidden = hidden || isHidden(point, source, box);
+            for (const Box &box : boxes) hidden = hidden || isBetween(box, point, source);
             if (!hidden) light += facing * lamp.width * lamp.height;
         }
     }

@@ -5,6 +5,8 @@
 #include "paint.h"
 #include "pyramid.h"
 
+#include <algorithm>
+
 namespace ml2sim {
 
 Scene::Scene(uint64_t seed) {
@@ -22,5 +24,10 @@ Scene::Scene(uint64_t seed) {
 }
 
 Scene::~Scene() = default;
+
+bool Scene::isClear(Vec3 from, Vec3 to) const {
+    const std::vector<Box> &boxes = surfaces_->boxes;
+    return std::none_of(boxes.begin(), boxes.end(), [&](const Box &box) { return isBetween(box, from, to); });
+}
 
 } // namespace ml2sim

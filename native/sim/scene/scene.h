@@ -45,6 +45,9 @@ class Scene {
     /** The six walls, then six faces of each box. */
     const std::vector<Plane> &planes() const { return planes_; }
 
+    /** Whether no box stands between two points in the room. */
+    bool isClear(Vec3 from, Vec3 to) const;
+
     /** For the renderer. */
     const Surfaces &surfaces() const { return *surfaces_; }
 

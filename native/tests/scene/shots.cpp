@@ -17,6 +17,7 @@ using namespace ml2sim;
 namespace {
 
 constexpr double kLoop_s = 10;
+constexpr int kAround = 8; ///< World images in all directions.
 
 std::ostream &operator<<(std::ostream &out, const Pose &pose) {
     const Quaternion q = pose.rotation;
@@ -46,6 +47,9 @@ class Shots {
         }
         truth_ << "],\"shots\":[";
         for (int n = 0; n < poses; n++) shoot(n, trajectory.at(kLoop_s * n / poses).head);
+        for (int n = 0; n < kAround; n++) {
+            takeWorld(n, "around", {Quaternion::about({0, 1, 0}, 2 * M_PI * n / kAround), {-0.2, 0.9, -0.4}});
+        }
         truth_ << "]}\n";
     }
 
@@ -93,6 +97,27 @@ class Shots {
         file.write(reinterpret_cast<const char *>(pixels.data()), std::streamsize(pixels.size()));
         truth_ << comma_ << "{\"image\":\"" << name << "\",\"camera\":\"" << camera << "\",\"pose\":" << pose << ",";
         comma_ = ",";
+        putClear(pose.position);
+    }
+
+    /** The landmarks, as places in the list of all, that the camera sees with a marker's cell around them. */
+    void putClear(Vec3 camera) {
+        const std::vector<Landmark> &all = scene_.landmarks();
+        truth_ << "\"clear\":[";
+        const char *comma = "";
+        for (size_t i = 0; i < all.size(); i++) {
+            const Vec3 corner = all[i].position, next = all[i / 4 * 4 + (i + 1) % 4].position,
+                       last = all[i / 4 * 4 + (i + 3) % 4].position;
+            bool isClear = true;
+            for (int n = 0; n < 9; n++) {
+                const Vec3 aside = (n % 3 - 1) / 6.0 * (next - corner) + (n / 3 - 1) / 6.0 * (last - corner);
+                isClear = isClear && scene_.isClear(camera, corner + aside);
+            }
+            if (!isClear) continue;
+            truth_ << comma << i;
+            comma = ",";
+        }
+        truth_ << "],";
     }
 
     void putPlumbBob(const PlumbBob &lens) {
