@@ -17,7 +17,7 @@ using namespace ml2sim;
 namespace {
 
 constexpr double kLoop_s = 10;
-constexpr int kAround = 8; ///< World images in all directions.
+constexpr int kAround = 12; ///< World images in all directions, from two places, so that no box hides a fiducial from both.
 
 std::ostream &operator<<(std::ostream &out, const Pose &pose) {
     const Quaternion q = pose.rotation;
@@ -48,7 +48,8 @@ class Shots {
         truth_ << "],\"shots\":[";
         for (int n = 0; n < poses; n++) shoot(n, trajectory.at(kLoop_s * n / poses).head);
         for (int n = 0; n < kAround; n++) {
-            takeWorld(n, "around", {Quaternion::about({0, 1, 0}, 2 * M_PI * n / kAround), {-0.2, 0.9, -0.4}});
+            const Vec3 place = n % 2 == 0 ? Vec3{0.2, 0, 0.4} : Vec3{-0.2, 0.9, -0.4};
+            takeWorld(n, "around", {Quaternion::about({0, 1, 0}, 2 * M_PI * n / kAround), place});
         }
         truth_ << "]}\n";
     }
