@@ -6,9 +6,9 @@ namespace ml2sim {
 namespace {
 
 constexpr float kStep_m = 0.064f; ///< Between the spots where light is computed; it is smooth between them.
-constexpr int kLampSamples = 4;   ///< Per side of a lamp: shadows have soft edges.
-constexpr float kLampPower = 4.0f;
-constexpr float kAmbient = 0.42f;
+constexpr int kLampSamples = 3;   ///< Per side of a lamp: shadows have soft edges.
+constexpr float kLampPower = 5.0f;
+constexpr float kAmbient = 0.30f;
 constexpr float kCornerDepth_m = 0.22f;
 constexpr float kCornerShade = 0.30f;
 
@@ -47,7 +47,7 @@ float lightAt(Spot spot, const Plane &plane, int surface, const Plane &ceiling, 
 }
 
 /** What a camera makes of light: bright parts are compressed, so that nothing but lamps saturates. */
-float exposed(float light) { return 1.25f * light / (0.35f + light); }
+float exposed(float light) { return 1.5f * light / (0.45f + light); }
 
 } // namespace
 

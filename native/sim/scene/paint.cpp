@@ -9,7 +9,7 @@ namespace {
 constexpr float kPi = 3.1415927f;
 constexpr Rgb kInk = {0.07f, 0.07f, 0.08f};
 constexpr Rgb kPaper = {0.96f, 0.96f, 0.94f};
-constexpr float kLampGlow = 2.5f;
+constexpr float kLampGlow = 3.0f;
 
 constexpr Rgb kWallColors[kWallCount] = {{0.55f, 0.66f, 0.72f}, {0.80f, 0.68f, 0.52f}, {0.62f, 0.45f, 0.30f},
                                          {0.86f, 0.86f, 0.83f}, {0.83f, 0.79f, 0.70f}, {0.66f, 0.36f, 0.28f}};

@@ -12,18 +12,6 @@ struct Colors {
     float red[kBlock], green[kBlock], blue[kBlock];
 };
 
-/** Light that is added to what is seen, as an additive display does, until white is reached. */
-float screened(float seen, float light) { return seen + (255 - seen) * std::min(light, 1.0f); }
-
-void addHologram(const Block &block, Colors &colors) {
-    for (int i = 0; i < block.count; i++) {
-        const Rgb light = glow(block.origin, {block.x[i], block.y[i], block.z[i]}, block.distance[i]);
-        colors.red[i] = screened(colors.red[i], light.r);
-        colors.green[i] = screened(colors.green[i], light.g);
-        colors.blue[i] = screened(colors.blue[i], light.b);
-    }
-}
-
 /** Each channel has noise of its own. */
 void addColorNoise(Colors &colors, int count, Noise noise, size_t first) {
     for (float *channel : {colors.red, colors.green, colors.blue}) {
@@ -53,10 +41,10 @@ void renderColor(const Scene &scene, const RayTable &rays, const Pose &camera, b
         for (uint32_t u = 0; u < rays.width; u += kBlock) {
             const int count = int(std::min<uint32_t>(kBlock, rays.width - u));
             const size_t first = size_t(v) * rays.width + u;
-            aim(block, rays, first, count, camera);
+            aim(block, &rays.x[first], &rays.y[first], &rays.z[first], count, camera);
             trace(block, scene.surfaces());
             shade(block, scene.surfaces(), rays.radians_per_pixel, colors.red, colors.green, colors.blue);
-            if (hologram) addHologram(block, colors);
+            if (hologram) addHologram(block, colors.red, colors.green, colors.blue);
             addColorNoise(colors, count, noise, first);
             toBytes(colors, count, rgb + v * stride_bytes + 3 * u);
         }

@@ -32,7 +32,7 @@ Echoes listen(const Scene &scene, const RayTable &rays, const Pose &camera) {
     Block block;
     for (size_t first = 0; first < pixels; first += kBlock) {
         const int count = int(std::min<size_t>(kBlock, pixels - first));
-        aim(block, rays, first, count, camera);
+        aim(block, &rays.x[first], &rays.y[first], &rays.z[first], count, camera);
         trace(block, surfaces);
         shade(block, surfaces, rays.radians_per_pixel, &echoes.luma[first]);
         std::copy_n(block.distance, count, &echoes.distance_m[first]);

@@ -22,7 +22,7 @@ void renderWorld(const Scene &scene, const RayTable &rays, const Pose &camera, u
         for (uint32_t u = 0; u < rays.width; u += kBlock) {
             const int count = int(std::min<uint32_t>(kBlock, rays.width - u));
             const size_t first = size_t(v) * rays.width + u;
-            aim(block, rays, first, count, camera);
+            aim(block, &rays.x[first], &rays.y[first], &rays.z[first], count, camera);
             trace(block, scene.surfaces());
             shade(block, scene.surfaces(), rays.radians_per_pixel, luma);
             addNoise(luma, count, noise, first);

@@ -2,6 +2,8 @@
 
 #include "vectorized.h"
 
+#include <cmath>
+
 namespace ml2sim {
 namespace {
 
@@ -10,11 +12,10 @@ Float3 narrow(Vec3 v) { return {float(v.x), float(v.y), float(v.z)}; }
 } // namespace
 
 ML2SIM_VECTORIZED
-void aim(Block &block, const RayTable &rays, size_t first, int count, const Pose &camera) {
+void aim(Block &block, const float *x, const float *y, const float *z, int count, const Pose &camera) {
     const Float3 right = narrow(rotate(camera.rotation, {1, 0, 0}));
     const Float3 up = narrow(rotate(camera.rotation, {0, 1, 0}));
     const Float3 back = narrow(rotate(camera.rotation, {0, 0, 1}));
-    const float *x = &rays.x[first], *y = &rays.y[first], *z = &rays.z[first];
     block.count = count;
     block.origin = narrow(camera.position);
     for (int i = 0; i < count; i++) {
@@ -22,6 +23,19 @@ void aim(Block &block, const RayTable &rays, size_t first, int count, const Pose
         block.y[i] = right.y * x[i] + up.y * y[i] + back.y * z[i];
         block.z[i] = right.z * x[i] + up.z * y[i] + back.z * z[i];
     }
+}
+
+ML2SIM_VECTORIZED
+bool meets(const Block &block, Float3 center, float radius) {
+    const Float3 to = {center.x - block.origin.x, center.y - block.origin.y, center.z - block.origin.z};
+    const float square = to.x * to.x + to.y * to.y + to.z * to.z - radius * radius;
+    if (square <= 0) return true;
+    const float tangent = std::sqrt(square); // A ray that goes at least so far towards the centre meets the ball.
+    int met = 0;
+    for (int i = 0; i < block.count; i++) {
+        met |= block.x[i] * to.x + block.y[i] * to.y + block.z[i] * to.z > tangent;
+    }
+    return met != 0;
 }
 
 namespace {
@@ -74,7 +88,8 @@ void trace(Block &block, const Surfaces &surfaces) {
     traceWalls(block);
     int32_t first_surface = kWallCount;
     for (const Box &box : surfaces.boxes) {
-        traceBox(block, box, first_surface);
+        const float radius = std::sqrt(box.half.x * box.half.x + box.half.y * box.half.y + box.half.z * box.half.z);
+        if (meets(block, box.center, radius)) traceBox(block, box, first_surface);
         first_surface += kWallCount;
     }
 }

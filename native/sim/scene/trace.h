@@ -19,8 +19,11 @@ struct Block {
     int32_t surface[kBlock]; ///< Index in Surfaces::all.
 };
 
-/** Sets the directions to those of `count` pixels from index `first` on, and the origin. */
-void aim(Block &block, const RayTable &rays, size_t first, int count, const Pose &camera);
+/** Sets the origin, and the directions to those of `count` rays in camera axes, given by component. */
+void aim(Block &block, const float *x, const float *y, const float *z, int count, const Pose &camera);
+
+/** Whether any ray meets a ball. */
+bool meets(const Block &block, Float3 center, float radius);
 
 /** Sets distances and surfaces. The origin must be inside the room. */
 void trace(Block &block, const Surfaces &surfaces);
