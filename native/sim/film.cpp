@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "lazy.h"
 #include "settings.h"
 
 namespace ml2sim {
@@ -57,16 +58,20 @@ struct Film::Drawn {
 };
 
 std::shared_ptr<Film> Film::of(const FilmPlan &plan) {
+    using Entry = Lazy<std::shared_ptr<Film>>;
     static std::mutex mutex;
-    static std::map<std::string, std::shared_ptr<Film>> films;
+    static std::map<std::string, std::shared_ptr<Entry>> films;
     const bool drawsAhead = text(Key::Clock) != "manual";
     auto known = plan;
     known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
-    const std::lock_guard lock(mutex);
-    auto &film = films[(drawsAhead ? "" : "manual ") + known.name + " " + known.inputs];
-    if (!film)
-        film = std::make_shared<Film>(known, drawsAhead);
-    return film;
+    const auto name = (drawsAhead ? "" : "manual ") + known.name + " " + known.inputs;
+    std::unique_lock lock(mutex);
+    auto &entry = films[name];
+    if (!entry)
+        entry = std::make_shared<Entry>([=] { return std::make_shared<Film>(known, drawsAhead); });
+    const auto film = entry;
+    lock.unlock();
+    return film->get();
 }
 
 Film::Film(const FilmPlan &plan, bool drawsAhead)

@@ -26,7 +26,7 @@ struct FilmPlan {
  */
 class Film {
   public:
-    /** The film of a plan, drawn if there is none yet. Any thread; others wait while one is drawn. */
+    /** The film of a plan, drawn if there is none yet. Any thread; who wants the same one waits. */
     static std::shared_ptr<Film> of(const FilmPlan &plan);
 
     Film(const FilmPlan &plan, bool drawsAhead);

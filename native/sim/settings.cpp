@@ -12,44 +12,50 @@
 namespace ml2sim {
 namespace {
 
-/** A key of numbers has a range; a key of text has text as its default, and words when only those are allowed. */
+enum class Kind { Whole, Real, Text };
+
+/** A key of numbers has a range; a key of text has the words that are allowed, the first its default, or none: any. */
 struct Row {
     std::string name;
+    Kind kind;
     double standard;
     double least;
     double most;
     const char *meaning;
     bool shapesTheScene = false;
-    bool isText = false;
     std::vector<std::string> words = {};
 };
 
 std::vector<Row> plainRows() {
     return {
-        {"seed", 1, 0, 4294967295, "chooses the path of the head, the room's pictures and all noise", true},
-        {"loop_seconds", 4, 2, 600, "whole seconds after which the head's path and every film begin again", true},
-        {"trajectory", 0, 0, 0, "path of a TUM file for the head's path instead of the seed's; empty: none", true,
+        {"seed", Kind::Whole, 1, 0, 4294967295, "chooses the path of the head, the room's pictures and all noise",
          true},
-        {"tangential", 1e-4, -0.01, 0.01, "p1 and p2 of the world cameras", true},
-        {"image_noise", 1, 0, 64, "standard deviation of pixels in grey levels", true},
-        {"depth_noise_m", 0.002, 0, 1, "standard deviation of depth in metres", true},
-        {"imu_bias", 0, 0, 100, "constant bias; 1: up to 0.05 m/s^2 and 0.005 rad/s on each axis"},
-        {"imu_noise", 0, 0, 100, "noise; 1: standard deviations of 0.02 m/s^2, 0.002 rad/s and 3e-7 T"},
-        {"mltime_offset_s", 7654321.012345678, 0, 1e8, "MLTime minus CLOCK_MONOTONIC when that was 0"},
-        {"mltime_skew_ppm", 0, -1000, 1000, "how much faster MLTime runs than CLOCK_MONOTONIC"},
-        {"controller_tracked", 0, 0, 1, "1: the world cameras capture with low exposure too"},
-        {"stride_padding", 8, 0, 1024, "bytes after each row of the world cameras"},
-        {"abort_on_misuse", 0, 0, 1, "1: abort at the first misuse"},
-        {"clock", 0, 0, 0, "manual: time goes on by ml2sim_advance only", true, true, {"real", "manual"}},
-        {"cache", 0, 0, 0, "folder that keeps drawn films for later runs; empty: none", false, true},
-        {"fault.color.permission", 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
-        {"fault.color.pose", 0, 0, 1, "1: MLCVCameraGetFramePose gives PoseNotFound"},
-        {"fault.perception.startup", 0, 0, 1, "1: MLPerceptionStartup gives UnspecifiedFailure"},
-        {"fault.time.convert", 0, 0, 1, "1: conversions of MLTime give UnspecifiedFailure"},
-        {"fault.head.create", 0, 0, 1, "1: MLHeadTrackingCreate gives UnspecifiedFailure"},
-        {"fault.head.tracking", 0, 0, 2, "1: relocalizing, 2: lost; poses stay where they were, snapshots have none"},
-        {"fault.head.new_session", 0, 0, 1e6, "each new value begins a session: the world's origin moves to the head"},
-        {"fault.snapshot.get", 0, 0, 1, "1: getting a snapshot gives UnspecifiedFailure"},
+        {"loop_seconds", Kind::Whole, 4, 2, 600, "seconds after which the head's path and every film begin again",
+         true},
+        {"trajectory", Kind::Text, 0, 0, 0, "path of a TUM file for the head's path instead of the seed's; empty: none",
+         true},
+        {"tangential", Kind::Real, 1e-4, -0.01, 0.01, "p1 and p2 of the world cameras", true},
+        {"image_noise", Kind::Real, 1, 0, 64, "standard deviation of pixels in grey levels", true},
+        {"depth_noise_m", Kind::Real, 0.002, 0, 1, "standard deviation of depth in metres", true},
+        {"imu_bias", Kind::Real, 0, 0, 100, "constant bias; 1: up to 0.05 m/s^2 and 0.005 rad/s on each axis"},
+        {"imu_noise", Kind::Real, 0, 0, 100, "noise; 1: standard deviations of 0.02 m/s^2, 0.002 rad/s and 3e-7 T"},
+        {"mltime_offset_s", Kind::Real, 7654321.012345678, 0, 1e8, "MLTime minus CLOCK_MONOTONIC when that was 0"},
+        {"mltime_skew_ppm", Kind::Real, 0, -1000, 1000, "how much faster MLTime runs than CLOCK_MONOTONIC"},
+        {"controller_tracked", Kind::Whole, 0, 0, 1, "1: the world cameras capture with low exposure too"},
+        {"stride_padding", Kind::Whole, 8, 0, 1024, "bytes after each row of the world cameras"},
+        {"abort_on_misuse", Kind::Whole, 0, 0, 1, "1: abort at the first misuse"},
+        {"clock", Kind::Text, 0, 0, 0, "manual: time goes on by ml2sim_advance only", true, {"real", "manual"}},
+        {"cache", Kind::Text, 0, 0, 0, "folder that keeps drawn films for later runs; empty: none"},
+        {"fault.color.permission", Kind::Whole, 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
+        {"fault.color.pose", Kind::Whole, 0, 0, 1, "1: MLCVCameraGetFramePose gives PoseNotFound"},
+        {"fault.perception.startup", Kind::Whole, 0, 0, 1, "1: MLPerceptionStartup gives UnspecifiedFailure"},
+        {"fault.time.convert", Kind::Whole, 0, 0, 1, "1: conversions of MLTime give UnspecifiedFailure"},
+        {"fault.head.create", Kind::Whole, 0, 0, 1, "1: MLHeadTrackingCreate gives UnspecifiedFailure"},
+        {"fault.head.tracking", Kind::Whole, 0, 0, 2,
+         "1: relocalizing, 2: lost; poses stay where they were, snapshots have none"},
+        {"fault.head.new_session", Kind::Whole, 0, 0, 1e6,
+         "each new value begins a session: the world's origin moves to the head"},
+        {"fault.snapshot.get", Kind::Whole, 0, 0, 1, "1: getting a snapshot gives UnspecifiedFailure"},
     };
 }
 
@@ -85,8 +91,8 @@ std::vector<Row> allRows() {
     auto rows = plainRows();
     for (const auto *camera : kCameraKinds)
         for (const auto &row : kCameraFaults)
-            rows.push_back({std::string("fault.") + camera + "." + row.what, row.standard, row.standard < 0 ? -1 : 0.0,
-                            row.most, row.meaning});
+            rows.push_back({std::string("fault.") + camera + "." + row.what, Kind::Whole, row.standard,
+                            row.standard < 0 ? -1 : 0.0, row.most, row.meaning});
     return rows;
 }
 
@@ -145,9 +151,10 @@ std::string setNumber(size_t index, const std::string &value) {
     const auto &row = table().rows[index];
     char *end = nullptr;
     const double number = std::strtod(value.c_str(), &end);
-    if (value.empty() || *end != '\0' || !(number >= row.least && number <= row.most))
-        return row.name + ": expected a number from " + shortest(row.least) + " to " + shortest(row.most) +
-               ", found \"" + value + "\"";
+    const bool isOfKind = row.kind == Kind::Real || number == std::floor(number);
+    if (value.empty() || *end != '\0' || !(number >= row.least && number <= row.most) || !isOfKind)
+        return row.name + (row.kind == Kind::Real ? ": expected a number from " : ": expected a whole number from ") +
+               shortest(row.least) + " to " + shortest(row.most) + ", found \"" + value + "\"";
     table().numbers[index] = number;
     return "";
 }
@@ -160,7 +167,7 @@ size_t indexOf(const std::string &name) {
 }
 
 std::string valueAt(size_t index) {
-    return table().rows[index].isText ? text(static_cast<Key>(index)) : shortest(table().numbers[index]);
+    return table().rows[index].kind == Kind::Text ? text(static_cast<Key>(index)) : shortest(table().numbers[index]);
 }
 
 size_t faultIndex(CameraKind camera, Fault what) {
@@ -193,7 +200,7 @@ std::string setKey(const std::string &name, const std::string &value) {
     const size_t index = indexOf(name);
     if (index == table().rows.size())
         return "unknown key \"" + name + "\"; allowed: " + allowedNames();
-    return table().rows[index].isText ? setText(index, value) : setNumber(index, value);
+    return table().rows[index].kind == Kind::Text ? setText(index, value) : setNumber(index, value);
 }
 
 std::string describeKeys() {

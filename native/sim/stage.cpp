@@ -40,7 +40,7 @@ std::shared_ptr<Stage> Stage::fromKeys() {
     const auto path = text(Key::Trajectory);
     if (!path.empty())
         return std::shared_ptr<Stage>(new Stage(Trajectory::fromTum(path), false, room + " tum=" + contents(path)));
-    const double loop_s = std::round(number(Key::LoopSeconds));
+    const double loop_s = number(Key::LoopSeconds);
     return std::shared_ptr<Stage>(
         new Stage(Trajectory::looped(seed(), loop_s), true, room + " loop=" + std::to_string(loop_s)));
 }

@@ -17,7 +17,9 @@ TEST_F(Control, AnUnknownKeyIsAnsweredWithThoseThatAre) {
 }
 
 TEST_F(Control, AWrongValueIsAnsweredWithWhatIsAllowedAndChangesNothing) {
-    EXPECT_STREQ(ml2sim_set("loop_seconds", "1"), "loop_seconds: expected a number from 2 to 600, found \"1\"");
+    EXPECT_STREQ(ml2sim_set("loop_seconds", "1"), "loop_seconds: expected a whole number from 2 to 600, found \"1\"");
+    EXPECT_STREQ(ml2sim_set("loop_seconds", "2.5"),
+                 "loop_seconds: expected a whole number from 2 to 600, found \"2.5\"");
     EXPECT_STREQ(ml2sim_set("clock", "fast"), "clock: expected one of real, manual, found \"fast\"");
     EXPECT_NE(std::string(ml2sim_describe_keys()).find("loop_seconds=2 "), std::string::npos);
     EXPECT_NE(std::string(ml2sim_describe_keys()).find("clock=manual "), std::string::npos);
