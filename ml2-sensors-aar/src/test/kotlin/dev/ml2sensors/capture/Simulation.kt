@@ -1,0 +1,61 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.MlPose
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Vector3
+import java.nio.file.Path
+import kotlin.test.assertEquals
+import kotlin.test.assertNull
+
+/** The simulated device of this process, native/sim/ml2sim.h, with the library that it is for. */
+internal object Simulation {
+    init {
+        NativeLibrary.load(Path.of("../build/native/device/libml2sensors.so"))
+        System.load(Path.of("../build/native/host/tests/jni/libml2sim_control.so").toRealPath().toString())
+    }
+
+    /** Sets a key of ml2sim_describe_keys, until [begin]. */
+    fun configure(key: String, value: Any): Unit = assertNull(set(key, value.toString()))
+
+    /** A new device with films of two seconds, all of one seed. */
+    fun begin() {
+        reset()
+        configure("loop_seconds", 2)
+        configure("cache", Path.of("../build/native/films").toAbsolutePath().normalize())
+    }
+
+    /** Everything that was taken from the device was given back, and nothing was done wrong. */
+    fun assertIsLeftAsFound() {
+        assertEquals("", lastMisuse())
+        assertEquals(0, openHandles())
+    }
+
+    /** Where a camera of ml2sim_camera truly is at an instant of CLOCK_BOOTTIME; the head for a camera that is none. */
+    fun truth(camera: Int, boottimeNanos: Long): MlPose {
+        val values = truePose(camera, boottimeNanos)
+        return MlPose(
+            Vector3(values[4], values[5], values[6]),
+            Quaternion(values[0], values[1], values[2], values[3]),
+        )
+    }
+
+    @JvmStatic
+    private external fun set(key: String, value: String): String?
+
+    @JvmStatic
+    private external fun reset()
+
+    /** With the key clock=manual. */
+    @JvmStatic
+    external fun advance(nanos: Long)
+
+    /** And what is lent by them. */
+    @JvmStatic
+    external fun openHandles(): Int
+
+    @JvmStatic
+    external fun lastMisuse(): String
+
+    @JvmStatic
+    private external fun truePose(camera: Int, boottimeNanos: Long): DoubleArray
+}

@@ -1,0 +1,80 @@
+// ml2sim.h for Kotlin: the functions of the test object dev.ml2sensors.capture.Simulation.
+#include <jni.h>
+#include <stddef.h>
+
+#include "ml2sim.h"
+
+static jstring set(JNIEnv *env, jclass class, jstring key, jstring value) {
+    (void)class;
+    char texts[2][256];
+    jstring strings[] = {key, value};
+    for (int i = 0; i < 2; i++) {
+        (*env)->GetStringUTFRegion(env, strings[i], 0, (*env)->GetStringLength(env, strings[i]), texts[i]);
+    }
+    const char *problem = ml2sim_set(texts[0], texts[1]);
+    return problem ? (*env)->NewStringUTF(env, problem) : NULL;
+}
+
+static void reset(JNIEnv *env, jclass class) {
+    (void)env, (void)class;
+    ml2sim_reset();
+}
+
+static void advance(JNIEnv *env, jclass class, jlong nanos) {
+    (void)env, (void)class;
+    ml2sim_advance(nanos);
+}
+
+static jint open_handles(JNIEnv *env, jclass class) {
+    (void)env, (void)class;
+    ml2sim_book book;
+    ml2sim_books(&book);
+    return (jint)(book.open_handles + book.outstanding_gets + book.outstanding_snapshots);
+}
+
+static jstring last_misuse(JNIEnv *env, jclass class) {
+    (void)class;
+    ml2sim_book book;
+    ml2sim_books(&book);
+    return (*env)->NewStringUTF(env, book.last_misuse);
+}
+
+/** Rotation x, y, z, w and position of a camera, or of the head when there is no such camera. */
+static jdoubleArray true_pose(JNIEnv *env, jclass class, jint camera, jlong boottime_nanos) {
+    (void)class;
+    ml2sim_pose pose;
+    int64_t mltime = ml2sim_mltime_of_boottime(boottime_nanos);
+    if (ml2sim_true_pose((uint32_t)camera, mltime, &pose)) {
+        ml2sim_true_head(mltime, &pose);
+    }
+    jdoubleArray values = (*env)->NewDoubleArray(env, 7);
+    if (values) {
+        (*env)->SetDoubleArrayRegion(env, values, 0, 4, pose.rotation);
+        (*env)->SetDoubleArrayRegion(env, values, 4, 3, pose.position);
+    }
+    return values;
+}
+
+#define METHOD(name, signature, function)                                                                              \
+    { (char *)(name), (char *)(signature), (void *)(function) }
+
+JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
+    (void)reserved;
+    static const JNINativeMethod methods[] = {
+        METHOD("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
+        METHOD("reset", "()V", reset),
+        METHOD("advance", "(J)V", advance),
+        METHOD("openHandles", "()I", open_handles),
+        METHOD("lastMisuse", "()Ljava/lang/String;", last_misuse),
+        METHOD("truePose", "(IJ)[D", true_pose),
+    };
+    JNIEnv *env;
+    if ((*vm)->GetEnv(vm, (void **)&env, JNI_VERSION_1_6) != JNI_OK) {
+        return JNI_ERR;
+    }
+    jclass class = (*env)->FindClass(env, "dev/ml2sensors/capture/Simulation");
+    if (!class || (*env)->RegisterNatives(env, class, methods, sizeof methods / sizeof *methods) != JNI_OK) {
+        return JNI_ERR;
+    }
+    return JNI_VERSION_1_6;
+}
