@@ -22,6 +22,11 @@ internal class HandOver(capacity: Int) {
         if (waiting.trySend(sample).isFailure) (sample as? ImageSample)?.release()
     }
 
+    /** Counts samples that will not come; reported before the next one that does. Any thread. */
+    fun lose(count: Int, reason: DropReason) {
+        lost.addAndGet(reason.ordinal, count)
+    }
+
     /** What waits is still delivered; then the collector ends, with [cause] if there is one. Any thread. */
     fun close(cause: Throwable?) {
         waiting.close(cause)
@@ -54,11 +59,7 @@ internal class HandOver(capacity: Int) {
         }
 
     private fun drop(sample: Sample) {
-        if (sample is LostSamples) {
-            lost.addAndGet(sample.reason.ordinal, sample.count)
-        } else {
-            (sample as? ImageSample)?.release()
-            lost.incrementAndGet(DropReason.SOURCE_LATE.ordinal)
-        }
+        (sample as? ImageSample)?.release()
+        if (sample is LostSamples) lose(sample.count, sample.reason) else lose(1, DropReason.SOURCE_LATE)
     }
 }

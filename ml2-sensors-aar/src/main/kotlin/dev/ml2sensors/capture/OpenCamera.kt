@@ -13,6 +13,7 @@ internal class OpenCamera(
     subscriptions: List<Subscription>,
 ) : OpenSensor {
     private val frames = FrameBlock(sensor.streams.size)
+    private val lastNumbers = HashMap<Int, Long>()
     private var settings = prepare(subscriptions)
     private val handle = settings.open()
 
@@ -21,19 +22,28 @@ internal class OpenCamera(
         if (next == settings) return
         next.configure(handle)
         settings = next
+        lastNumbers.clear()
     }
 
     override fun deliver(subscriptions: List<Subscription>) {
         for (index in 0 until Native.poll(handle, POLL_NANOS, frames.memory)) {
-            val sample = frames[index].toSample()
-            val stream = StreamTable.all[frames[index].stream]
+            val frame = frames[index]
+            val sample = frame.toSample()
+            val missed = missedBefore(frame)
             for (subscription in subscriptions) {
-                if (subscription.stream != stream) continue
+                if (subscription.stream.number != frame.stream) continue
                 (sample as? ImageSample)?.retain()
+                subscription.handOver.lose(missed, DropReason.SOURCE_LATE)
                 subscription.handOver.offer(sample)
             }
             (sample as? ImageSample)?.release()
         }
+    }
+
+    /** Frames of the same stream that the device captured and nobody fetched in time; its numbers may begin anew. */
+    private fun missedBefore(frame: Frame): Int {
+        val last = lastNumbers.put(frame.stream, frame.frameNumber) ?: return 0
+        return (frame.frameNumber - last - 1).coerceIn(0, Int.MAX_VALUE.toLong()).toInt()
     }
 
     override fun close(): Unit = Native.close(handle)

@@ -4,6 +4,8 @@ import dev.ml2sensors.message.MlPose
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Vector3
 import java.nio.file.Path
+import kotlin.io.path.absolute
+import kotlin.io.path.createDirectories
 import kotlin.test.assertEquals
 import kotlin.test.assertNull
 
@@ -21,7 +23,7 @@ internal object Simulation {
     fun begin() {
         reset()
         configure("loop_seconds", 2)
-        configure("cache", Path.of("../build/native/films").toAbsolutePath().normalize())
+        configure("cache", Path.of("target/films").createDirectories().absolute())
     }
 
     /** Everything that was taken from the device was given back, and nothing was done wrong. */

@@ -1,0 +1,75 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import kotlinx.coroutines.CoroutineStart
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.Test
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+
+class HandOverTest {
+    private val handOver = HandOver(2)
+    private val released = mutableListOf<Long>()
+
+    @Test
+    fun theOldestMakesRoomAndIsReportedBeforeTheNext() = runBlocking {
+        for (number in 1L..5L) handOver.offer(image(number))
+        handOver.close(cause = null)
+        assertEquals(listOf("3 source_late", "4", "5"), describe(samples()))
+        assertEquals(listOf(1L, 2L, 3L, 4L, 5L), released)
+    }
+
+    @Test
+    fun lossesThatMakeRoomAreStillCounted() = runBlocking {
+        repeat(3) { handOver.offer(LostSamples(it.toLong(), 1, DropReason.NO_BUFFER)) }
+        handOver.offer(image(4))
+        handOver.close(cause = null)
+        assertEquals(listOf("2 no_buffer", "1 no_buffer", "4"), describe(samples()))
+    }
+
+    @Test
+    fun whatWaitsIsDeliveredBeforeTheFailure() = runBlocking {
+        handOver.offer(image(1))
+        handOver.close(CaptureException.VendorFailure("it broke"))
+        val received = mutableListOf<Sample>()
+        val failure = assertFailsWith<CaptureException.VendorFailure> { handOver.deliverTo(received::add) }
+        assertEquals(listOf("1") to "it broke", describe(received) to failure.message)
+        assertEquals(listOf(1L), released)
+    }
+
+    @Test
+    fun whatNobodyTakesIsReleasedOnce() = runBlocking {
+        handOver.offer(image(1))
+        handOver.offer(image(2))
+        flow { handOver.deliverTo(this) }.take(1).toList()
+        handOver.offer(image(3))
+        assertEquals(listOf(1L, 2L, 3L), released.sorted())
+    }
+
+    @Test
+    fun aCollectorThatIsCancelledWhileItWaitsLeavesNothing() = runBlocking {
+        val collector = launch(start = CoroutineStart.UNDISPATCHED) { handOver.deliverTo { } }
+        handOver.offer(image(1))
+        collector.cancel()
+        collector.join()
+        handOver.offer(image(2))
+        assertEquals(listOf(1L, 2L), released.sorted())
+    }
+
+    private suspend fun samples() = flow { handOver.deliverTo(this) }.toList()
+
+    private fun describe(samples: List<Sample>) = samples.map {
+        if (it is LostSamples) "${it.count} ${it.reason.wireName}" else "${(it as ImageSample).frameNumber}"
+    }
+
+    private fun image(number: Long) =
+        ImageSample(number, number, 0, 0, 0, null, null, CaptureSettings(), emptyList()) { released += number }
+}
