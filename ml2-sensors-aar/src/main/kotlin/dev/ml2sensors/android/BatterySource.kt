@@ -17,12 +17,10 @@ import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 
 /** The state of the battery: at once, and whenever Android says that it has changed. */
-public class BatterySource internal constructor(
+internal class BatterySource(
     private val context: Context,
     private val clock: DeviceClock,
 ) : SensorSource {
-    public constructor(context: Context) : this(context, SystemClocks().boot)
-
     private val battery: BatteryManager = context.getSystemService(BatteryManager::class.java)
     private val closed = Job()
 
@@ -33,9 +31,9 @@ public class BatterySource internal constructor(
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = Answer.Applied(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        readings(closed) { readings ->
+        readings(closed) { handOver ->
             val receiver = object : BroadcastReceiver() {
-                override fun onReceive(context: Context, intent: Intent) = readings.offer(sample(intent))
+                override fun onReceive(context: Context, intent: Intent) = handOver.offer(sample(intent))
             }
             context.registerReceiver(receiver, IntentFilter(Intent.ACTION_BATTERY_CHANGED))
             AutoCloseable { context.unregisterReceiver(receiver) }

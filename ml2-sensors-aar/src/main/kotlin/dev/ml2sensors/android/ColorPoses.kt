@@ -1,5 +1,8 @@
 package dev.ml2sensors.android
 
+import dev.ml2sensors.capture.CaptureException
+import dev.ml2sensors.capture.ColorCameraPoses
+import dev.ml2sensors.capture.NativeHeadsetClock
 import dev.ml2sensors.message.Transform
 
 /** What the vendor's library knows of the colour camera, whose images come from Camera2. */
@@ -16,5 +19,23 @@ internal fun interface ColorPoses {
          * when it is asked for too late: the device remembers little.
          */
         fun poseAt(mlTimeNanos: Long): Transform?
+    }
+}
+
+/** Of libml2sensors.so. */
+internal object NativeColorPoses : ColorPoses {
+    override fun open(): ColorPoses.Tracker? =
+        try {
+            NativeTracker(ColorCameraPoses())
+        } catch (_: CaptureException.NotAvailable) {
+            null
+        }
+
+    private class NativeTracker(private val poses: ColorCameraPoses) : ColorPoses.Tracker {
+        override fun captureNanos(mlTimeNanos: Long): Long = NativeHeadsetClock.ofMlTime(mlTimeNanos)
+
+        override fun poseAt(mlTimeNanos: Long): Transform? = poses.at(mlTimeNanos)
+
+        override fun close(): Unit = poses.close()
     }
 }

@@ -1,6 +1,5 @@
 package dev.ml2sensors.android
 
-import android.content.Context
 import android.hardware.Sensor
 import android.hardware.SensorEvent
 import android.hardware.SensorEventListener
@@ -8,7 +7,10 @@ import android.hardware.SensorManager
 import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
+import dev.ml2sensors.capture.HandOver
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
@@ -17,8 +19,6 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
-import kotlinx.coroutines.flow.StateFlow
-import kotlinx.coroutines.flow.asStateFlow
 import kotlinx.coroutines.flow.update
 
 /**
@@ -27,20 +27,17 @@ import kotlinx.coroutines.flow.update
  * one where the device lists it, else the uncalibrated, whose field includes the bias of the device.
  *
  * Readings arrive on a thread of this source. Those that a collector is too slow for are lost, and told as such.
+ *
+ * @param foundBases is told the clock behind the timestamps of each stream that runs.
  */
-public class SensorManagerSource internal constructor(
+internal class SensorManagerSource(
     private val sensorManager: SensorManager,
-    private val clocks: SystemClocks,
+    private val clocks: SystemClocks = SystemClocks(),
+    private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
 ) : SensorSource {
-    public constructor(context: Context) : this(context.getSystemService(SensorManager::class.java), SystemClocks())
-
     private val thread = HandlerThread("ml2s-sensors", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
     private val handler = Handler(thread.looper)
     private val closed = Job()
-    private val foundBases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
-
-    /** The clock behind the timestamps of each stream that has run. */
-    public val timestampBases: StateFlow<Map<StreamSpec, TimestampBase>> = foundBases.asStateFlow()
 
     override val backend: String get() = "sensor_manager"
 
@@ -50,10 +47,10 @@ public class SensorManagerSource internal constructor(
         if (find(stream) != null) Answer.Applied(requested) else Answer.Refused(absence(stream))
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        readings(closed) { readings ->
+        readings(closed) { handOver ->
             val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
             val timestamps = TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }
-            val listener = Listener(row, timestamps, readings)
+            val listener = Listener(row, timestamps, handOver)
             // Of the fastest rate Android makes the sensor's minDelay
             if (!sensorManager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
                 throw SourceException("Android does not start the sensor ${sensor.name}")
@@ -81,21 +78,23 @@ public class SensorManagerSource internal constructor(
         return "this headset lists no single $name sensor; it lists: ${listed.joinToString()}"
     }
 
-    private class Listener(
+    private inner class Listener(
         private val row: SensorRow,
         private val timestamps: TimestampConverter,
-        private val readings: Readings,
+        private val handOver: HandOver,
     ) : SensorEventListener {
         override fun onSensorChanged(event: SensorEvent) {
             try {
-                val captureNanos = timestamps.captureNanos(event.timestamp) ?: return readings.lose()
-                readings.offer(row.sample(captureNanos, event.values))
+                val captureNanos = timestamps.captureNanos(event.timestamp)
+                handOver.offer(captureNanos?.let { row.sample(it, event.values) } ?: undated())
             } catch (e: SourceException) {
-                readings.fail(e)
+                handOver.close(e)
             }
         }
 
         override fun onAccuracyChanged(sensor: Sensor, accuracy: Int) = Unit
+
+        private fun undated() = LostSamples(clocks.boot.nowNanos(), 1, DropReason.SOURCE_LATE)
     }
 
     private companion object {

@@ -50,7 +50,10 @@ class BatterySourceTest {
         app.sendStickyBroadcast(Intent(Intent.ACTION_BATTERY_CHANGED))
         source.samples(StreamTable.battery, StreamValues()).test {
             val sample = battery(awaitItem())
-            assertEquals(listOf(Float.NaN, Float.NaN, Float.NaN), listOf(sample.voltage, sample.current, sample.percentage))
+            assertEquals(
+                listOf(Float.NaN, Float.NaN, Float.NaN),
+                listOf(sample.voltage, sample.current, sample.percentage),
+            )
             cancel()
         }
     }

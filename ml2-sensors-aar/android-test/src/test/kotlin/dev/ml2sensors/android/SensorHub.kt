@@ -22,7 +22,9 @@ internal class SensorHub(private val sensorManager: SensorManager) {
     fun add(type: Int, name: String, wakesUp: Boolean = false): Sensor {
         val all = ReflectionHelpers.getField<MutableList<Sensor>>(sensorManager, "mFullSensorsList")
         val byHandle = ReflectionHelpers.getField<MutableMap<Int, Sensor>>(sensorManager, "mHandleToSensor")
-        val sensor = SensorBuilder.newBuilder().setType(type).setName(name).setWakeUpFlag(wakesUp).setMinDelay(4_800).build()
+        val sensor = SensorBuilder.newBuilder().setType(
+            type,
+        ).setName(name).setWakeUpFlag(wakesUp).setMinDelay(4_800).build()
         ReflectionHelpers.setField(sensor, "mHandle", all.size + 1)
         all += sensor
         byHandle[all.size] = sensor
@@ -50,7 +52,9 @@ internal class SensorHub(private val sensorManager: SensorManager) {
     private class Queue(private val target: Any, messages: MessageQueue) {
         val enabled: MutableMap<Sensor, Pair<Int, Int>> = ConcurrentHashMap()
         val handler = Handler(
-            Thread.getAllStackTraces().keys.filterIsInstance<HandlerThread>().single { it.looper.queue === messages }.looper,
+            Thread.getAllStackTraces().keys.filterIsInstance<HandlerThread>().single {
+                it.looper.queue === messages
+            }.looper,
         )
 
         fun dispatch(handle: Int, values: FloatArray, timestamp: Long): Any? =

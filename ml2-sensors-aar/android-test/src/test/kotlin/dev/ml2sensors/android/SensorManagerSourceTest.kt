@@ -115,7 +115,11 @@ class SensorManagerSourceTest {
     @Test
     fun aMagnetometerIsTheCalibratedOneWhereThereAreBoth() = runBlocking {
         val raw = hub.add(Sensor.TYPE_MAGNETIC_FIELD_UNCALIBRATED, "Headset Left Uncalibrated Magnetometer Sensor")
-        assertEquals(5e-6, assertIs<VectorSample>(first(StreamTable.magnetometerLeft, raw, 5f, 0f, 0f, 1f, 1f, 1f)).x, 1e-15)
+        assertEquals(
+            5e-6,
+            assertIs<VectorSample>(first(StreamTable.magnetometerLeft, raw, 5f, 0f, 0f, 1f, 1f, 1f)).x,
+            1e-15,
+        )
         val calibrated = hub.add(Sensor.TYPE_MAGNETIC_FIELD, "Headset Left Calibrated Magnetometer Sensor")
         source.samples(StreamTable.magnetometerLeft, StreamValues()).test {
             assertEquals(setOf(calibrated), hub.enabled.keys)

@@ -1,0 +1,120 @@
+package dev.ml2sensors.android
+
+import android.hardware.camera2.CameraAccessException
+import android.hardware.camera2.CameraManager
+import android.util.Size
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorSource
+import dev.ml2sensors.source.SourceException
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.answer
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.flow.update
+import java.util.Locale
+
+/**
+ * The colour camera, alone or with what the headset shows (mixed reality), through Camera2, as JPEGs: the camera's own
+ * where they hold up no other frame, else encoded here.
+ *
+ * `color` is camera 1, a view of the sensor that mixed reality of another app does not take away; where it is not
+ * listed, camera 0, another view of the same. `mixed_reality` is camera 3. Ids and their meaning are the vendor's.
+ *
+ * @param foundBases is told the clock behind the timestamps of each stream whose frames only Camera2 dates.
+ */
+internal class Camera2Source(
+    private val cameraManager: CameraManager,
+    private val poses: ColorPoses,
+    private val clocks: SystemClocks = SystemClocks(),
+    private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
+    private val encoder: JpegEncoder = JpegEncoder.ANDROID,
+) : SensorSource {
+    private val encoderSpeed = EncoderSpeed(encoder)
+    private val closed = Job()
+
+    override val backend: String get() = "camera2"
+
+    override val streams: Set<StreamSpec> get() = CAMERAS.keys
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
+        try {
+            when (val known = stream.answer(requested)) {
+                is Answer.Refused -> known
+                else -> camera(stream).answer(stream, requested)
+            }
+        } catch (e: SourceException) {
+            Answer.Refused(e.message.orEmpty())
+        }
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
+        if (closed.isCompleted) return@flow
+        val camera = camera(stream)
+        val plan = camera.plan(values.size, values.hz) ?: throw SourceException(camera.lacks(values.size))
+        val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
+        val timestamps =
+            if (camera.stampsBootTime) {
+                { timestamp: Long -> timestamp }
+            } else {
+                TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }::captureNanos
+            }
+        ColorCapture(cameraManager, camera, plan, values.hz, encoder, closed, clocks.boot) { tracker ->
+            ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
+        }.deliverTo(this, poses)
+    }
+
+    /** Ends all flows. */
+    override fun close() {
+        closed.complete()
+    }
+
+    private fun camera(stream: StreamSpec): ColorCamera =
+        try {
+            val listed = cameraManager.cameraIdList
+            val id = CAMERAS.getValue(stream).firstOrNull { it in listed } ?: throw SourceException(
+                "this headset lists no camera ${CAMERAS.getValue(stream).first()}; it lists: ${listed.joinToString()}",
+            )
+            ColorCamera(id, cameraManager.getCameraCharacteristics(id), encoderSpeed, ColorCapture.WORKERS)
+        } catch (e: CameraAccessException) {
+            throw SourceException("Android does not tell of its cameras: ${e.message}", e)
+        }
+
+    private fun ColorCamera.answer(stream: StreamSpec, requested: StreamValues): Answer {
+        val plan = plan(requested.size, requested.hz) ?: return Answer.Refused(lacks(requested.size))
+        val rates = stream.ratesHz(requested).filter(::offers).sorted()
+        val rateHz = rates.lastOrNull { it <= requested.hz && plan.sustains(it) } ?: rates.firstOrNull()
+        val ability = String.format(
+            Locale.ROOT,
+            "camera %s makes %.1f images of %s per second at most, and exposes at %s Hz",
+            id,
+            plan.sustainedHz,
+            plan.size,
+            rates.joinToString(),
+        )
+        return when {
+            rateHz == null -> Answer.Refused("camera $id exposes at none of the rates that are legal for ${plan.size}")
+            rateHz == requested.hz && plan.sustains(rateHz) -> Answer.Applied(requested)
+            else -> Answer.Adjusted(requested.copy(rateHz = rateHz), ability)
+        }
+    }
+
+    private companion object {
+        val CAMERAS = mapOf(StreamTable.color to listOf("1", "0"), StreamTable.mixedReality to listOf("3"))
+        const val COLOR_TAGS = "com.amd.control"
+        const val MIXED_REALITY_TAGS = "com.ml.control"
+    }
+}
+
+private val StreamValues.size: Size
+    get() = Size(requireNotNull(width) { "no resolution_width" }, requireNotNull(height) { "no resolution_height" })
+
+private val StreamValues.hz: Int get() = requireNotNull(rateHz) { "no update_rate" }
+
+/** The rates that the table allows for the resolution asked for. */
+private fun StreamSpec.ratesHz(requested: StreamValues): List<Int> =
+    modes.filter { it.stream == requested.stream && requested.width to requested.height in it.resolutions }
+        .flatMap { it.rates }

@@ -1,0 +1,108 @@
+package dev.ml2sensors.android
+
+import android.hardware.camera2.CameraAccessException
+import android.hardware.camera2.CameraCaptureSession
+import android.hardware.camera2.CameraDevice
+import android.hardware.camera2.CameraManager
+import android.hardware.camera2.CaptureRequest
+import android.os.Handler
+import android.view.Surface
+import dev.ml2sensors.source.SourceException
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.NonCancellable
+import kotlinx.coroutines.withContext
+
+/** A camera from opening to closing; everything happens on the thread of [handler], which outlives [close]. */
+internal class CameraConnection(
+    private val cameraManager: CameraManager,
+    private val id: String,
+    private val handler: Handler,
+) : CameraDevice.StateCallback() {
+    private val opened = CompletableDeferred<CameraDevice>()
+    private val configured = CompletableDeferred<CameraCaptureSession>()
+    private val closed = CompletableDeferred<Unit>()
+    private var isRequested = false
+    private var device: CameraDevice? = null
+
+    /** Fails when the camera does; completes when there is no more to be had of it. */
+    val end: CompletableDeferred<Unit> = CompletableDeferred()
+
+    /**
+     * Opens the camera and lets it deliver to [surface], as [request] says.
+     *
+     * @throws SourceException when it cannot be had.
+     */
+    suspend fun start(
+        surface: Surface,
+        results: CameraCaptureSession.CaptureCallback,
+        request: (CameraDevice) -> CaptureRequest,
+    ) {
+        accessing { cameraManager.openCamera(id, this, handler) }
+        isRequested = true
+        val device = opened.await()
+        accessing { device.createCaptureSession(listOf(surface), SessionCallback(), handler) }
+        val session = configured.await()
+        accessing { session.setRepeatingRequest(request(device), results, handler) }
+    }
+
+    /** Ends everything with [cause]. */
+    fun fail(cause: Exception) {
+        opened.completeExceptionally(cause)
+        configured.completeExceptionally(cause)
+        end.completeExceptionally(cause)
+    }
+
+    /** Returns when the last callback has been. */
+    suspend fun close(): Unit = withContext(NonCancellable) {
+        if (!isRequested) return@withContext
+        // The answer comes in any case
+        opened.join()
+        device?.close()
+        closed.await()
+    }
+
+    override fun onOpened(camera: CameraDevice) {
+        device = camera
+        opened.complete(camera)
+    }
+
+    override fun onDisconnected(camera: CameraDevice) {
+        device = camera
+        fail(SourceException("camera $id was taken away: another use has priority, or the app is not in front"))
+    }
+
+    override fun onError(camera: CameraDevice, error: Int) {
+        device = camera
+        fail(SourceException("camera $id failed: ${nameOf(error)}"))
+    }
+
+    override fun onClosed(camera: CameraDevice) {
+        closed.complete(Unit)
+    }
+
+    private inline fun <T> accessing(access: () -> T): T =
+        try {
+            access()
+        } catch (e: CameraAccessException) {
+            throw SourceException("camera $id cannot be used: ${e.message}", e)
+        }
+
+    private fun nameOf(error: Int) =
+        when (error) {
+            ERROR_CAMERA_IN_USE -> "it is in use"
+            ERROR_MAX_CAMERAS_IN_USE -> "too many cameras are in use"
+            ERROR_CAMERA_DISABLED -> "it is disabled by policy"
+            ERROR_CAMERA_DEVICE -> "error of the device"
+            ERROR_CAMERA_SERVICE -> "error of the camera service"
+            else -> "error $error"
+        }
+
+    private inner class SessionCallback : CameraCaptureSession.StateCallback() {
+        override fun onConfigured(session: CameraCaptureSession) {
+            configured.complete(session)
+        }
+
+        override fun onConfigureFailed(session: CameraCaptureSession) =
+            fail(SourceException("camera $id does not take the configuration"))
+    }
+}

@@ -1,0 +1,153 @@
+package dev.ml2sensors.android
+
+import android.graphics.ImageFormat
+import android.hardware.camera2.CameraDevice
+import android.hardware.camera2.CameraManager
+import android.hardware.camera2.CaptureRequest
+import android.media.ImageReader
+import android.os.Handler
+import android.os.HandlerThread
+import android.os.Process
+import dev.ml2sensors.capture.HandOver
+import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Deferred
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.asCoroutineDispatcher
+import kotlinx.coroutines.async
+import kotlinx.coroutines.cancelChildren
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.flow.FlowCollector
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.withContext
+import java.util.concurrent.Executor
+
+/**
+ * One run of a camera for one collector: images are copied out on a thread of the camera's, become JPEGs on [WORKERS]
+ * threads at most, and are delivered in order of capture. Ends with [closed].
+ */
+internal class ColorCapture(
+    private val cameraManager: CameraManager,
+    private val camera: ColorCamera,
+    private val plan: CapturePlan,
+    private val rateHz: Int,
+    encoder: JpegEncoder,
+    private val closed: Job,
+    private val clock: DeviceClock,
+    private val exposures: (ColorPoses.Tracker?) -> ExposureReader,
+) {
+    private val width = plan.size.width
+    private val height = plan.size.height
+    private val pool = BufferPool(width * height / PIXELS_PER_JPEG_BYTE, JPEGS)
+    private val intake =
+        if (plan.format == ImageFormat.JPEG) {
+            JpegIntake(pool, ::lose)
+        } else {
+            YuvIntake(width, height, encoder, WORKERS, pool, ::lose)
+        }
+
+    /** In order of capture; what is on its way is bounded by what [intake] takes. */
+    private val samples = Channel<Deferred<Sample>>(Channel.UNLIMITED)
+    private val handOver = HandOver(QUEUED_FRAMES)
+
+    suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
+        launch(Dispatchers.Default) { for (sample in samples) handOver.offer(sample.await()) }
+        launch {
+            onThreadOfItsOwn { handler -> capture(this@coroutineScope, handler, poses) }
+            handOver.close(cause = null)
+        }
+        handOver.deliverTo(collector)
+        coroutineContext.cancelChildren()
+    }
+
+    private suspend fun onThreadOfItsOwn(block: suspend (Handler) -> Unit) {
+        val thread = HandlerThread("ml2s-camera-${camera.id}", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
+        val handler = Handler(thread.looper)
+        try {
+            withContext(Executor { check(handler.post(it)) }.asCoroutineDispatcher()) {
+                block(handler)
+            }
+        } finally {
+            thread.quitSafely()
+        }
+    }
+
+    private suspend fun capture(scope: CoroutineScope, handler: Handler, poses: ColorPoses) =
+        poses.open().use { capture(scope, handler, exposures(it)) }
+
+    private suspend fun capture(scope: CoroutineScope, handler: Handler, exposures: ExposureReader) {
+        val connection = CameraConnection(cameraManager, camera.id, handler)
+        val ending = closed.invokeOnCompletion { connection.end.complete(Unit) }
+        val reader = ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES)
+        val deliver = { image: TakenImage, exposure: Exposure, captureNanos: Long ->
+            samples.trySend(scope.async(WORKER_THREADS) { sample(image, exposure, captureNanos) })
+            Unit
+        }
+        val run = CaptureRun(intake, exposures, deliver, ::lose, connection::fail)
+        try {
+            reader.setOnImageAvailableListener(run, handler)
+            connection.start(reader.surface, run) { request(it, reader) }
+            connection.end.await()
+        } finally {
+            ending.dispose()
+            connection.close()
+            reader.close()
+        }
+    }
+
+    private fun request(device: CameraDevice, reader: ImageReader): CaptureRequest =
+        device.createCaptureRequest(CameraDevice.TEMPLATE_RECORD).apply {
+            addTarget(reader.surface)
+            set(CaptureRequest.CONTROL_AE_TARGET_FPS_RANGE, camera.fpsRange(rateHz))
+            if (plan.format == ImageFormat.JPEG) set(CaptureRequest.JPEG_QUALITY, JpegEncoder.QUALITY.toByte())
+        }.build()
+
+    private fun sample(image: TakenImage, exposure: Exposure, captureNanos: Long): Sample {
+        val jpeg = image.jpeg
+        if (!image.finish()) {
+            pool.giveBack(jpeg)
+            return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
+        }
+        return ImageSample(
+            captureNanos,
+            exposure.frameNumber,
+            width,
+            height,
+            strideBytes = 0,
+            exposure.pose,
+            exposure.intrinsics,
+            // Android's sensitivity is no gain: what of it is analog, and over which base, it does not say
+            CaptureSettings(exposure.exposureNanos),
+            listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
+        ) { pool.giveBack(jpeg) }
+    }
+
+    private fun lose(reason: DropReason) {
+        samples.trySend(CompletableDeferred(LostSamples(clock.nowNanos(), 1, reason)))
+    }
+
+    companion object {
+        /** Half of the processors: the rest is for capturing and sending. */
+        val WORKERS: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)
+        private val WORKER_THREADS = Dispatchers.Default.limitedParallelism(WORKERS)
+
+        /** One that is copied, and what arrives meanwhile. */
+        private const val CAMERA_IMAGES = 3
+        private const val QUEUED_FRAMES = 2
+
+        /** Those of the image lane and of [QUEUED_FRAMES], one that is sent, and one being made. */
+        private const val JPEGS = 8
+
+        /** At quality 90 even noise takes less than a byte per pixel. */
+        private const val PIXELS_PER_JPEG_BYTE = 1
+    }
+}

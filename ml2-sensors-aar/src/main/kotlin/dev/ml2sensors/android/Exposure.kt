@@ -1,0 +1,46 @@
+package dev.ml2sensors.android
+
+import android.hardware.camera2.CaptureResult
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.Intrinsics
+
+/**
+ * What a camera tells of one capture.
+ *
+ * @property captureNanos null when it could not be told on the device timebase.
+ */
+internal class Exposure(
+    val frameNumber: Long,
+    val captureNanos: Long?,
+    val exposureNanos: Long?,
+    val pose: Transform?,
+    val intrinsics: Intrinsics?,
+)
+
+/**
+ * Reads results, at once when they arrive. With the vendor's tags the capture time is the centre of exposure, and the
+ * pose is the camera's at that time; without, the time is the start of exposure by Camera2's clock and half the
+ * exposure time, and there is no pose.
+ *
+ * @param poses null where the vendor's library is not available.
+ * @param toCaptureNanos takes Camera2's timestamps to the device timebase.
+ */
+internal class ExposureReader(
+    private val width: Int,
+    private val height: Int,
+    private val tags: VendorTags,
+    private val poses: ColorPoses.Tracker?,
+    private val toCaptureNanos: (timestamp: Long) -> Long?,
+) {
+    fun read(result: CaptureResult, timestamp: Long): Exposure {
+        val mlTimeNanos = poses?.let { tags.exposureCentreNanos(result) }
+        val exposureNanos = result.get(CaptureResult.SENSOR_EXPOSURE_TIME)
+        return Exposure(
+            result.frameNumber,
+            mlTimeNanos?.let(poses::captureNanos) ?: toCaptureNanos(timestamp)?.plus((exposureNanos ?: 0) / 2),
+            exposureNanos,
+            mlTimeNanos?.let(poses::poseAt),
+            tags.intrinsics(result, width, height),
+        )
+    }
+}

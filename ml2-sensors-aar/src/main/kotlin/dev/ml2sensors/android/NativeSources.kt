@@ -1,0 +1,34 @@
+package dev.ml2sensors.android
+
+import dev.ml2sensors.capture.NativeBackend
+import dev.ml2sensors.capture.NativeLibrary
+import dev.ml2sensors.capture.NativePixelSource
+import dev.ml2sensors.capture.NativePoseSource
+import dev.ml2sensors.capture.NativeSource
+import dev.ml2sensors.capture.PixelSensor
+import dev.ml2sensors.capture.PoseSensor
+import dev.ml2sensors.table.StreamTable
+
+/** Every sensor of libml2sensors.so by every way to it; null where this device has no such library, as on another ABI. */
+internal fun loadNativeSources(): List<NativeSource>? {
+    try {
+        NativeLibrary.load()
+    } catch (_: UnsatisfiedLinkError) {
+        return null
+    }
+    val pixels = NativeBackend.entries.flatMap { backend ->
+        PixelSensor.entries.filter { it != PixelSensor.COLOR || backend == NativeBackend.OPENXR }
+            .map { NativePixelSource(it, backend) }
+    }
+    val poses = NativeBackend.entries.flatMap { backend ->
+        PoseSensor.entries.filter { it == PoseSensor.HEAD || backend == NativeBackend.OPENXR }
+            .map { NativePoseSource(it, backend) }
+    }
+    return pixels + poses
+}
+
+/** What stands in for them. */
+internal fun absentNativeSources(): List<AbsentSource> = NativeBackend.entries.map { backend ->
+    val streams = StreamTable.all.filterTo(LinkedHashSet()) { backend.id in it.backends }
+    AbsentSource(backend.id, streams, "not available: libml2sensors.so")
+}

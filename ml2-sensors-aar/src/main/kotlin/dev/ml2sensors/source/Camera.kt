@@ -1,0 +1,50 @@
+package dev.ml2sensors.source
+
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.emitAll
+import kotlinx.coroutines.flow.filterIsInstance
+import kotlinx.coroutines.flow.flow
+
+/** The camera behind a stream, such as [WorldCamera.LEFT] or `StreamTable.color`. */
+public fun Headset.camera(stream: StreamSpec): Camera = Camera(this, stream)
+
+/** One of a headset's cameras. */
+public class Camera internal constructor(private val headset: Headset, private val stream: StreamSpec) {
+    init {
+        require(stream.modes.isNotEmpty()) { "$stream is no camera" }
+    }
+
+    /**
+     * Its images as [Headset.samples] has them, without what was lost. Values that the headset adjusts are taken as
+     * they come.
+     *
+     * @param values of one mode of the camera; the default is its first.
+     * @throws RefusedException on collection, when the headset refuses.
+     */
+    public fun frames(values: StreamValues = stream.defaultValues()): Flow<ImageSample> = flow {
+        val answer = headset.negotiate(stream, values)
+        if (answer is Answer.Refused) throw RefusedException(stream, answer)
+        emitAll(headset.samples(stream, checkNotNull(answer.acceptedValues)).filterIsInstance<ImageSample>())
+    }
+}
+
+/** A headset refused [stream] as [answer] says. */
+public class RefusedException internal constructor(public val stream: StreamSpec, public val answer: Answer.Refused) :
+    SourceException("$stream: ${answer.reason}")
+
+/** The tracking cameras. */
+public object WorldCamera {
+    public val LEFT: StreamSpec get() = StreamTable.worldLeft
+    public val RIGHT: StreamSpec get() = StreamTable.worldRight
+    public val CENTER: StreamSpec get() = StreamTable.worldCenter
+}
+
+/** The eye cameras. */
+public object EyeCamera {
+    public val NASAL_LEFT: StreamSpec get() = StreamTable.eyeNasalLeft
+    public val NASAL_RIGHT: StreamSpec get() = StreamTable.eyeNasalRight
+    public val TEMPLE_LEFT: StreamSpec get() = StreamTable.eyeTempleLeft
+    public val TEMPLE_RIGHT: StreamSpec get() = StreamTable.eyeTempleRight
+}
