@@ -32,6 +32,7 @@ internal class Camera2Source(
     private val poses: ColorPoses,
     private val clocks: SystemClocks = SystemClocks(),
     private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
+    private val workers: Workers = Workers(),
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
 ) : SensorSource {
     private val encoderSpeed = EncoderSpeed(encoder)
@@ -62,7 +63,7 @@ internal class Camera2Source(
             } else {
                 TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }::captureNanos
             }
-        ColorCapture(cameraManager, camera, plan, values.hz, encoder, closed, clocks.boot) { tracker ->
+        ColorCapture(cameraManager, camera, plan, values.hz, encoder, workers, closed, clocks.boot) { tracker ->
             ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
         }.deliverTo(this, poses)
     }
@@ -78,7 +79,7 @@ internal class Camera2Source(
             val id = CAMERAS.getValue(stream).firstOrNull { it in listed } ?: throw SourceException(
                 "this headset lists no camera ${CAMERAS.getValue(stream).first()}; it lists: ${listed.joinToString()}",
             )
-            ColorCamera(id, cameraManager.getCameraCharacteristics(id), encoderSpeed, ColorCapture.WORKERS)
+            ColorCamera(id, cameraManager.getCameraCharacteristics(id), encoderSpeed, workers.count)
         } catch (e: CameraAccessException) {
             throw SourceException("Android does not tell of its cameras: ${e.message}", e)
         }

@@ -17,6 +17,7 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Dispatchers
@@ -32,8 +33,8 @@ import kotlinx.coroutines.withContext
 import java.util.concurrent.Executor
 
 /**
- * One run of a camera for one collector: images are copied out on a thread of the camera's, become JPEGs on [WORKERS]
- * threads at most, and are delivered in order of capture. Ends with [closed].
+ * One run of a camera for one collector: images are copied out on a thread of the camera's, become JPEGs on those of
+ * [workers], and are delivered in order of capture. Ends with [closed].
  */
 internal class ColorCapture(
     private val cameraManager: CameraManager,
@@ -41,6 +42,7 @@ internal class ColorCapture(
     private val plan: CapturePlan,
     private val rateHz: Int,
     encoder: JpegEncoder,
+    private val workers: Workers,
     private val closed: Job,
     private val clock: DeviceClock,
     private val exposures: (ColorPoses.Tracker?) -> ExposureReader,
@@ -52,7 +54,7 @@ internal class ColorCapture(
         if (plan.format == ImageFormat.JPEG) {
             JpegIntake(pool, ::lose)
         } else {
-            YuvIntake(width, height, encoder, WORKERS, pool, ::lose)
+            YuvIntake(width, height, encoder, workers.count, pool, ::lose)
         }
 
     /** In order of capture; what is on its way is bounded by what [intake] takes. */
@@ -89,7 +91,7 @@ internal class ColorCapture(
         val ending = closed.invokeOnCompletion { connection.end.complete(Unit) }
         val reader = ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES)
         val deliver = { image: TakenImage, exposure: Exposure, captureNanos: Long ->
-            samples.trySend(scope.async(WORKER_THREADS) { sample(image, exposure, captureNanos) })
+            samples.trySend(scope.async(workers.dispatcher) { sample(image, exposure, captureNanos) })
             Unit
         }
         val run = CaptureRun(intake, exposures, deliver, ::lose, connection::fail)
@@ -135,19 +137,20 @@ internal class ColorCapture(
         samples.trySend(CompletableDeferred(LostSamples(clock.nowNanos(), 1, reason)))
     }
 
-    companion object {
-        /** Half of the processors: the rest is for capturing and sending. */
-        val WORKERS: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)
-        private val WORKER_THREADS = Dispatchers.Default.limitedParallelism(WORKERS)
-
+    private companion object {
         /** One that is copied, and what arrives meanwhile. */
-        private const val CAMERA_IMAGES = 3
-        private const val QUEUED_FRAMES = 2
+        const val CAMERA_IMAGES = 3
+        const val QUEUED_FRAMES = 2
 
         /** Those of the image lane and of [QUEUED_FRAMES], one that is sent, and one being made. */
-        private const val JPEGS = 8
+        const val JPEGS = 8
 
         /** At quality 90 even noise takes less than a byte per pixel. */
-        private const val PIXELS_PER_JPEG_BYTE = 1
+        const val PIXELS_PER_JPEG_BYTE = 1
     }
+}
+
+/** [count] threads that encode; by default half as many as there are processors: others capture and send. */
+internal class Workers(val count: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)) {
+    val dispatcher: CoroutineDispatcher = Dispatchers.Default.limitedParallelism(count)
 }

@@ -14,6 +14,7 @@ import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.launch
@@ -40,7 +41,8 @@ class SensorManagerSourceTest {
     private val sensorManager = RuntimeEnvironment.getApplication().getSystemService(SensorManager::class.java)
     private val hub = SensorHub(sensorManager)
     private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
-    private val source = SensorManagerSource(sensorManager, device.clocks)
+    private val bases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
+    private val source = SensorManagerSource(sensorManager, device.clocks, bases)
 
     @After
     fun close() {
@@ -85,7 +87,7 @@ class SensorManagerSourceTest {
             assertEquals(listOf(-2.0, 9.75), readings.last().let { listOf(it.y, it.z) })
             cancel()
         }
-        assertEquals(mapOf(StreamTable.accelRight to TimestampBase.BOOTTIME), source.timestampBases.value)
+        assertEquals(mapOf(StreamTable.accelRight to TimestampBase.BOOTTIME), bases.value)
     }
 
     @Test
@@ -96,7 +98,7 @@ class SensorManagerSourceTest {
             assertEquals(device.bootNanos - 2_000_000, awaitItem().captureNanos)
             cancel()
         }
-        assertEquals(TimestampBase.MONOTONIC, source.timestampBases.value[StreamTable.gyroComputePack])
+        assertEquals(TimestampBase.MONOTONIC, bases.value[StreamTable.gyroComputePack])
     }
 
     @Test

@@ -1,0 +1,377 @@
+package dev.ml2sensors.android
+
+import android.graphics.ImageFormat
+import android.hardware.camera2.CameraAccessException
+import android.hardware.camera2.CameraCharacteristics
+import android.hardware.camera2.CameraDevice
+import android.hardware.camera2.CameraManager
+import android.hardware.camera2.CaptureRequest
+import android.util.Range
+import android.util.Size
+import app.cash.turbine.Event
+import app.cash.turbine.ReceiveTurbine
+import app.cash.turbine.test
+import dev.ml2sensors.source.Distortion
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.map
+import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.runBlocking
+import org.junit.After
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.RuntimeEnvironment
+import org.robolectric.annotation.Config
+import kotlin.random.Random
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.test.assertNull
+import kotlin.test.assertTrue
+
+/** On Android 10's own Camera2, with cameras below it. */
+@RunWith(RobolectricTestRunner::class)
+@Config(
+    sdk = [29],
+    manifest = Config.NONE,
+    shadows = [
+        CameraRig.Manager::class, CameraRig.Session::class, CameraRig.Reader::class,
+        CameraRig.TaggedResult::class, CameraRig.TaggedTotalResult::class,
+    ],
+)
+class Camera2SourceTest {
+    private class Copied(val image: ImageSample, val bytes: ByteArray)
+
+    private val cameraManager = RuntimeEnvironment.getApplication().getSystemService(CameraManager::class.java)
+    private val rig = CameraRig(cameraManager)
+    private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
+    private val bases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
+    private val poses = FakePoses()
+    private val encoder = FakeEncoder()
+    private val source = Camera2Source(cameraManager, poses, device.clocks, bases, Workers(WORKERS), encoder)
+    private val values = StreamValues(stream = 0, width = 640, height = 480, rateHz = 30, format = "jpeg")
+
+    @After
+    fun close() {
+        source.close()
+        assertEquals(emptyList(), CameraRig.readers, "every reader is closed")
+        CameraRig.failure = null
+    }
+
+    @Test
+    fun aJpegOfTheCameraIsCopiedAndGoesWithItsResult() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        val timestamp = device.monotonicNanos - 20_000_000
+        copies().test {
+            val camera = rig.awaitRunning()
+            assertEquals(Range(30, 30), camera.request.get(CaptureRequest.CONTROL_AE_TARGET_FPS_RANGE))
+            val image = FakeImage.jpeg(timestamp, byteArrayOf(1, 2, 3))
+            with(rig) { camera.image(image) }
+            assertTrue(image.isClosed, "as soon as it is copied")
+            with(rig) { camera.result(timestamp, exposureNanos = 8_000_000) }
+            val sample = awaitImage()
+            assertContentEquals(byteArrayOf(1, 2, 3), sample.bytes)
+            assertEquals(listOf(640, 480, 0), sample.image.run { listOf(width, height, strideBytes) })
+            assertEquals(8_000_000, sample.image.settings.exposureNanos)
+            assertNull(sample.image.settings.analogGain)
+            cancel()
+        }
+    }
+
+    @Test
+    fun withTheVendorsTagsTimePoseAndIntrinsicsAreThoseOfTheCentreOfExposure() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        poses.isThere = true
+        copies().test {
+            val camera = rig.awaitRunning()
+            val floats = floatArrayOf(1280f, 960f, 901f, 902f, 641f, 481f, 70f, .1f, .2f, .3f, .4f, .5f)
+            val tags = mapOf(
+                "com.amd.control.cvip_timestamps" to longArrayOf(100, 200, 300, 400),
+                "com.amd.control.intrinsics" to FloatArray(12) { 9f } + floats,
+            )
+            with(rig) {
+                camera.result(device.monotonicNanos, tags = tags)
+                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            }
+            val sample = awaitImage().image
+            assertEquals(200 + FakePoses.ML_TIME_IN_BOOT_TIME, sample.captureNanos)
+            assertEquals(FakePoses.poseAt(200), sample.pose)
+            val lens = Distortion.PlumbBob(.1f.toDouble(), .2f.toDouble(), .3f.toDouble(), .4f.toDouble(), .5f.toDouble())
+            assertEquals(Intrinsics(640, 480, 450.5, 451.0, 320.5, 240.5, lens), sample.intrinsics)
+            cancel()
+        }
+        assertEquals(setOf("ml2s-camera-1"), poses.threads.toSet(), "one thread for the tracker's life")
+        assertEquals(listOf("open", "capture", "pose", "close"), poses.calls)
+    }
+
+    @Test
+    fun aShapeWithoutIntrinsicsHasNone() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        copies().test {
+            val camera = rig.awaitRunning()
+            val wide = floatArrayOf(1920f, 1080f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f)
+            with(rig) {
+                camera.result(device.monotonicNanos, tags = mapOf("com.amd.control.intrinsics" to wide))
+                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            }
+            assertNull(awaitImage().image.intrinsics)
+            cancel()
+        }
+    }
+
+    @Test
+    fun withoutTheVendorsTagsTheTimeIsThatOfCamera2AndNothingIsInvented() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        poses.isThere = true
+        copies().test {
+            val camera = rig.awaitRunning()
+            with(rig) {
+                camera.image(FakeImage.jpeg(device.monotonicNanos - 20_000_000, byteArrayOf(1)))
+                camera.result(device.monotonicNanos - 20_000_000, exposureNanos = 8_000_000)
+            }
+            val sample = awaitImage().image
+            assertEquals(device.bootNanos - 20_000_000 + 4_000_000, sample.captureNanos)
+            assertNull(sample.pose)
+            assertNull(sample.intrinsics)
+            cancel()
+        }
+        assertEquals(TimestampBase.MONOTONIC, bases.value[StreamTable.color])
+    }
+
+    @Test
+    fun timestampsThatAndroidPromisesToBeBootTimeAreTakenAsSuch() = runBlocking {
+        rig.add("1", listOf(JPEG), timestampSource = CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE_REALTIME)
+        copies().test {
+            val camera = rig.awaitRunning()
+            with(rig) {
+                camera.image(FakeImage.jpeg(device.bootNanos, byteArrayOf(1)))
+                camera.result(device.bootNanos)
+            }
+            assertEquals(device.bootNanos, awaitImage().image.captureNanos)
+            cancel()
+        }
+    }
+
+    @Test
+    fun mixedRealityIsCamera3WithTagsOfItsOwn() = runBlocking {
+        rig.add("3", listOf(Mode(ImageFormat.JPEG, Size(960, 720), 33_333_333)))
+        poses.isThere = true
+        copies(StreamTable.mixedReality, values.copy(stream = 1, width = 960, height = 720)).test {
+            val camera = rig.awaitRunning()
+            with(rig) {
+                val times = longArrayOf(1, 2, 3, 4)
+                camera.result(device.monotonicNanos, tags = mapOf("com.ml.control.cvip_timestamps" to times))
+                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            }
+            assertEquals(2 + FakePoses.ML_TIME_IN_BOOT_TIME, awaitImage().image.captureNanos)
+            cancel()
+        }
+    }
+
+    @Test
+    fun yuvImagesAreCopiedWhateverTheirStridesAndDeliveredInOrderOfCapture() = runBlocking {
+        rig.add("1", listOf(YUV))
+        val random = Random(3)
+        copies().test {
+            val camera = rig.awaitRunning()
+            val pictures = List(WORKERS) { Picture(640, 480, random) }
+            // The first is ready last
+            encoder.hold(pictures.first().toNv21())
+            pictures.forEachIndexed { i, picture -> camera.capture(picture.image(device.monotonicNanos + i, random)) }
+            encoder.awaitDone(WORKERS - 1)
+            encoder.letGo()
+            for ((i, picture) in pictures.withIndex()) {
+                val sample = awaitImage()
+                assertEquals(i.toLong(), sample.image.frameNumber)
+                assertContentEquals(FakeEncoder.jpegOf(picture.toNv21()), sample.bytes)
+            }
+            cancel()
+        }
+    }
+
+    @Test
+    fun whatABusyEncoderCannotTakeIsCountedAndTheCameraGoesOn() = runBlocking {
+        rig.add("1", listOf(YUV))
+        val random = Random(4)
+        val picture = Picture(640, 480, random)
+        copies().test {
+            val camera = rig.awaitRunning()
+            encoder.hold(picture.toNv21())
+            val images = List(WORKERS + 1 + 5) { picture.image(device.monotonicNanos + it, random) }
+            images.forEach { camera.capture(it) }
+            assertTrue(images.all { it.isClosed })
+            encoder.letGo()
+            val events = mutableListOf<Any>()
+            while (events.filterIsInstance<LostSamples>().sumOf { it.count } + events.count { it is Copied } < images.size) {
+                events += awaitItem()
+            }
+            assertEquals(setOf(DropReason.ENCODER_BUSY), events.filterIsInstance<LostSamples>().map { it.reason }.toSet())
+            assertEquals(5, events.filterIsInstance<LostSamples>().sumOf { it.count })
+            cancel()
+        }
+    }
+
+    @Test
+    fun imagesThatAreKeptTakeNoMemoryFromTheCamera() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        val kept = mutableListOf<ImageSample>()
+        source.samples(StreamTable.color, values).onEach { if (it is ImageSample) kept += it.apply { retain() } }.test {
+            val camera = rig.awaitRunning()
+            repeat(8) {
+                camera.capture(FakeImage.jpeg(device.monotonicNanos + it, byteArrayOf(it.toByte())))
+                awaitItem()
+            }
+            camera.capture(FakeImage.jpeg(device.monotonicNanos + 8, byteArrayOf(8)))
+            assertEquals(DropReason.NO_BUFFER, assertIs<LostSamples>(awaitItem()).reason)
+            assertEquals((0..7).toList(), kept.map { it.copy().single().toInt() }, "what is kept is not written over")
+            kept.forEach(ImageSample::release)
+            camera.capture(FakeImage.jpeg(device.monotonicNanos + 9, byteArrayOf(9)))
+            assertIs<ImageSample>(awaitItem())
+            cancel()
+        }
+    }
+
+    @Test
+    fun aJpegThatDoesNotFitIsLostAndCounted() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        copies().test {
+            val camera = rig.awaitRunning()
+            camera.capture(FakeImage.jpeg(device.monotonicNanos, ByteArray(640 * 480 + 1)))
+            assertEquals(DropReason.NO_BUFFER, assertIs<LostSamples>(awaitItem()).reason)
+            cancel()
+        }
+    }
+
+    @Test
+    fun anImageWithoutAResultIsLostAndCounted() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        copies().test {
+            val camera = rig.awaitRunning()
+            with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1))) }
+            camera.capture(FakeImage.jpeg(device.monotonicNanos + 1, byteArrayOf(2)))
+            assertEquals(DropReason.SOURCE_LATE, assertIs<LostSamples>(awaitItem()).reason)
+            assertContentEquals(byteArrayOf(2), awaitImage().bytes)
+            cancel()
+        }
+    }
+
+    @Test
+    fun aCameraThatIsTakenAwayFailsItsFlowAndIsClosed() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        source.samples(StreamTable.color, values).test {
+            rig.awaitRunning()
+            CameraRig.opened.disconnect()
+            val expected = "camera 1 was taken away: another use has priority, or the app is not in front"
+            assertEquals(expected, assertIs<SourceException>(awaitError()).message)
+        }
+        assertTrue(CameraRig.opened.isClosed)
+    }
+
+    @Test
+    fun anErrorOfTheCameraFailsItsFlowWithItsName() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        source.samples(StreamTable.color, values).test {
+            rig.awaitRunning()
+            CameraRig.opened.fail(CameraDevice.StateCallback.ERROR_CAMERA_SERVICE)
+            assertEquals("camera 1 failed: error of the camera service", assertIs<SourceException>(awaitError()).message)
+        }
+        assertTrue(CameraRig.opened.isClosed)
+    }
+
+    @Test
+    fun aCameraThatCannotBeOpenedFailsItsFlow() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        CameraRig.failure = CameraAccessException(CameraAccessException.CAMERA_IN_USE)
+        source.samples(StreamTable.color, values).test {
+            val failure = assertIs<SourceException>(awaitError())
+            assertTrue("camera 1 cannot be used: CAMERA_IN_USE" in failure.message.orEmpty(), failure.message)
+        }
+    }
+
+    @Test
+    fun aFailureOnTheThreadOfTheCameraEndsTheFlowInsteadOfTheApp() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        source.samples(StreamTable.color, values).test {
+            val camera = rig.awaitRunning()
+            val timestampOfNoClock = 42L
+            repeat(100) { camera.capture(FakeImage.jpeg(timestampOfNoClock + it, byteArrayOf(1))) }
+            cancelUntilError()
+        }
+        assertTrue(CameraRig.opened.isClosed)
+    }
+
+    @Test
+    fun anEncoderThatFailsEndsTheFlow() = runBlocking {
+        rig.add("1", listOf(YUV))
+        encoder.fails = true
+        source.samples(StreamTable.color, values).test {
+            val camera = rig.awaitRunning()
+            camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos, Random(6)))
+            assertEquals("Android does not encode a JPEG", assertIs<SourceException>(awaitError()).message)
+        }
+    }
+
+    @Test
+    fun theEndOfTheCollectorClosesTheCameraAndItsThread() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        lateinit var thread: Thread
+        copies().take(1).test {
+            val camera = rig.awaitRunning()
+            thread = camera.handler.looper.thread
+            assertEquals("ml2s-camera-1", thread.name)
+            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            awaitImage()
+            awaitComplete()
+        }
+        assertTrue(CameraRig.opened.isClosed)
+        thread.join()
+    }
+
+    @Test
+    fun closingTheSourceEndsItsFlows() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        source.samples(StreamTable.color, values).test {
+            rig.awaitRunning()
+            source.close()
+            awaitComplete()
+        }
+        assertTrue(CameraRig.opened.isClosed)
+        assertEquals(emptyList(), source.samples(StreamTable.color, values).toList())
+    }
+
+    private fun copies(stream: StreamSpec = StreamTable.color, values: StreamValues = this.values): Flow<Any> =
+        source.samples(stream, values).map { if (it is ImageSample) Copied(it, it.copy()) else it }
+
+    private suspend fun ReceiveTurbine<Any>.awaitImage(): Copied = assertIs<Copied>(awaitItem())
+
+    private suspend fun ReceiveTurbine<Sample>.cancelUntilError() {
+        var failure: Throwable? = null
+        while (failure == null) failure = (awaitEvent() as? Event.Error)?.throwable
+        assertIs<SourceException>(failure)
+    }
+
+    private fun CameraRig.Running.capture(image: FakeImage) = with(rig) {
+        image(image)
+        result(image.timestamp)
+    }
+
+    private companion object {
+        const val SECOND = 1_000_000_000L
+        const val WORKERS = 2
+        val VGA = Size(640, 480)
+        val JPEG = Mode(ImageFormat.JPEG, VGA, minNanos = 33_333_333)
+        val YUV = Mode(ImageFormat.YUV_420_888, VGA, minNanos = 33_333_333)
+    }
+}

@@ -1,0 +1,212 @@
+package dev.ml2sensors.android
+
+import android.graphics.ImageFormat
+import android.hardware.camera2.CameraCaptureSession
+import android.hardware.camera2.CameraCharacteristics
+import android.hardware.camera2.CameraDevice
+import android.hardware.camera2.CameraManager
+import android.hardware.camera2.CaptureRequest
+import android.hardware.camera2.CaptureResult
+import android.hardware.camera2.TotalCaptureResult
+import android.hardware.camera2.params.StreamConfiguration
+import android.hardware.camera2.params.StreamConfigurationDuration
+import android.hardware.camera2.params.StreamConfigurationMap
+import android.media.Image
+import android.media.ImageReader
+import android.os.Handler
+import android.util.Range
+import android.util.Size
+import kotlinx.coroutines.channels.Channel
+import org.robolectric.Shadows.shadowOf
+import org.robolectric.annotation.Implementation
+import org.robolectric.annotation.Implements
+import org.robolectric.annotation.RealObject
+import org.robolectric.shadow.api.Shadow
+import org.robolectric.shadows.ShadowCameraCaptureSessionImpl
+import org.robolectric.shadows.ShadowCameraCharacteristics
+import org.robolectric.shadows.ShadowCameraManager
+import org.robolectric.shadows.ShadowCaptureResult
+import org.robolectric.shadows.ShadowImageReader
+import org.robolectric.util.ReflectionHelpers
+import org.robolectric.util.ReflectionHelpers.ClassParameter
+import java.lang.ref.WeakReference
+import java.util.concurrent.ConcurrentLinkedQueue
+import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.Executor
+import java.util.concurrent.atomic.AtomicBoolean
+
+/** A size in which a camera delivers [format], how long a frame takes at least, and how long it holds up others. */
+internal class Mode(val format: Int, val size: Size, val minNanos: Long, val stallNanos: Long = 0)
+
+/** Cameras below Android's own Camera2; what they deliver is up to the test. */
+internal class CameraRig(private val manager: CameraManager) {
+    private var frames = 0L
+
+    fun add(
+        id: String,
+        modes: List<Mode>,
+        fps: List<Pair<Int, Int>> = listOf(15 to 30, 30 to 30, 60 to 60),
+        timestampSource: Int = CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE_UNKNOWN,
+    ) {
+        val camera = ShadowCameraCharacteristics.newCameraCharacteristics()
+        // Which every camera has
+        val opaque = Mode(ImageFormat.PRIVATE, modes.first().size, minNanos = 0)
+        shadowOf(camera).apply {
+            set(CameraCharacteristics.SCALER_STREAM_CONFIGURATION_MAP, mapOf(modes + opaque))
+            set(
+                CameraCharacteristics.CONTROL_AE_AVAILABLE_TARGET_FPS_RANGES,
+                fps.map { (lower, upper) -> Range(lower, upper) }.toTypedArray(),
+            )
+            set(CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE, timestampSource)
+        }
+        shadowOf(manager).addCamera(id, camera)
+    }
+
+    /** A capture session that has been asked to deliver. */
+    class Running(
+        val session: CameraCaptureSession,
+        val request: CaptureRequest,
+        private val callback: CameraCaptureSession.CaptureCallback,
+        val handler: Handler,
+    ) {
+        fun complete(result: TotalCaptureResult): Unit =
+            handler.runAndWait { callback.onCaptureCompleted(session, request, result) }
+    }
+
+    /** Waits until a camera is asked to deliver. */
+    suspend fun awaitRunning(): Running = running.receive()
+
+    /** Delivers an image to the only reader, on the thread of its listener. */
+    fun Running.image(image: Image) {
+        val queue = readers.single()
+        queue.images += image
+        val post = ClassParameter.from(Any::class.java, WeakReference(queue.reader))
+        ReflectionHelpers.callStaticMethod<Unit>(ImageReader::class.java, "postEventFromNative", post)
+        handler.runAndWait {}
+    }
+
+    /** Delivers the result of the next frame. */
+    fun Running.result(timestamp: Long, exposureNanos: Long? = null, tags: Map<String, Any> = emptyMap()) {
+        val result = Shadow.newInstanceOf(TotalCaptureResult::class.java)
+        ReflectionHelpers.setField(result, "mFrameNumber", frames++)
+        val values = mapOf("android.sensor.timestamp" to timestamp, "android.sensor.exposureTime" to exposureNanos) + tags
+        Shadow.extract<TaggedResult>(result).values = values
+        complete(result)
+    }
+
+    private fun mapOf(modes: List<Mode>) = StreamConfigurationMap(
+        modes.map { StreamConfiguration(it.halFormat, it.size.width, it.size.height, false) }.toTypedArray(),
+        modes.map { it.duration(it.minNanos) }.toTypedArray(),
+        modes.map { it.duration(it.stallNanos) }.toTypedArray(),
+        null, null, null, null, null, null, null, null, null, null, null, false,
+    )
+
+    private val Mode.halFormat: Int get() = if (format == ImageFormat.JPEG) HAL_PIXEL_FORMAT_BLOB else format
+
+    private fun Mode.duration(nanos: Long) = StreamConfigurationDuration(halFormat, size.width, size.height, nanos)
+
+    /** Opens cameras as told. */
+    @Implements(CameraManager::class)
+    class Manager : ShadowCameraManager() {
+        @Implementation
+        override fun openCameraDeviceUserAsync(
+            id: String,
+            callback: CameraDevice.StateCallback,
+            executor: Executor,
+            uid: Int,
+        ): CameraDevice {
+            failure?.let { throw it }
+            return super.openCameraDeviceUserAsync(id, callback, executor, uid).also { device ->
+                opened = Opened(device, callback, executor)
+            }
+        }
+    }
+
+    /** An opened camera. */
+    class Opened(private val device: CameraDevice, private val callback: CameraDevice.StateCallback, private val executor: Executor) {
+        fun disconnect(): Unit = executor.execute { callback.onDisconnected(device) }
+
+        fun fail(error: Int): Unit = executor.execute { callback.onError(device, error) }
+
+        val isClosed: Boolean get() = ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing").get()
+    }
+
+    /** Takes the request of a session. */
+    @Implements(className = "android.hardware.camera2.impl.CameraCaptureSessionImpl")
+    class Session : ShadowCameraCaptureSessionImpl() {
+        @RealObject
+        lateinit var session: CameraCaptureSession
+
+        @Implementation
+        override fun setRepeatingRequest(
+            request: CaptureRequest,
+            callback: CameraCaptureSession.CaptureCallback,
+            handler: Handler,
+        ): Int {
+            running.trySend(Running(session, request, callback, handler))
+            return 1
+        }
+    }
+
+    /** Has the images that the test puts into it. */
+    @Implements(ImageReader::class)
+    class Reader : ShadowImageReader() {
+        @RealObject
+        lateinit var reader: ImageReader
+        val images = ConcurrentLinkedQueue<Image>()
+
+        @Implementation
+        fun acquireNextImage(): Image? = images.poll()
+
+        @Implementation
+        override fun nativeGetSurface() = super.nativeGetSurface().also { readers += this }
+
+        @Implementation
+        override fun close() {
+            readers -= this
+            super.close()
+        }
+    }
+
+    /** Throws for an unknown tag of a vendor, as the framework does. */
+    @Implements(CaptureResult::class)
+    open class TaggedResult : ShadowCaptureResult() {
+        var values: Map<String, Any?> = emptyMap()
+
+        @Implementation
+        @Suppress("UNCHECKED_CAST")
+        fun <T> get(key: CaptureResult.Key<T>): T? {
+            require(key.name.startsWith("android.") || key.name in values) { "Could not find tag for key '${key.name}'" }
+            return values[key.name] as T?
+        }
+    }
+
+    @Implements(TotalCaptureResult::class)
+    class TaggedTotalResult : TaggedResult()
+
+    companion object {
+        /** Format of JPEG below the framework: system/graphics.h. */
+        private const val HAL_PIXEL_FORMAT_BLOB = 0x21
+        private val running = Channel<Running>(Channel.UNLIMITED)
+
+        /** Why no camera can be opened. */
+        var failure: Exception? = null
+
+        /** The latest. */
+        @Volatile
+        lateinit var opened: Opened
+
+        /** Those that are open. */
+        val readers = CopyOnWriteArrayList<Reader>()
+
+        private fun Handler.runAndWait(action: () -> Unit) {
+            val done = CountDownLatch(1)
+            post {
+                action()
+                done.countDown()
+            }
+            done.await()
+        }
+    }
+}

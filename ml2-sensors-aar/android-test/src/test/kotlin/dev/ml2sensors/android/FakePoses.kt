@@ -1,0 +1,44 @@
+package dev.ml2sensors.android
+
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.Vector3
+import java.util.concurrent.CopyOnWriteArrayList
+
+/** A tracker of the colour camera that knows every pose. */
+internal class FakePoses : ColorPoses {
+    @Volatile
+    var isThere = false
+    val calls = CopyOnWriteArrayList<String>()
+    val threads = CopyOnWriteArrayList<String>()
+
+    override fun open(): ColorPoses.Tracker? {
+        if (!isThere) return null
+        return Tracker().also { note("open") }
+    }
+
+    private fun note(call: String) {
+        calls += call
+        threads += Thread.currentThread().name
+    }
+
+    private inner class Tracker : ColorPoses.Tracker {
+        override fun captureNanos(mlTimeNanos: Long): Long {
+            note("capture")
+            return mlTimeNanos + ML_TIME_IN_BOOT_TIME
+        }
+
+        override fun poseAt(mlTimeNanos: Long): Transform {
+            note("pose")
+            return FakePoses.poseAt(mlTimeNanos)
+        }
+
+        override fun close() = note("close")
+    }
+
+    companion object {
+        const val ML_TIME_IN_BOOT_TIME = 77_000_000_000L
+
+        fun poseAt(mlTimeNanos: Long) = Transform(Vector3(mlTimeNanos.toDouble(), 2.0, 3.0), Quaternion(0.0, 0.0, 0.0, 1.0))
+    }
+}
