@@ -9,9 +9,11 @@ import com.github.ajalt.clikt.core.context
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
 import com.github.ajalt.clikt.parameters.options.flag
+import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
 import com.github.ajalt.clikt.parameters.options.required
 import com.github.ajalt.clikt.parameters.options.versionOption
+import com.github.ajalt.clikt.parameters.types.choice
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
@@ -19,6 +21,7 @@ import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
+import dev.ml2sensors.simulator.simulated.SimulatedHeadset
 import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
@@ -26,6 +29,8 @@ import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.runBlocking
 import sun.misc.Signal
 import java.io.File
+import java.nio.file.Path
+import kotlin.io.path.Path
 import kotlin.random.Random
 import kotlin.time.Duration.Companion.seconds
 
@@ -36,9 +41,14 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private val receiver by option(metavar = "HOST:PORT", help = "Where the receiver listens.")
         .convert { address(it) ?: fail("expected HOST:PORT with a port of 1 to 65535, found '$it'") }
         .required()
-    private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead of test signals.")
+    private val source by option(help = "The simulated device (default), or test signals without native code.")
+        .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
+    private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
         .file(mustExist = true, canBeFile = false)
-    private val seed by option(metavar = "N", help = "Of the test signals and the device clock's offset; default 1.")
+    private val simulate by option(metavar = "KEY=VALUE", help = "Set a key of the simulated device; repeatable.")
+        .convert { setting(it) ?: fail("expected KEY=VALUE, found '$it'") }
+        .multiple()
+    private val seed by option(metavar = "N", help = "Of the room, the walk and all noise; default 1.")
         .long().default(1)
     private val duration by option(metavar = "S", help = "End after so many seconds of samples.")
         .convert { (positive(it) ?: fail("expected a positive number, found '$it'")).seconds }
@@ -61,20 +71,38 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     override fun help(context: Context): String = "Streams a simulated or recorded headset to a receiver."
 
     override fun run() {
-        val clockOffsetNanos = Random(seed).nextLong(MAX_CLOCK_OFFSET_NANOS)
-        val isWell = headset { System.nanoTime() + clockOffsetNanos }.use { headset ->
+        val isWell = headset().use { headset ->
             runBlocking { stream(headset, receiver, duration, stopSignal(), ::echo) }
         }
         if (!isWell) throw ProgramResult(1)
     }
 
-    private fun headset(clock: DeviceClock): Headset {
+    private fun headset(): Headset {
         val folder = replay
-        return when {
-            folder != null -> ReplayHeadset(recording(folder), clock, rateFactor ?: 1.0)
-            rateFactor != null -> throw UsageError("--rate-factor needs --replay")
-            else -> TestSignalHeadset(seed, clock, ::echo)
+        if (rateFactor != null && folder == null) throw UsageError("--rate-factor needs --replay")
+        if (simulate.isNotEmpty() && (folder != null || source != SIMULATED)) {
+            throw UsageError("--simulate needs --source $SIMULATED")
         }
+        return when {
+            folder != null -> ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)
+            source == SIMULATED -> simulatedHeadset()
+            else -> TestSignalHeadset(seed, shiftedClock(), ::echo)
+        }
+    }
+
+    private fun shiftedClock(): DeviceClock {
+        val offsetNanos = Random(seed).nextLong(MAX_CLOCK_OFFSET_NANOS)
+        return DeviceClock { System.nanoTime() + offsetNanos }
+    }
+
+    private fun simulatedHeadset(): Headset = try {
+        SimulatedHeadset.open(
+            path("ml2s.library"),
+            path("ml2s.simulation"),
+            listOf("seed" to "$seed", "cache" to System.getProperty("ml2s.films", "")) + simulate,
+        )
+    } catch (mistake: IllegalArgumentException) {
+        throw UsageError("--simulate: ${mistake.message}")
     }
 
     private fun recording(folder: File): EurocRecording = try {
@@ -84,6 +112,9 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     }
 
     private companion object {
+        const val SIMULATED = "simulated"
+        const val TEST_SIGNAL = "test-signal"
+
         /** Far from any other clock, so that a time that was not converted is noticed. */
         const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
     }
@@ -95,6 +126,13 @@ private fun address(text: String): ReceiverAddress? {
     val (bracketed, plain, port) = HOST_AND_PORT.matchEntire(text)?.destructured ?: return null
     return port.toInt().takeIf { it in 1..65535 }?.let { ReceiverAddress(bracketed.ifEmpty { plain }, it) }
 }
+
+/** Where the script ml2-headset has found it. */
+private fun path(property: String): Path =
+    Path(checkNotNull(System.getProperty(property)) { "no -D$property: start the script ml2-headset" })
+
+private fun setting(text: String): Pair<String, String>? =
+    if ('=' in text) text.substringBefore('=') to text.substringAfter('=') else null
 
 private fun positive(text: String): Double? = text.toDoubleOrNull()?.takeIf { it > 0 && it.isFinite() }
 

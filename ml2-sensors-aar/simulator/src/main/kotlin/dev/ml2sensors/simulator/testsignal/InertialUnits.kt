@@ -4,6 +4,7 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.inverse
 import dev.ml2sensors.message.rotate
+import dev.ml2sensors.simulator.signal.Signal
 import dev.ml2sensors.source.VectorSample
 
 /** Standard gravity in the world, m/s^2 (CGPM 1901). */

@@ -2,6 +2,7 @@ package dev.ml2sensors.simulator.testsignal
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.times
+import dev.ml2sensors.simulator.signal.Signal
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ScalarSample
 import kotlin.math.PI
@@ -13,11 +14,14 @@ internal fun surroundings(trajectory: Trajectory): Map<String, Signal> = mapOf(
     "light_sensor" to scalars(5) { 300 + 120 * sin(2 * PI * 0.1 * it) + 30 * sin(2 * PI * 0.77 * it) },
     "pressure_headset" to scalars(10) { pressure(trajectory.at(it).pose) },
     "pressure_compute_pack" to scalars(10) { pressure(trajectory.at(it).pose * MOUNTS.getValue("imu_compute_pack")) },
-    "battery" to Signal(1) { capture ->
-        val charge = maxOf(0.05, 0.9 - capture.seconds / CHARGE_SECONDS).toFloat()
-        BatterySample(capture.nanos, voltage = 7.0f + 1.4f * charge, current = -1.6f, charge, charging = false)
-    },
+    "battery" to battery(),
 )
+
+/** Empties from 90 % to 5 %, and again. */
+internal fun battery() = Signal(1) { capture ->
+    val charge = (0.9 - 0.85 * (capture.seconds / CHARGE_SECONDS % 1)).toFloat()
+    BatterySample(capture.nanos, voltage = 7.0f + 1.4f * charge, current = -1.6f, charge, charging = false)
+}
 
 private const val CHARGE_SECONDS = 3.5 * 3600
 

@@ -1,5 +1,6 @@
 package dev.ml2sensors.simulator.testsignal
 
+import dev.ml2sensors.simulator.signal.readings
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
@@ -42,7 +43,8 @@ public class TestSignalHeadset(seed: Long, override val clock: DeviceClock, log:
     private val scope = CoroutineScope(life)
     private val films = Films(scope, log)
     private val trajectory = Trajectory(seed)
-    private val signals = inertialUnits(trajectory) + surroundings(trajectory) + trackedPoses(trajectory)
+    private val signals =
+        inertialUnits(trajectory) + surroundings(trajectory) + trackedPoses { trajectory.at(it.seconds).pose }
 
     // Drawing takes all cores: no sensor runs until all streams that were started together have their images.
     private val startNanos = scope.async(start = CoroutineStart.LAZY) {

@@ -4,6 +4,7 @@ import dev.ml2sensors.message.OPTICAL_IN_BODY
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
 import dev.ml2sensors.message.times
+import dev.ml2sensors.simulator.signal.Capture
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples

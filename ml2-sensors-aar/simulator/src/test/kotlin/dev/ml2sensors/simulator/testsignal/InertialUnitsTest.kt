@@ -6,6 +6,7 @@ import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.inverse
 import dev.ml2sensors.message.rotate
 import dev.ml2sensors.message.times
+import dev.ml2sensors.simulator.signal.Capture
 import dev.ml2sensors.source.VectorSample
 import org.junit.jupiter.api.Test
 import kotlin.math.abs

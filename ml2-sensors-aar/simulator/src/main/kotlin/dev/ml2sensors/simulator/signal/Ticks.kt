@@ -1,4 +1,4 @@
-package dev.ml2sensors.simulator.testsignal
+package dev.ml2sensors.simulator.signal
 
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason
@@ -31,7 +31,7 @@ internal class Capture(val number: Long, val nanos: Long, val seconds: Double)
 internal class Signal(val rateHz: Int, val read: (Capture) -> Sample)
 
 /** How long a reading waits for a late reader, as it does in the queues of a device, before it is lost. */
-private const val KEPT_NANOS = 250_000_000L
+internal const val KEPT_NANOS = 250_000_000L
 
 /** The readings of every tick from now on, each after its instant, until the [end]; images are lent. */
 internal fun Signal.readings(clock: DeviceClock, startNanos: Long, end: Job): Flow<Sample> = flow {
@@ -49,7 +49,7 @@ internal fun Signal.readings(clock: DeviceClock, startNanos: Long, end: Job): Fl
 }
 
 /** Whether [dueNanos] comes before the [end]. */
-private suspend fun DeviceClock.reaches(dueNanos: Long, end: Job): Boolean {
+internal suspend fun DeviceClock.reaches(dueNanos: Long, end: Job): Boolean {
     while (end.isActive) {
         val wait = dueNanos - nowNanos()
         if (wait <= 0) return true
@@ -58,7 +58,7 @@ private suspend fun DeviceClock.reaches(dueNanos: Long, end: Job): Boolean {
     return false
 }
 
-private suspend fun FlowCollector<Sample>.lend(sample: Sample) = try {
+internal suspend fun FlowCollector<Sample>.lend(sample: Sample) = try {
     emit(sample)
 } finally {
     (sample as? ImageSample)?.release()

@@ -1,4 +1,4 @@
-package dev.ml2sensors.simulator.testsignal
+package dev.ml2sensors.simulator.signal
 
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason

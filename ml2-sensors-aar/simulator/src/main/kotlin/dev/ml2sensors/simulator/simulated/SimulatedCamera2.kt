@@ -1,0 +1,116 @@
+package dev.ml2sensors.simulator.simulated
+
+import dev.ml2sensors.capture.ColorCameraPoses
+import dev.ml2sensors.capture.NativeHeadsetClock
+import dev.ml2sensors.simulator.signal.KEPT_NANOS
+import dev.ml2sensors.simulator.signal.lend
+import dev.ml2sensors.simulator.signal.reaches
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.Distortion
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorSource
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.answer
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.NonCancellable
+import kotlinx.coroutines.asCoroutineDispatcher
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.withContext
+import java.util.concurrent.Executors
+
+/**
+ * The colour camera as Android's Camera2 would deliver it: JPEGs of the simulated room with the MLTime of their capture
+ * and intrinsics, for which the native library is asked at once where the camera was.
+ */
+internal class SimulatedCamera2 : SensorSource {
+    private val life = Job()
+
+    override val backend: String get() = "camera2"
+
+    override val streams: Set<StreamSpec> = setOf(StreamTable.color, StreamTable.mixedReality)
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = stream.answer(requested)
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
+        // Poses belong to one thread, and the first picture takes seconds
+        Executors.newSingleThreadExecutor().asCoroutineDispatcher().use { thread ->
+            val camera = withContext(thread) { OpenColorCamera(values, stream == StreamTable.mixedReality) }
+            try {
+                while (NativeHeadsetClock.reaches(camera.nextNanos, life)) {
+                    withContext(thread) { camera.next() }.forEach { lend(it) }
+                }
+            } finally {
+                withContext(NonCancellable + thread) { camera.close() }
+            }
+        }
+    }
+
+    /** Ends all flows. */
+    override fun close(): Unit = life.cancel()
+}
+
+/** Of the thread that makes it. */
+private class OpenColorCamera(private val values: StreamValues, private val withHologram: Boolean) : AutoCloseable {
+    private val width = checkNotNull(values.width)
+    private val height = checkNotNull(values.height)
+    private val numbers = LongArray(NUMBERS)
+    private val tag = FloatArray(TAG_NUMBERS)
+    private val poses = ColorCameraPoses()
+    private val frameNumber get() = numbers[0]
+
+    /** When [next] is there. */
+    val nextNanos: Long get() = numbers[3]
+
+    init {
+        read(NativeHeadsetClock.nowNanos())
+    }
+
+    /** The next frame, after what was lost because it was asked for too late. */
+    fun next(): List<Sample> {
+        val last = frameNumber
+        val now = NativeHeadsetClock.nowNanos()
+        val jpeg = read(if (now - nextNanos > KEPT_NANOS) now else nextNanos)
+        val deviceNanos = numbers[1]
+        val sample = ImageSample(
+            NativeHeadsetClock.ofMlTime(deviceNanos),
+            frameNumber,
+            width,
+            height,
+            strideBytes = 0,
+            poses.at(deviceNanos),
+            intrinsics(),
+            CaptureSettings(exposureNanos = numbers[2]),
+            listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
+            giveBack = {},
+        )
+        val lost = (frameNumber - last - 1).toInt()
+        if (lost == 0) return listOf(sample)
+        return listOf(LostSamples(sample.captureNanos, lost, DropReason.SOURCE_LATE), sample)
+    }
+
+    private fun read(boottimeNanos: Long) = checkNotNull(
+        SimulatedSdk.color(width, height, checkNotNull(values.rateHz), withHologram, boottimeNanos, numbers, tag),
+    ) { "the simulated device has no colour mode ${width}x$height at ${values.rateHz} Hz" }
+
+    /** com.amd.control.intrinsics: w, h, fx, fy, cx, cy, fov, k1, k2, p1, p2, k3. */
+    private fun intrinsics(): Intrinsics {
+        val (fx, fy, cx, cy) = List(4) { tag[2 + it].toDouble() }
+        val (k1, k2, p1, p2, k3) = List(5) { tag[7 + it].toDouble() }
+        return Intrinsics(width, height, fx, fy, cx, cy, Distortion.PlumbBob(k1, k2, p1, p2, k3))
+    }
+
+    override fun close(): Unit = poses.close()
+
+    private companion object {
+        const val NUMBERS = 4
+        const val TAG_NUMBERS = 12
+    }
+}

@@ -1,0 +1,78 @@
+package dev.ml2sensors.simulator.simulated
+
+import dev.ml2sensors.capture.NativeBackend
+import dev.ml2sensors.capture.NativeHeadsetClock
+import dev.ml2sensors.capture.NativeLibrary
+import dev.ml2sensors.capture.NativePixelSource
+import dev.ml2sensors.capture.NativePoseSource
+import dev.ml2sensors.capture.PixelSensor
+import dev.ml2sensors.capture.PoseSensor
+import dev.ml2sensors.message.MlPose
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.simulator.signal.Signal
+import dev.ml2sensors.simulator.signal.SignalSource
+import dev.ml2sensors.simulator.testsignal.battery
+import dev.ml2sensors.simulator.testsignal.trackedPoses
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourcedHeadset
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.filter
+import java.nio.file.Path
+
+/**
+ * The headset's own code on a simulation of the vendor's library: cameras and poses come through libml2sensors.so, what
+ * the platform would deliver comes from the same simulated room and walk. One per process.
+ *
+ * No stream delivers before the pictures of all cameras that are started together are drawn.
+ */
+internal class SimulatedHeadset private constructor(private val headset: Headset) : Headset by headset {
+    private val opening = Opening(headset.clock, SimulatedSdk::isDrawing)
+
+    override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
+        headset.samples(stream, values).filter { opening.isOver() }
+
+    companion object {
+        /**
+         * @param library libml2sensors.so.
+         * @param simulation libml2sim_jni.so.
+         * @param settings keys and values of the simulation, in order.
+         * @throws IllegalArgumentException with the simulation's words about a setting.
+         */
+        fun open(library: Path, simulation: Path, settings: List<Pair<String, String>>): Headset {
+            SimulatedSdk.load(simulation)
+            for ((key, value) in settings) SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
+            NativeLibrary.load(library)
+            val identity = Headset.Identity("simulated", "Simulated headset")
+            return SimulatedHeadset(SourcedHeadset(identity, NativeHeadsetClock, sources()))
+        }
+    }
+}
+
+private fun sources() = listOf(
+    NativePixelSource(PixelSensor.WORLD, NativeBackend.SDK),
+    NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK),
+    NativePixelSource(PixelSensor.EYE, NativeBackend.SDK),
+    NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK),
+    SimulatedCamera2(),
+    SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()),
+    SignalSource("battery_manager", NativeHeadsetClock, mapOf(StreamTable.battery to battery())),
+    SignalSource("openxr", NativeHeadsetClock, gazeAndHands()),
+)
+
+private fun gazeAndHands(): Map<StreamSpec, Signal> {
+    val poses = trackedPoses { head(it.nanos) }
+    return listOf(StreamTable.gaze, StreamTable.handLeft, StreamTable.handRight).associateWith { poses.getValue(it.id) }
+}
+
+private fun head(boottimeNanos: Long): Transform {
+    val pose = DoubleArray(7)
+    SimulatedSdk.head(boottimeNanos, pose)
+    val (x, y, z, w) = pose
+    return MlPose(Vector3(pose[4], pose[5], pose[6]), Quaternion(x, y, z, w)).toBody()
+}

@@ -1,0 +1,53 @@
+package dev.ml2sensors.simulator.simulated
+
+import java.nio.ByteBuffer
+import java.nio.file.Path
+import kotlin.io.path.absolutePathString
+
+/**
+ * native/sim/ml2sim.h, what the simulated headset offers beside the vendor's interfaces: functions, units and axes are
+ * stated there. Registered by JNI_OnLoad of libml2sim_jni.so. Any thread.
+ */
+internal object SimulatedSdk {
+    /** Also loads the simulated vendor library that libml2sensors.so will find. Before anything else. */
+    fun load(jniLibrary: Path): Unit = System.load(jniLibrary.absolutePathString())
+
+    /** What is wrong, or null. */
+    @JvmStatic
+    external fun set(key: String, value: String): String?
+
+    /** Whether pictures are being drawn, which takes all processors for seconds. */
+    @JvmStatic
+    external fun isDrawing(): Boolean
+
+    /** Acceleration, angular velocity and magnetic field of an ml2sim_unit, three numbers each. */
+    @JvmStatic
+    external fun inertial(unit: Int, boottimeNanos: Long, out: FloatArray)
+
+    @JvmStatic
+    external fun light(boottimeNanos: Long): Float
+
+    @JvmStatic
+    external fun pressure(unit: Int, boottimeNanos: Long): Float
+
+    /** Rotation and position of the head. */
+    @JvmStatic
+    external fun head(boottimeNanos: Long, out: DoubleArray)
+
+    /**
+     * The JPEG, which stays as it is until the process ends; null for a size or rate that the device does not have.
+     *
+     * @param numbers receives frame number, MLTime of the capture, exposure in ns, and when the next will be there.
+     * @param intrinsics receives 12 numbers as the vendor's tag has them.
+     */
+    @JvmStatic
+    external fun color(
+        width: Int,
+        height: Int,
+        rateHz: Int,
+        withHologram: Boolean,
+        boottimeNanos: Long,
+        numbers: LongArray,
+        intrinsics: FloatArray,
+    ): ByteBuffer?
+}

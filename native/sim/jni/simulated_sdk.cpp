@@ -1,0 +1,89 @@
+// The functions of dev.ml2sensors.simulator.simulated.SimulatedSdk. JNI_OnLoad registers them; nothing is found by name.
+#include <jni.h>
+
+#include <iterator>
+
+#include "ml2sim.h"
+
+namespace {
+
+constexpr char kClass[] = "dev/ml2sensors/simulator/simulated/SimulatedSdk";
+
+/** The bytes of a string, which are UTF-8 but for U+0000 and what lies beyond the first plane. */
+class Utf {
+  public:
+    Utf(JNIEnv *env, jstring text) : env_(env), text_(text), bytes_(env->GetStringUTFChars(text, nullptr)) {}
+    ~Utf() { env_->ReleaseStringUTFChars(text_, bytes_); }
+    Utf(const Utf &) = delete;
+    Utf &operator=(const Utf &) = delete;
+    const char *bytes() const { return bytes_; }
+
+  private:
+    JNIEnv *env_;
+    jstring text_;
+    const char *bytes_;
+};
+
+jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
+    const char *problem = ml2sim_set(Utf(env, key).bytes(), Utf(env, value).bytes());
+    return problem == nullptr ? nullptr : env->NewStringUTF(problem);
+}
+
+jstring describeKeys(JNIEnv *env, jclass) { return env->NewStringUTF(ml2sim_describe_keys()); }
+
+void inertial(JNIEnv *env, jclass, jint unit, jlong boottime, jfloatArray out) {
+    float values[9];
+    if (ml2sim_imu(static_cast<uint32_t>(unit), boottime, values, values + 3, values + 6) == 0)
+        env->SetFloatArrayRegion(out, 0, 9, values);
+}
+
+jfloat light(JNIEnv *, jclass, jlong boottime) { return ml2sim_light(boottime); }
+
+jfloat pressure(JNIEnv *, jclass, jint unit, jlong boottime) {
+    return ml2sim_pressure(static_cast<uint32_t>(unit), boottime);
+}
+
+void head(JNIEnv *env, jclass, jlong boottime, jdoubleArray out) {
+    ml2sim_pose pose;
+    ml2sim_true_head(ml2sim_mltime_of_boottime(boottime), &pose);
+    env->SetDoubleArrayRegion(out, 0, 4, pose.rotation);
+    env->SetDoubleArrayRegion(out, 4, 3, pose.position);
+}
+
+jobject color(JNIEnv *env, jclass, jint width, jint height, jint rate_hz, jboolean with_hologram, jlong boottime,
+              jlongArray numbers, jfloatArray intrinsics) {
+    const ml2sim_color_request request = {static_cast<uint32_t>(width), static_cast<uint32_t>(height),
+                                          static_cast<uint32_t>(rate_hz), with_hologram};
+    ml2sim_color_frame frame;
+    if (ml2sim_color(&request, boottime, &frame) != 0)
+        return nullptr;
+    const jlong values[] = {frame.frame_number, frame.capture_mltime, frame.exposure_nanos, frame.next_boottime};
+    env->SetLongArrayRegion(numbers, 0, std::size(values), values);
+    env->SetFloatArrayRegion(intrinsics, 0, std::size(frame.intrinsics), frame.intrinsics);
+    return env->NewDirectByteBuffer(const_cast<uint8_t *>(frame.jpeg), frame.jpeg_bytes);
+}
+
+template <typename F> JNINativeMethod method(const char *name, const char *signature, F *function) {
+    return {const_cast<char *>(name), const_cast<char *>(signature), reinterpret_cast<void *>(function)};
+}
+
+} // namespace
+
+extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
+    JNIEnv *env;
+    if (vm->GetEnv(reinterpret_cast<void **>(&env), JNI_VERSION_1_6) != JNI_OK)
+        return JNI_ERR;
+    const JNINativeMethod methods[] = {
+        method("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
+        method("describeKeys", "()Ljava/lang/String;", describeKeys),
+        method("inertial", "(IJ[F)V", inertial),
+        method("light", "(J)F", light),
+        method("pressure", "(IJ)F", pressure),
+        method("head", "(J[D)V", head),
+        method("color", "(IIIZJ[J[F)Ljava/nio/ByteBuffer;", color),
+    };
+    const jclass type = env->FindClass(kClass);
+    if (type == nullptr || env->RegisterNatives(type, methods, std::size(methods)) != JNI_OK)
+        return JNI_ERR;
+    return JNI_VERSION_1_6;
+}
