@@ -83,13 +83,13 @@ lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
 	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
 	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
-	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' | xargs clang-format --dry-run -Werror
+	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' 'tests/*.c' | xargs clang-format --dry-run -Werror
 	$(ktlint)
 
 format: setup $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
 	$(run) ruff check --fix --config $(settings) $(python)
 	$(run) ruff format --config $(settings) $(python)
-	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' | xargs clang-format -i
+	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' 'tests/*.c' | xargs clang-format -i
 	$(ktlint) --format
 
 $(ktlint_jar):

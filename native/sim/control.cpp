@@ -5,6 +5,7 @@
 
 #include "books.h"
 #include "clock.h"
+#include "film.h"
 #include "ml2sim.h"
 #include "sensors.h"
 #include "settings.h"
@@ -56,6 +57,8 @@ std::string set(const std::string &name, const std::string &value) {
 } // namespace ml2sim
 
 using namespace ml2sim;
+
+int32_t ml2sim_is_drawing(void) { return Film::isDrawing() ? 1 : 0; }
 
 const char *ml2sim_set(const char *key, const char *value) {
     thread_local std::string problem;

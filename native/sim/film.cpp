@@ -50,12 +50,45 @@ std::string cachePath(const FilmPlan &plan) {
     return folder + file;
 }
 
+std::atomic<int> waiting{0};
+
+/** Somebody waits for a film. */
+struct Waiting {
+    Waiting() { waiting++; }
+    ~Waiting() { waiting--; }
+    Waiting(const Waiting &) = delete;
+    Waiting &operator=(const Waiting &) = delete;
+};
+
+/** Tells people how far a film is, in steps of a quarter. */
+class Progress {
+  public:
+    explicit Progress(const FilmPlan &plan) : plan_(plan) { say(0); }
+
+    /** One more frame is drawn. Any thread. */
+    void step() {
+        const size_t done = ++done_;
+        if (done * 4 / plan_.count > (done - 1) * 4 / plan_.count)
+            say(done * 100 / plan_.count);
+    }
+
+  private:
+    void say(size_t percent) const {
+        std::fprintf(stderr, "ml2sim: drawing %zu frames of %s: %zu %%\n", plan_.count, plan_.name.c_str(), percent);
+    }
+
+    const FilmPlan &plan_;
+    std::atomic<size_t> done_{0};
+};
+
 } // namespace
 
 struct Film::Drawn {
     std::mutex mutex;
     std::vector<bool> is;
 };
+
+bool Film::isDrawing() { return waiting > 0; }
 
 std::shared_ptr<Film> Film::of(const FilmPlan &plan) {
     using Entry = Lazy<std::shared_ptr<Film>>;
@@ -64,6 +97,7 @@ std::shared_ptr<Film> Film::of(const FilmPlan &plan) {
     const bool drawsAhead = text(Key::Clock) != "manual";
     auto known = plan;
     known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
+    const Waiting here;
     const auto name = (drawsAhead ? "" : "manual ") + known.name + " " + known.inputs;
     std::unique_lock lock(mutex);
     auto &entry = films[name];
@@ -120,11 +154,13 @@ bool Film::load(const std::string &path) {
 }
 
 void Film::drawAll() {
-    std::fprintf(stderr, "ml2sim: drawing %zu frames of %s\n", plan_.count, plan_.name.c_str());
+    Progress progress(plan_);
     std::atomic<size_t> next{0};
-    const auto draw = [this, &next] {
-        for (size_t i = next++; i < plan_.count; i = next++)
+    const auto draw = [&] {
+        for (size_t i = next++; i < plan_.count; i = next++) {
             plan_.draw(i, frames_ + i * stride_);
+            progress.step();
+        }
     };
     std::vector<std::thread> threads;
     for (int i = 0; i < kDrawingThreads; i++)

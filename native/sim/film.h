@@ -29,6 +29,9 @@ class Film {
     /** The film of a plan, drawn if there is none yet. Any thread; who wants the same one waits. */
     static std::shared_ptr<Film> of(const FilmPlan &plan);
 
+    /** Whether anybody waits for a film. Any thread. */
+    static bool isDrawing();
+
     Film(const FilmPlan &plan, bool drawsAhead);
     ~Film();
     Film(const Film &) = delete;

@@ -35,6 +35,9 @@ ML2SIM_API const char *ml2sim_set(const char *key, const char *value);
 /** One line per key: name, value now, what it means. Valid until this thread's next call. */
 ML2SIM_API const char *ml2sim_describe_keys(void);
 
+/** 1 while somebody waits for pictures to be drawn, which takes all processors for seconds; else 0. */
+ML2SIM_API int32_t ml2sim_is_drawing(void);
+
 /** All keys as at the start, everything that is open forgotten, books empty, a new first session; for tests. */
 ML2SIM_API void ml2sim_reset(void);
 

@@ -29,7 +29,7 @@ jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
     return problem == nullptr ? nullptr : env->NewStringUTF(problem);
 }
 
-jstring describeKeys(JNIEnv *env, jclass) { return env->NewStringUTF(ml2sim_describe_keys()); }
+jboolean isDrawing(JNIEnv *, jclass) { return ml2sim_is_drawing() != 0; }
 
 void inertial(JNIEnv *env, jclass, jint unit, jlong boottime, jfloatArray out) {
     float values[9];
@@ -75,7 +75,7 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
         return JNI_ERR;
     const JNINativeMethod methods[] = {
         method("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
-        method("describeKeys", "()Ljava/lang/String;", describeKeys),
+        method("isDrawing", "()Z", isDrawing),
         method("inertial", "(IJ[F)V", inertial),
         method("light", "(J)F", light),
         method("pressure", "(IJ)F", pressure),

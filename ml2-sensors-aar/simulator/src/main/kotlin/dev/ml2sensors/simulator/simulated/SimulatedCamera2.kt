@@ -1,6 +1,6 @@
 package dev.ml2sensors.simulator.simulated
 
-import dev.ml2sensors.capture.ColorCameraPoses
+import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeHeadsetClock
 import dev.ml2sensors.simulator.signal.KEPT_NANOS
 import dev.ml2sensors.simulator.signal.lend
@@ -63,7 +63,7 @@ private class OpenColorCamera(private val values: StreamValues, private val with
     private val height = checkNotNull(values.height)
     private val numbers = LongArray(NUMBERS)
     private val tag = FloatArray(TAG_NUMBERS)
-    private val poses = ColorCameraPoses()
+    private val poses = NativeColorPoses.open()
     private val frameNumber get() = numbers[0]
 
     /** When [next] is there. */
@@ -80,12 +80,12 @@ private class OpenColorCamera(private val values: StreamValues, private val with
         val jpeg = read(if (now - nextNanos > KEPT_NANOS) now else nextNanos)
         val deviceNanos = numbers[1]
         val sample = ImageSample(
-            NativeHeadsetClock.ofMlTime(deviceNanos),
+            poses.captureNanos(deviceNanos),
             frameNumber,
             width,
             height,
             strideBytes = 0,
-            poses.at(deviceNanos),
+            poses.poseAt(deviceNanos),
             intrinsics(),
             CaptureSettings(exposureNanos = numbers[2]),
             listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),

@@ -3,6 +3,7 @@ package dev.ml2sensors.simulator.testsignal
 import dev.ml2sensors.message.OPTICAL_IN_BODY
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.times
+import dev.ml2sensors.simulator.signal.clock
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
