@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <sstream>
 
-namespace ml2sim_xr {
+namespace ml2sim::xr {
 
 Keys::Keys() {
     const auto text = [this](const char *key, const char *meaning) { declare(key, "", meaning, false); };
@@ -16,6 +16,7 @@ Keys::Keys() {
     text("fault.sensor.taken", "a sensor whose creation fails");
     text("fault.sensor.denied", "a sensor for which the app has no permission");
     text("fault.sensor.stalled", "a sensor that delivers no frames");
+    text("fault.sensor.outside", "a sensor whose pictures lie outside the buffer given to it");
     text("fault.future.fails", "the step whose future ends with a failure: configure, start or stop");
     count("fault.future.stuck", "0", "1: futures never become ready");
     count("fault.instance.fails", "0", "1: xrCreateInstance fails");
@@ -23,7 +24,6 @@ Keys::Keys() {
     count("fault.session.lost", "0", "1: the session is being lost");
     count("fault.session.stopping", "0", "1: the session is asked to stop, 0: it may go on");
     count("fault.pose.time_invalid", "0", "1: no pose at any past time");
-    count("fault.tracking.lost", "0", "1: no pose is tracked");
     count("fault.gaze.unsupported", "0", "1: the system has no eye gaze");
     count("fault.hands.unsupported", "0", "1: the system has no hand tracking");
     count("hands.visible", "3", "bits of the hands that are seen: 1 left, 2 right");
@@ -87,4 +87,4 @@ void Keys::readEnvironment() {
     }
 }
 
-}  // namespace ml2sim_xr
+} // namespace ml2sim::xr

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-namespace ml2sim_xr {
+namespace ml2sim::xr {
 
 class Keys {
 public:
@@ -31,4 +31,4 @@ private:
     std::map<std::string, Key> keys_;
 };
 
-}  // namespace ml2sim_xr
+} // namespace ml2sim::xr

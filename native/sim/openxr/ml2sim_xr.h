@@ -1,9 +1,9 @@
 /**
- * Control and books of the simulated OpenXR runtime, beside the entry points that the loader finds. Who tests it opens
- * the runtime's library a second time with dlopen and finds these in it.
+ * Control and books of the OpenXR runtime in the simulated headset: libperception.magicleap.so is a runtime as well,
+ * which the Khronos loader finds by the manifest openxr_runtime.json.
  *
- * The runtime shows the head, the cameras and the pictures of the simulated headset (ml2sim.h): XrTime is its MLTime,
- * and every reference space but VIEW has the axes and origin of its world.
+ * It shows the head, the cameras and the pictures of ml2sim.h: XrTime is MLTime, and LOCAL is the world of the current
+ * head tracking session.
  *
  * **Strict.** A wrong structure type, a handle that is not alive, a call out of order, a function whose extension is
  * not enabled: refused with the error that OpenXR names for it, told on stderr and counted. **Threads**: any.

@@ -1,10 +1,12 @@
 #include "runtime.h"
 
+#include "../clock.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
 
-namespace ml2sim_xr {
+namespace ml2sim::xr {
 
 Runtime &runtime() {
     static Runtime *one = new Runtime;  // never destroyed: the loader may call during exit
@@ -44,7 +46,6 @@ void destroy(uint64_t handle, const char *name) {
     const auto children =
         std::count_if(objects.begin(), objects.end(), [&](const auto &entry) { return entry.second->parent == handle; });
     forget(handle);
-    runtime().changed.notify_all();
     if (children != 0) {
         misuse(ML2SIM_XR_MISUSE_CHILDREN, XR_ERROR_VALIDATION_FAILURE,
                std::string(name) + " destroyed while " + std::to_string(children) + " made from it live");
@@ -68,15 +69,15 @@ const std::string &textOf(XrPath path) {
     return runtime().paths[path - 1];
 }
 
-}  // namespace ml2sim_xr
+} // namespace ml2sim::xr
 
-using ml2sim_xr::runtime;
+using ml2sim::xr::runtime;
 
 extern "C" const char *ml2sim_xr_set(const char *key, const char *value) {
     thread_local std::string wrong;
     std::lock_guard<std::mutex> lock(runtime().mutex);
     wrong = runtime().keys.set(key, value);
-    runtime().changed.notify_all();
+    ml2sim::wakeWaiters();
     return wrong.empty() ? nullptr : wrong.c_str();
 }
 
@@ -94,7 +95,7 @@ extern "C" void ml2sim_xr_reset(void) {
     runtime().extensions.clear();
     runtime().events.clear();
     runtime().book = {};
-    runtime().changed.notify_all();
+    ml2sim::wakeWaiters();
 }
 
 extern "C" void ml2sim_xr_books(ml2sim_xr_book *out) {

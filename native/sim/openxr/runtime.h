@@ -1,10 +1,8 @@
 // What the entry points of the simulated runtime share: objects that handles name, strict checks, faults and books.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "../../openxr/xr_pixel_sensor.h"
+#include "openxr_platform.h"
 #include "keys.h"
 #include "ml2sim_xr.h"
 
-namespace ml2sim_xr {
+namespace ml2sim::xr {
 
 /// Something a handle names. Lives until it is destroyed by name; its parent is the handle it was made from.
 struct Object {
@@ -32,8 +30,6 @@ struct Refusal {
 /// The one runtime of the process. Everything in it is guarded by `mutex`, which every entry point holds.
 struct Runtime {
     std::mutex mutex;
-    /// Signalled whenever time, faults or objects change for somebody who waits for data.
-    std::condition_variable changed;
     Keys keys;
     ml2sim_xr_book book{};
     std::map<uint64_t, std::unique_ptr<Object>> objects;
@@ -134,4 +130,4 @@ const std::string &textOf(XrPath path);
 
 struct Instance : Object {};
 
-}  // namespace ml2sim_xr
+} // namespace ml2sim::xr

@@ -1,0 +1,67 @@
+// XR_EXT_hand_tracking: two hands at rest before the head, their joints in a row.
+#include "entry_points.h"
+#include "session.h"
+
+namespace ml2sim::xr {
+namespace {
+
+struct HandTracker : Object {
+    XrHandEXT hand;
+};
+
+/** Joint number `joint` is a centimetre farther along -z than the one before it. */
+Pose jointInHead(XrHandEXT hand, uint32_t joint) {
+    const double side = hand == XR_HAND_LEFT_EXT ? -0.2 : 0.2;
+    return {{}, {side, -0.3, -0.4 - 0.01 * joint}};
+}
+
+bool isSeen(XrHandEXT hand) { return (runtime().keys.number("hands.visible") & (hand == XR_HAND_LEFT_EXT ? 1 : 2)) != 0; }
+
+} // namespace
+
+XrResult xrCreateHandTrackerEXT(XrSession session, const XrHandTrackerCreateInfoEXT *createInfo,
+                                XrHandTrackerEXT *tracker) {
+    return entry([&](auto &) {
+        find<Session>(session, "session");
+        const auto &info = checked(createInfo, XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT, "XrHandTrackerCreateInfoEXT");
+        refuseIf("fault.hands.unsupported", XR_ERROR_FEATURE_UNSUPPORTED);
+        auto created = std::make_unique<HandTracker>();
+        created->hand = info.hand;
+        given(tracker, "tracker") = adopt<XrHandTrackerEXT>(number(session), std::move(created));
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrDestroyHandTrackerEXT(XrHandTrackerEXT tracker) {
+    return entry([&](auto &) {
+        find<HandTracker>(tracker, "hand tracker");
+        destroy(number(tracker), "hand tracker");
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocateInfoEXT *locateInfo,
+                               XrHandJointLocationsEXT *locations) {
+    return entry([&](auto &) {
+        const auto hand = find<HandTracker>(tracker, "hand tracker").hand;
+        const auto &info = checked(locateInfo, XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, "XrHandJointsLocateInfoEXT");
+        auto &out = checked(locations, XR_TYPE_HAND_JOINT_LOCATIONS_EXT, "XrHandJointLocationsEXT");
+        if (out.jointCount != XR_HAND_JOINT_COUNT_EXT)
+            misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "jointCount is not 26");
+        checkTime(info.time);
+        const auto base = find<Space>(info.baseSpace, "space").at(info.time);
+        out.isActive = base && isTracked() && isSeen(hand);
+        for (uint32_t joint = 0; joint < out.jointCount; joint++) {
+            auto &location = out.jointLocations[joint];
+            location = {};
+            if (out.isActive == XR_FALSE)
+                continue;
+            location.locationFlags = kLocated;
+            location.pose = toXr(compose(inverse(*base), compose(headAt(info.time), jointInHead(hand, joint))));
+            location.radius = 0.01f;
+        }
+        return XR_SUCCESS;
+    });
+}
+
+} // namespace ml2sim::xr

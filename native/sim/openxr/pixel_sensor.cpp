@@ -1,0 +1,284 @@
+// Pixel sensors from their list to a running stream; capture.cpp delivers the data.
+#include "pixel_sensor.h"
+
+#include "../clock.h"
+#include "../tracking.h"
+#include "entry_points.h"
+#include "session.h"
+
+namespace ml2sim::xr {
+namespace {
+
+const SensorModel *modelOf(const std::string &path) {
+    if (runtime().keys.text("fault.sensor.missing") == path)
+        return nullptr;
+    for (const auto &model : sensorModels())
+        if (model.path == path)
+            return &model;
+    return nullptr;
+}
+
+PixelSensor &sensorOf(XrPixelSensorML sensor) { return find<PixelSensor>(sensor, "pixel sensor"); }
+
+std::optional<Pose> placeOf(const SensorModel &model, XrTime time) {
+    switch (model.eyepiece) {
+    case Eyepiece::WorldLeft:
+        return compose(headAt(time), mount(Camera::WorldLeft));
+    case Eyepiece::WorldCenter:
+        return compose(headAt(time), mount(Camera::WorldCenter));
+    case Eyepiece::WorldRight:
+        return compose(headAt(time), mount(Camera::WorldRight));
+    case Eyepiece::Depth:
+        return compose(headAt(time), mount(Camera::Depth));
+    case Eyepiece::Color:
+        return compose(headAt(time), mount(Camera::Color));
+    default:
+        return {};
+    }
+}
+
+/** A future that applies effect to the streams, none of which may have another. */
+XrFutureEXT begin(XrPixelSensorML handle, PixelSensor &sensor, const char *step, std::vector<uint32_t> streams,
+                  std::function<void(PixelSensor &)> effect) {
+    for (const auto index : streams) {
+        if (sensor.stream(index).hasPending)
+            misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID,
+                   std::string(step) + " while another step is not completed");
+        sensor.stream(index).hasPending = true;
+    }
+    auto future = std::make_unique<Future>();
+    const auto &keys = runtime().keys;
+    future->step = step;
+    future->readyAt =
+        keys.number("fault.future.stuck") != 0 ? INT64_MAX : mlTimeNow() + keys.number("future.delay_ms") * 1000000;
+    future->fails = keys.text("fault.future.fails") == step;
+    future->effect = std::move(effect);
+    future->streams = std::move(streams);
+    return adopt<XrFutureEXT>(number(handle), std::move(future));
+}
+
+XrResult complete(XrPixelSensorML handle, XrFutureEXT future, const char *step, XrStructureType type,
+                  XrPixelSensorCompletionML *completion) {
+    auto &sensor = sensorOf(handle);
+    auto &out = checked(completion, type, "completion");
+    const auto found = runtime().objects.find(number(future));
+    auto *begun = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
+    if (begun == nullptr || begun->parent != number(handle) || std::string(begun->step) != step)
+        misuse(ML2SIM_XR_MISUSE_FUTURE, XR_ERROR_FUTURE_INVALID_EXT,
+               std::string("no future of ") + step + " to complete, or completed before");
+    if (mlTimeNow() < begun->readyAt)
+        return XR_ERROR_FUTURE_PENDING_EXT;
+    out.futureResult = begun->fails ? XR_ERROR_RUNTIME_FAILURE : XR_SUCCESS;
+    for (const auto index : begun->streams)
+        sensor.streams[index].hasPending = false;
+    if (!begun->fails)
+        begun->effect(sensor);
+    runtime().objects.erase(number(future));
+    return XR_SUCCESS;
+}
+
+/** The mode that the configs of one stream name. */
+Mode modeFrom(PixelSensor &sensor, uint32_t stream, const XrPixelSensorConfigInfoML &info) {
+    const auto candidates = modesWith(sensor.model->streams[stream], stream, info.configCount, info.configs);
+    for (const auto type : {XR_PIXEL_SENSOR_UPDATE_RATE_ML, XR_PIXEL_SENSOR_RESOLUTION_ML, XR_PIXEL_SENSOR_FORMAT_ML}) {
+        bool isGiven = false;
+        for (uint32_t i = 0; i < info.configCount; i++)
+            isGiven |= info.configs[i]->stream == stream && info.configs[i]->capabilityType == type;
+        if (!isGiven)
+            misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "a mandatory capability is not configured");
+    }
+    if (candidates.empty())
+        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "configured to what is not offered");
+    return candidates.front();
+}
+
+std::vector<uint32_t> streamsOf(PixelSensor &sensor, uint32_t count, const uint32_t *streams) {
+    for (uint32_t i = 0; i < count; i++)
+        sensor.stream(streams[i]);
+    if (count == 0)
+        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "no streams");
+    return {streams, streams + count};
+}
+
+} // namespace
+
+PixelStream &PixelSensor::stream(uint32_t index) {
+    if (index >= streams.size())
+        misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_INDEX_OUT_OF_RANGE, model->path + " has no such stream");
+    return streams[index];
+}
+
+bool PixelSensor::isSubjectTo(const char *fault) const { return runtime().keys.text(fault) == model->path; }
+
+XrResult xrEnumeratePixelSensorsML(XrSession session, uint32_t capacity, uint32_t *count, XrPath *sensors) {
+    return entry([&](auto &) {
+        find<Session>(session, "session");
+        std::vector<XrPath> paths;
+        for (const auto &model : sensorModels())
+            if (modelOf(model.path) != nullptr)
+                paths.push_back(pathOf(model.path));
+        return enumerate(paths, capacity, count, sensors);
+    });
+}
+
+XrResult xrCreatePixelSensorML(XrSession session, const XrPixelSensorCreateInfoML *createInfo,
+                               XrPixelSensorML *sensor) {
+    return entry([&](auto &) {
+        find<Session>(session, "session");
+        const auto &info = checked(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_INFO_ML, "XrPixelSensorCreateInfo");
+        const auto *model = modelOf(textOf(info.sensor));
+        if (model == nullptr)
+            misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_PATH_UNSUPPORTED, "a sensor that is not listed");
+        for (const auto &[handle, object] : runtime().objects)
+            if (auto *other = dynamic_cast<PixelSensor *>(object.get()); other != nullptr && other->model == model)
+                return XR_ERROR_LIMIT_REACHED;
+        auto created = std::make_unique<PixelSensor>();
+        created->model = model;
+        if (created->isSubjectTo("fault.sensor.denied"))
+            return XR_ERROR_PERMISSION_INSUFFICIENT;
+        if (created->isSubjectTo("fault.sensor.taken"))
+            return XR_ERROR_RUNTIME_FAILURE;
+        created->streams.resize(model->streams.size());
+        given(sensor, "sensor") = adopt<XrPixelSensorML>(number(session), std::move(created));
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrDestroyPixelSensorML(XrPixelSensorML sensor) {
+    return entry([&](auto &) {
+        const auto &going = sensorOf(sensor);
+        const std::string path = going.model->path;
+        bool isRunning = false;
+        for (const auto &stream : going.streams)
+            isRunning |= stream.isRunning;
+        destroy(number(sensor), path.c_str());
+        if (isRunning)
+            misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, path + " destroyed while running");
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrGetPixelSensorStreamCountML(XrPixelSensorML sensor, uint32_t *count) {
+    return entry([&](auto &) {
+        given(count, "count") = static_cast<uint32_t>(sensorOf(sensor).streams.size());
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrConfigurePixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorConfigInfoML *configInfo,
+                                       XrFutureEXT *future) {
+    return entry([&](auto &) {
+        auto &self = sensorOf(sensor);
+        const auto &info = checked(configInfo, XR_TYPE_PIXEL_SENSOR_CONFIG_INFO_ML, "XrPixelSensorConfigInfo");
+        const auto streams = streamsOf(self, info.streamCount, info.streams);
+        std::map<uint32_t, Mode> modes;
+        for (const auto stream : streams) {
+            if (self.stream(stream).isRunning)
+                misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "configured while running");
+            modes[stream] = modeFrom(self, stream, info);
+        }
+        given(future, "future") = begin(sensor, self, "configure", streams, [modes](PixelSensor &target) {
+            for (const auto &[stream, mode] : modes)
+                target.streams[stream].mode = mode;
+        });
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrConfigurePixelSensorCompleteML(XrPixelSensorML sensor, XrFutureEXT future,
+                                          XrPixelSensorConfigureCompletionML *completion) {
+    return entry([&](auto &) {
+        return complete(sensor, future, "configure", XR_TYPE_PIXEL_SENSOR_CONFIGURE_COMPLETION_ML, completion);
+    });
+}
+
+XrResult xrEnumeratePixelSensorMetadataML(XrPixelSensorML sensor, uint32_t stream, uint32_t capacity, uint32_t *count,
+                                          XrPixelSensorMetadataTypeML *metadatas) {
+    return entry([&](auto &) {
+        auto &self = sensorOf(sensor);
+        const auto &mode = self.stream(stream).mode;
+        if (!mode)
+            misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "metadata listed before configuring");
+        return enumerate(metadataOf(*self.model, mode->format), capacity, count, metadatas);
+    });
+}
+
+XrResult xrStartPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorStartInfoML *startInfo,
+                                   XrFutureEXT *future) {
+    return entry([&](auto &) {
+        auto &self = sensorOf(sensor);
+        const auto &info = checked(startInfo, XR_TYPE_PIXEL_SENSOR_START_INFO_ML, "XrPixelSensorStartInfo");
+        const auto streams = streamsOf(self, info.streamCount, info.streams);
+        for (const auto stream : streams)
+            if (!self.streams[stream].mode || self.streams[stream].isRunning)
+                misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "started twice, or before configuring");
+        given(future, "future") = begin(sensor, self, "start", streams, [streams](PixelSensor &target) {
+            for (const auto index : streams) {
+                auto &stream = target.streams[index];
+                stream.pictures = Pictures::of(*target.model, index, *stream.mode);
+                stream.firstIndex = stream.pictures->newestAt(mlTimeNow()) + 1;
+                stream.isRunning = true;
+            }
+        });
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrStartPixelSensorCompleteML(XrPixelSensorML sensor, XrFutureEXT future,
+                                      XrPixelSensorStartCompletionML *completion) {
+    return entry([&](auto &) {
+        return complete(sensor, future, "start", XR_TYPE_PIXEL_SENSOR_START_COMPLETION_ML, completion);
+    });
+}
+
+XrResult xrStopPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorStopInfoML *stopInfo,
+                                  XrFutureEXT *future) {
+    return entry([&](auto &) {
+        auto &self = sensorOf(sensor);
+        const auto &info = checked(stopInfo, XR_TYPE_PIXEL_SENSOR_STOP_INFO_ML, "XrPixelSensorStopInfo");
+        const auto streams = streamsOf(self, info.streamCount, info.streams);
+        for (const auto stream : streams) {
+            if (!self.streams[stream].isRunning)
+                misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "stopped but not running");
+            self.streams[stream].isRunning = false;
+        }
+        given(future, "future") = begin(sensor, self, "stop", streams, [](PixelSensor &) {});
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrStopPixelSensorCompleteML(XrPixelSensorML sensor, XrFutureEXT future,
+                                     XrPixelSensorStopCompletionML *completion) {
+    return entry([&](auto &) {
+        return complete(sensor, future, "stop", XR_TYPE_PIXEL_SENSOR_STOP_COMPLETION_ML, completion);
+    });
+}
+
+XrResult xrPollFutureEXT(XrInstance instance, const XrFuturePollInfoEXT *pollInfo, XrFuturePollResultEXT *pollResult) {
+    return entry([&](auto &) {
+        find<Instance>(instance, "instance");
+        const auto &info = checked(pollInfo, XR_TYPE_FUTURE_POLL_INFO_EXT, "XrFuturePollInfoEXT");
+        auto &out = checked(pollResult, XR_TYPE_FUTURE_POLL_RESULT_EXT, "XrFuturePollResultEXT");
+        const auto found = runtime().objects.find(number(info.future));
+        auto *future = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
+        if (future == nullptr)
+            misuse(ML2SIM_XR_MISUSE_FUTURE, XR_ERROR_FUTURE_INVALID_EXT, "no such future to poll");
+        out.state = mlTimeNow() < future->readyAt ? XR_FUTURE_STATE_PENDING_EXT : XR_FUTURE_STATE_READY_EXT;
+        return XR_SUCCESS;
+    });
+}
+
+XrResult xrCreatePixelSensorSpaceML(XrSession session, const XrPixelSensorCreateSpaceInfoML *createInfo,
+                                    XrSpace *space) {
+    return entry([&](auto &) {
+        find<Session>(session, "session");
+        const auto &info = checked(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, "XrPixelSensorCreateSpaceInfo");
+        auto created = std::make_unique<Space>();
+        created->at = [model = sensorOf(info.sensor).model](XrTime time) { return placeOf(*model, time); };
+        // It goes with the sensor.
+        given(space, "space") = adopt<XrSpace>(number(info.sensor), std::move(created));
+        return XR_SUCCESS;
+    });
+}
+
+} // namespace ml2sim::xr
