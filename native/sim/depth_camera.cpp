@@ -6,7 +6,7 @@
 #include "books.h"
 #include "connection.h"
 #include "depth_modes.h"
-#include "film.h"
+#include "films.h"
 #include "hostile.h"
 #include "lazy.h"
 #include "ml_unused.h"
@@ -121,6 +121,8 @@ void lend(int64_t index, MLDepthCameraData *data) {
 }
 
 } // namespace
+
+FilmPlan depthFilm(const DepthChoice &wanted) { return planOf(wanted); }
 
 bool isDepthCameraOpen() { return connection.isOpen(); }
 

@@ -1,12 +1,13 @@
 // MLEyeCamera*: four cameras on one grid; no pose, no intrinsics.
 #include "ml_eye_camera.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <vector>
 
 #include "connection.h"
-#include "film.h"
+#include "films.h"
 #include "hostile.h"
 #include "scene/render.h"
 #include "sensors.h"
@@ -95,6 +96,12 @@ void lend(int64_t index, MLEyeCameraData *data) {
 }
 
 } // namespace
+
+FilmPlan eyeFilm(EyeCamera camera) {
+    const auto *position = std::find_if(kPositions.begin(), kPositions.end(),
+                                        [camera](const Position &candidate) { return candidate.camera == camera; });
+    return planOf(*position);
+}
 
 bool isEyeCameraOpen() { return connection.isOpen(); }
 void resetEyeCamera() { connection.reset(); }

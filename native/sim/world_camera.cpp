@@ -1,12 +1,13 @@
 // MLWorldCamera*: three cameras on one grid, a batch of at most one frame per camera and mode.
 #include "ml_world_camera.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <vector>
 
 #include "connection.h"
-#include "film.h"
+#include "films.h"
 #include "hostile.h"
 #include "lazy.h"
 #include "scene/render.h"
@@ -160,6 +161,12 @@ void lend(int64_t index, MLWorldCameraData *data) {
 }
 
 } // namespace
+
+FilmPlan worldFilm(MLWorldCameraIdentifier camera, MLWorldCameraFrameType exposure) {
+    const auto *position = std::find_if(kPositions.begin(), kPositions.end(),
+                                        [camera](const Position &candidate) { return candidate.id == camera; });
+    return planOf(*position, exposure);
+}
 
 bool isWorldCameraOpen() { return connection.isOpen(); }
 void resetWorldCamera() { connection.reset(); }

@@ -81,7 +81,8 @@ XrResult xrSuggestInteractionProfileBindings(XrInstance instance, const XrIntera
 XrResult xrAttachSessionActionSets(XrSession session, const XrSessionActionSetsAttachInfo *attachInfo) {
     return entry([&](auto &) {
         auto &state = find<Session>(session, "session");
-        const auto &info = checked(attachInfo, XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO, "XrSessionActionSetsAttachInfo");
+        const auto &info =
+            checked(attachInfo, XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO, "XrSessionActionSetsAttachInfo");
         if (state.hasActionSets)
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "action sets attached twice");
         for (uint32_t i = 0; i < info.countActionSets; i++)

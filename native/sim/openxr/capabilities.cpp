@@ -29,8 +29,8 @@ bool agrees(const Mode &mode, const XrPixelSensorConfigBaseHeaderML *config) {
                                     XR_TYPE_PIXEL_SENSOR_CONFIG_EXTENT_2DI_ML, "config of the resolution")
                                 .value;
     return numberOf(mode, config->capabilityType) ==
-           checked(reinterpret_cast<const XrPixelSensorConfigUint32ML *>(config),
-                   XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, "config of a number")
+           checked(reinterpret_cast<const XrPixelSensorConfigUint32ML *>(config), XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML,
+                   "config of a number")
                .value;
 }
 
@@ -70,8 +70,8 @@ XrResult xrEnumeratePixelSensorCapabilitiesML(XrPixelSensorML sensor, uint32_t s
         self.stream(stream);
         std::vector<XrPixelSensorCapabilityML> offered;
         const auto offer = [&](XrPixelSensorCapabilityTypeML type, XrPixelSensorDataTypeML data) {
-            offered.push_back({XR_TYPE_PIXEL_SENSOR_CAPABILITY_ML, nullptr, type, data,
-                               XR_PIXEL_SENSOR_RANGE_DISCRETE_ML});
+            offered.push_back(
+                {XR_TYPE_PIXEL_SENSOR_CAPABILITY_ML, nullptr, type, data, XR_PIXEL_SENSOR_RANGE_DISCRETE_ML});
         };
         offer(XR_PIXEL_SENSOR_UPDATE_RATE_ML, XR_PIXEL_SENSOR_UINT32_ML);
         offer(XR_PIXEL_SENSOR_RESOLUTION_ML, XR_PIXEL_SENSOR_EXTENT_2DI_ML);
@@ -85,7 +85,8 @@ XrResult xrEnumeratePixelSensorCapabilitiesML(XrPixelSensorML sensor, uint32_t s
 }
 
 XrResult xrQueryPixelSensorCapabilityRangeML(XrPixelSensorML sensor, const XrPixelSensorCapabilityQueryInfoML *info,
-                                             uint32_t configCount, const XrPixelSensorConfigBaseHeaderML *const *configs,
+                                             uint32_t configCount,
+                                             const XrPixelSensorConfigBaseHeaderML *const *configs,
                                              XrPixelSensorRangeBaseHeaderML *range) {
     return entry([&](auto &) {
         auto &self = find<PixelSensor>(sensor, "pixel sensor");

@@ -1,7 +1,7 @@
 // The functions of the runtime: X(name, extension), an empty extension for OpenXR's core.
 #pragma once
 
-#include "openxr_platform.h"
+#include "khronos.h"
 
 #define XR_ENTRY_POINTS(X)                                                                                             \
     X(xrGetInstanceProcAddr, "")                                                                                       \
@@ -56,9 +56,7 @@ namespace ml2sim::xr {
 
 /** The entry points themselves, one file per kind of thing. */
 template <class Function> struct EntryPoint;
-template <class... Arguments> struct EntryPoint<XrResult (*)(Arguments...)> {
-    using Type = XrResult(Arguments...);
-};
+template <class... Arguments> struct EntryPoint<XrResult (*)(Arguments...)> { using Type = XrResult(Arguments...); };
 #define XR_DECLARE(name, extension) EntryPoint<PFN_##name>::Type name;
 XR_ENTRY_POINTS(XR_DECLARE)
 

@@ -15,7 +15,9 @@ Pose jointInHead(XrHandEXT hand, uint32_t joint) {
     return {{}, {side, -0.3, -0.4 - 0.01 * joint}};
 }
 
-bool isSeen(XrHandEXT hand) { return (runtime().keys.number("hands.visible") & (hand == XR_HAND_LEFT_EXT ? 1 : 2)) != 0; }
+bool isSeen(XrHandEXT hand) {
+    return (runtime().keys.number("hands.visible") & (hand == XR_HAND_LEFT_EXT ? 1 : 2)) != 0;
+}
 
 } // namespace
 

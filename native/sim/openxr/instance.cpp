@@ -1,6 +1,11 @@
 // The instance: extensions, system, paths and events.
+#include <algorithm>
+#include <cstdio>
 #include <cstring>
 
+#include <openxr/openxr_reflection.h>
+
+#include "../clock.h"
 #include "entry_points.h"
 #include "runtime.h"
 #include "session.h"
@@ -12,10 +17,9 @@ constexpr XrSystemId kSystem = 2;
 
 std::vector<std::string> offeredExtensions() {
     std::vector<std::string> offered;
-    for (const char *extension :
-         {XR_MND_HEADLESS_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_EXT_FUTURE_EXTENSION_NAME,
-          XR_ML_PIXEL_SENSOR_EXTENSION_NAME, XR_EXT_HAND_TRACKING_EXTENSION_NAME,
-          XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME})
+    for (const char *extension : {XR_MND_HEADLESS_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+                                  XR_EXT_FUTURE_EXTENSION_NAME, XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
+                                  XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME})
         if (runtime().keys.text("fault.extension.missing") != extension)
             offered.emplace_back(extension);
     return offered;
@@ -51,9 +55,7 @@ const char *nameOf(XrResult result) {
 #define XR_NAME(name, value)                                                                                           \
     case value:                                                                                                        \
         return #name;
-        XR_LIST_ENUM_XrResult(XR_NAME)
-    case XR_ERROR_FUTURE_PENDING_EXT:
-        return "XR_ERROR_FUTURE_PENDING_EXT";
+        XR_LIST_ENUM_XrResult(XR_NAME) case XR_ERROR_FUTURE_PENDING_EXT : return "XR_ERROR_FUTURE_PENDING_EXT";
     case XR_ERROR_FUTURE_INVALID_EXT:
         return "XR_ERROR_FUTURE_INVALID_EXT";
     case XR_ERROR_PERMISSION_INSUFFICIENT:
@@ -155,8 +157,7 @@ XrResult xrPathToString(XrInstance instance, XrPath path, uint32_t capacity, uin
 XrResult xrGetSystem(XrInstance instance, const XrSystemGetInfo *info, XrSystemId *system) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        if (checked(info, XR_TYPE_SYSTEM_GET_INFO, "XrSystemGetInfo").formFactor !=
-            XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY)
+        if (checked(info, XR_TYPE_SYSTEM_GET_INFO, "XrSystemGetInfo").formFactor != XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY)
             return XR_ERROR_FORM_FACTOR_UNSUPPORTED;
         given(system, "system") = kSystem;
         return XR_SUCCESS;

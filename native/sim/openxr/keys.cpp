@@ -64,22 +64,17 @@ std::string Keys::describe() const {
     return lines;
 }
 
-const std::string &Keys::text(const std::string &key) const {
-    return keys_.at(key).value;
-}
+const std::string &Keys::text(const std::string &key) const { return keys_.at(key).value; }
 
-int64_t Keys::number(const std::string &key) const {
-    return std::stoll(keys_.at(key).value);
-}
+int64_t Keys::number(const std::string &key) const { return std::stoll(keys_.at(key).value); }
 
 void Keys::readEnvironment() {
     const char *given = std::getenv("ML2SIM_XR");
     std::istringstream items(given == nullptr ? "" : given);
     for (std::string item; std::getline(items, item, ',');) {
         const size_t equals = item.find('=');
-        const std::string wrong =
-            equals == std::string::npos ? "expected key=value, found " + item
-                                        : set(item.substr(0, equals), item.substr(equals + 1));
+        const std::string wrong = equals == std::string::npos ? "expected key=value, found " + item
+                                                              : set(item.substr(0, equals), item.substr(equals + 1));
         if (!wrong.empty()) {
             std::fprintf(stderr, "ML2SIM_XR: %s\n", wrong.c_str());
             std::abort();

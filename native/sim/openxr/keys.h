@@ -7,7 +7,7 @@
 namespace ml2sim::xr {
 
 class Keys {
-public:
+  public:
     Keys();
 
     /// Empty, or what is wrong and what is allowed.
@@ -18,7 +18,7 @@ public:
     const std::string &text(const std::string &key) const;
     int64_t number(const std::string &key) const;
 
-private:
+  private:
     struct Key {
         std::string value;
         std::string initial;

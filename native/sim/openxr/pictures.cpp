@@ -55,10 +55,10 @@ class DepthPictures : public Pictures {
   private:
     static DepthChoice choice(uint32_t stream, const Mode &mode) {
         const auto type = stream == 0 ? MLDepthCameraFrameType_LongRange : MLDepthCameraFrameType_ShortRange;
-        const uint32_t planes = mode.format == XR_PIXEL_SENSOR_DEPTH_RAW_ML
-                                    ? MLDepthCameraFlags_RawDepthImage
-                                    : MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_Confidence |
-                                          MLDepthCameraFlags_DepthFlags;
+        const uint32_t planes =
+            mode.format == XR_PIXEL_SENSOR_DEPTH_RAW_ML
+                ? MLDepthCameraFlags_RawDepthImage
+                : MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_Confidence | MLDepthCameraFlags_DepthFlags;
         return {type, planes, std::min(mode.rate_hz, mode.rate_hz == 60 ? 30u : mode.rate_hz)};
     }
 
@@ -78,9 +78,9 @@ class DepthPictures : public Pictures {
 class ColorPictures : public Pictures {
   public:
     ColorPictures(const Mode &mode, bool isMixed)
-        : Pictures(mode.rate_hz, 15000000, 8000000),
-          request_{static_cast<uint32_t>(mode.size.width), static_cast<uint32_t>(mode.size.height), mode.rate_hz,
-                   isMixed} {}
+        : Pictures(mode.rate_hz, 15000000, 8000000), request_{static_cast<uint32_t>(mode.size.width),
+                                                              static_cast<uint32_t>(mode.size.height), mode.rate_hz,
+                                                              isMixed} {}
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
         constexpr int64_t kSurely = 1000;
@@ -150,9 +150,9 @@ void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out) {
 }
 
 void writeIntrinsics(const SensorModel &sensor, const Mode &mode, XrPixelSensorPinholeIntrinsicsML *out) {
-    const auto lens = sensor.eyepiece == Eyepiece::Depth ? depthLens()
-                                                         : colorLens(static_cast<uint32_t>(mode.size.width),
-                                                                     static_cast<uint32_t>(mode.size.height));
+    const auto lens = sensor.eyepiece == Eyepiece::Depth
+                          ? depthLens()
+                          : colorLens(static_cast<uint32_t>(mode.size.width), static_cast<uint32_t>(mode.size.height));
     writeShape(lens, out);
     const double distortion[] = {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3};
     std::copy(std::begin(distortion), std::end(distortion), out->distortion);

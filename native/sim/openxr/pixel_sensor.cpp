@@ -205,18 +205,26 @@ XrResult xrEnumeratePixelSensorMetadataML(XrPixelSensorML sensor, uint32_t strea
 
 XrResult xrStartPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorStartInfoML *startInfo,
                                    XrFutureEXT *future) {
-    return entry([&](auto &) {
+    return entry([&](auto &lock) {
         auto &self = sensorOf(sensor);
         const auto &info = checked(startInfo, XR_TYPE_PIXEL_SENSOR_START_INFO_ML, "XrPixelSensorStartInfo");
         const auto streams = streamsOf(self, info.streamCount, info.streams);
-        for (const auto stream : streams)
-            if (!self.streams[stream].mode || self.streams[stream].isRunning)
+        std::map<uint32_t, std::shared_ptr<Pictures>> pictures;
+        for (const auto index : streams) {
+            const auto &stream = self.streams[index];
+            if (!stream.mode || stream.isRunning)
                 misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "started twice, or before configuring");
-        given(future, "future") = begin(sensor, self, "start", streams, [streams](PixelSensor &target) {
-            for (const auto index : streams) {
+            const auto *model = self.model;
+            const auto mode = *stream.mode;
+            lock.unlock(); // drawing takes seconds
+            pictures[index] = Pictures::of(*model, index, mode);
+            lock.lock();
+        }
+        given(future, "future") = begin(sensor, sensorOf(sensor), "start", streams, [pictures](PixelSensor &target) {
+            for (const auto &[index, shown] : pictures) {
                 auto &stream = target.streams[index];
-                stream.pictures = Pictures::of(*target.model, index, *stream.mode);
-                stream.firstIndex = stream.pictures->newestAt(mlTimeNow()) + 1;
+                stream.pictures = shown;
+                stream.firstIndex = shown->newestAt(mlTimeNow()) + 1;
                 stream.isRunning = true;
             }
         });
@@ -249,9 +257,8 @@ XrResult xrStopPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSto
 
 XrResult xrStopPixelSensorCompleteML(XrPixelSensorML sensor, XrFutureEXT future,
                                      XrPixelSensorStopCompletionML *completion) {
-    return entry([&](auto &) {
-        return complete(sensor, future, "stop", XR_TYPE_PIXEL_SENSOR_STOP_COMPLETION_ML, completion);
-    });
+    return entry(
+        [&](auto &) { return complete(sensor, future, "stop", XR_TYPE_PIXEL_SENSOR_STOP_COMPLETION_ML, completion); });
 }
 
 XrResult xrPollFutureEXT(XrInstance instance, const XrFuturePollInfoEXT *pollInfo, XrFuturePollResultEXT *pollResult) {
@@ -272,7 +279,8 @@ XrResult xrCreatePixelSensorSpaceML(XrSession session, const XrPixelSensorCreate
                                     XrSpace *space) {
     return entry([&](auto &) {
         find<Session>(session, "session");
-        const auto &info = checked(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, "XrPixelSensorCreateSpaceInfo");
+        const auto &info =
+            checked(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, "XrPixelSensorCreateSpaceInfo");
         auto created = std::make_unique<Space>();
         created->at = [model = sensorOf(info.sensor).model](XrTime time) { return placeOf(*model, time); };
         // It goes with the sensor.

@@ -1,8 +1,8 @@
 // A created pixel sensor, and the futures of what was begun with it.
 #pragma once
 
+#include <functional>
 #include <optional>
-#include <thread>
 
 #include "capabilities.h"
 #include "pictures.h"

@@ -9,7 +9,7 @@
 namespace ml2sim::xr {
 
 Runtime &runtime() {
-    static Runtime *one = new Runtime;  // never destroyed: the loader may call during exit
+    static Runtime *one = new Runtime; // never destroyed: the loader may call during exit
     return *one;
 }
 
@@ -43,8 +43,8 @@ static void forget(uint64_t handle) {
 
 void destroy(uint64_t handle, const char *name) {
     const auto &objects = runtime().objects;
-    const auto children =
-        std::count_if(objects.begin(), objects.end(), [&](const auto &entry) { return entry.second->parent == handle; });
+    const auto children = std::count_if(objects.begin(), objects.end(),
+                                        [&](const auto &entry) { return entry.second->parent == handle; });
     forget(handle);
     if (children != 0) {
         misuse(ML2SIM_XR_MISUSE_CHILDREN, XR_ERROR_VALIDATION_FAILURE,

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "openxr_platform.h"
 #include "keys.h"
+#include "khronos.h"
 #include "ml2sim_xr.h"
 
 namespace ml2sim::xr {
@@ -48,8 +48,7 @@ Runtime &runtime();
 void refuseIf(const char *key, XrResult result);
 
 /// Runs the body of an entry point under the runtime's mutex.
-template <class Body>
-XrResult entry(Body body) {
+template <class Body> XrResult entry(Body body) {
     std::unique_lock<std::mutex> lock(runtime().mutex);
     try {
         return body(lock);
@@ -71,26 +70,20 @@ const Structure &checked(const Structure *structure, XrStructureType type, const
     return *structure;
 }
 
-template <class Structure>
-Structure &checked(Structure *structure, XrStructureType type, const char *name) {
+template <class Structure> Structure &checked(Structure *structure, XrStructureType type, const char *name) {
     return const_cast<Structure &>(checked(static_cast<const Structure *>(structure), type, name));
 }
 
-template <class Pointer>
-Pointer &given(Pointer *pointer, const char *name) {
+template <class Pointer> Pointer &given(Pointer *pointer, const char *name) {
     if (pointer == nullptr) {
         misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, std::string(name) + " is null");
     }
     return *pointer;
 }
 
-template <class Handle>
-uint64_t number(Handle handle) {
-    return reinterpret_cast<uint64_t>(handle);
-}
+template <class Handle> uint64_t number(Handle handle) { return reinterpret_cast<uint64_t>(handle); }
 
-template <class Kind, class Handle>
-Kind &find(Handle handle, const char *name) {
+template <class Kind, class Handle> Kind &find(Handle handle, const char *name) {
     const auto found = runtime().objects.find(number(handle));
     auto *object = found == runtime().objects.end() ? nullptr : dynamic_cast<Kind *>(found->second.get());
     if (object == nullptr) {
@@ -100,8 +93,7 @@ Kind &find(Handle handle, const char *name) {
 }
 
 /// Takes an object in and names it.
-template <class Handle>
-Handle adopt(uint64_t parent, std::unique_ptr<Object> object) {
+template <class Handle> Handle adopt(uint64_t parent, std::unique_ptr<Object> object) {
     object->parent = parent;
     const uint64_t handle = runtime().nextHandle++;
     runtime().objects[handle] = std::move(object);

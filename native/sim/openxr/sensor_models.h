@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "openxr_platform.h"
+#include "khronos.h"
 
 namespace ml2sim::xr {
 
@@ -23,7 +23,17 @@ struct StreamModel {
 };
 
 /** What a sensor looks through. */
-enum class Eyepiece { WorldLeft, WorldCenter, WorldRight, Depth, Color, TempleLeft, NasalLeft, NasalRight, TempleRight };
+enum class Eyepiece {
+    WorldLeft,
+    WorldCenter,
+    WorldRight,
+    Depth,
+    Color,
+    TempleLeft,
+    NasalLeft,
+    NasalRight,
+    TempleRight
+};
 
 struct SensorModel {
     std::string path;

@@ -54,8 +54,7 @@ Space &located(XrSpace space) { return find<Space>(space, "space"); }
 
 void followFaults() {
     for (auto &[handle, object] : runtime().objects)
-        if (auto *session = dynamic_cast<Session *>(object.get()))
-{
+        if (auto *session = dynamic_cast<Session *>(object.get())) {
             noticeNewWorld(reinterpret_cast<XrSession>(handle), *session);
             follow(reinterpret_cast<XrSession>(handle), *session);
         }
