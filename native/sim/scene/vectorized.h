@@ -3,7 +3,7 @@
 
 /**
  * Compiled twice; the processor chooses. Neither version may fuse multiplications with additions (-ffp-contract=off),
- * so both give the same pixels. The choice is made while the library is loaded, before the thread sanitizer can run.
+ * so both give the same pixels. The thread sanitizer cannot be there yet when the choice is made.
  */
 #if defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
 #define ML2SIM_VECTORIZED __attribute__((target_clones("avx2", "default")))

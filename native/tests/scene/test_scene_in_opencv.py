@@ -140,3 +140,14 @@ def test_all_fifty_tags_are_read_by_looking_around(truth: Truth) -> None:
     around = [shot for shot in truth.shots if shot["camera"] == "around"]
     seen = {corner.tag for shot in around for corner in truth.corners(shot)}
     assert set(range(50)) - seen == set()
+
+
+def test_feature_detectors_find_hundreds_of_corners_all_over_the_picture(truth: Truth) -> None:
+    fast = cv2.FastFeatureDetector_create(threshold=20)
+    for shot in truth.shots:
+        if shot["camera"].startswith("world"):
+            grey = cv2.imread(str(truth.folder / shot["image"]), cv2.IMREAD_GRAYSCALE)
+            points = np.array([point.pt for point in fast.detect(grey)])
+            counts, *_ = np.histogram2d(*points.T, bins=4, range=[[0, 1016], [0, 1016]])
+            assert counts.sum() > 1000
+            assert (counts > 10).sum() >= 14, f"{shot['image']}: {counts}"
