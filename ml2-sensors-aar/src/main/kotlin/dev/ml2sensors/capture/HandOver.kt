@@ -36,8 +36,12 @@ internal class HandOver(capacity: Int) {
     suspend fun deliverTo(collector: FlowCollector<Sample>) {
         try {
             for (sample in waiting) {
-                reportLosses(sample.captureNanos, collector)
-                collector.lend(sample)
+                try {
+                    reportLosses(sample.captureNanos, collector)
+                    collector.emit(sample)
+                } finally {
+                    (sample as? ImageSample)?.release()
+                }
             }
         } finally {
             waiting.cancel()
@@ -50,13 +54,6 @@ internal class HandOver(capacity: Int) {
             if (count > 0) collector.emit(LostSamples(captureNanos, count, reason))
         }
     }
-
-    private suspend fun FlowCollector<Sample>.lend(sample: Sample) =
-        try {
-            emit(sample)
-        } finally {
-            (sample as? ImageSample)?.release()
-        }
 
     private fun drop(sample: Sample) {
         (sample as? ImageSample)?.release()

@@ -55,19 +55,16 @@ internal class SensorThread(
             check(!wanted.isClosed) { "${thread.name} is closed" }
             admit(wanted.subscriptions)
             change { Wanted(it.version + 1, it.subscriptions + subscription, it.isPaused) }
-            if (thread.state == Thread.State.NEW) thread.start()
         }
     }
 
     /** Returns when the sensor runs, or is closed, without [subscription]. */
-    suspend fun unsubscribe(subscription: Subscription) {
-        val version = change { Wanted(it.version + 1, it.subscriptions - subscription, it.isPaused) }
-        appliedVersion.first { it >= version }
-    }
+    suspend fun unsubscribe(subscription: Subscription): Unit =
+        awaitApplied(change { Wanted(it.version + 1, it.subscriptions - subscription, it.isPaused) })
 
-    fun pause(isPaused: Boolean) {
-        change { Wanted(it.version + 1, it.subscriptions, isPaused) }
-    }
+    /** Returns when the sensor is closed, or runs again if it can and is wanted. */
+    suspend fun pause(isPaused: Boolean): Unit =
+        awaitApplied(change { Wanted(it.version + 1, it.subscriptions, isPaused) })
 
     /** Ends all subscriptions and returns when the sensor is closed. */
     override fun close() {
@@ -81,8 +78,13 @@ internal class SensorThread(
     /** Returns the version that it makes; a closed thread changes no more. */
     private fun change(next: (Wanted) -> Wanted): Long = lock.withLock {
         if (!wanted.isClosed) wanted = next(wanted)
+        if (thread.state == Thread.State.NEW) thread.start()
         changed.signal()
         wanted.version
+    }
+
+    private suspend fun awaitApplied(version: Long) {
+        appliedVersion.first { it >= version }
     }
 
     private fun run() {

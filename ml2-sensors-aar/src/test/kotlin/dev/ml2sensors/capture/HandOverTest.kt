@@ -20,7 +20,7 @@ class HandOverTest {
     private val released = mutableListOf<Long>()
 
     @Test
-    fun theOldestMakesRoomAndIsReportedBeforeTheNext() = runBlocking {
+    fun theOldestMakesRoomAndIsReportedBeforeTheNext() = runBlocking<Unit> {
         for (number in 1L..5L) handOver.offer(image(number))
         handOver.close(cause = null)
         assertEquals(listOf("3 source_late", "4", "5"), describe(samples()))
@@ -28,7 +28,7 @@ class HandOverTest {
     }
 
     @Test
-    fun lossesThatMakeRoomAreStillCounted() = runBlocking {
+    fun lossesThatMakeRoomAreStillCounted() = runBlocking<Unit> {
         repeat(3) { handOver.offer(LostSamples(it.toLong(), 1, DropReason.NO_BUFFER)) }
         handOver.offer(image(4))
         handOver.close(cause = null)
@@ -36,7 +36,7 @@ class HandOverTest {
     }
 
     @Test
-    fun whatWaitsIsDeliveredBeforeTheFailure() = runBlocking {
+    fun whatWaitsIsDeliveredBeforeTheFailure() = runBlocking<Unit> {
         handOver.offer(image(1))
         handOver.close(CaptureException.VendorFailure("it broke"))
         val received = mutableListOf<Sample>()
@@ -46,7 +46,7 @@ class HandOverTest {
     }
 
     @Test
-    fun whatNobodyTakesIsReleasedOnce() = runBlocking {
+    fun whatNobodyTakesIsReleasedOnce() = runBlocking<Unit> {
         handOver.offer(image(1))
         handOver.offer(image(2))
         flow { handOver.deliverTo(this) }.take(1).toList()
@@ -55,7 +55,15 @@ class HandOverTest {
     }
 
     @Test
-    fun aCollectorThatIsCancelledWhileItWaitsLeavesNothing() = runBlocking {
+    fun aCollectorThatEndsAtTheReportOfALossLeavesNothing() = runBlocking<Unit> {
+        handOver.lose(1, DropReason.NO_BUFFER)
+        handOver.offer(image(1))
+        assertEquals(listOf("1 no_buffer"), describe(flow { handOver.deliverTo(this) }.take(1).toList()))
+        assertEquals(listOf(1L), released)
+    }
+
+    @Test
+    fun aCollectorThatIsCancelledWhileItWaitsLeavesNothing() = runBlocking<Unit> {
         val collector = launch(start = CoroutineStart.UNDISPATCHED) { handOver.deliverTo { } }
         handOver.offer(image(1))
         collector.cancel()

@@ -1,0 +1,60 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.filterIsInstance
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.map
+import kotlin.test.assertEquals
+
+/** The native sources of one test on a simulated device of its own. */
+internal class CaptureFixture : AutoCloseable {
+    val world = NativePixelSource(PixelSensor.WORLD, NativeBackend.SDK)
+    val depth = NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK)
+    val eyes = NativePixelSource(PixelSensor.EYE, NativeBackend.SDK)
+    val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
+    private val sources = listOf(world, depth, eyes, head)
+    private val collected = mutableSetOf<StreamSpec>()
+
+    init {
+        Simulation.begin()
+    }
+
+    fun samples(stream: StreamSpec, values: StreamValues = values(stream)): Flow<Sample> {
+        collected += stream
+        return sources.first { stream in it.streams }.samples(stream, values)
+    }
+
+    /** What [read] makes of each image while it is lent. */
+    fun <T> images(stream: StreamSpec, values: StreamValues = values(stream), read: (ImageSample) -> T): Flow<T> =
+        samples(stream, values).filterIsInstance<ImageSample>().map { read(it) }
+
+    suspend fun <T> image(stream: StreamSpec, values: StreamValues = values(stream), read: (ImageSample) -> T): T =
+        images(stream, values, read).first()
+
+    fun values(stream: StreamSpec): StreamValues =
+        if (stream == StreamTable.depth || stream == StreamTable.infra) SHORT_RANGE else stream.defaultValues()
+
+    /** Nothing is held of the device or of the slots any more, and the device was never misused. */
+    override fun close() {
+        sources.forEach(NativeSource::close)
+        Simulation.assertIsLeftAsFound()
+        for (stream in collected - StreamTable.headPose) {
+            val leased = (0 until 8).filter { slot -> runCatching { SlotPool.of(stream).release(slot) }.isSuccess }
+            assertEquals(emptyList(), leased, "slots of $stream that nobody gave back")
+        }
+    }
+
+    companion object {
+        val SHORT_RANGE = StreamValues(stream = 1, width = 544, height = 480, rateHz = 30, format = "Depth32")
+    }
+}
+
+/** Fails unless all [numbers] follow one another. */
+internal fun assertConsecutive(numbers: List<Long>): Unit =
+    assertEquals(List(numbers.size) { numbers.first() + it }, numbers)

@@ -1,0 +1,252 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.collect
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.takeWhile
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+
+/** Collectors that come, go, lag and keep; a device that fails. */
+@Timeout(60)
+class NativeSourceTest {
+    private val fixture = CaptureFixture()
+
+    @AfterEach
+    fun close(): Unit = fixture.close()
+
+    @Test
+    fun theSensorIsOpenWhileItIsCollected() = runBlocking<Unit> {
+        assertEquals(0, Simulation.openHandles())
+        fixture.image(EYE) { assertTrue(Simulation.openHandles() > 0) }
+        assertEquals(0, Simulation.openHandles())
+        fixture.image(EYE) { assertTrue(Simulation.openHandles() > 0) }
+        assertEquals(0, Simulation.openHandles())
+    }
+
+    @Test
+    fun aCollectorThatIsCancelledInTheMiddleOfAnImageGivesItBack() = runBlocking<Unit> {
+        val holds = CompletableDeferred<ImageSample>()
+        val collector = launch {
+            fixture.samples(EYE).collect {
+                if (it is ImageSample) holds.complete(it)
+                CompletableDeferred<Unit>().await()
+            }
+        }
+        val image = holds.await()
+        collector.cancelAndJoin()
+        assertFailsWith<IllegalStateException> { image.pixels }
+        assertEquals(0, Simulation.openHandles())
+    }
+
+    @Test
+    fun aSlowCollectorLosesTheOldestAndHoldsUpNobody() = runBlocking<Unit> {
+        val others = Channel<Long>(Channel.UNLIMITED)
+        val other = launch(Dispatchers.Default) { fixture.images(OTHER_EYE) { it.frameNumber }.collect(others::send) }
+        val received = fixture.samples(EYE).onEach { if (it is ImageSample) repeat(8) { others.receive() } }
+            .takeUntil { images -> images == 3 }
+        other.cancelAndJoin()
+        assertEquals(setOf(DropReason.SOURCE_LATE), received.filterIsInstance<LostSamples>().map { it.reason }.toSet())
+        assertBooksBalance(received)
+    }
+
+    @Test
+    fun aCollectorThatKeepsAllMemoryLosesFramesUntilItGivesThemBack() = runBlocking<Unit> {
+        val kept = ArrayDeque<ImageSample>()
+        val received = mutableListOf<Sample>()
+        var lost = 0
+        val other = async(Dispatchers.Default) { fixture.images(OTHER_EYE) { it.frameNumber }.take(30).toList() }
+        fixture.samples(EYE).takeWhile { received.size < 30 }.collect { sample ->
+            received += sample
+            if (sample is LostSamples && sample.reason == DropReason.NO_BUFFER) lost++
+            if (sample is ImageSample && lost == 0) kept += sample.also(ImageSample::retain)
+            if (lost == 3) kept.removeAll { it.release().let { true } }
+        }
+        assertTrue(lost >= 3, "lost $lost")
+        assertTrue(received.last { it is ImageSample } === received.last(), "frames come again")
+        assertBooksBalance(received)
+        assertEquals(30, other.await().size)
+    }
+
+    @Test
+    fun keptImagesAreReadableAfterTheSensorIsClosed() = runBlocking<Unit> {
+        val kept = fixture.samples(EYE).first { it is ImageSample && it.retain().let { true } } as ImageSample
+        assertEquals(0, Simulation.openHandles())
+        val pixels = kept.copy()
+        fixture.images(EYE) { }.take(20).collect()
+        assertTrue(pixels.contentEquals(kept.copy()))
+        kept.release()
+    }
+
+    @Test
+    fun twoCollectorsOfOneStreamShareItsImages() = runBlocking<Unit> {
+        val first = async(Dispatchers.Default) { fixture.images(EYE) { it.captureNanos }.take(10).toList() }
+        val second = async(Dispatchers.Default) { fixture.images(EYE) { it.captureNanos }.take(10).toList() }
+        assertTrue(first.await().intersect(second.await().toSet()).isNotEmpty())
+    }
+
+    @Test
+    fun aStreamThatJoinsLeavesTheOthersRunning() = runBlocking<Unit> {
+        val numbers = Channel<Long>(Channel.UNLIMITED)
+        val running = launch(Dispatchers.Default) { fixture.images(EYE) { it.captureNanos }.collect(numbers::send) }
+        numbers.receive()
+        assertEquals(5, fixture.images(OTHER_EYE) { it.frameNumber }.take(5).toList().size)
+        repeat(5) { numbers.receive() }
+        running.cancelAndJoin()
+    }
+
+    @Test
+    fun depthAndInfraredExcludeEachOther() = runBlocking<Unit> {
+        fixture.image(StreamTable.depth) {
+            runBlocking {
+                val refused = assertFailsWith<CaptureException.InUse> { fixture.image(StreamTable.infra) { } }
+                assertTrue("depth runs, and the camera delivers one of both at a time" in refused.message!!)
+            }
+        }
+        fixture.image(StreamTable.infra) { }
+    }
+
+    @Test
+    fun oneStreamHasOneSetOfValues() = runBlocking<Unit> {
+        val low = fixture.values(StreamTable.worldLeft).copy(stream = 1)
+        fixture.image(StreamTable.worldLeft) {
+            runBlocking { assertFailsWith<CaptureException.InUse> { fixture.image(StreamTable.worldLeft, low) { } } }
+        }
+    }
+
+    @Test
+    fun aMissingPermissionEndsTheStreamsThatNeedIt() = runBlocking<Unit> {
+        Simulation.configure("fault.eye.permission", 1)
+        val denied = assertFailsWith<CaptureException.PermissionDenied> { fixture.image(EYE) { } }
+        assertTrue("MLEyeCameraConnect" in denied.message!!, denied.message)
+        fixture.image(StreamTable.worldLeft) { }
+        Simulation.configure("fault.eye.permission", 0)
+        fixture.image(EYE) { }
+    }
+
+    @Test
+    fun aDeviceThatFailsWhileItRunsEndsAllStreamsOfTheSensor() = runBlocking<Unit> {
+        val running = listOf(EYE, OTHER_EYE).map { stream ->
+            val isRunning = CompletableDeferred<Unit>()
+            isRunning to async(Dispatchers.Default) {
+                assertFailsWith<CaptureException.VendorFailure> {
+                    fixture.samples(stream).collect { isRunning.complete(Unit) }
+                }
+            }
+        }
+        running.forEach { (isRunning, _) -> isRunning.await() }
+        Simulation.configure("fault.eye.get", 1)
+        for ((_, failure) in running) {
+            val message = failure.await().message!!
+            assertTrue("MLEyeCameraGetLatestCameraData" in message, message)
+        }
+        assertEquals(0, Simulation.openHandles())
+        Simulation.configure("fault.eye.get", 0)
+        fixture.image(EYE) { }
+    }
+
+    @Test
+    fun framesThatTheDeviceDropsAreCounted() = runBlocking<Unit> {
+        Simulation.configure("fault.eye.drop_every", 4)
+        val received = fixture.samples(EYE).takeUntil { images -> images == 12 }
+        val lost = received.filterIsInstance<LostSamples>()
+        assertTrue(lost.size in 3..4, "lost $lost")
+        assertBooksBalance(received)
+    }
+
+    @Test
+    fun aPauseGivesTheDeviceBackAndTheFlowsGoOn() = runBlocking<Unit> {
+        val images = Channel<Long>(Channel.UNLIMITED)
+        val running = launch(Dispatchers.Default) { fixture.images(EYE) { it.captureNanos }.collect(images::send) }
+        images.receive()
+        fixture.eyes.pause()
+        assertEquals(0, Simulation.openHandles())
+        val pausedNanos = Native.now()
+        fixture.eyes.resume()
+        while (images.receive() < pausedNanos) continue
+        running.cancelAndJoin()
+    }
+
+    @Test
+    fun aPermissionThatIsTakenDuringAPauseEndsTheFlows() = runBlocking<Unit> {
+        val isRunning = CompletableDeferred<Unit>()
+        val failure = async(Dispatchers.Default) {
+            assertFailsWith<CaptureException.PermissionDenied> {
+                fixture.samples(EYE).collect { isRunning.complete(Unit) }
+            }
+        }
+        isRunning.await()
+        fixture.eyes.pause()
+        assertEquals(0, Simulation.openHandles())
+        Simulation.configure("fault.eye.permission", 1)
+        fixture.eyes.resume()
+        failure.await()
+        assertEquals(0, Simulation.openHandles())
+    }
+
+    @Test
+    fun closingEndsTheFlows() = runBlocking<Unit> {
+        val isRunning = CompletableDeferred<Unit>()
+        val running = launch(Dispatchers.Default) { fixture.samples(EYE).collect { isRunning.complete(Unit) } }
+        isRunning.await()
+        fixture.eyes.close()
+        running.join()
+        assertEquals(0, Simulation.openHandles())
+        assertFailsWith<IllegalStateException> { fixture.image(EYE) { } }.let { assertTrue("closed" in it.message!!) }
+    }
+
+    @Test
+    fun whatTheTableDoesNotKnowIsRefused() {
+        val depth = CaptureFixture.SHORT_RANGE
+        assertEquals(Answer.Applied(depth), fixture.depth.negotiate(StreamTable.depth, depth))
+        val adjusted = fixture.depth.negotiate(StreamTable.depth, depth.copy(rateHz = 60))
+        assertEquals(depth, assertIs<Answer.Adjusted>(adjusted).values)
+        assertIs<Answer.Refused>(fixture.depth.negotiate(StreamTable.depth, depth.copy(rateHz = 24)))
+        assertEquals(0, Simulation.openHandles())
+    }
+
+    /** Until [isEnough] images have come. */
+    private suspend fun Flow<Sample>.takeUntil(isEnough: (images: Int) -> Boolean): List<Sample> {
+        var images = 0
+        val received = mutableListOf<Sample>()
+        takeWhile { !isEnough(images) }.collect {
+            received += it
+            if (it is ImageSample) images++
+        }
+        return received
+    }
+
+    /** Between the first and the last image, whose numbers are the device's, each frame was received or counted. */
+    private fun assertBooksBalance(received: List<Sample>) {
+        val images = received.filterIsInstance<ImageSample>()
+        val between = received.subList(received.indexOf(images.first()) + 1, received.indexOf(images.last()) + 1)
+        val accounted = between.sumOf { if (it is LostSamples) it.count else 1 }
+        assertEquals(images.last().frameNumber - images.first().frameNumber, accounted.toLong())
+    }
+
+    private companion object {
+        val EYE = StreamTable.eyeNasalLeft
+        val OTHER_EYE = StreamTable.eyeTempleRight
+    }
+}
