@@ -37,9 +37,6 @@ internal class CaptureFixture : AutoCloseable {
     suspend fun <T> image(stream: StreamSpec, values: StreamValues = values(stream), read: (ImageSample) -> T): T =
         images(stream, values, read).first()
 
-    fun values(stream: StreamSpec): StreamValues =
-        if (stream == StreamTable.depth || stream == StreamTable.infra) SHORT_RANGE else stream.defaultValues()
-
     /** Nothing is held of the device or of the slots any more, and the device was never misused. */
     override fun close() {
         sources.forEach(NativeSource::close)
@@ -51,6 +48,9 @@ internal class CaptureFixture : AutoCloseable {
     }
 
     companion object {
+        fun values(stream: StreamSpec): StreamValues =
+            if (stream == StreamTable.depth || stream == StreamTable.infra) SHORT_RANGE else stream.defaultValues()
+
         val SHORT_RANGE = StreamValues(stream = 1, width = 544, height = 480, rateHz = 30, format = "Depth32")
     }
 }

@@ -30,7 +30,7 @@ class NativePixelSourceTest {
     @Test
     fun imagesHaveTheSizeOfTheirModeWithoutTheDevicesPadding() = runBlocking<Unit> {
         for (stream in CAMERAS) {
-            val values = fixture.values(stream)
+            val values = CaptureFixture.values(stream)
             val pixelBytes = if (stream in DEPTH_CAMERA) 4 else 1
             fixture.image(stream) {
                 assertEquals(values.width to values.height, it.width to it.height, "$stream")
@@ -109,7 +109,7 @@ class NativePixelSourceTest {
     @Test
     fun lowExposureIsAnotherStreamOfTheSameCamera() = runBlocking<Unit> {
         Simulation.configure("controller_tracked", 1)
-        val low = fixture.values(StreamTable.worldLeft).copy(stream = 1)
+        val low = CaptureFixture.values(StreamTable.worldLeft).copy(stream = 1)
         fun ImageSample.brightness() = copy().sumOf { it.toInt() and 255 } / (width * height)
         val normal = fixture.image(StreamTable.worldLeft) { it.brightness() }
         val dark = fixture.image(StreamTable.worldLeft, low) { it.brightness() }

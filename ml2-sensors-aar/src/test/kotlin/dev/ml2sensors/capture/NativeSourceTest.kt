@@ -129,7 +129,7 @@ class NativeSourceTest {
 
     @Test
     fun oneStreamHasOneSetOfValues() = runBlocking<Unit> {
-        val low = fixture.values(StreamTable.worldLeft).copy(stream = 1)
+        val low = CaptureFixture.values(StreamTable.worldLeft).copy(stream = 1)
         fixture.image(StreamTable.worldLeft) {
             runBlocking { assertFailsWith<CaptureException.InUse> { fixture.image(StreamTable.worldLeft, low) { } } }
         }

@@ -11,6 +11,9 @@ import kotlin.test.assertNull
 
 /** The simulated device of this process, native/sim/ml2sim.h, with the library that it is for. */
 internal object Simulation {
+    /** No camera of ml2sim_camera. */
+    const val HEAD = -1
+
     init {
         NativeLibrary.load(Path.of("../build/native/device/libml2sensors.so"))
         System.load(Path.of("../build/native/host/tests/jni/libml2sim_control.so").toRealPath().toString())
@@ -32,7 +35,7 @@ internal object Simulation {
         assertEquals(0, openHandles())
     }
 
-    /** Where a camera of ml2sim_camera truly is at an instant of CLOCK_BOOTTIME; the head for a camera that is none. */
+    /** Where a camera of ml2sim_camera, or [HEAD], truly is at an instant of CLOCK_BOOTTIME. */
     fun truth(camera: Int, boottimeNanos: Long): MlPose {
         val values = truePose(camera, boottimeNanos)
         return MlPose(

@@ -1,0 +1,69 @@
+package dev.ml2sensors.capture
+
+import org.junit.jupiter.api.Test
+import java.nio.file.Path
+import kotlin.io.path.absolute
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.test.assertTrue
+
+/** The library in a process where the vendor's is whole, missing or not all there. */
+class LibraryTest {
+    @Test
+    fun theVirtualMachineFindsNothingWrongWithItsUseOfJni() {
+        val lines = probe(Path.of("../build/native/host/sim"))
+        val expected = listOf(
+            "depth: accepted; ImageSample",
+            "world_left: accepted; ImageSample",
+            "eye_nasal_left: accepted; ImageSample",
+            "head_pose: accepted; PoseSample",
+        )
+        assertEquals(expected, lines.filter { ": accepted" in it })
+        assertFalse(lines.any { "WARNING" in it || "FATAL" in it }, lines.joinToString("\n"))
+    }
+
+    @Test
+    fun aMissingLibraryIsNamedInEveryRefusal() {
+        val lines = probe(Path.of("no-such-folder"))
+        assertEquals(
+            listOf("depth", "world_left", "eye_nasal_left", "head_pose"),
+            lines.map {
+                it.substringBefore(':')
+            },
+        )
+        for (line in lines) {
+            val (answer, end) = line.substringAfter(": ").split("; ")
+            assertTrue(answer.startsWith("not available: libperception.magicleap.so"), line)
+            assertEquals("NotAvailable: $answer", end)
+        }
+    }
+
+    @Test
+    fun aMissingSymbolIsNamedWhereItIsNeeded() {
+        fun missing(stream: String, symbol: String): String {
+            val reason = "not available: libperception.magicleap.so/$symbol"
+            return "$stream: $reason; NotAvailable: $reason"
+        }
+        val expected = listOf(
+            missing("depth", "MLDepthCameraUpdateSettings"),
+            missing("world_left", "MLWorldCameraConnect"),
+            missing("eye_nasal_left", "MLEyeCameraConnect"),
+            missing("head_pose", "MLHeadTrackingCreate"),
+        )
+        assertEquals(expected, probe(Path.of("../build/native/host/tests/jni/partial")))
+    }
+
+    /** The lines that [Probe] prints with the vendor's library from [folder]. */
+    private fun probe(folder: Path): List<String> {
+        val java = Path.of(System.getProperty("java.home"), "bin", "java").toString()
+        val classes = System.getProperty("surefire.test.class.path") ?: System.getProperty("java.class.path")
+        val builder = ProcessBuilder(java, "-Xcheck:jni", "-cp", classes, Probe::class.java.name)
+        val folders = listOf(Path.of("../build/native/linux"), folder).joinToString(":") { it.absolute().toString() }
+        builder.environment()["LD_LIBRARY_PATH"] = folders
+        builder.environment()["ML2SIM"] = "loop_seconds=2,cache=${Path.of("target/films").absolute()}"
+        val process = builder.redirectErrorStream(true).start()
+        val lines = process.inputReader().readLines()
+        assertEquals(0, process.waitFor(), lines.joinToString("\n"))
+        return lines
+    }
+}

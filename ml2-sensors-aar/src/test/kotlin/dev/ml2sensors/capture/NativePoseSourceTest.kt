@@ -1,0 +1,100 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.rotate
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.async
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.dropWhile
+import kotlinx.coroutines.flow.filterIsInstance
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import kotlin.math.hypot
+import kotlin.test.assertEquals
+import kotlin.test.assertNotNull
+import kotlin.test.assertTrue
+
+@Timeout(60)
+class NativePoseSourceTest {
+    private val fixture = CaptureFixture()
+
+    @AfterEach
+    fun close(): Unit = fixture.close()
+
+    /** From the first that is tracked. */
+    private fun poses(): Flow<PoseSample> =
+        fixture.samples(StreamTable.headPose).filterIsInstance<PoseSample>().dropWhile { it.pose == null }
+
+    @Test
+    fun aPoseIsWhereTheHeadWasAtItsStamp() = runBlocking<Unit> {
+        for (sample in poses().take(20).toList()) {
+            val truth = Simulation.truth(Simulation.HEAD, sample.captureNanos)
+            val pose = assertNotNull(sample.pose)
+            assertNear(truth.position.toRos(), pose.translation)
+            // RUB to ROS, one axis at a time: the head looks along -z and its crown is along y
+            val ahead = truth.rotation.rotate(Vector3(0.0, 0.0, -1.0)).toRos()
+            val up = truth.rotation.rotate(Vector3(0.0, 1.0, 0.0)).toRos()
+            assertNear(ahead, pose.rotation.rotate(Vector3(1.0, 0.0, 0.0)))
+            assertNear(up, pose.rotation.rotate(Vector3(0.0, 0.0, 1.0)))
+        }
+    }
+
+    @Test
+    fun posesComeInOrderAndNotFasterThan60Hz() = runBlocking<Unit> {
+        val nanos = poses().take(61).toList().map { it.captureNanos }
+        assertEquals(nanos.sorted().distinct(), nanos)
+        assertTrue(nanos.last() - nanos.first() > 950_000_000, "60 periods took ${nanos.last() - nanos.first()} ns")
+    }
+
+    @Test
+    fun thereIsNoPoseWhileTrackingIsLost() = runBlocking<Unit> {
+        val isTracked = mutableListOf<Boolean>()
+        poses().first { sample ->
+            isTracked += sample.pose != null
+            if (isTracked.size == 5) Simulation.configure("fault.head.tracking", 2)
+            if (isTracked.count { !it } == 5) Simulation.configure("fault.head.tracking", 0)
+            false in isTracked && isTracked.last()
+        }
+        val lost = isTracked.indexOf(false)
+        assertTrue(lost >= 5, "$isTracked")
+        assertEquals(isTracked.lastIndex, isTracked.lastIndexOf(true), "$isTracked")
+        assertTrue(isTracked.subList(lost, isTracked.lastIndex).none { it }, "$isTracked")
+    }
+
+    @Test
+    fun aNewWorldBeginsWithoutAPose() = runBlocking<Unit> {
+        val samples = mutableListOf<PoseSample>()
+        poses().first {
+            if (samples.isEmpty()) Simulation.configure("fault.head.new_session", 1)
+            samples += it
+            it.pose != null && samples.any { sample -> sample.pose == null }
+        }
+        val sample = samples.last()
+        assertNear(Simulation.truth(Simulation.HEAD, sample.captureNanos).position.toRos(), sample.pose!!.translation)
+        val last = samples[samples.indexOfFirst { it.pose == null } - 1]
+        assertTrue(length(last.pose!!.translation) > length(sample.pose!!.translation), "the origin moved to the head")
+    }
+
+    @Test
+    fun twoCollectorsShareTheTracker() = runBlocking<Unit> {
+        val both = List(2) { async(Dispatchers.Default) { poses().take(30).toList().map(Sample::captureNanos) } }
+        assertTrue(both[0].await().intersect(both[1].await().toSet()).isNotEmpty())
+    }
+
+    private fun assertNear(expected: Vector3, found: Vector3) {
+        val error = length(Vector3(expected.x - found.x, expected.y - found.y, expected.z - found.z))
+        assertTrue(error < 1e-4, "expected $expected, found $found")
+    }
+
+    private fun length(it: Vector3) = hypot(hypot(it.x, it.y), it.z)
+
+    private fun Vector3.toRos() = Vector3(-z, -x, y)
+}
