@@ -1,0 +1,43 @@
+"""The simulated room as the simulation itself describes it, in the axes of ROS."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from processes import ROOT
+
+LIBRARY = ROOT / "build" / "native" / "host" / "sim" / "libperception.magicleap.so"
+
+# The device's x right, y up, z backward to REP 103's x forward, y left, z up.
+_TO_ROS = np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]])
+
+
+@dataclass(frozen=True)
+class Room:
+    """Metres, in magicleap_world.
+
+    Attributes:
+        tags: four corners by ArUco id, clockwise from the marker's top left.
+        normals, offsets_m: points p of wall i have normals[i] @ p = offsets_m[i], those inside more.
+    """
+
+    tags: dict[int, NDArray[np.float64]]
+    normals: NDArray[np.float64]
+    offsets_m: NDArray[np.float64]
+
+
+def simulated_room() -> Room:
+    """By ml2sim_landmarks, native/sim/ml2sim.h."""
+    describe = ctypes.CDLL(str(LIBRARY)).ml2sim_landmarks
+    describe.restype = ctypes.c_char_p
+    known = json.loads(describe())
+    return Room(
+        {tag["id"]: np.array(tag["corners"]) @ _TO_ROS.T for tag in known["tags"]},
+        np.array([wall["normal"] for wall in known["walls"]]) @ _TO_ROS.T,
+        np.array([wall["offset_m"] for wall in known["walls"]]),
+    )

@@ -1,0 +1,155 @@
+"""What the cameras see is where the transform tree and the calibration say.
+
+Corners of fiducials are found in received images by nothing but the image, and compared with their
+known places in the room.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from capture_stamps import stamp_ns
+from lenses import project_device, project_ros
+from markers import markers
+from processes import Received, receive
+from room import Room, simulated_room
+from simulation import image_topic
+from transforms import transforms
+
+CAMERAS = ("world_left", "world_center", "world_right", "color")
+CONFIG = """
+/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true}
+    world_center: {enabled: true}
+    world_right: {enabled: true}
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
+    depth_center: {enabled: true}
+"""
+IMAGES = 12
+LEAST_CORNERS = 150
+LEAST_TAGS = 5
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """The corners that one image shows, in pixels and where they are in the optical frame."""
+
+    tags: set[int]
+    pixels: NDArray[np.float64]
+    points: NDArray[np.float64]
+    intrinsics: dict[str, Any]
+    camera_info: Any
+    residual_px: float
+
+
+@pytest.fixture(scope="module", params=["0", "0.001"], ids=["undistorted", "tangential"])
+def projected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Received:
+    folder = tmp_path_factory.mktemp("projection")
+    (folder / "config.yaml").write_text(CONFIG)
+    keys = {"tangential": request.param, "depth_noise_m": "0", "loop_seconds": "2"}
+    options = [word for key, value in keys.items() for word in ("--simulate", f"{key}={value}")]
+    return receive(folder / "config.yaml", ["--duration", "2", *options], folder)
+
+
+@pytest.fixture(scope="module")
+def room() -> Room:
+    return simulated_room()
+
+
+def sightings(received: Received, camera: str, room: Room) -> list[Sighting]:
+    """Those of images spread over the run whose pose, calibration and metadata arrived."""
+    tree = transforms(received)
+    infos = {stamp_ns(it): it for it in received.messages(f"{camera}/camera_info")}
+    metadata = {stamp_ns(it): json.loads(it.data) for it in received.messages(f"{camera}/metadata")}
+    optical = f"{camera}_optical_frame"
+    images = {stamp_ns(it): it for it in received.messages(image_topic(camera))}
+    known = [at for at in images if at in infos and at in metadata and (optical, at) in tree]
+    found = []
+    for at in known[:: max(1, len(known) // IMAGES)]:
+        seen = markers(pixels_of(images[at]))
+        corners = np.concatenate([room.tags[tag] for tag in seen]) if seen else np.empty((0, 3))
+        world_in_optical = np.linalg.inv(tree[optical, at])
+        found.append(
+            Sighting(
+                set(seen),
+                np.concatenate(list(seen.values())) if seen else np.empty((0, 2)),
+                corners @ world_in_optical[:3, :3].T + world_in_optical[:3, 3],
+                metadata[at]["intrinsics"],
+                infos[at],
+                metadata[at].get("camera_info_max_residual_px", 0.0),
+            )
+        )
+    assert sum(len(it.pixels) for it in found) >= LEAST_CORNERS
+    assert len(set.union(*(it.tags for it in found))) >= LEAST_TAGS
+    return [it for it in found if it.tags]
+
+
+def pixels_of(image: Any) -> NDArray[np.uint8]:
+    """Grey values of an Image or a CompressedImage."""
+    data = np.frombuffer(bytes(image.data), np.uint8)
+    if hasattr(image, "format"):
+        grey = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+        assert grey is not None
+        return grey.astype(np.uint8)
+    return data.reshape(image.height, image.step)[:, : image.width].copy()
+
+
+def errors_px(pixels: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.linalg.norm(pixels - expected, axis=1))
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_corners_are_where_the_exact_model_puts_them(
+    projected: Received, room: Room, camera: str
+) -> None:
+    for it in sightings(projected, camera, room):
+        assert errors_px(it.pixels, project_device(it.intrinsics, it.points)).max() < 0.5
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_corners_are_where_camera_info_puts_them_but_for_its_residual(
+    projected: Received, room: Room, camera: str
+) -> None:
+    for it in sightings(projected, camera, room):
+        errors = errors_px(it.pixels, project_ros(it.camera_info, it.points))
+        assert errors.max() < it.residual_px + 0.3
+
+
+def test_depth_lies_on_the_walls(projected: Received, room: Room) -> None:
+    tree = transforms(projected)
+    infos = {stamp_ns(it): it for it in projected.messages("depth/camera_info")}
+    images = {stamp_ns(it): it for it in projected.messages("depth/image_raw")}
+    known = [at for at in images if at in infos and ("depth_optical_frame", at) in tree]
+    assert len(known) >= IMAGES
+    hit = np.zeros(len(room.normals), int)
+    for at in known[:: len(known) // IMAGES]:
+        camera = tree["depth_optical_frame", at]
+        points = in_optical_frame(images[at], infos[at]) @ camera[:3, :3].T + camera[:3, 3]
+        into_room_m = points @ room.normals.T - room.offsets_m
+        assert len(points) > 50_000
+        assert into_room_m.min() > -0.01, "behind a wall"
+        on_wall = into_room_m.min(axis=1) < 0.01
+        assert on_wall.mean() > 0.5, "the rest is on what stands in the room"
+        hit += np.bincount(into_room_m[on_wall].argmin(axis=1), minlength=len(hit))
+    assert (hit > 10_000).sum() >= 3, "points on several walls"
+
+
+def in_optical_frame(image: Any, info: Any) -> NDArray[np.float64]:
+    """The valid pixels of a depth image as points, by its CameraInfo."""
+    assert image.encoding == "32FC1"
+    z = np.frombuffer(bytes(image.data), np.float32).reshape(image.height, image.width)
+    rows, columns = np.nonzero(~np.isnan(z))
+    pixels = np.stack([columns, rows], axis=1).astype(np.float64).reshape(-1, 1, 2)
+    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-9)
+    matrix, none = np.array(info.k).reshape(3, 3), np.eye(3)
+    rays = cv2.undistortPointsIter(pixels, matrix, np.array(info.d), none, none, stop)
+    depth = z[rows, columns].astype(np.float64)
+    return np.concatenate([rays.reshape(-1, 2), np.ones((len(depth), 1))], axis=1) * depth[:, None]
