@@ -66,17 +66,25 @@ static ml2s_result list_offered(PFN_xrGetInstanceProcAddr get_proc, ml2s_error *
     for (uint32_t i = 0; i < MAX_OFFERED; i++) {
         offered[i] = (XrExtensionProperties){.type = XR_TYPE_EXTENSION_PROPERTIES};
     }
-    return xr_result_of(enumerate(NULL, MAX_OFFERED, &offered_count, offered), "xrEnumerateInstanceExtensionProperties",
-                        error);
+    XrResult enumerated = enumerate(NULL, MAX_OFFERED, &offered_count, offered);
+    return enumerated == XR_ERROR_RUNTIME_UNAVAILABLE
+               ? error_set(error, ML2S_NOT_AVAILABLE, enumerated, "not available: OpenXR runtime")
+               : xr_result_of(enumerated, "xrEnumerateInstanceExtensionProperties", error);
 }
 
-/** The offered ones among those that this library uses. */
+/** XR_ML_pixel_sensor is nothing without futures, and an instance that has only it may be refused. */
+static bool can_enable(const char *extension) {
+    return loader_offers(extension) &&
+           (strcmp(extension, XR_ML_PIXEL_SENSOR_EXTENSION_NAME) != 0 || loader_offers(XR_EXT_FUTURE_EXTENSION_NAME));
+}
+
+/** Those that this library uses, as far as they are offered. */
 static uint32_t choose(bool is_android, const char **chosen) {
 #define EXTENSION(identifier, table, functions, extension) extension,
     static const char *const used[] = {XR_MND_HEADLESS_EXTENSION_NAME, XR_AREAS(EXTENSION)};
     uint32_t count = 0;
     for (uint32_t i = 0; i < sizeof used / sizeof *used; i++) {
-        if (loader_offers(used[i])) {
+        if (can_enable(used[i])) {
             chosen[count++] = used[i];
         }
     }
