@@ -1,0 +1,344 @@
+// Frames through XR_ML_pixel_sensor against what the vendor's C interface shows of the very same captures.
+#include "openxr_fixture.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace {
+
+constexpr uint32_t kWorldBytes = 1016 * (1016 + 64) + 4096;
+constexpr uint32_t kDepthBytes = 3 * 544 * 480 * 4 + 4096;
+constexpr uint32_t kEyeBytes = 400 * 400 + 4096;
+
+class Frames : public OpenXr {
+  protected:
+    void SetUp() override {
+        OpenXr::SetUp();
+        stopTime();
+    }
+
+    /** The frame of a capture that is new to the sensor. */
+    static ml2s_frame next(Sensor &sensor) {
+        ml2sim_advance(1000 * kMillisecond);
+        return only(sensor);
+    }
+    static ml2s_frame only(Sensor &sensor) {
+        const auto frames = sensor.poll();
+        EXPECT_EQ(frames.size(), 1u) << sensor.error.message;
+        return frames.empty() ? sized<ml2s_frame>() : frames[0];
+    }
+    static void giveBack(const ml2s_frame &frame) { release({frame}); }
+
+    static const uint8_t *row(const ml2s_frame &frame, ml2s_plane_role role, uint32_t y) {
+        return frame.data + frame.planes[role].offset_bytes + size_t{y} * frame.planes[role].stride_bytes;
+    }
+    static void expectSamePixels(const ml2s_frame &a, const ml2s_frame &b, ml2s_plane_role role,
+                                 uint32_t bytesPerPixel) {
+        ASSERT_EQ(a.width, b.width);
+        ASSERT_EQ(a.height, b.height);
+        ASSERT_NE(a.planes[role].size_bytes, 0u);
+        ASSERT_NE(b.planes[role].size_bytes, 0u);
+        for (uint32_t y = 0; y < a.height; y++) {
+            ASSERT_EQ(std::memcmp(row(a, role, y), row(b, role, y), a.width * bytesPerPixel), 0) << "row " << y;
+        }
+    }
+    static void expectSameMoment(const ml2s_frame &a, const ml2s_frame &b) {
+        EXPECT_EQ(a.device_nanos, b.device_nanos);
+        EXPECT_NEAR(static_cast<double>(a.capture_nanos - b.capture_nanos), 0, 1000);
+    }
+    static void expectSamePose(const ml2s_frame &a, const ml2s_frame &b) {
+        ASSERT_TRUE(a.has & b.has & ML2S_HAS_POSE);
+        double dot = 0;
+        for (int i = 0; i < 4; i++) {
+            dot += a.rotation[i] * b.rotation[i];
+        }
+        EXPECT_NEAR(std::fabs(dot), 1, 1e-6);
+        for (int i = 0; i < 3; i++) {
+            EXPECT_NEAR(a.position[i], b.position[i], 1e-5);
+        }
+    }
+    static void expectSameLens(const ml2s_frame &a, const ml2s_frame &b) {
+        ASSERT_TRUE(a.has & b.has & ML2S_HAS_INTRINSICS);
+        EXPECT_EQ(a.lens, b.lens);
+        EXPECT_EQ(std::memcmp(a.focal_length, b.focal_length, sizeof a.focal_length), 0);
+        EXPECT_EQ(std::memcmp(a.principal_point, b.principal_point, sizeof a.principal_point), 0);
+        EXPECT_EQ(std::memcmp(a.distortion, b.distortion, sizeof a.distortion), 0);
+    }
+    static float depthAt(const ml2s_frame &frame, ml2s_plane_role role, uint32_t x, uint32_t y) {
+        float value;
+        std::memcpy(&value, row(frame, role, y) + 4 * x, 4);
+        return value;
+    }
+    static uint32_t flagsAt(const ml2s_frame &frame, uint32_t x, uint32_t y) {
+        uint32_t value;
+        std::memcpy(&value, row(frame, ML2S_PLANE_FLAGS, y) + 4 * x, 4);
+        return value;
+    }
+};
+
+} // namespace
+
+TEST_F(Frames, AWorldCameraShowsWhatTheVendorsInterfaceShows) {
+    const Slots slots(ML2S_STREAM_WORLD_LEFT, 3, kWorldBytes);
+    Sensor byOpenXr(kWorldLeft), bySdk(onSdk(kWorldLeft));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    expectSameMoment(a, b);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
+    expectSamePose(a, b);
+    expectSameLens(a, b);
+    EXPECT_TRUE(a.has & ML2S_HAS_EXPOSURE);
+    EXPECT_EQ(a.exposure_nanos, 5000000);
+    EXPECT_TRUE(a.has & ML2S_HAS_ANALOG_GAIN && a.has & ML2S_HAS_DIGITAL_GAIN);
+    EXPECT_EQ(a.analog_gain, 200u);
+    EXPECT_EQ(a.digital_gain, 130u);
+    EXPECT_FALSE(a.has & ML2S_HAS_ILLUMINATION);
+    release({a, b});
+}
+
+TEST_F(Frames, TheSecondStreamOfAWorldCameraIsItsLowExposure) {
+    headset("controller_tracked", "1");
+    const Slots slots(ML2S_STREAM_WORLD_LEFT, 3, kWorldBytes);
+    auto settings = kWorldLeft;
+    settings.second_streams = settings.streams;
+    Sensor byOpenXr(settings), bySdk(onSdk(settings));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
+    EXPECT_EQ(a.exposure_nanos, 1000000);
+    release({a, b});
+}
+
+TEST_F(Frames, PaddingBetweenRowsIsKeptAndSaid) {
+    runtime("stride.extra_bytes", "64");
+    const Slots slots(ML2S_STREAM_WORLD_LEFT, 3, kWorldBytes);
+    Sensor byOpenXr(kWorldLeft), bySdk(onSdk(kWorldLeft));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    EXPECT_EQ(a.planes[ML2S_PLANE_IMAGE].stride_bytes, 1080u);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
+    release({a, b});
+}
+
+TEST_F(Frames, CamerasOfOneMomentComeInOnePoll) {
+    const Slots left(ML2S_STREAM_WORLD_LEFT, 2, kWorldBytes), right(ML2S_STREAM_WORLD_RIGHT, 2, kWorldBytes),
+        center(ML2S_STREAM_WORLD_CENTER, 2, kWorldBytes);
+    auto settings = kWorldLeft;
+    settings.streams |= bitOf(ML2S_STREAM_WORLD_RIGHT) | bitOf(ML2S_STREAM_WORLD_CENTER);
+    Sensor world(settings);
+    ml2sim_advance(1000 * kMillisecond);
+    const auto frames = world.poll();
+    ASSERT_EQ(frames.size(), 3u);
+    EXPECT_EQ(frames[0].device_nanos, frames[1].device_nanos);
+    EXPECT_EQ(frames[0].device_nanos, frames[2].device_nanos);
+    release(frames);
+}
+
+TEST_F(Frames, DepthIsTheZThatTheVendorsInterfaceGives) {
+    const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
+    const auto settings = depthSettings(ML2S_WANT_CONFIDENCE | ML2S_WANT_FLAGS);
+    Sensor byOpenXr(settings), bySdk(onSdk(settings));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    expectSameMoment(a, b);
+    expectSamePose(a, b);
+    expectSameLens(a, b);
+    EXPECT_EQ(a.illumination, 1u);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
+    expectSamePixels(a, b, ML2S_PLANE_CONFIDENCE, 4);
+    release({a, b});
+}
+
+TEST_F(Frames, FlagsAreThisBackendsBitsAndMarkTheInvalid) {
+    const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
+    const auto settings = depthSettings(ML2S_WANT_FLAGS);
+    Sensor byOpenXr(settings), bySdk(onSdk(settings));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    uint32_t invalid = 0;
+    for (uint32_t y = 0; y < a.height; y++) {
+        for (uint32_t x = 0; x < a.width; x++) {
+            const uint32_t flags = flagsAt(a, x, y);
+            const bool isInvalid = flagsAt(b, x, y) & 1;
+            ASSERT_EQ(flags & 3, isInvalid ? 2u : 1u) << x << ", " << y;
+            ASSERT_EQ(std::isnan(depthAt(a, ML2S_PLANE_IMAGE, x, y)), isInvalid) << x << ", " << y;
+            invalid += isInvalid;
+        }
+    }
+    EXPECT_GT(invalid, 0u);
+    EXPECT_LT(invalid, a.width * a.height);
+    release({a, b});
+}
+
+TEST_F(Frames, RadialDepthIsLeftAsItIs) {
+    const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
+    const auto settings = depthSettings(ML2S_WANT_RADIAL);
+    Sensor byOpenXr(settings), bySdk(onSdk(settings));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
+    EXPECT_EQ(a.planes[ML2S_PLANE_CONFIDENCE].size_bytes, 0u);
+    EXPECT_EQ(a.planes[ML2S_PLANE_FLAGS].size_bytes, 0u);
+    release({a, b});
+}
+
+TEST_F(Frames, InfraredIsTheRawPicture) {
+    const Slots slots(ML2S_STREAM_INFRA, 3, kDepthBytes);
+    auto settings = depthSettings();
+    settings.streams = settings.second_streams = bitOf(ML2S_STREAM_INFRA);
+    Sensor byOpenXr(settings), bySdk(onSdk(settings));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
+    release({a, b});
+}
+
+TEST_F(Frames, AnEyeCameraHasNeitherPoseNorIntrinsics) {
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, kEyeBytes);
+    Sensor byOpenXr(kEyeNasalLeft), bySdk(onSdk(kEyeNasalLeft));
+    const auto a = next(byOpenXr), b = only(bySdk);
+    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
+    EXPECT_FALSE(a.has & (ML2S_HAS_POSE | ML2S_HAS_INTRINSICS));
+    release({a, b});
+}
+
+TEST_F(Frames, ColourIsTheJpegOfTheCapture) {
+    for (const uint32_t stream : {ML2S_STREAM_COLOR, ML2S_STREAM_MIXED_REALITY}) {
+        const bool isMixed = stream == ML2S_STREAM_MIXED_REALITY;
+        const ml2sim_color_request request = {isMixed ? 648u : 640u, isMixed ? 720u : 480u, 30, isMixed};
+        const Slots slots(stream, 2, request.width * request.height * 3 / 2 + 64);
+        Sensor camera(openXrSettings(ML2S_SENSOR_COLOR, bitOf(stream), 30, request.width, request.height));
+        const auto frame = next(camera);
+        ml2sim_color_frame truth;
+        ASSERT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &truth), 0);
+        EXPECT_EQ(frame.device_nanos, truth.capture_mltime);
+        EXPECT_EQ(frame.exposure_nanos, truth.exposure_nanos);
+        const auto &plane = frame.planes[ML2S_PLANE_IMAGE];
+        ASSERT_EQ(plane.size_bytes, truth.jpeg_bytes);
+        EXPECT_EQ(std::memcmp(frame.data + plane.offset_bytes, truth.jpeg, truth.jpeg_bytes), 0);
+        EXPECT_EQ(plane.stride_bytes, 0u);
+        EXPECT_EQ(frame.lens, static_cast<uint32_t>(ML2S_LENS_PLUMB_BOB));
+        EXPECT_FLOAT_EQ(static_cast<float>(frame.focal_length[0]), truth.intrinsics[2]);
+        EXPECT_FLOAT_EQ(static_cast<float>(frame.principal_point[1]), truth.intrinsics[5]);
+        EXPECT_FLOAT_EQ(static_cast<float>(frame.distortion[0]), truth.intrinsics[7]);
+        ml2sim_pose pose;
+        ml2sim_true_pose(ML2SIM_COLOR, frame.device_nanos, &pose);
+        EXPECT_NEAR(frame.position[0], pose.position[0], 1e-5);
+        EXPECT_NEAR(frame.position[2], pose.position[2], 1e-5);
+        giveBack(frame);
+    }
+}
+
+TEST_F(Frames, ACaptureComesOnce) {
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, kEyeBytes);
+    Sensor eye(kEyeNasalLeft);
+    const auto first = next(eye);
+    EXPECT_TRUE(eye.poll().empty());
+    EXPECT_EQ(eye.result, ML2S_TIMEOUT);
+    const auto second = next(eye);
+    EXPECT_EQ(second.frame_number, first.frame_number + 1);
+    EXPECT_GT(second.device_nanos, first.device_nanos);
+    release({first, second});
+}
+
+TEST_F(Frames, AFrameWithoutFreeSlotIsLostAndSaidSo) {
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, kEyeBytes);
+    Sensor eye(kEyeNasalLeft);
+    const auto kept = next(eye), lost = next(eye);
+    EXPECT_EQ(lost.slot, ML2S_NO_SLOT);
+    EXPECT_EQ(lost.data, nullptr);
+    EXPECT_EQ(lost.planes[ML2S_PLANE_IMAGE].size_bytes, 0u);
+    EXPECT_EQ(lost.frame_number, kept.frame_number + 1);
+    giveBack(kept);
+    const auto after = next(eye);
+    EXPECT_NE(after.slot, ML2S_NO_SLOT);
+    giveBack(after);
+}
+
+TEST_F(Frames, SlotsThatAreTooSmallSayWhatIsNeeded) {
+    runtime("buffer.extra_bytes", "4096");
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, 400 * 400);
+    Sensor eye(kEyeNasalLeft);
+    ml2sim_advance(1000 * kMillisecond);
+    EXPECT_TRUE(eye.poll().empty());
+    EXPECT_EQ(eye.result, ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(std::string(eye.error.message), "stream 7: slots of 160000 bytes, its frames take 164096");
+}
+
+TEST_F(Frames, APictureOutsideTheBufferIsRefusedAndItsSlotGivenBack) {
+    runtime("fault.sensor.outside", "/pixelsensor/eye/nasal/left");
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, kEyeBytes);
+    Sensor eye(kEyeNasalLeft);
+    ml2sim_advance(1000 * kMillisecond);
+    EXPECT_TRUE(eye.poll().empty());
+    EXPECT_EQ(eye.result, ML2S_VENDOR_FAILURE);
+    EXPECT_EQ(std::string(eye.error.message), "/pixelsensor/eye/nasal/left: a picture outside the buffer given to it");
+}
+
+TEST_F(Frames, ACaptureOlderThanTheRuntimesMemoryHasNoPose) {
+    const Slots slots(ML2S_STREAM_WORLD_LEFT, 2, kWorldBytes);
+    Sensor world(kWorldLeft);
+    runtime("fault.pose.time_invalid", "1");
+    const auto without = next(world);
+    EXPECT_FALSE(without.has & ML2S_HAS_POSE);
+    EXPECT_TRUE(without.has & ML2S_HAS_INTRINSICS);
+    runtime("fault.pose.time_invalid", "0");
+    const auto with = next(world);
+    EXPECT_TRUE(with.has & ML2S_HAS_POSE);
+    release({without, with});
+}
+
+TEST_F(Frames, AnUntrackedHeadsetGivesFramesWithoutPose) {
+    headset("fault.head.tracking", "2");
+    const Slots slots(ML2S_STREAM_WORLD_LEFT, 2, kWorldBytes);
+    Sensor world(kWorldLeft);
+    const auto frame = next(world);
+    EXPECT_FALSE(frame.has & ML2S_HAS_POSE);
+    giveBack(frame);
+}
+
+TEST_F(Frames, AStalledCameraTimesOut) {
+    runtime("fault.sensor.stalled", "/pixelsensor/eye/nasal/left");
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
+    Sensor eye(kEyeNasalLeft);
+    ml2sim_advance(1000 * kMillisecond);
+    EXPECT_TRUE(eye.poll().empty());
+    EXPECT_EQ(eye.result, ML2S_TIMEOUT);
+}
+
+TEST_F(Frames, APausedSensorIsTheDevicesUntilItResumes) {
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
+    Sensor eye(kEyeNasalLeft);
+    EXPECT_EQ(eye.pause(), ML2S_OK);
+    EXPECT_EQ(books().live_objects, 0u);
+    EXPECT_EQ(eye.resume(), ML2S_OK);
+    giveBack(next(eye));
+}
+
+TEST_F(Frames, APausedSensorCanBeClosed) {
+    Sensor eye(kEyeNasalLeft);
+    EXPECT_EQ(eye.pause(), ML2S_OK);
+    EXPECT_EQ(eye.close(), ML2S_OK);
+}
+
+class RunningFrames : public OpenXr {};
+
+TEST_F(RunningFrames, AStalledCameraDoesNotHoldBackTheOthers) {
+    headset("loop_seconds", "2");
+    const Slots left(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes), right(ML2S_STREAM_EYE_NASAL_RIGHT, 2, kEyeBytes);
+    auto settings = kEyeNasalLeft;
+    settings.streams |= bitOf(ML2S_STREAM_EYE_NASAL_RIGHT);
+    Sensor eyes(settings);
+    runtime("fault.sensor.stalled", "/pixelsensor/eye/nasal/left");
+    for (int i = 0; i < 3; i++) {
+        const auto frames = eyes.poll(10000 * kMillisecond);
+        ASSERT_EQ(frames.size(), 1u);
+        EXPECT_EQ(frames[0].stream, static_cast<uint32_t>(ML2S_STREAM_EYE_NASAL_RIGHT));
+        release(frames);
+    }
+}
+
+TEST_F(RunningFrames, StampsAreTheBoottimeOfTheCapture) {
+    headset("loop_seconds", "2");
+    headset("mltime_skew_ppm", "200");
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
+    Sensor eye(kEyeNasalLeft);
+    const auto frames = eye.poll(10000 * kMillisecond);
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_NEAR(static_cast<double>(frames[0].capture_nanos - ml2sim_boottime_of_mltime(frames[0].device_nanos)), 0,
+                50000);
+    release(frames);
+}

@@ -1,0 +1,103 @@
+// Configuring a pixel sensor: exactly what is asked for, or a refusal that names what is offered.
+#include "openxr_fixture.h"
+
+class Negotiation : public OpenXr {
+  protected:
+    void SetUp() override {
+        OpenXr::SetUp();
+        stopTime();
+    }
+    static ml2s_settings color(uint32_t rate_hz, uint32_t width, uint32_t height) {
+        return openXrSettings(ML2S_SENSOR_COLOR, bitOf(ML2S_STREAM_COLOR), rate_hz, width, height);
+    }
+};
+
+TEST_F(Negotiation, ARateThatIsNotOfferedIsRefusedWithThoseThatAre) {
+    auto settings = depthSettings();
+    settings.second_streams = 0;
+    expectRefused(settings, ML2S_INVALID_ARGUMENT,
+                  "/pixelsensor/depth/center stream 0: no update rate 30, offered: 1 5");
+}
+
+TEST_F(Negotiation, ResolutionsAreThoseOfTheChosenRate) {
+    expectRefused(color(60, 4096, 3072), ML2S_INVALID_ARGUMENT,
+                  "/pixelsensor/picture/center stream 0: no resolution 4096x3072, offered: 640x480 1280x720 1280x960 "
+                  "1440x1080 1920x1080 2048x1536");
+    const Sensor slower(color(30, 4096, 3072));
+    EXPECT_EQ(slower.result, ML2S_OK) << slower.error.message;
+}
+
+TEST_F(Negotiation, MixedRealityHasItsOwnResolutions) {
+    expectRefused(openXrSettings(ML2S_SENSOR_COLOR, bitOf(ML2S_STREAM_MIXED_REALITY), 30, 640, 480),
+                  ML2S_INVALID_ARGUMENT,
+                  "/pixelsensor/picture/center stream 1: no resolution 640x480, offered: 648x720 972x1080 960x720 "
+                  "1440x1080 1944x2160 2880x2160");
+}
+
+TEST_F(Negotiation, ASensorThatIsNotListedIsNamed) {
+    runtime("fault.sensor.missing", "/pixelsensor/eye/nasal/left");
+    expectRefused(kEyeNasalLeft, ML2S_NOT_AVAILABLE,
+                  "not available: /pixelsensor/eye/nasal/left (not listed by the device)");
+}
+
+TEST_F(Negotiation, ASensorThatCannotBeCreatedIsNamed) {
+    runtime("fault.sensor.taken", "/pixelsensor/eye/nasal/left");
+    expectRefused(kEyeNasalLeft, ML2S_NOT_AVAILABLE,
+                  "not available: /pixelsensor/eye/nasal/left (xrCreatePixelSensorML: -2)");
+}
+
+TEST_F(Negotiation, AMissingPermissionIsSaid) {
+    runtime("fault.sensor.denied", "/pixelsensor/eye/nasal/left");
+    expectRefused(kEyeNasalLeft, ML2S_PERMISSION_DENIED, "no permission for /pixelsensor/eye/nasal/left");
+}
+
+TEST_F(Negotiation, AStreamThatTheSensorHasNotIsNamed) {
+    auto settings = kEyeNasalLeft;
+    settings.second_streams = settings.streams;
+    expectRefused(settings, ML2S_NOT_AVAILABLE, "not available: /pixelsensor/eye/nasal/left stream 1 (it has 1)");
+}
+
+TEST_F(Negotiation, OneOfTwoStreamsOfASensorRunsAtATime) {
+    auto settings = depthSettings();
+    settings.streams |= bitOf(ML2S_STREAM_INFRA);
+    expectRefused(settings, ML2S_INVALID_ARGUMENT, "/pixelsensor/depth/center: one stream at a time");
+}
+
+TEST_F(Negotiation, AStepThatFailsIsNamedAndLeavesNothing) {
+    for (const std::string step : {"configure", "start"}) {
+        runtime("fault.future.fails", step.c_str());
+        expectRefused(kEyeNasalLeft, ML2S_VENDOR_FAILURE,
+                      std::string(step == "start" ? "xrStart" : "xrConfigure") +
+                          "PixelSensorAsyncML: XR_ERROR_RUNTIME_FAILURE (-2)");
+    }
+}
+
+TEST_F(Negotiation, AFailureToStopIsSaidAndTheSensorIsClosedAllTheSame) {
+    Sensor eye(kEyeNasalLeft);
+    runtime("fault.future.fails", "stop");
+    EXPECT_EQ(eye.close(), ML2S_VENDOR_FAILURE);
+    EXPECT_EQ(std::string(eye.error.message), "xrStopPixelSensorAsyncML: XR_ERROR_RUNTIME_FAILURE (-2)");
+    EXPECT_EQ(books().live_objects, 0u);
+}
+
+TEST_F(Negotiation, OtherSettingsReplaceThoseInForce) {
+    const Slots slots(ML2S_STREAM_COLOR, 2, 1280 * 960 * 3 / 2 + 64);
+    Sensor camera(color(30, 640, 480));
+    EXPECT_EQ(camera.configure(color(15, 1280, 960)), ML2S_OK);
+    ml2sim_advance(1000 * kMillisecond);
+    const auto frames = camera.poll();
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_EQ(frames[0].width, 1280u);
+    release(frames);
+}
+
+TEST_F(Negotiation, SettingsThatAreRefusedLeaveTheOldOnesRunning) {
+    const Slots slots(ML2S_STREAM_COLOR, 2, 640 * 480 * 3 / 2 + 64);
+    Sensor camera(color(30, 640, 480));
+    EXPECT_EQ(camera.configure(color(30, 641, 480)), ML2S_INVALID_ARGUMENT);
+    ml2sim_advance(1000 * kMillisecond);
+    const auto frames = camera.poll();
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_EQ(frames[0].width, 640u);
+    release(frames);
+}

@@ -1,0 +1,144 @@
+// Head, gaze and hands.
+#include <cmath>
+
+#include "openxr_fixture.h"
+#include "scene/geometry.h"
+
+using ml2sim::Pose;
+using ml2sim::Quaternion;
+
+namespace {
+
+class Poses : public OpenXr {
+  protected:
+    static Pose trueHead(int64_t device_nanos) {
+        ml2sim_pose pose;
+        ml2sim_true_head(device_nanos, &pose);
+        const auto &q = pose.rotation;
+        return {{q[0], q[1], q[2], q[3]}, {pose.position[0], pose.position[1], pose.position[2]}};
+    }
+    static void expectAt(const ml2s_pose &pose, const Pose &truth) {
+        ASSERT_TRUE(pose.is_tracked);
+        const auto &q = truth.rotation;
+        const auto &r = pose.rotation;
+        EXPECT_NEAR(std::fabs(q.x * r[0] + q.y * r[1] + q.z * r[2] + q.w * r[3]), 1, 1e-6);
+        EXPECT_NEAR(pose.position[0], truth.position.x, 1e-5);
+        EXPECT_NEAR(pose.position[1], truth.position.y, 1e-5);
+        EXPECT_NEAR(pose.position[2], truth.position.z, 1e-5);
+    }
+    static std::vector<ml2s_pose> pollHands(const Sensor &hands) {
+        std::vector<ml2s_pose> poses(52, sized<ml2s_pose>());
+        uint32_t count = 0;
+        EXPECT_EQ(ml2s_poll_poses(hands.handle(), poses.data(), 52, &count, nullptr), ML2S_OK);
+        poses.resize(count);
+        return poses;
+    }
+};
+
+} // namespace
+
+TEST_F(Poses, TheHeadIsWhereItTrulyIsAtTheTimeOfThePose) {
+    Sensor head(kHead);
+    const int64_t before = ml2s_now();
+    const auto pose = head.pollPose();
+    EXPECT_GE(pose.capture_nanos, before - kMillisecond);
+    EXPECT_LE(pose.capture_nanos, ml2s_now() + kMillisecond);
+    EXPECT_NEAR(static_cast<double>(pose.capture_nanos - ml2sim_boottime_of_mltime(pose.device_nanos)), 0, 50000);
+    expectAt(pose, trueHead(pose.device_nanos));
+    EXPECT_EQ(pose.events, 0u);
+}
+
+TEST_F(Poses, TrackingIsLostAndRecoveredOnceEach) {
+    Sensor head(kHead);
+    EXPECT_EQ(head.pollPose().events, 0u);
+    headset("fault.head.tracking", "2");
+    const auto lost = head.pollPose();
+    EXPECT_FALSE(lost.is_tracked);
+    EXPECT_EQ(lost.events, ML2S_TRACKING_LOST);
+    EXPECT_EQ(head.pollPose().events, 0u);
+    headset("fault.head.tracking", "0");
+    EXPECT_EQ(head.pollPose().events, ML2S_TRACKING_RECOVERED);
+    EXPECT_EQ(head.pollPose().events, 0u);
+}
+
+TEST_F(Poses, ANewOriginOfTheWorldIsANewSession) {
+    Sensor head(kHead);
+    head.pollPose();
+    headset("fault.head.new_session", "1");
+    const auto pose = head.pollPose();
+    EXPECT_EQ(pose.events, ML2S_TRACKING_NEW_SESSION);
+    expectAt(pose, trueHead(pose.device_nanos));
+    EXPECT_EQ(head.pollPose().events, 0u);
+}
+
+TEST_F(Poses, GazeSwingsByTenDegreesInTheHead) {
+    Sensor gaze(kGaze);
+    const auto pose = gaze.pollPose();
+    const double phase = static_cast<double>(pose.device_nanos % 4000000000) / 4e9;
+    const auto inHead = Quaternion::about({0, 1, 0}, 10 * M_PI / 180 * std::sin(2 * M_PI * phase));
+    expectAt(pose, compose(trueHead(pose.device_nanos), {inHead, {0, 0, 0}}));
+}
+
+TEST_F(Poses, GazeOpensAgainInASessionThatGoesOn) {
+    const Sensor head(kHead);
+    for (int i = 0; i < 2; i++) {
+        Sensor gaze(kGaze);
+        EXPECT_TRUE(gaze.pollPose().is_tracked);
+    }
+    EXPECT_EQ(books().sessions_created, 1u);
+}
+
+TEST_F(Poses, ASystemWithoutGazeSaysSo) {
+    runtime("fault.gaze.unsupported", "1");
+    expectRefused(kGaze, ML2S_NOT_AVAILABLE, "not available: gaze (the system has none)");
+}
+
+TEST_F(Poses, ASystemWithoutHandTrackingSaysSo) {
+    runtime("fault.hands.unsupported", "1");
+    expectRefused(kHands, ML2S_NOT_AVAILABLE, "not available: hands (the system has no hand tracking)");
+}
+
+TEST_F(Poses, TwoHandsHaveTheirJointsInOrder) {
+    const Sensor hands(kHands);
+    const auto poses = pollHands(hands);
+    ASSERT_EQ(poses.size(), 52u);
+    for (uint32_t i = 0; i < 52; i++) {
+        const bool isLeft = i < 26;
+        EXPECT_EQ(poses[i].stream, static_cast<uint32_t>(isLeft ? ML2S_STREAM_HAND_LEFT : ML2S_STREAM_HAND_RIGHT));
+        expectAt(poses[i],
+                 compose(trueHead(poses[i].device_nanos), {{}, {isLeft ? -0.2 : 0.2, -0.3, -0.4 - 0.01 * (i % 26)}}));
+    }
+}
+
+TEST_F(Poses, AHandThatIsNotSeenIsOneUntrackedPose) {
+    runtime("hands.visible", "2");
+    const Sensor hands(kHands);
+    const auto poses = pollHands(hands);
+    ASSERT_EQ(poses.size(), 27u);
+    EXPECT_EQ(poses[0].stream, static_cast<uint32_t>(ML2S_STREAM_HAND_LEFT));
+    EXPECT_FALSE(poses[0].is_tracked);
+    EXPECT_TRUE(poses[1].is_tracked);
+}
+
+TEST_F(Poses, OneHandAloneCanBeAskedFor) {
+    auto settings = kHands;
+    settings.streams = bitOf(ML2S_STREAM_HAND_RIGHT);
+    const Sensor hands(settings);
+    const auto poses = pollHands(hands);
+    ASSERT_EQ(poses.size(), 26u);
+    EXPECT_EQ(poses[0].stream, static_cast<uint32_t>(ML2S_STREAM_HAND_RIGHT));
+}
+
+TEST_F(Poses, AnUntrackedHeadsetTracksNeitherGazeNorHands) {
+    headset("fault.head.tracking", "1");
+    Sensor gaze(kGaze);
+    const Sensor hands(kHands);
+    EXPECT_FALSE(gaze.pollPose().is_tracked);
+    EXPECT_EQ(pollHands(hands).size(), 2u);
+}
+
+TEST_F(Poses, FramesAreNotToBeHadFromSensorsOfPoses) {
+    Sensor head(kHead);
+    EXPECT_TRUE(head.poll().empty());
+    EXPECT_EQ(head.result, ML2S_INVALID_ARGUMENT);
+}
