@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from toolchain import Package, runtime_libraries, unpack
+from toolchain import ROOT, Package, kotlinc, runtime_libraries, unpack
 
 
 @pytest.fixture(scope="session")
@@ -22,3 +24,12 @@ def unity(tmp_path_factory: pytest.TempPathFactory) -> Package:
 def package(request: pytest.FixtureRequest) -> Package:
     chosen: Package = request.getfixturevalue(request.param)
     return chosen
+
+
+@pytest.fixture(scope="session")
+def sample(library: Package, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sample app, compiled against what the package holds."""
+    sources = ROOT / "ml2-sensors-aar" / "sample" / "src" / "main" / "kotlin"
+    app = tmp_path_factory.mktemp("sample") / "sample.jar"
+    kotlinc(app, sources, class_path=[library.classes, *library.libraries])
+    return app

@@ -49,7 +49,7 @@ def unpack(name: str, folder: Path, libraries: Iterable[Path]) -> Package:
 
 
 @cache
-def class_path() -> tuple[Path, ...]:
+def _class_path() -> tuple[Path, ...]:
     """What the Maven module depends on."""
     listed = (ROOT / "ml2-sensors-aar" / "aar" / "target" / "classpath").read_text()
     return tuple(Path(entry) for entry in listed.split(os.pathsep))
@@ -57,14 +57,15 @@ def class_path() -> tuple[Path, ...]:
 
 def jar(name: str) -> Path:
     """The one artifact of the class path whose file name is `name`-VERSION."""
-    (found,) = (path for path in class_path() if path.name == f"{name}-{path.parent.name}{path.suffix}")
+    (found,) = (path for path in _class_path() if path.name == f"{name}-{path.parent.name}{path.suffix}")
     return found
 
 
 def runtime_libraries() -> list[Path]:
     """What the library needs at run time, as its POM says, with what that needs itself."""
+    kotlin = ["kotlin-stdlib", "annotations", "kotlinx-coroutines-core-jvm"]
     serialization = ["kotlinx-serialization-json-jvm", "kotlinx-serialization-core-jvm"]
-    return [jar(name) for name in ["kotlin-stdlib", "kotlinx-coroutines-core-jvm", *serialization]]
+    return [jar(name) for name in kotlin + serialization]
 
 
 def run(*command: str | Path) -> str:
@@ -78,6 +79,14 @@ def run(*command: str | Path) -> str:
 
 def java(class_path: Iterable[Path], *arguments: str | Path) -> str:
     return run("java", "-cp", os.pathsep.join(map(str, class_path)), *arguments)
+
+
+def kotlinc(output: Path, sources: Path, class_path: Iterable[Path]) -> None:
+    compiler = [path for path in _class_path() if path.suffix == ".jar"]
+    classes = os.pathsep.join(map(str, class_path))
+    options = ["-no-stdlib", "-no-reflect", "-jvm-target", "11", "-Werror", "-cp", classes]
+    main = "org.jetbrains.kotlin.cli.jvm.K2JVMCompiler"
+    assert java(compiler, main, *options, "-d", output, sources) == ""
 
 
 def d8(output: Path, *arguments: str | Path, libraries: Iterable[Path]) -> str:

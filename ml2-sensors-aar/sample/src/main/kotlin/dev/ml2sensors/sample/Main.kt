@@ -1,0 +1,66 @@
+package dev.ml2sensors.sample
+
+import dev.ml2sensors.capture.NativeBackend
+import dev.ml2sensors.capture.NativeHeadsetClock
+import dev.ml2sensors.capture.NativeLibrary
+import dev.ml2sensors.capture.NativePixelSource
+import dev.ml2sensors.capture.NativePoseSource
+import dev.ml2sensors.capture.PixelSensor
+import dev.ml2sensors.capture.PoseSensor
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourcedHeadset
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.mapNotNull
+import kotlinx.coroutines.runBlocking
+import java.nio.ByteBuffer
+import java.nio.file.Path
+
+/**
+ * Prints what the first frame of each stream is, for every stream that the pixel sensors and the head tracker of the
+ * vendor's SDK serve. The argument is libml2sensors.so; in an app, `NativeLibrary.load()` finds it in the package.
+ */
+fun main(arguments: Array<String>) {
+    NativeLibrary.load(Path.of(arguments.single()))
+    openHeadset().use { headset ->
+        for (stream in StreamTable.all) println("${stream.id}: ${firstFrame(headset, stream)}")
+    }
+}
+
+private fun openHeadset(): Headset {
+    val cameras = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
+    val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) }
+    val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
+    return SourcedHeadset(Headset.Identity("sample", "Sample"), NativeHeadsetClock, sources + head)
+}
+
+private fun firstFrame(headset: Headset, stream: StreamSpec): String =
+    when (val answer = headset.negotiate(stream, StreamValues())) {
+        is Answer.Applied -> first(headset.samples(stream, answer.values))
+        is Answer.Adjusted -> first(headset.samples(stream, answer.values))
+        is Answer.Refused -> "refused, ${answer.reason}"
+    }
+
+/** Images are borrowed memory, so they are looked at inside the flow. */
+private fun first(samples: Flow<Sample>): String = runBlocking { samples.mapNotNull(::describe).first() }
+
+private fun describe(sample: Sample): String? =
+    when (sample) {
+        is ImageSample -> "${sample.width} x ${sample.height}, mean byte ${mean(sample.pixels)}"
+        is PoseSample -> sample.pose?.let { "at ${it.translation}" }
+        else -> null
+    }
+
+private fun mean(bytes: ByteBuffer): Long {
+    val count = bytes.remaining()
+    var sum = 0L
+    while (bytes.hasRemaining()) sum += bytes.get().toInt() and 0xff
+    return sum / count
+}
