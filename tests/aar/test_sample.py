@@ -33,6 +33,7 @@ def test_an_app_collects_a_frame_of_every_source(
     device_library = library.folder / "jni" / "x86_64" / "libml2sensors.so"
     class_path = [sample, library.classes, *library.libraries]
     printed = java(class_path, "-Xcheck:jni", "dev.ml2sensors.sample.MainKt", device_library)
+    assert "WARNING" not in printed
     lines = dict(line.split(": ", 1) for line in printed.splitlines())
     for stream, size in CAMERAS.items():
         assert re.fullmatch(rf"{size}, mean byte [1-9]\d*", lines[stream]), lines[stream]

@@ -21,8 +21,8 @@ public data class StreamValues(
     val backend: String? = null,
 )
 
-/** The first mode of a camera; nothing for other streams. */
-internal fun StreamSpec.defaultValues(): StreamValues {
+/** What a stream runs with where nothing else is asked for: the first mode of a camera; nothing for other streams. */
+public fun StreamSpec.defaultValues(): StreamValues {
     val mode = modes.firstOrNull() ?: return StreamValues()
     val (width, height) = mode.resolutions.first()
     return StreamValues(mode.stream, width, height, mode.rates.first(), mode.formats.first())

@@ -13,7 +13,7 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SourcedHeadset
-import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.Flow
@@ -42,7 +42,7 @@ private fun openHeadset(): Headset {
 }
 
 private fun firstFrame(headset: Headset, stream: StreamSpec): String =
-    when (val answer = headset.negotiate(stream, StreamValues())) {
+    when (val answer = headset.negotiate(stream, stream.defaultValues())) {
         is Answer.Applied -> first(headset.samples(stream, answer.values))
         is Answer.Adjusted -> first(headset.samples(stream, answer.values))
         is Answer.Refused -> "refused, ${answer.reason}"
