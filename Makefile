@@ -15,7 +15,7 @@ aar := ml2-sensors-aar/aar
 packed := build/.aar-packed
 ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
 ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
-ktlint := java -jar $(ktlint_jar) --relative 'ml2-sensors-aar/**/*.kt'
+ktlint := java -jar $(ktlint_jar) --relative 'ml2-sensors-aar/**/*.kt' 'ml2-sensors-aar/**/*.kts' '*.kts'
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
@@ -70,7 +70,7 @@ test-conformance: build ## Test every language against the shared vectors
 	$(pytest) tests/conformance
 
 test-aar: aar ## Test what the Android packages hold, and a consumer of theirs
-	$(pytest) tests/aar
+	$(pytest) --timeout 300 tests/aar
 
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) tests/end_to_end

@@ -7,8 +7,6 @@ import subprocess
 import zipfile
 from pathlib import Path
 
-import pytest
-
 from class_file import read_classes
 from toolchain import PACKAGES, ROOT, Package, maven_property, run
 
@@ -82,7 +80,6 @@ def test_the_repository_holds_the_library_where_gradle_looks() -> None:
         assert (folder / name).read_bytes() == (PACKAGES / name).read_bytes()
 
 
-@pytest.mark.timeout(300)
 def test_the_same_sources_make_the_same_bytes_elsewhere(tmp_path: Path) -> None:
     """Built once more from nothing: in another folder, time zone and language, at another time."""
     copied = ["pom.xml", "ml2-sensors-aar", "build/native/device"]

@@ -5,12 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from class_file import read_classes
 from toolchain import Package, d8, r8, run
-
-pytestmark = pytest.mark.timeout(300)
 
 
 def dex_classes(folder: Path) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from pathlib import Path
 
 import pytest
@@ -26,15 +27,30 @@ CAMERAS = {
 }
 
 
-def test_an_app_collects_a_frame_of_every_source(
-    library: Package, sample: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture(autouse=True)
+def simulated_device(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LD_LIBRARY_PATH", LIBRARY_PATH)
-    device_library = library.folder / "jni" / "x86_64" / "libml2sensors.so"
+
+
+def device_library(package: Package) -> Path:
+    return package.folder / "jni" / "x86_64" / "libml2sensors.so"
+
+
+def test_an_app_collects_a_frame_of_every_source(library: Package, sample: Path) -> None:
     class_path = [sample, library.classes, *library.libraries]
-    printed = java(class_path, "-Xcheck:jni", "dev.ml2sensors.sample.MainKt", device_library)
+    main = "dev.ml2sensors.sample.MainKt"
+    printed = java(class_path, "-Xcheck:jni", main, device_library(library))
     assert "WARNING" not in printed
     lines = dict(line.split(": ", 1) for line in printed.splitlines())
     for stream, size in CAMERAS.items():
         assert re.fullmatch(rf"{size}, mean byte [1-9]\d*", lines[stream]), lines[stream]
     assert lines["head_pose"].startswith("at Vector3(")
+
+
+def test_the_unity_package_works_with_nothing_beside_it(unity: Package) -> None:
+    """Native methods, and serialization that was relocated, on bytes of the conformance vectors."""
+    program = Path(__file__).parent / "UnityApp.java"
+    now, header = java([unity.classes], program, device_library(unity)).splitlines()
+    assert 0 < int(now) <= time.clock_gettime_ns(time.CLOCK_BOOTTIME)
+    vector = ROOT / "tests" / "conformance" / "vectors" / "cdr" / "Header.bin"
+    assert bytes.fromhex(header) == vector.read_bytes()
