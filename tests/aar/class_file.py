@@ -1,4 +1,6 @@
-"""What a class file declares and refers to: as much of its format (JVM specification, chapter 4) as that needs."""
+"""What a class file declares and refers to: as much of its format (JVM
+specification, chapter 4) as that needs.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ class Member:
 
 @dataclass(frozen=True)
 class ClassFile:
-    """`classes` and `members` are those it refers to, itself included; arrays stand for their elements."""
+    """`classes` and `members` are those it refers to; arrays stand for their elements."""
 
     name: str
     parents: tuple[str, ...]

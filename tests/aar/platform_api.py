@@ -1,4 +1,4 @@
-"""Which members of the Android platform some classes use, and whether a version of Android has them."""
+"""Which members of the Android platform some classes use, and whether an Android has them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Classes = Mapping[str, ClassFile]
 
 @dataclass(frozen=True)
 class Allowed:
-    """A row of allowed_api.tsv: a class or member that is newer than the public API we have a list of."""
+    """A row of allowed_api.tsv: a class or member that is newer than `public_api`."""
 
     name: str
     level: int
@@ -32,7 +32,7 @@ def allowed_api() -> list[Allowed]:
 
 
 def public_api() -> dict[str, ClassFile]:
-    """The classes of the public API of Android 7 (level 24), java.* included, with what they declare."""
+    """The public API of Android 7 (level 24), java.* included, by what its classes declare."""
     printer = _HERE / "PrintSignatures.java"
     printed = java([jar("animal-sniffer")], printer, jar("android-api-level-24"))
     return {file.name: file for file in map(_described, printed.splitlines())}
@@ -57,7 +57,7 @@ def _missing(program: Classes, world: Classes) -> Iterator[str]:
 
 
 def _declares(world: Classes, member: Member) -> bool:
-    """Whether the member's owner or one of its ancestors declares it. Arrays have what Object has."""
+    """Whether the member's owner or one of its ancestors does. Arrays have what Object has."""
     owners = [member.owner, "java/lang/Object"]
     for owner in owners:
         if owner in world:

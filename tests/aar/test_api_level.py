@@ -1,4 +1,7 @@
-"""That the packages use nothing which Android 10 lacks. R8 cannot tell: it is given the whole platform, hidden API too."""
+"""That the packages use nothing which Android 10 lacks.
+
+R8 cannot tell: it is given the whole platform with its hidden API, and a newer java.*.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ _OF_THE_LIBRARIES = {
 
 
 def missing(classes: Path, libraries: tuple[Path, ...], folder: Path) -> set[str]:
-    """What the public API lacks of what is left to call once D8 has rewritten what it supplies itself."""
+    """What the public API lacks of what is called once D8 has rewritten what it can."""
     desugared = folder / "desugared.jar"
     d8(desugared, "--classfile", classes, libraries=libraries)
     return missing_api(read_classes(desugared), read_classes(*libraries), _public_api())

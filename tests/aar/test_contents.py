@@ -62,7 +62,9 @@ def test_the_unity_package_refers_to_nothing_outside_itself(unity: Package) -> N
     assert {name for name in referred - classes.keys() if not name.startswith(platform)} == set()
 
 
-def test_the_unity_package_keeps_every_class_of_the_library(library: Package, unity: Package) -> None:
+def test_the_unity_package_keeps_every_class_of_the_library(
+    library: Package, unity: Package
+) -> None:
     assert read_classes(library.classes).keys() <= read_classes(unity.classes).keys()
 
 

@@ -1,4 +1,4 @@
-"""The Gradle files name what Maven builds with. Gradle itself is not run: none that reads them can be had here."""
+"""The Gradle files name what Maven builds with. No Gradle is run on them."""
 
 from __future__ import annotations
 

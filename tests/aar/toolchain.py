@@ -1,4 +1,4 @@
-"""The packages under test, and the tools that judge them: those of the packages' own Maven module."""
+"""The packages under test, and what judges them: the tools of the packages' own Maven module."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def maven_property(name: str) -> str:
 
 @dataclass(frozen=True)
 class Package:
-    """A built AAR, and the folder that it was unpacked to. `libraries` are the jars it needs beside it."""
+    """A built AAR, the folder it was unpacked to, and the jars it needs beside it."""
 
     file: Path
     folder: Path
@@ -57,7 +57,9 @@ def _class_path() -> tuple[Path, ...]:
 
 def jar(name: str) -> Path:
     """The one artifact of the class path whose file name is `name`-VERSION."""
-    (found,) = (path for path in _class_path() if path.name == f"{name}-{path.parent.name}{path.suffix}")
+    (found,) = [
+        path for path in _class_path() if path.name == f"{name}-{path.parent.name}{path.suffix}"
+    ]
     return found
 
 
