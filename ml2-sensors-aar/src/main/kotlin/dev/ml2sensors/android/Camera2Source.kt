@@ -4,6 +4,7 @@ import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraManager
 import android.util.Size
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException

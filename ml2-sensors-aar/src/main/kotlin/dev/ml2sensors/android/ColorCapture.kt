@@ -11,6 +11,7 @@ import android.os.Process
 import dev.ml2sensors.capture.HandOver
 import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample

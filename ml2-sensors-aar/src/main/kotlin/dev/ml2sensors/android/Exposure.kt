@@ -2,6 +2,7 @@ package dev.ml2sensors.android
 
 import android.hardware.camera2.CaptureResult
 import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Intrinsics
 
 /**

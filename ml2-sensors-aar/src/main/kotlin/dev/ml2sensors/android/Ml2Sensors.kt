@@ -7,7 +7,9 @@ import android.hardware.SensorManager
 import android.hardware.camera2.CameraManager
 import android.os.Build
 import android.provider.Settings
+import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeSource
+import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourcedHeadset
@@ -69,8 +71,8 @@ public class AndroidHeadset internal constructor(
     public val timestampBases: StateFlow<Map<StreamSpec, TimestampBase>>,
 ) : Headset by headset {
     /** Gives the cameras and trackers back to the device while the app is not in front; their flows deliver nothing. */
-    public fun pause(): Unit = native.forEach(NativeSource::pause)
+    public suspend fun pause(): Unit = native.forEach { it.pause() }
 
     /** Takes them again; flows fail where that fails. */
-    public fun resume(): Unit = native.forEach(NativeSource::resume)
+    public suspend fun resume(): Unit = native.forEach { it.resume() }
 }

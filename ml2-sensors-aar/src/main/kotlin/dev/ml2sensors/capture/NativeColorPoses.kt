@@ -3,9 +3,14 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.ColorPoses
 
-/** By the vendor's SDK. Fails with [CaptureException]. */
+/** By the vendor's SDK. Fails with [CaptureException], but for a device without it. */
 public object NativeColorPoses : ColorPoses {
-    override fun open(): ColorPoses.Tracker = NativeColorTracker()
+    override fun open(): ColorPoses.Tracker? =
+        try {
+            NativeColorTracker()
+        } catch (_: CaptureException.NotAvailable) {
+            null
+        }
 }
 
 private class NativeColorTracker : ColorPoses.Tracker {

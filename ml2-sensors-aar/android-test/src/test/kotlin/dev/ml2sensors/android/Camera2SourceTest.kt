@@ -108,7 +108,13 @@ class Camera2SourceTest {
             val sample = awaitImage().image
             assertEquals(200 + FakePoses.ML_TIME_IN_BOOT_TIME, sample.captureNanos)
             assertEquals(FakePoses.poseAt(200), sample.pose)
-            val lens = Distortion.PlumbBob(.1f.toDouble(), .2f.toDouble(), .3f.toDouble(), .4f.toDouble(), .5f.toDouble())
+            val lens = Distortion.PlumbBob(
+                .1f.toDouble(),
+                .2f.toDouble(),
+                .3f.toDouble(),
+                .4f.toDouble(),
+                .5f.toDouble(),
+            )
             assertEquals(Intrinsics(640, 480, 450.5, 451.0, 320.5, 240.5, lens), sample.intrinsics)
             cancel()
         }
@@ -214,10 +220,17 @@ class Camera2SourceTest {
             assertTrue(images.all { it.isClosed })
             encoder.letGo()
             val events = mutableListOf<Any>()
-            while (events.filterIsInstance<LostSamples>().sumOf { it.count } + events.count { it is Copied } < images.size) {
+            while (events.filterIsInstance<LostSamples>().sumOf { it.count } + events.count { it is Copied } <
+                images.size
+            ) {
                 events += awaitItem()
             }
-            assertEquals(setOf(DropReason.ENCODER_BUSY), events.filterIsInstance<LostSamples>().map { it.reason }.toSet())
+            assertEquals(
+                setOf(DropReason.ENCODER_BUSY),
+                events.filterIsInstance<LostSamples>().map {
+                    it.reason
+                }.toSet(),
+            )
             assertEquals(5, events.filterIsInstance<LostSamples>().sumOf { it.count })
             cancel()
         }
@@ -285,7 +298,10 @@ class Camera2SourceTest {
         source.samples(StreamTable.color, values).test {
             rig.awaitRunning()
             CameraRig.opened.fail(CameraDevice.StateCallback.ERROR_CAMERA_SERVICE)
-            assertEquals("camera 1 failed: error of the camera service", assertIs<SourceException>(awaitError()).message)
+            assertEquals(
+                "camera 1 failed: error of the camera service",
+                assertIs<SourceException>(awaitError()).message,
+            )
         }
         assertTrue(CameraRig.opened.isClosed)
     }

@@ -90,7 +90,8 @@ internal class CameraRig(private val manager: CameraManager) {
     fun Running.result(timestamp: Long, exposureNanos: Long? = null, tags: Map<String, Any> = emptyMap()) {
         val result = Shadow.newInstanceOf(TotalCaptureResult::class.java)
         ReflectionHelpers.setField(result, "mFrameNumber", frames++)
-        val values = mapOf("android.sensor.timestamp" to timestamp, "android.sensor.exposureTime" to exposureNanos) + tags
+        val values =
+            mapOf("android.sensor.timestamp" to timestamp, "android.sensor.exposureTime" to exposureNanos) + tags
         Shadow.extract<TaggedResult>(result).values = values
         complete(result)
     }
@@ -124,7 +125,11 @@ internal class CameraRig(private val manager: CameraManager) {
     }
 
     /** An opened camera. */
-    class Opened(private val device: CameraDevice, private val callback: CameraDevice.StateCallback, private val executor: Executor) {
+    class Opened(
+        private val device: CameraDevice,
+        private val callback: CameraDevice.StateCallback,
+        private val executor: Executor,
+    ) {
         fun disconnect(): Unit = executor.execute { callback.onDisconnected(device) }
 
         fun fail(error: Int): Unit = executor.execute { callback.onError(device, error) }
@@ -177,7 +182,9 @@ internal class CameraRig(private val manager: CameraManager) {
         @Implementation
         @Suppress("UNCHECKED_CAST")
         fun <T> get(key: CaptureResult.Key<T>): T? {
-            require(key.name.startsWith("android.") || key.name in values) { "Could not find tag for key '${key.name}'" }
+            require(key.name.startsWith("android.") || key.name in values) {
+                "Could not find tag for key '${key.name}'"
+            }
             return values[key.name] as T?
         }
     }

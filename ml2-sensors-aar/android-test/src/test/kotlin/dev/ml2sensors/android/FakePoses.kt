@@ -3,6 +3,7 @@ package dev.ml2sensors.android
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.source.ColorPoses
 import java.util.concurrent.CopyOnWriteArrayList
 
 /** A tracker of the colour camera that knows every pose. */
@@ -39,6 +40,9 @@ internal class FakePoses : ColorPoses {
     companion object {
         const val ML_TIME_IN_BOOT_TIME = 77_000_000_000L
 
-        fun poseAt(mlTimeNanos: Long) = Transform(Vector3(mlTimeNanos.toDouble(), 2.0, 3.0), Quaternion(0.0, 0.0, 0.0, 1.0))
+        fun poseAt(mlTimeNanos: Long) = Transform(
+            Vector3(mlTimeNanos.toDouble(), 2.0, 3.0),
+            Quaternion(0.0, 0.0, 0.0, 1.0),
+        )
     }
 }

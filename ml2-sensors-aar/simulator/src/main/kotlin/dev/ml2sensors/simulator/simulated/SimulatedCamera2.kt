@@ -63,7 +63,7 @@ private class OpenColorCamera(private val values: StreamValues, private val with
     private val height = checkNotNull(values.height)
     private val numbers = LongArray(NUMBERS)
     private val tag = FloatArray(TAG_NUMBERS)
-    private val poses = NativeColorPoses.open()
+    private val poses = checkNotNull(NativeColorPoses.open()) { "the simulated device has the vendor's library" }
     private val frameNumber get() = numbers[0]
 
     /** When [next] is there. */
