@@ -25,20 +25,28 @@ template <class Lens> double degreesAcross(const Lens &lens) {
 
 Pose mount(Camera camera) {
     switch (camera) {
-    case Camera::WorldLeft: return turned({-0.075, 0.000, -0.045}, 40, 10);
-    case Camera::WorldCenter: return turned({0.000, 0.020, -0.070}, 0, 5);
-    case Camera::WorldRight: return turned({0.075, 0.000, -0.045}, -40, 10);
-    case Camera::Depth: return turned({0.014, 0.022, -0.074}, 0, 15);
-    case Camera::Color: return turned({-0.012, 0.020, -0.072}, 0, 5);
+    case Camera::WorldLeft:
+        return turned({-0.075, 0.000, -0.045}, 40, 10);
+    case Camera::WorldCenter:
+        return turned({0.000, 0.020, -0.070}, 0, 5);
+    case Camera::WorldRight:
+        return turned({0.075, 0.000, -0.045}, -40, 10);
+    case Camera::Depth:
+        return turned({0.014, 0.022, -0.074}, 0, 15);
+    case Camera::Color:
+        return turned({-0.012, 0.020, -0.072}, 0, 5);
     }
     throw std::invalid_argument("no such camera");
 }
 
 Pose mount(Imu imu) {
     switch (imu) {
-    case Imu::Left: return turned({-0.070, 0.010, -0.020}, 12, 3);
-    case Imu::Right: return turned({0.070, 0.010, -0.020}, -12, 3);
-    case Imu::ComputePack: return turned({-0.200, -0.700, 0.050}, 90, 0);
+    case Imu::Left:
+        return turned({-0.070, 0.010, -0.020}, 12, 3);
+    case Imu::Right:
+        return turned({0.070, 0.010, -0.020}, -12, 3);
+    case Imu::ComputePack:
+        return turned({-0.200, -0.700, 0.050}, 90, 0);
     }
     throw std::invalid_argument("no such inertial unit");
 }

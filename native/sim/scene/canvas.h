@@ -13,7 +13,9 @@ struct Rgb {
 };
 
 inline Rgb operator*(float s, Rgb c) { return {s * c.r, s * c.g, s * c.b}; }
-inline Rgb between(Rgb a, Rgb b, float t) { return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)}; }
+inline Rgb between(Rgb a, Rgb b, float t) {
+    return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
+}
 
 /** Metres from a surface's top left: x across, y down. */
 struct Spot {
@@ -34,7 +36,9 @@ struct Disc {
     float radius;
 };
 
-inline float outside(const Disc &disc, Spot s) { return std::hypot(s.x - disc.center.x, s.y - disc.center.y) - disc.radius; }
+inline float outside(const Disc &disc, Spot s) {
+    return std::hypot(s.x - disc.center.x, s.y - disc.center.y) - disc.radius;
+}
 
 /** A regular polygon: `turn` in radians. */
 struct Polygon {
@@ -82,7 +86,8 @@ class Canvas {
         const int right = std::min(width_, int((area.left + area.width) / texel_m_) + 2);
         const int bottom = std::min(height_, int((area.top + area.height) / texel_m_) + 2);
         for (int row = top; row < bottom; row++) {
-            for (int column = left; column < right; column++) change(centerOf(column, row), at(column, row));
+            for (int column = left; column < right; column++)
+                change(centerOf(column, row), at(column, row));
         }
     }
 

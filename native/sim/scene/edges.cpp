@@ -17,7 +17,8 @@ void spread(const std::vector<float> &component, size_t pixel, size_t row, float
 } // namespace
 
 void Edges::note(const Block &block, size_t first) {
-    for (int i = 0; i < block.count; i++) surface_[first + i] = uint8_t(block.surface[i]);
+    for (int i = 0; i < block.count; i++)
+        surface_[first + i] = uint8_t(block.surface[i]);
 }
 
 void Edges::aimFiner(Block &block, const Pose &camera, const std::vector<size_t> &pixels) const {

@@ -25,12 +25,15 @@ class Edges {
         for (uint32_t v = 1; v + 1 < rays_.height; v++) {
             for (uint32_t u = 1; u + 1 < rays_.width; u++) {
                 const size_t pixel = size_t(v) * rays_.width + u;
-                if (!isEdge(pixel)) continue;
+                if (!isEdge(pixel))
+                    continue;
                 pixels.push_back(pixel);
-                if (pixels.size() == kBlock / kRaysPerPixel) drawAndClear(camera, pixels, draw);
+                if (pixels.size() == kBlock / kRaysPerPixel)
+                    drawAndClear(camera, pixels, draw);
             }
         }
-        if (!pixels.empty()) drawAndClear(camera, pixels, draw);
+        if (!pixels.empty())
+            drawAndClear(camera, pixels, draw);
     }
 
   private:

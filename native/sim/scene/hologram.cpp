@@ -30,13 +30,13 @@ struct Line {
 };
 constexpr float h = kHalfCube_m;
 constexpr Line kLines[] = {
-    {{-h, -h, -h}, {2 * h, 0, 0}, kCubeColor},  {{-h, h, -h}, {2 * h, 0, 0}, kCubeColor},
-    {{-h, -h, h}, {2 * h, 0, 0}, kCubeColor},   {{-h, h, h}, {2 * h, 0, 0}, kCubeColor},
-    {{-h, -h, -h}, {0, 2 * h, 0}, kCubeColor},  {{h, -h, -h}, {0, 2 * h, 0}, kCubeColor},
-    {{-h, -h, h}, {0, 2 * h, 0}, kCubeColor},   {{h, -h, h}, {0, 2 * h, 0}, kCubeColor},
-    {{-h, -h, -h}, {0, 0, 2 * h}, kCubeColor},  {{h, -h, -h}, {0, 0, 2 * h}, kCubeColor},
-    {{-h, h, -h}, {0, 0, 2 * h}, kCubeColor},   {{h, h, -h}, {0, 0, 2 * h}, kCubeColor},
-    {{0, 0, 0}, {kAxis_m, 0, 0}, {1, 0.15f, 0.1f}}, {{0, 0, 0}, {0, kAxis_m, 0}, {0.2f, 1, 0.2f}},
+    {{-h, -h, -h}, {2 * h, 0, 0}, kCubeColor},       {{-h, h, -h}, {2 * h, 0, 0}, kCubeColor},
+    {{-h, -h, h}, {2 * h, 0, 0}, kCubeColor},        {{-h, h, h}, {2 * h, 0, 0}, kCubeColor},
+    {{-h, -h, -h}, {0, 2 * h, 0}, kCubeColor},       {{h, -h, -h}, {0, 2 * h, 0}, kCubeColor},
+    {{-h, -h, h}, {0, 2 * h, 0}, kCubeColor},        {{h, -h, h}, {0, 2 * h, 0}, kCubeColor},
+    {{-h, -h, -h}, {0, 0, 2 * h}, kCubeColor},       {{h, -h, -h}, {0, 0, 2 * h}, kCubeColor},
+    {{-h, h, -h}, {0, 0, 2 * h}, kCubeColor},        {{h, h, -h}, {0, 0, 2 * h}, kCubeColor},
+    {{0, 0, 0}, {kAxis_m, 0, 0}, {1, 0.15f, 0.1f}},  {{0, 0, 0}, {0, kAxis_m, 0}, {0.2f, 1, 0.2f}},
     {{0, 0, 0}, {0, 0, kAxis_m}, {0.25f, 0.35f, 1}},
 };
 
@@ -104,7 +104,8 @@ void addMist(const Block &block, Light &light) {
         const float at_x = block.x[i] > 0 ? from.x : -from.x, at_y = block.y[i] > 0 ? from.y : -from.y;
         const float at_z = block.z[i] > 0 ? from.z : -from.z;
         const float enter = std::max(std::max((-h - at_x) * x, (-h - at_y) * y), std::max((-h - at_z) * z, 0.0f));
-        const float leave = std::min(std::min((h - at_x) * x, (h - at_y) * y), std::min((h - at_z) * z, block.distance[i]));
+        const float leave =
+            std::min(std::min((h - at_x) * x, (h - at_y) * y), std::min((h - at_z) * z, block.distance[i]));
         add(light, i, kMist_per_m * std::max(leave - enter, 0.0f), kCubeColor);
     }
 }
@@ -112,15 +113,18 @@ void addMist(const Block &block, Light &light) {
 /** Light is added until white is reached. */
 ML2SIM_VECTORIZED
 void screen(float *seen, const float *light, int count) {
-    for (int i = 0; i < count; i++) seen[i] += (255 - seen[i]) * std::min(light[i], 1.0f);
+    for (int i = 0; i < count; i++)
+        seen[i] += (255 - seen[i]) * std::min(light[i], 1.0f);
 }
 
 } // namespace
 
 void addHologram(const Block &block, float *red, float *green, float *blue) {
-    if (!meets(block, kCenter, kReach_m)) return;
+    if (!meets(block, kCenter, kReach_m))
+        return;
     Light light = {};
-    for (const Line &line : kLines) addLine(block, light, line);
+    for (const Line &line : kLines)
+        addLine(block, light, line);
     addRing(block, light);
     addMist(block, light);
     screen(red, light.red, block.count);

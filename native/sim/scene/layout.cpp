@@ -23,7 +23,8 @@ struct Columns {
     double spacing_m;
 };
 
-constexpr Columns kColumns[] = {{kFrontWall, 6, 0.96}, {kLeftWall, 7, 0.96}, {kRightWall, 7, 0.96}, {kBackWall, 3, 1.6}};
+constexpr Columns kColumns[] = {
+    {kFrontWall, 6, 0.96}, {kLeftWall, 7, 0.96}, {kRightWall, 7, 0.96}, {kBackWall, 3, 1.6}};
 /** The upper cards' tops, metres below the ceiling; in odd columns a little lower, so that they are less regular. */
 constexpr double kRowTop_m[] = {0.40, 1.28};
 constexpr double kStagger_m = 0.096;
@@ -48,7 +49,8 @@ void addFaces(std::vector<Plane> &planes, Vec3 center, Vec3 half, double cos_yaw
     const Vec3 axes[3] = {{cos_yaw, 0, -sin_yaw}, {0, 1, 0}, {sin_yaw, 0, cos_yaw}};
     const double halves[3] = {half.x, half.y, half.z};
     for (int axis = 0; axis < 3; axis++) {
-        for (const double side : {-1.0, 1.0}) planes.push_back(face(center, axes, halves, axis, side, facing));
+        for (const double side : {-1.0, 1.0})
+            planes.push_back(face(center, axes, halves, axis, side, facing));
     }
 }
 
@@ -89,7 +91,8 @@ bool isBetween(const Box &box, Vec3 from, Vec3 to) {
 std::vector<Plane> planesOf(const std::vector<Box> &boxes) {
     std::vector<Plane> planes;
     addFaces(planes, 0.5 * (kRoomLow + kRoomHigh), 0.5 * (kRoomHigh - kRoomLow), 1, 0, -1);
-    for (const Box &box : boxes) addFaces(planes, wide(box.center), wide(box.half), box.cos_yaw, box.sin_yaw, 1);
+    for (const Box &box : boxes)
+        addFaces(planes, wide(box.center), wide(box.half), box.cos_yaw, box.sin_yaw, 1);
     return planes;
 }
 
@@ -97,10 +100,12 @@ std::vector<Card> hungCards(const std::vector<Plane> &planes) {
     std::vector<Card> cards;
     for (const Columns &columns : kColumns) {
         for (int column = 0; column < columns.count; column++) {
-            const double middle = planes[columns.wall].width_m / 2 + (column - (columns.count - 1) / 2.0) * columns.spacing_m;
+            const double middle =
+                planes[columns.wall].width_m / 2 + (column - (columns.count - 1) / 2.0) * columns.spacing_m;
             const double lower = column % 2 == 1 ? kStagger_m : 0;
             for (const double top : kRowTop_m) {
-                cards.push_back({int(cards.size()), columns.wall, snapped(middle - kCardSide_m / 2), snapped(top + lower)});
+                cards.push_back(
+                    {int(cards.size()), columns.wall, snapped(middle - kCardSide_m / 2), snapped(top + lower)});
             }
         }
     }

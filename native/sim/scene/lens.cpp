@@ -43,7 +43,8 @@ struct Brown {
             const double determinant = xx * yy - xy * xy;
             const Point change = {(yy * miss.x - xy * miss.y) / determinant, (xx * miss.y - xy * miss.x) / determinant};
             p = {p.x - change.x, p.y - change.y};
-            if (std::hypot(change.x, change.y) < kConverged) break;
+            if (std::hypot(change.x, change.y) < kConverged)
+                break;
         }
         return p;
     }
@@ -65,7 +66,8 @@ double unbendAngle(const double k[4], double bent) {
         const double miss = theta * polynomial(q, k[0], k[1], k[2], k[3]) - bent;
         const double change = miss / polynomial(q, 3 * k[0], 5 * k[1], 7 * k[2], 9 * k[3]);
         theta -= change;
-        if (std::abs(change) < kConverged) break;
+        if (std::abs(change) < kConverged)
+            break;
     }
     return theta;
 }
@@ -74,7 +76,8 @@ double unbendAngle(const double k[4], double bent) {
 
 std::optional<Pixel> FisheyeTangential::project(Vec3 ray) const {
     const double theta = angleFromAxis(ray);
-    if (theta > kFisheyeEdge_rad) return std::nullopt;
+    if (theta > kFisheyeEdge_rad)
+        return std::nullopt;
     const double aside = std::hypot(ray.x, ray.y);
     const double scale = aside > 0 ? theta * polynomial(theta * theta, k[0], k[1], k[2], k[3]) / aside : 0;
     return toPixel(*this, Brown{0, 0, 0, p1, p2}.bend({ray.x * scale, -ray.y * scale}));
@@ -83,14 +86,16 @@ std::optional<Pixel> FisheyeTangential::project(Vec3 ray) const {
 Vec3 FisheyeTangential::unproject(Pixel pixel) const {
     const Point radial = Brown{0, 0, 0, p1, p2}.unbend(fromPixel(*this, pixel));
     const double bent = std::hypot(radial.x, radial.y);
-    if (bent == 0) return {0, 0, -1};
+    if (bent == 0)
+        return {0, 0, -1};
     const double theta = unbendAngle(k, bent);
     const double scale = std::sin(theta) / bent;
     return {radial.x * scale, -radial.y * scale, -std::cos(theta)};
 }
 
 std::optional<Pixel> PlumbBob::project(Vec3 ray) const {
-    if (angleFromAxis(ray) > kPlumbBobEdge_rad) return std::nullopt;
+    if (angleFromAxis(ray) > kPlumbBobEdge_rad)
+        return std::nullopt;
     return toPixel(*this, Brown{k1, k2, k3, p1, p2}.bend({ray.x / -ray.z, -ray.y / -ray.z}));
 }
 

@@ -23,10 +23,13 @@ float lampLight(Vec3 point, Vec3 normal, const Plane &ceiling, const std::vector
             const Vec3 way = source - point;
             const double square = dot(way, way);
             const double facing = dot(way, normal) * -dot(way, ceiling.normal) / (square * square);
-            if (facing <= 0) continue;
+            if (facing <= 0)
+                continue;
             bool hidden = false;
-            for (const Box &box : boxes) hidden = hidden || isBetween(box, point, source);
-            if (!hidden) light += facing * lamp.width * lamp.height;
+            for (const Box &box : boxes)
+                hidden = hidden || isBetween(box, point, source);
+            if (!hidden)
+                light += facing * lamp.width * lamp.height;
         }
     }
     return kLampPower * float(light) / (kLampSamples * kLampSamples) / 3.1415927f;

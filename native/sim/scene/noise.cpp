@@ -23,13 +23,15 @@ inline uint32_t scrambled(uint32_t n) {
 
 ML2SIM_VECTORIZED
 void add(float *values, int count, float sigma, uint32_t seed, uint32_t first) {
-    for (int i = 0; i < count; i++) values[i] += sigma * nearlyGaussian(scrambled(scrambled(first + uint32_t(i)) ^ seed));
+    for (int i = 0; i < count; i++)
+        values[i] += sigma * nearlyGaussian(scrambled(scrambled(first + uint32_t(i)) ^ seed));
 }
 
 } // namespace
 
 void addNoise(float *values, int count, const Noise &noise, size_t first) {
-    if (noise.sigma == 0) return;
+    if (noise.sigma == 0)
+        return;
     add(values, count, noise.sigma, uint32_t(mix(noise.seed ^ mix(noise.frame))), uint32_t(first));
 }
 

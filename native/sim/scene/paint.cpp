@@ -13,9 +13,11 @@ constexpr float kLampGlow = 3.0f;
 
 constexpr Rgb kWallColors[kWallCount] = {{0.55f, 0.66f, 0.72f}, {0.80f, 0.68f, 0.52f}, {0.62f, 0.45f, 0.30f},
                                          {0.86f, 0.86f, 0.83f}, {0.83f, 0.79f, 0.70f}, {0.66f, 0.36f, 0.28f}};
-constexpr Rgb kBoxColors[] = {{0.75f, 0.57f, 0.35f}, {0.30f, 0.52f, 0.48f}, {0.70f, 0.36f, 0.27f}, {0.38f, 0.42f, 0.60f}};
-constexpr Rgb kChipColors[] = {{0.12f, 0.14f, 0.18f}, {0.93f, 0.91f, 0.86f}, {0.78f, 0.31f, 0.22f}, {0.17f, 0.42f, 0.47f},
-                               {0.90f, 0.71f, 0.28f}, {0.30f, 0.30f, 0.46f}, {0.47f, 0.60f, 0.36f}, {0.40f, 0.25f, 0.18f}};
+constexpr Rgb kBoxColors[] = {
+    {0.75f, 0.57f, 0.35f}, {0.30f, 0.52f, 0.48f}, {0.70f, 0.36f, 0.27f}, {0.38f, 0.42f, 0.60f}};
+constexpr Rgb kChipColors[] = {{0.12f, 0.14f, 0.18f}, {0.93f, 0.91f, 0.86f}, {0.78f, 0.31f, 0.22f},
+                               {0.17f, 0.42f, 0.47f}, {0.90f, 0.71f, 0.28f}, {0.30f, 0.30f, 0.46f},
+                               {0.47f, 0.60f, 0.36f}, {0.40f, 0.25f, 0.18f}};
 
 Rgb chipColor(Random &random) { return kChipColors[random.below(std::size(kChipColors))]; }
 float shade(Random &random, float spread) { return random.uniform(1 - spread, 1 + spread); }
@@ -25,7 +27,8 @@ Rectangle wholeOf(const Canvas &canvas) {
 }
 
 /** Scatters polygons, as in terrazzo: `per_m2` of them, their radii spread over a wide range. */
-void scatterChips(Canvas &canvas, const Rectangle &area, float per_m2, float smallest_m, float largest_m, Random &random) {
+void scatterChips(Canvas &canvas, const Rectangle &area, float per_m2, float smallest_m, float largest_m,
+                  Random &random) {
     const int count = int(per_m2 * area.width * area.height);
     for (int n = 0; n < count; n++) {
         const Spot center = {area.left + random.uniform(0, area.width), area.top + random.uniform(0, area.height)};
@@ -43,8 +46,9 @@ void paintBooks(Canvas &canvas, const Rectangle &shelf, Random &random) {
         const float height = (shelf.height - 0.05f) * random.uniform(0.65f, 0.97f);
         const Rgb cover = shade(random, 0.3f) * chipColor(random);
         canvas.paint(Rectangle{x, floor - height, width, height}, cover);
-        canvas.paint(Rectangle{x + 0.2f * width, floor - height * random.uniform(0.7f, 0.9f), 0.6f * width, 0.1f * height},
-                     random.below(2) ? kPaper : kInk);
+        canvas.paint(
+            Rectangle{x + 0.2f * width, floor - height * random.uniform(0.7f, 0.9f), 0.6f * width, 0.1f * height},
+            random.below(2) ? kPaper : kInk);
         x += width + 0.004f;
     }
 }
@@ -55,7 +59,8 @@ void paintBricks(Canvas &canvas, Rgb color, Random &random) {
     canvas.paint(wall, {0.72f, 0.69f, 0.64f});
     for (int row = 0; row * kHeight < wall.height; row++) {
         for (int column = -1; column * kWidth < wall.width; column++) {
-            const Rectangle brick = {(column + 0.5f * (row % 2)) * kWidth, row * kHeight, kWidth - kJoint, kHeight - kJoint};
+            const Rectangle brick = {(column + 0.5f * (row % 2)) * kWidth, row * kHeight, kWidth - kJoint,
+                                     kHeight - kJoint};
             canvas.paint(brick, shade(random, 0.28f) * color);
         }
     }
@@ -109,7 +114,8 @@ void paintPlanks(Canvas &canvas, Rgb color, Random &random) {
 }
 
 void paintRug(Canvas &canvas, const Rectangle &rug, Random &random) {
-    constexpr Rgb kBands[] = {{0.55f, 0.14f, 0.14f}, {0.86f, 0.78f, 0.62f}, {0.16f, 0.22f, 0.34f}, {0.62f, 0.18f, 0.16f}};
+    constexpr Rgb kBands[] = {
+        {0.55f, 0.14f, 0.14f}, {0.86f, 0.78f, 0.62f}, {0.16f, 0.22f, 0.34f}, {0.62f, 0.18f, 0.16f}};
     float inset = 0;
     for (const Rgb band : kBands) {
         canvas.paint(Rectangle{rug.left + inset, rug.top + inset, rug.width - 2 * inset, rug.height - 2 * inset}, band);
@@ -151,7 +157,8 @@ void paintCrate(Canvas &canvas, Rgb color, Random &random) {
         canvas.paint(Rectangle{0, n * board, face.width, board}, 0.5f * color);
         canvas.paint(Rectangle{0, n * board, face.width, board - 0.01f}, shade(random, 0.15f) * color);
     }
-    for (const float x : {0.0f, face.width - 0.08f}) canvas.paint(Rectangle{x, 0, 0.08f, face.height}, 0.8f * color);
+    for (const float x : {0.0f, face.width - 0.08f})
+        canvas.paint(Rectangle{x, 0, 0.08f, face.height}, 0.8f * color);
     scatterChips(canvas, face, 45, 0.012f, 0.05f, random);
 }
 
@@ -172,7 +179,8 @@ void paintWall(Canvas &canvas, int wall, Random &random) {
         paintPanels(canvas, foot, random);
         paintPennants(canvas, random);
         break;
-    default: paintBricks(canvas, kWallColors[wall], random);
+    default:
+        paintBricks(canvas, kWallColors[wall], random);
     }
     canvas.paint(Rectangle{0, all.height - 0.08f, all.width, 0.08f}, {0.22f, 0.15f, 0.10f});
 }
@@ -196,11 +204,13 @@ void paintCard(Canvas &canvas, const Card &card) {
     for (int row = 0; row < kMarkerCells; row++) {
         for (int column = 0; column < kMarkerCells; column++) {
             const Rectangle square = {left + margin + column * cell, top + margin + row * cell, cell, cell};
-            if (!isWhite(card.tag, row, column)) canvas.paint(square, kInk);
+            if (!isWhite(card.tag, row, column))
+                canvas.paint(square, kInk);
         }
     }
     for (const float x : {margin - cell, margin + marker}) {
-        for (const float y : {margin - cell, margin + marker}) canvas.paint(Rectangle{left + x, top + y, cell, cell}, kInk);
+        for (const float y : {margin - cell, margin + marker})
+            canvas.paint(Rectangle{left + x, top + y, cell, cell}, kInk);
     }
 }
 
@@ -219,13 +229,18 @@ Canvas painted(const Plane &plane, int surface, const std::vector<Card> &cards, 
     const int box = surface / kWallCount - 1;
     const Rgb color = surface < kWallCount ? kWallColors[surface] : kBoxColors[box];
     Canvas canvas(plane.width_m, plane.height_m, texelOf(surface), color);
-    if (surface == kFloor) paintFloor(canvas, random);
-    else if (surface == kCeiling) paintCeiling(canvas, random);
-    else if (surface < kWallCount) paintWall(canvas, surface, random);
-    else paintCrate(canvas, color, random);
+    if (surface == kFloor)
+        paintFloor(canvas, random);
+    else if (surface == kCeiling)
+        paintCeiling(canvas, random);
+    else if (surface < kWallCount)
+        paintWall(canvas, surface, random);
+    else
+        paintCrate(canvas, color, random);
     paintGrain(canvas, random.next());
     for (const Card &card : cards) {
-        if (card.surface == surface) paintCard(canvas, card);
+        if (card.surface == surface)
+            paintCard(canvas, card);
     }
     return canvas;
 }

@@ -30,7 +30,8 @@ Canvas halved(Canvas &fine) {
 
 void append(Canvas &canvas, std::vector<uint32_t> &texels) {
     for (int row = 0; row < canvas.height(); row++) {
-        for (int column = 0; column < canvas.width(); column++) texels.push_back(packed(canvas.at(column, row)));
+        for (int column = 0; column < canvas.width(); column++)
+            texels.push_back(packed(canvas.at(column, row)));
     }
 }
 
@@ -49,7 +50,8 @@ Surface addPyramid(Canvas &canvas, const Plane &plane, std::vector<uint32_t> &te
     for (;;) {
         surface.offset[surface.last_level] = int(texels.size());
         append(level, texels);
-        if (std::min(level.width(), level.height()) < 2 * kSmallest || surface.last_level + 1 == kMostLevels) break;
+        if (std::min(level.width(), level.height()) < 2 * kSmallest || surface.last_level + 1 == kMostLevels)
+            break;
         level = halved(level);
         surface.last_level++;
     }

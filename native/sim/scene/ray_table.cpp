@@ -8,7 +8,8 @@ template <class Lens> void fill(RayTable &table, const Lens &lens) {
     table.height = lens.height;
     table.radians_per_pixel = float(1 / lens.fx);
     const size_t pixels = size_t(lens.width) * lens.height;
-    for (std::vector<float> *component : {&table.x, &table.y, &table.z}) component->reserve(pixels);
+    for (std::vector<float> *component : {&table.x, &table.y, &table.z})
+        component->reserve(pixels);
     for (uint32_t v = 0; v < lens.height; v++) {
         for (uint32_t u = 0; u < lens.width; u++) {
             const Vec3 ray = lens.unproject({double(u), double(v)});

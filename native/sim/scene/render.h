@@ -26,7 +26,8 @@ struct RayTable {
     std::vector<float> z;
 };
 
-/** Gaussian noise, a pure function of seed, frame and pixel; sigma in grey levels, or metres for distance. 0 is none. */
+/** Gaussian noise, a pure function of seed, frame and pixel; sigma in grey levels, or metres for distance. 0 is none.
+ */
 struct Noise {
     float sigma = 0;
     uint64_t seed = 0;
@@ -57,7 +58,8 @@ enum DepthFlag : uint32_t {
     kDepthInvalid = 1u << 0, ///< Set whenever any other is.
     kDepthSaturated = 1u << 1,
     kDepthLowSignal = 1u << 3,
-    kDepthFlyingPixel = 1u << 4, ///< Beside an edge in depth; the distance is that through the pixel's centre all the same.
+    kDepthFlyingPixel =
+        1u << 4, ///< Beside an edge in depth; the distance is that through the pixel's centre all the same.
 };
 
 /** Where a depth frame goes; null is not wanted. All are 4 bytes per pixel and have the same stride. */

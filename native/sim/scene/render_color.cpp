@@ -34,7 +34,8 @@ void toBytes(const Colors &colors, int begin, int count, uint8_t *rgb) {
 
 void see(const Scene &scene, float radians_per_pixel, bool hologram, Block &block, Colors &colors) {
     shade(block, scene.surfaces(), radians_per_pixel, colors.red, colors.green, colors.blue);
-    if (hologram) addHologram(block, colors.red, colors.green, colors.blue);
+    if (hologram)
+        addHologram(block, colors.red, colors.green, colors.blue);
 }
 
 } // namespace
@@ -59,7 +60,8 @@ void renderColor(const Scene &scene, const RayTable &rays, const Pose &camera, b
     edges.forEachBlock(camera, [&](Block &finer, const std::vector<size_t> &pixels) {
         trace(finer, scene.surfaces());
         see(scene, rays.radians_per_pixel, hologram, finer, colors);
-        for (float *channel : {colors.red, colors.green, colors.blue}) average(channel, pixels.size());
+        for (float *channel : {colors.red, colors.green, colors.blue})
+            average(channel, pixels.size());
         for (size_t n = 0; n < pixels.size(); n++) {
             addColorNoise(colors, int(n), 1, noise, pixels[n]);
             toBytes(colors, int(n), 1, rgb + pixels[n] / rays.width * stride_bytes + pixels[n] % rays.width * 3);

@@ -56,7 +56,8 @@ bool isFlying(const Echoes &echoes, const RayTable &rays, uint32_t u, uint32_t v
 }
 
 template <class Value> void put(Value *image, size_t stride_bytes, uint32_t u, uint32_t v, Value value) {
-    if (image) image[v * (stride_bytes / sizeof(Value)) + u] = value;
+    if (image)
+        image[v * (stride_bytes / sizeof(Value)) + u] = value;
 }
 
 } // namespace
@@ -74,10 +75,13 @@ void renderDepth(const Scene &scene, const RayTable &rays, const Pose &camera, D
             const float signal = kCountsAt1m * exposure * albedo * echoes.facing[i] / (distance * distance);
             const float ambient = kAmbientCounts * exposure * albedo;
             uint32_t flags = kDepthValid;
-            if (distance < range.near_m || signal > kMostCounts) flags |= kDepthInvalid | kDepthSaturated;
-            if (distance > range.far_m) flags |= kDepthInvalid | kDepthLowSignal;
+            if (distance < range.near_m || signal > kMostCounts)
+                flags |= kDepthInvalid | kDepthSaturated;
+            if (distance > range.far_m)
+                flags |= kDepthInvalid | kDepthLowSignal;
             const bool isMeasured = flags == kDepthValid;
-            if (isFlying(echoes, rays, u, v)) flags |= kDepthInvalid | kDepthFlyingPixel;
+            if (isFlying(echoes, rays, u, v))
+                flags |= kDepthInvalid | kDepthFlyingPixel;
             put(images.distance_m, images.stride_bytes, u, v, isMeasured ? measured[i] : 0.0f);
             put(images.confidence, images.stride_bytes, u, v, std::min(signal, kMostCounts));
             put(images.flags, images.stride_bytes, u, v, flags);

@@ -47,11 +47,15 @@ float lidHeight(const Eye &eye, float x, float height) {
 }
 
 float upperLid(const Eye &eye, float x) { return 222 - lidHeight(eye, x, mixed(-28, 112, eye.openness)); }
-float lowerLid(const Eye &eye, float x) { return 222 + lidHeight(eye, x, mixed(34, 72, eye.openness)) - 20 * eye.nasal * (x - 200) / 176; }
+float lowerLid(const Eye &eye, float x) {
+    return 222 + lidHeight(eye, x, mixed(34, 72, eye.openness)) - 20 * eye.nasal * (x - 200) / 176;
+}
 
 /** Value noise of cells one unit wide. */
 float grain(float x, float y) {
-    const auto knot = [](float a, float b) { return float(mix(uint64_t(int64_t(a)) << 32 ^ uint64_t(int64_t(b))) >> 40) * 0x1p-24f; };
+    const auto knot = [](float a, float b) {
+        return float(mix(uint64_t(int64_t(a)) << 32 ^ uint64_t(int64_t(b))) >> 40) * 0x1p-24f;
+    };
     const float column = std::floor(x), row = std::floor(y), fx = x - column, fy = y - row;
     const float above = mixed(knot(column, row), knot(column + 1, row), fx);
     return mixed(above, mixed(knot(column, row + 1), knot(column + 1, row + 1), fx), fy);
@@ -74,7 +78,7 @@ float sclera(const Eye &eye, float x, float y) {
 float iris(float radius, float angle) {
     const float spokes = 26 * grain(14 * (angle / kTurn + 1), 3) + 30 * grain(60 * (angle / kTurn + 1), radius / 14);
     const float collar = 22 * std::exp(-std::pow((radius - 0.58f * kIris_px) / 7, 2.0f));
-    const float limbus = 60 * inside(kIris_px - 9 - radius, 14) ;
+    const float limbus = 60 * inside(kIris_px - 9 - radius, 14);
     return 78 + spokes + collar - limbus;
 }
 
@@ -83,7 +87,8 @@ float glints(const Eye &eye, float x, float y) {
     float light = 0;
     for (int n = 0; n < kLamps; n++) {
         const float angle = kTurn * (n + 0.5f) / kLamps;
-        const Spot at = {mixed(200, eye.iris.x, 0.55f) + 36 * std::cos(angle), mixed(204, eye.iris.y, 0.55f) + 30 * std::sin(angle)};
+        const Spot at = {mixed(200, eye.iris.x, 0.55f) + 36 * std::cos(angle),
+                         mixed(204, eye.iris.y, 0.55f) + 30 * std::sin(angle)};
         const float dx = (x - at.x) / 3.4f, dy = (y - at.y) / 3.0f;
         light += 260 * std::exp(-dx * dx - dy * dy);
     }
@@ -92,7 +97,8 @@ float glints(const Eye &eye, float x, float y) {
 
 float lashes(const Eye &eye, float x, float y) {
     const float above = upperLid(eye, x) - y;
-    if (above < -4 || above > 30) return 0;
+    if (above < -4 || above > 30)
+        return 0;
     const float bent = (x - 200) * (1 - above / 320) / 7;
     const float strand = std::abs(bent - std::floor(bent) - 0.5f) * 2;
     const float end = 16 + 12 * grain(std::floor(bent) + 500, 1);
@@ -103,7 +109,8 @@ float ball(const Eye &eye, float x, float y) {
     const float dx = (x - eye.iris.x) / eye.squeeze, dy = y - eye.iris.y;
     const float radius = std::hypot(dx, dy);
     float grey = sclera(eye, x, y);
-    if (radius < kIris_px + 6) grey = mixed(grey, iris(radius, std::atan2(dy, dx)), inside(radius - kIris_px, 5));
+    if (radius < kIris_px + 6)
+        grey = mixed(grey, iris(radius, std::atan2(dy, dx)), inside(radius - kIris_px, 5));
     grey = mixed(grey, 14, inside(radius - eye.pupil_px, 3));
     return grey + (radius < kIris_px + 20 ? glints(eye, x, y) : 0);
 }
@@ -121,7 +128,8 @@ void renderEye(EyeCamera camera, double phase, uint8_t *grey, size_t stride_byte
     const Eye eye = eyeAt(camera, float(phase - std::floor(phase)));
     std::vector<float> row(kEyeWidth);
     for (uint32_t v = 0; v < kEyeHeight; v++) {
-        for (uint32_t u = 0; u < kEyeWidth; u++) row[u] = eyeGrey(eye, float(u), float(v));
+        for (uint32_t u = 0; u < kEyeWidth; u++)
+            row[u] = eyeGrey(eye, float(u), float(v));
         addNoise(row.data(), int(kEyeWidth), noise, size_t(v) * kEyeWidth);
         for (uint32_t u = 0; u < kEyeWidth; u++) {
             grey[v * stride_bytes + u] = uint8_t(std::clamp(row[u] + 0.5f, 0.0f, 255.0f));

@@ -10,7 +10,8 @@ namespace {
 
 ML2SIM_VECTORIZED
 void toBytes(const float *luma, int count, float gain, uint8_t *grey) {
-    for (int i = 0; i < count; i++) grey[i] = uint8_t(int(std::min(std::max(gain * luma[i], 0.0f), 255.0f) + 0.5f));
+    for (int i = 0; i < count; i++)
+        grey[i] = uint8_t(int(std::min(std::max(gain * luma[i], 0.0f), 255.0f) + 0.5f));
 }
 
 } // namespace

@@ -60,15 +60,16 @@ inline float channel(uint32_t texel, int shift) { return float(int32_t(texel >> 
 
 inline float bilinear(const uint32_t *texture, const Texels &at, int shift) {
     const float a = channel(texture[at.index], shift), b = channel(texture[at.index + 1], shift);
-    const float c = channel(texture[at.index + at.stride], shift), d = channel(texture[at.index + at.stride + 1], shift);
+    const float c = channel(texture[at.index + at.stride], shift),
+                d = channel(texture[at.index + at.stride + 1], shift);
     const float above = a + at.right * (b - a), below = c + at.right * (d - c);
     return above + at.down * (below - above);
 }
 
 /** Calls put(i, fine, coarse, weight of coarse) for the rays from `begin` to `end`, which all meet `surface`. */
 template <class Put>
-inline __attribute__((always_inline)) void sample(const Block &block, const Surface &surface, const Footing &f, int begin,
-                                                  int end, Put put) {
+inline __attribute__((always_inline)) void sample(const Block &block, const Surface &surface, const Footing &f,
+                                                  int begin, int end, Put put) {
     for (int i = begin; i < end; i++) {
         const float t = block.distance[i];
         const float x = t * block.x[i], y = t * block.y[i], z = t * block.z[i];
@@ -89,7 +90,8 @@ inline __attribute__((always_inline)) void sample(const Block &block, const Surf
 template <class Sample> void forEachSurface(const Block &block, Sample sample) {
     for (int begin = 0; begin < block.count;) {
         int end = begin + 1;
-        while (end < block.count && block.surface[end] == block.surface[begin]) end++;
+        while (end < block.count && block.surface[end] == block.surface[begin])
+            end++;
         sample(block.surface[begin], begin, end);
         begin = end;
     }
@@ -121,15 +123,17 @@ void shadeSpan(const Block &block, const Surface &surface, const Footing &footin
 void shade(const Block &block, const Surfaces &surfaces, float radians_per_pixel, float *luma) {
     forEachSurface(block, [&](int index, int begin, int end) {
         const Surface &surface = surfaces.all[index];
-        shadeSpan(block, surface, footing(surface, block.origin, radians_per_pixel), surfaces.texels.data(), begin, end, luma);
+        shadeSpan(block, surface, footing(surface, block.origin, radians_per_pixel), surfaces.texels.data(), begin, end,
+                  luma);
     });
 }
 
-void shade(const Block &block, const Surfaces &surfaces, float radians_per_pixel, float *red, float *green, float *blue) {
+void shade(const Block &block, const Surfaces &surfaces, float radians_per_pixel, float *red, float *green,
+           float *blue) {
     forEachSurface(block, [&](int index, int begin, int end) {
         const Surface &surface = surfaces.all[index];
-        shadeSpan(block, surface, footing(surface, block.origin, radians_per_pixel), surfaces.texels.data(), begin, end, red,
-                  green, blue);
+        shadeSpan(block, surface, footing(surface, block.origin, radians_per_pixel), surfaces.texels.data(), begin, end,
+                  red, green, blue);
     });
 }
 

@@ -24,7 +24,8 @@ template <size_t N> class Spline {
 
     /** At least two, `at` rising. */
     explicit Spline(std::vector<Knot> knots) : knots_(std::move(knots)), bends_(knots_.size(), Value{}) {
-        for (size_t n = 0; n < N; n++) solve(n);
+        for (size_t n = 0; n < N; n++)
+            solve(n);
     }
 
     /** `t` from the first knot's `at` to the last's. */
@@ -59,7 +60,8 @@ template <size_t N> class Spline {
             upper[i] = after / pivot;
             bends_[i][n] = (6 * slopes - before * bends_[i - 1][n]) / pivot;
         }
-        for (size_t i = knots_.size() - 1; i-- > 1;) bends_[i][n] -= upper[i] * bends_[i + 1][n];
+        for (size_t i = knots_.size() - 1; i-- > 1;)
+            bends_[i][n] -= upper[i] * bends_[i + 1][n];
     }
 
     std::vector<Knot> knots_;

@@ -29,7 +29,8 @@ ML2SIM_VECTORIZED
 bool meets(const Block &block, Float3 center, float radius) {
     const Float3 to = {center.x - block.origin.x, center.y - block.origin.y, center.z - block.origin.z};
     const float square = to.x * to.x + to.y * to.y + to.z * to.z - radius * radius;
-    if (square <= 0) return true;
+    if (square <= 0)
+        return true;
     const float tangent = std::sqrt(square); // A ray that goes at least so far towards the centre meets the ball.
     int met = 0;
     for (int i = 0; i < block.count; i++) {
@@ -89,7 +90,8 @@ void trace(Block &block, const Surfaces &surfaces) {
     int32_t first_surface = kWallCount;
     for (const Box &box : surfaces.boxes) {
         const float radius = std::sqrt(box.half.x * box.half.x + box.half.y * box.half.y + box.half.z * box.half.z);
-        if (meets(block, box.center, radius)) traceBox(block, box, first_surface);
+        if (meets(block, box.center, radius))
+            traceBox(block, box, first_surface);
         first_surface += kWallCount;
     }
 }

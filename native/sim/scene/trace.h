@@ -32,6 +32,7 @@ void trace(Block &block, const Surfaces &surfaces);
 void shade(const Block &block, const Surfaces &surfaces, float radians_per_pixel, float *luma);
 
 /** As above, in colour. */
-void shade(const Block &block, const Surfaces &surfaces, float radians_per_pixel, float *red, float *green, float *blue);
+void shade(const Block &block, const Surfaces &surfaces, float radians_per_pixel, float *red, float *green,
+           float *blue);
 
 } // namespace ml2sim

@@ -77,7 +77,8 @@ struct Turning {
 } // namespace
 
 Trajectory Trajectory::looped(uint64_t seed, double loop_seconds) {
-    if (!(loop_seconds >= kShortestLoop_s)) throw std::invalid_argument("a loop takes 2 seconds or more");
+    if (!(loop_seconds >= kShortestLoop_s))
+        throw std::invalid_argument("a loop takes 2 seconds or more");
     Loop loop(seed, loop_seconds);
     const std::vector<Sine> x = {loop.sine(0.40, 0.15), loop.sine(0.03, 0.7)};
     const std::vector<Sine> y = {loop.sine(0.06, 0.20), loop.sine(0.015, 1.8)};

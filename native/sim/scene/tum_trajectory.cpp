@@ -22,7 +22,8 @@ bool isInside(Vec3 p) {
 class TumReader {
   public:
     explicit TumReader(const std::string &path) : path_(path), file_(path) {
-        if (!file_) throw TrajectoryError(path + ": cannot be read");
+        if (!file_)
+            throw TrajectoryError(path + ": cannot be read");
     }
 
     std::vector<HeadSpline::Knot> read() {
@@ -30,10 +31,12 @@ class TumReader {
         for (std::string line; std::getline(file_, line);) {
             line_number_++;
             const size_t text = line.find_first_not_of(" \t\r");
-            if (text == std::string::npos || line[text] == '#') continue;
+            if (text == std::string::npos || line[text] == '#')
+                continue;
             knots.push_back(knot(line, knots));
         }
-        if (knots.size() < 2) fail("the file ends; expected 2 poses or more, found " + std::to_string(knots.size()));
+        if (knots.size() < 2)
+            fail("the file ends; expected 2 poses or more, found " + std::to_string(knots.size()));
         return knots;
     }
 
@@ -42,22 +45,29 @@ class TumReader {
         std::istringstream words(line);
         std::array<double, 8> n;
         for (double &number : n) {
-            if (!(words >> number)) fail("expected 8 numbers, found \"" + line + "\"");
+            if (!(words >> number))
+                fail("expected 8 numbers, found \"" + line + "\"");
         }
         std::string rest;
-        if (words >> rest) fail("expected 8 numbers, found \"" + line + "\"");
-        if (!before.empty() && n[0] <= start_s_ + before.back().at) fail("expected a later time than the line before");
-        if (before.empty()) start_s_ = n[0];
+        if (words >> rest)
+            fail("expected 8 numbers, found \"" + line + "\"");
+        if (!before.empty() && n[0] <= start_s_ + before.back().at)
+            fail("expected a later time than the line before");
+        if (before.empty())
+            start_s_ = n[0];
 
         const Vec3 position = fromRos(n[1], n[2], n[3]);
-        if (!isInside(position)) fail("the position is outside the simulated room");
+        if (!isInside(position))
+            fail("the position is outside the simulated room");
         const double norm = std::sqrt(n[4] * n[4] + n[5] * n[5] + n[6] * n[6] + n[7] * n[7]);
-        if (!(std::abs(norm - 1) < 0.01)) fail("expected a unit quaternion, found length " + std::to_string(norm));
+        if (!(std::abs(norm - 1) < 0.01))
+            fail("expected a unit quaternion, found length " + std::to_string(norm));
         const Vec3 axis = fromRos(n[4], n[5], n[6]);
         HeadSpline::Value value = {position.x, position.y, position.z, axis.x, axis.y, axis.z, n[7]};
         // q and -q are the same rotation; the spline must take the near one.
         if (!before.empty() && alignment(value, before.back().value) < 0) {
-            for (size_t i = 3; i < 7; i++) value[i] = -value[i];
+            for (size_t i = 3; i < 7; i++)
+                value[i] = -value[i];
         }
         return {n[0] - start_s_, value};
     }

@@ -22,7 +22,8 @@ template <class Lens> void expectRoundTrip(const Lens &lens) {
 } // namespace
 
 TEST(Lens, UnprojectInvertsProjectOverTheWholeImage) {
-    for (const double tangential : {0.0, 1e-4, 1e-3}) expectRoundTrip(worldLens(tangential, -tangential));
+    for (const double tangential : {0.0, 1e-4, 1e-3})
+        expectRoundTrip(worldLens(tangential, -tangential));
     expectRoundTrip(depthLens());
     expectRoundTrip(colorLens(1920, 1080));
     expectRoundTrip(colorLens(4096, 3072));

@@ -56,8 +56,10 @@ double distanceToSurfaces(Vec3 point) {
     for (const Plane &plane : room().planes()) {
         const Vec3 from = point - plane.origin;
         const double across = dot(from, plane.across), down = dot(from, plane.down);
-        const bool isWithin = across > -1e-4 && across < plane.width_m + 1e-4 && down > -1e-4 && down < plane.height_m + 1e-4;
-        if (isWithin) least = std::min(least, std::abs(dot(from, plane.normal)));
+        const bool isWithin =
+            across > -1e-4 && across < plane.width_m + 1e-4 && down > -1e-4 && down < plane.height_m + 1e-4;
+        if (isWithin)
+            least = std::min(least, std::abs(dot(from, plane.normal)));
     }
     return least;
 }
@@ -97,7 +99,8 @@ TEST(Depth, EveryDistanceEndsOnASurface) {
         for (uint32_t v = 0; v < 480; v += 7) {
             for (uint32_t u = 0; u < 544; u += 5) {
                 const size_t i = size_t(v) * 544 + u;
-                if (frame.flags[i] & (kDepthSaturated | kDepthLowSignal)) continue;
+                if (frame.flags[i] & (kDepthSaturated | kDepthLowSignal))
+                    continue;
                 const Vec3 ray = lens.unproject({double(u), double(v)});
                 EXPECT_LT(distanceToSurfaces(transform(camera, double(frame.distance_m[i]) * ray)), 1e-5);
             }
@@ -130,11 +133,13 @@ TEST(Depth, TooNearIsSaturated) {
 
 TEST(Depth, ConfidenceFallsWithTheSquareOfDistance) {
     const DepthFrame near(facingFrontWall(1)), far(facingFrontWall(2));
-    const double nearer = std::accumulate(near.confidence.begin() + 544 * 240, near.confidence.begin() + 544 * 241, 0.0);
+    const double nearer =
+        std::accumulate(near.confidence.begin() + 544 * 240, near.confidence.begin() + 544 * 241, 0.0);
     const double farther = std::accumulate(far.confidence.begin() + 544 * 240, far.confidence.begin() + 544 * 241, 0.0);
     EXPECT_GT(nearer / farther, 2.5);
     EXPECT_LT(nearer / farther, 6);
-    for (size_t i = 0; i < near.raw.size(); i++) EXPECT_GE(near.raw[i], near.ambient[i]);
+    for (size_t i = 0; i < near.raw.size(); i++)
+        EXPECT_GE(near.raw[i], near.ambient[i]);
 }
 
 TEST(Depth, NoiseHasItsDeviationAndComesBackWithItsFrame) {
@@ -161,10 +166,13 @@ TEST(World, WhatLiesBetweenRowsIsLeftAlone) {
     std::vector<uint8_t> grey(128 * 100, 0xee);
     renderWorld(room(), smallRays(), {}, grey.data(), 128);
     for (int v = 0; v < 100; v++) {
-        for (int u = 120; u < 128; u++) ASSERT_EQ(grey[v * 128 + u], 0xee);
+        for (int u = 120; u < 128; u++)
+            ASSERT_EQ(grey[v * 128 + u], 0xee);
     }
-    EXPECT_EQ(std::vector<uint8_t>(grey.begin(), grey.begin() + 120),
-              [] { auto all = worldImage({}); return std::vector<uint8_t>(all.begin(), all.begin() + 120); }());
+    EXPECT_EQ(std::vector<uint8_t>(grey.begin(), grey.begin() + 120), [] {
+        auto all = worldImage({});
+        return std::vector<uint8_t>(all.begin(), all.begin() + 120);
+    }());
 }
 
 TEST(World, ACameraCanLookExactlyAlongAnAxis) {

@@ -17,7 +17,8 @@ using namespace ml2sim;
 namespace {
 
 constexpr double kLoop_s = 10;
-constexpr int kAround = 12; ///< World images in all directions, from two places, so that no box hides a fiducial from both.
+constexpr int kAround =
+    12; ///< World images in all directions, from two places, so that no box hides a fiducial from both.
 
 std::ostream &operator<<(std::ostream &out, const Pose &pose) {
     const Quaternion q = pose.rotation;
@@ -46,7 +47,8 @@ class Shots {
             comma = ",";
         }
         truth_ << "],\"shots\":[";
-        for (int n = 0; n < poses; n++) shoot(n, trajectory.at(kLoop_s * n / poses).head);
+        for (int n = 0; n < poses; n++)
+            shoot(n, trajectory.at(kLoop_s * n / poses).head);
         for (int n = 0; n < kAround; n++) {
             const Vec3 place = n % 2 == 0 ? Vec3{0.2, 0, 0.4} : Vec3{-0.2, 0.9, -0.4};
             takeWorld(n, "around", {Quaternion::about({0, 1, 0}, 2 * M_PI * n / kAround), place});
@@ -78,7 +80,8 @@ class Shots {
         images.stride_bytes = depth_.width * sizeof(float);
         renderDepth(scene_, depth_rays_, pose, kLongRange, images);
         std::vector<uint8_t> grey(raw.size());
-        for (size_t i = 0; i < raw.size(); i++) grey[i] = uint8_t(std::min(raw[i] * 1.5f, 255.0f));
+        for (size_t i = 0; i < raw.size(); i++)
+            grey[i] = uint8_t(std::min(raw[i] * 1.5f, 255.0f));
         save(n, "depth", pose, "P5", grey, depth_);
         putPlumbBob(depth_);
     }
@@ -114,7 +117,8 @@ class Shots {
                 const Vec3 aside = (n % 3 - 1) / 6.0 * (next - corner) + (n / 3 - 1) / 6.0 * (last - corner);
                 isClear = isClear && scene_.isClear(camera, corner + aside);
             }
-            if (!isClear) continue;
+            if (!isClear)
+                continue;
             truth_ << comma << i;
             comma = ",";
         }

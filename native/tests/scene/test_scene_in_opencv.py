@@ -16,7 +16,7 @@ POSES = 10
 RUB_TO_OPTICAL = np.diag([1.0, -1.0, -1.0])
 """Camera axes of the headset (y up, z backward) to OpenCV's."""
 
-Points = NDArray[np.float64]
+Points = NDArray[Any]
 
 
 @dataclass
@@ -70,18 +70,21 @@ def truth(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 def rotation(q: list[float]) -> Points:
     x, y, z, w = q
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    matrix: Points = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    return matrix
 
 
 def project(shot: dict[str, Any], points: Points) -> Points:
-    """The camera models of the vendor's documentation, written down independently of the renderer."""
+    """The camera models of the vendor's documentation, written down independently."""
     pose = shot["pose"]
     optical = (points - pose[4:]) @ rotation(pose[:4]) @ RUB_TO_OPTICAL
     (fx, fy), (cx, cy) = shot["f"], shot["c"]
     if "plumb_bob" in shot:
         matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
         coefficients = np.array(shot["plumb_bob"])
-        return cv2.projectPoints(optical, np.zeros(3), np.zeros(3), matrix, coefficients)[0][:, 0]
+        still = np.zeros(3)
+        pixels: Points = cv2.projectPoints(optical, still, still, matrix, coefficients)[0][:, 0]
+        return pixels
     k1, k2, k3, k4, p1, p2 = shot["fisheye"]
     aside = np.hypot(optical[:, 0], optical[:, 1])
     theta = np.arctan2(aside, optical[:, 2])
@@ -93,7 +96,7 @@ def project(shot: dict[str, Any], points: Points) -> Points:
     return np.column_stack([fx * xd + cx, fy * yd + cy])
 
 
-def read_markers(grey: NDArray[np.uint8]) -> dict[int, Points]:
+def read_markers(grey: NDArray[Any]) -> dict[int, Points]:
     """Rough corners by tag; markers less than 30 pixels wide are left out."""
     parameters = cv2.aruco.DetectorParameters()
     # Black squares touch the markers' corners; with less their outlines often run into each other.
@@ -109,17 +112,19 @@ def read_markers(grey: NDArray[np.uint8]) -> dict[int, Points]:
 
 def angle(square: Points, corner: int) -> float:
     after, before = square[(corner + 1) % 4] - square[corner], square[corner - 1] - square[corner]
-    return float(np.degrees(np.arccos(after @ before / np.linalg.norm(after) / np.linalg.norm(before))))
+    cosine = after @ before / np.linalg.norm(after) / np.linalg.norm(before)
+    return float(np.degrees(np.arccos(cosine)))
 
 
 def shortest_side(square: Points) -> float:
     return float(np.linalg.norm(square - np.roll(square, 1, axis=0), axis=1).min())
 
 
-def saddle(grey: NDArray[np.uint8], near: Points, half: int) -> Points:
+def saddle(grey: NDArray[Any], near: Points, half: int) -> Points:
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-4)
     start = near.astype(np.float32).reshape(1, 1, 2)
-    return cv2.cornerSubPix(grey, start, (half, half), (-1, -1), stop)[0, 0]
+    found: Points = cv2.cornerSubPix(grey, start, (half, half), (-1, -1), stop)[0, 0]
+    return found
 
 
 @pytest.mark.parametrize("camera", ["world_left", "world_center", "world_right", "depth", "color"])
@@ -143,11 +148,11 @@ def test_all_fifty_tags_are_read_by_looking_around(truth: Truth) -> None:
 
 
 def test_feature_detectors_find_hundreds_of_corners_all_over_the_picture(truth: Truth) -> None:
-    fast = cv2.FastFeatureDetector_create(threshold=20)
+    fast = cv2.FastFeatureDetector.create(threshold=20)
     for shot in truth.shots:
         if shot["camera"].startswith("world"):
             grey = cv2.imread(str(truth.folder / shot["image"]), cv2.IMREAD_GRAYSCALE)
-            points = np.array([point.pt for point in fast.detect(grey)])
-            counts, *_ = np.histogram2d(*points.T, bins=4, range=[[0, 1016], [0, 1016]])
+            u, v = np.array([point.pt for point in fast.detect(grey)]).T
+            counts = np.histogram2d(u, v, bins=4, range=[[0, 1016], [0, 1016]])[0]
             assert counts.sum() > 1000
             assert (counts > 10).sum() >= 14, f"{shot['image']}: {counts}"

@@ -17,7 +17,8 @@ void expectNear(Vec3 a, Vec3 b, double tolerance) { EXPECT_LT(length(a - b), tol
 
 /** What a gyroscope would integrate: the turn from one instant to the next, in head axes. */
 Vec3 numericAngularVelocity(const Trajectory &trajectory, double t) {
-    const Quaternion before = trajectory.at(t - kStep_s).head.rotation, after = trajectory.at(t + kStep_s).head.rotation;
+    const Quaternion before = trajectory.at(t - kStep_s).head.rotation,
+                     after = trajectory.at(t + kStep_s).head.rotation;
     const Quaternion turn = before.conjugate() * after;
     return (2 * (turn.w < 0 ? -1 : 1) / (2 * kStep_s)) * turn.vector();
 }
@@ -27,8 +28,8 @@ void expectConsistent(const Trajectory &trajectory, double t) {
     expectNear(now.angular_velocity, numericAngularVelocity(trajectory, t), 1e-6);
     expectNear(now.angular_acceleration, (0.5 / kStep_s) * (after.angular_velocity - before.angular_velocity), 1e-4);
     constexpr double kLong_s = 1e-4; // Second differences need a longer step than first ones.
-    const Vec3 bend = trajectory.at(t + kLong_s).head.position - 2.0 * now.head.position +
-                      trajectory.at(t - kLong_s).head.position;
+    const Vec3 bend =
+        trajectory.at(t + kLong_s).head.position - 2.0 * now.head.position + trajectory.at(t - kLong_s).head.position;
     expectNear(now.acceleration, (1 / (kLong_s * kLong_s)) * bend, 1e-3);
 }
 
@@ -55,7 +56,8 @@ class TumFile : public testing::Test {
 TEST(LoopedTrajectory, DerivativesAreThoseOfThePose) {
     for (const uint64_t seed : {1u, 2u, 3u}) {
         const Trajectory trajectory = Trajectory::looped(seed, 12.5);
-        for (double t = 0; t < 12.5; t += 0.37) expectConsistent(trajectory, t);
+        for (double t = 0; t < 12.5; t += 0.37)
+            expectConsistent(trajectory, t);
     }
 }
 
@@ -115,7 +117,8 @@ TEST_F(TumFile, MotionBetweenLinesIsSmooth) {
                                                             "1.1 0.3 0.1 0.1  -0.1 -0.1 -0.4 -0.9055\n"
                                                             "1.5 0.2 0.0 0.2  0 0.2 0.3 0.9327\n"
                                                             "2.0 0.0 0.1 0.1  0 0.1 0 0.995\n"));
-    for (double t = 0.05; t < 2; t += 0.07) expectConsistent(trajectory, t);
+    for (double t = 0.05; t < 2; t += 0.07)
+        expectConsistent(trajectory, t);
     for (const double knot : {0.5, 1.1, 1.5}) {
         const Motion before = trajectory.at(knot - 1e-9), after = trajectory.at(knot + 1e-9);
         expectNear(before.acceleration, after.acceleration, 1e-5);
