@@ -31,8 +31,8 @@ template <class Work> void measure(const char *name, int times, Work work) {
 } // namespace
 
 int main() {
-    measure("scene", 1, [](int) { Scene(); });
-    measure("ray table of a world camera", 1, [](int) { RayTable(worldLens()); });
+    measure("scene", 1, [](int) { Scene{}; });
+    measure("ray table of a world camera", 1, [](int) { RayTable{worldLens()}; });
     const Scene scene;
     const Trajectory trajectory = Trajectory::looped(1, 10);
     const RayTable world(worldLens()), depth(depthLens()), color(colorLens(1920, 1080));
