@@ -33,7 +33,7 @@ std::ostream &operator<<(std::ostream &out, const Sensor &lens) {
 class Shots {
   public:
     Shots(const std::string &folder, double tangential)
-        : folder_(folder), world_(worldLens(tangential, tangential)), truth_(folder + "/truth.json") {
+        : folder_(folder), world_(worldLens(tangential, -tangential / 2)), truth_(folder + "/truth.json") {
         truth_.precision(17);
     }
 
