@@ -101,7 +101,8 @@ float lashes(const Eye &eye, float x, float y) {
         return 0;
     const float bent = (x - 200) * (1 - above / 320) / 7;
     const float strand = std::abs(bent - std::floor(bent) - 0.5f) * 2;
-    const float end = 16 + 12 * grain(std::floor(bent) + 500, 1);
+    const float aside = std::min(1.0f, std::abs(x - 200) / 165);
+    const float end = (16 + 12 * grain(std::floor(bent) + 500, 1)) * (1 - aside * aside);
     return above > end ? 0 : inside(0.75f - strand, 0.5f) * (1 - above / end);
 }
 
