@@ -74,9 +74,10 @@ float sclera(const Eye &eye, float x, float y) {
     return 205 - 70 * fromMiddle * fromMiddle - 60 * lidShadow + 6 * grain(x / 9, y / 9);
 }
 
-/** `radius` and `angle` from the centre of the iris. */
-float iris(float radius, float angle) {
-    const float spokes = 26 * grain(14 * (angle / kTurn + 1), 3) + 30 * grain(60 * (angle / kTurn + 1), radius / 14);
+/** At a spot off the centre of the iris: noise along a circle makes spokes. */
+float iris(float dx, float dy, float radius) {
+    const float x = dx / std::max(radius, 1.0f), y = dy / std::max(radius, 1.0f);
+    const float spokes = 26 * grain(2.3f * x, 2.3f * y) + 30 * grain(9.5f * x, 9.5f * y + radius / 40);
     const float collar = 22 * std::exp(-std::pow((radius - 0.58f * kIris_px) / 7, 2.0f));
     const float limbus = 60 * inside(kIris_px - 9 - radius, 14);
     return 78 + spokes + collar - limbus;
@@ -103,7 +104,7 @@ float lashes(const Eye &eye, float x, float y) {
     const float strand = std::abs(bent - std::floor(bent) - 0.5f) * 2;
     const float aside = std::min(1.0f, std::abs(x - 200) / 165);
     const float end = (16 + 12 * grain(std::floor(bent) + 500, 1)) * (1 - aside * aside);
-    return above > end ? 0 : inside(0.75f - strand, 0.5f) * (1 - above / end);
+    return above > end || end < 1 ? 0 : inside(0.75f - strand, 0.5f) * std::min(1.0f, 1 - above / end);
 }
 
 float ball(const Eye &eye, float x, float y) {
@@ -111,7 +112,7 @@ float ball(const Eye &eye, float x, float y) {
     const float radius = std::hypot(dx, dy);
     float grey = sclera(eye, x, y);
     if (radius < kIris_px + 6)
-        grey = mixed(grey, iris(radius, std::atan2(dy, dx)), inside(radius - kIris_px, 5));
+        grey = mixed(grey, iris(dx, dy, radius), inside(radius - kIris_px, 5));
     grey = mixed(grey, 14, inside(radius - eye.pupil_px, 3));
     return grey + (radius < kIris_px + 20 ? glints(eye, x, y) : 0);
 }

@@ -69,7 +69,7 @@ TEST(Cameras, AreMountedAsTheTestSignalMountsThem) {
     EXPECT_LT(gaze.x, -0.6) << "40 degrees to the left";
     EXPECT_NEAR(gaze.y, -std::sin(10 * M_PI / 180), 1e-12) << "10 degrees down";
     EXPECT_EQ(left.position.x, -0.075);
-    // The pack hangs at the left hip with its x axis ahead... yaw of 90 degrees: ahead is its right.
+    // Turned 90 degrees to the left, the right of the pack is ahead.
     const Vec3 right_of_pack = rotate(mount(Imu::ComputePack).rotation, {1, 0, 0});
     EXPECT_NEAR(right_of_pack.z, -1, 1e-12);
 }
