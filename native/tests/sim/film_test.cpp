@@ -21,9 +21,10 @@ class Films : public SimulatedHeadset {
         std::filesystem::remove_all(folder);
         SimulatedHeadset::TearDown();
     }
-    /** The pixels of one frame of the eye cameras, got under the real clock. */
+    /** A pixel of a frame of one eye camera, got under the real clock. */
     uint8_t pixel() {
-        const auto settings = EyePort::settings();
+        auto settings = EyePort::settings();
+        settings.cameras = MLEyeCameraIdentifier_LeftNasal;
         MLHandle handle = 0;
         auto data = EyePort::data();
         EXPECT_EQ(MLEyeCameraConnect(&settings, &handle), MLResult_Ok);
@@ -45,20 +46,23 @@ class Films : public SimulatedHeadset {
 
 TEST_F(Films, AreKeptInTheCacheUnderNamesOfTheirInputs) {
     pixel();
-    ASSERT_EQ(files().size(), 4u);
+    ASSERT_EQ(files().size(), 1u);
     for (const auto &file : files()) {
         EXPECT_EQ(file.extension(), ".film") << "nothing half written remains";
         EXPECT_EQ(std::filesystem::file_size(file), 60u * 163840u);
     }
     set("seed", "77");
     pixel();
-    EXPECT_EQ(files().size(), 8u);
+    EXPECT_EQ(files().size(), 2u);
 }
 
-TEST_F(Films, AnotherProcessShowsWhatTheCacheHas) {
-    testing::FLAGS_gtest_death_test_style = "threadsafe";
-    set("image_noise", "0");
-    pixel();
+TEST_F(Films, AProcessShowsWhatAnotherLeftInTheCache) {
+    const auto drawInAnotherProcess = [this] {
+        pixel();
+        std::exit(files().size() == 1 ? 0 : 1);
+    };
+    set("seed", "79");
+    EXPECT_EXIT(drawInAnotherProcess(), testing::ExitedWithCode(0), "drawing");
     for (const auto &file : files()) {
         FILE *film = std::fopen(file.c_str(), "r+");
         for (long frame = 0; frame < 60; frame++) {
@@ -67,12 +71,19 @@ TEST_F(Films, AnotherProcessShowsWhatTheCacheHas) {
         }
         std::fclose(film);
     }
-    setenv("ML2SIM", ("loop_seconds=2,image_noise=0,cache=" + folder).c_str(), 1);
-    EXPECT_EXIT(
-        {
-            ml2sim_reset();
-            std::exit(pixel());
-        },
-        testing::ExitedWithCode(171), "");
-    unsetenv("ML2SIM");
+    EXPECT_EQ(pixel(), 171);
+}
+
+TEST_F(Films, AFileOfAnotherSizeIsDrawnAnew) {
+    const auto drawInAnotherProcess = [this] {
+        pixel();
+        std::exit(0);
+    };
+    set("seed", "78");
+    EXPECT_EXIT(drawInAnotherProcess(), testing::ExitedWithCode(0), "drawing");
+    for (const auto &file : files())
+        std::filesystem::resize_file(file, 163840);
+    pixel();
+    for (const auto &file : files())
+        EXPECT_EQ(std::filesystem::file_size(file), 60u * 163840u);
 }

@@ -46,6 +46,20 @@ TYPED_TEST(Timing, CapturesAreOnTheGridAndSomeMillisecondsOld) {
     this->releaseAndDisconnect();
 }
 
+TYPED_TEST(Timing, AFrameIsNotThereBeforeItIsReadOut) {
+    this->connectAndGet();
+    const auto capture = TypeParam::timestamp(this->data) + kSecond;
+    this->release();
+    ml2sim_advance(capture + kMillisecond - ml2sim_now_mltime());
+    ASSERT_EQ(this->get(), MLResult_Ok);
+    EXPECT_NEAR(double(TypeParam::timestamp(this->data)), double(capture - kPeriod), 1);
+    this->release();
+    ml2sim_advance(9 * kMillisecond);
+    ASSERT_EQ(this->get(), MLResult_Ok);
+    EXPECT_EQ(TypeParam::timestamp(this->data), capture);
+    this->releaseAndDisconnect();
+}
+
 TYPED_TEST(Timing, AWaitEndsWithTheFrameThatIsDelivered) {
     std::promise<void> connected;
     auto stamp = std::async(std::launch::async, [&] {
