@@ -14,12 +14,14 @@ public class NativePixelSource(private val sensor: PixelSensor, private val sens
         require(sensor != PixelSensor.COLOR || sensorBackend == NativeBackend.OPENXR) { "$sensor is for OpenXR only" }
     }
 
-    override fun conflict(subscription: Subscription, other: Subscription): String? =
-        if (sensor.hasOneStream && other.stream != subscription.stream) {
-            "${other.stream} runs, and the camera delivers one of both at a time"
-        } else {
-            super.conflict(subscription, other)
-        }
+    override fun conflict(subscription: Subscription, other: Subscription): String? = when {
+        other.stream == subscription.stream ->
+            if (other.values == subscription.values) null else "it already runs with ${other.values}"
+
+        sensor.hasOneStream -> "${other.stream} runs, and the camera delivers one of both at a time"
+
+        else -> null
+    }
 
     override fun open(subscriptions: List<Subscription>): OpenSensor = OpenCamera(sensor, sensorBackend, subscriptions)
 

@@ -20,7 +20,7 @@ public class NativePoseSource(private val sensor: PoseSensor, private val sensor
         require(sensor == PoseSensor.HEAD || sensorBackend == NativeBackend.OPENXR) { "$sensor is for OpenXR only" }
     }
 
-    /** No value of a stream is one of the tracker's: the transform tree and the head's own stream share it. */
+    /** None of a stream's values is the tracker's: the transform tree and the head's own stream share it. */
     override fun conflict(subscription: Subscription, other: Subscription): String? = null
 
     override fun open(subscriptions: List<Subscription>): OpenSensor = OpenTracker(sensor, sensorBackend, subscriptions)

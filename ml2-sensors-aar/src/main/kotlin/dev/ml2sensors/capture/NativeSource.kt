@@ -72,12 +72,8 @@ public sealed class NativeSource(
         }
     }
 
-    internal open fun conflict(subscription: Subscription, other: Subscription): String? =
-        if (other.stream == subscription.stream && other.values != subscription.values) {
-            "it already runs with ${other.values}"
-        } else {
-            null
-        }
+    /** Why [subscription] cannot run beside [other], null when it can. */
+    internal abstract fun conflict(subscription: Subscription, other: Subscription): String?
 
     internal abstract fun open(subscriptions: List<Subscription>): OpenSensor
 }

@@ -4,6 +4,7 @@ import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async
@@ -84,9 +85,13 @@ class NativePoseSourceTest {
     }
 
     @Test
-    fun twoCollectorsShareTheTracker() = runBlocking<Unit> {
-        val both = List(2) { async(Dispatchers.Default) { poses().take(30).toList().map(Sample::captureNanos) } }
-        assertTrue(both[0].await().intersect(both[1].await().toSet()).isNotEmpty())
+    fun theTransformTreeAndTheHeadsOwnStreamShareTheTracker() = runBlocking<Unit> {
+        val collectors = listOf(StreamValues(layout = "flat"), StreamValues(backend = "sdk")).map { values ->
+            async(Dispatchers.Default) {
+                fixture.samples(StreamTable.headPose, values).take(30).toList().map(Sample::captureNanos)
+            }
+        }
+        assertTrue(collectors[0].await().intersect(collectors[1].await().toSet()).isNotEmpty())
     }
 
     private fun assertNear(expected: Vector3, found: Vector3) {
