@@ -53,14 +53,11 @@ public sealed class NativeSource(
         }
     }
 
-    /**
-     * Gives the sensor back to the device while the app is not in front, and returns when that is done. Flows go on
-     * and deliver nothing.
-     */
-    public suspend fun pause(): Unit = thread.pause(true)
+    /** Gives the sensor back to the device while the app is not in front, at once; flows go on and deliver nothing. */
+    public fun pause(): Unit = thread.pause(true)
 
     /** Takes the sensor again; if that fails, it is the flows that fail. */
-    public suspend fun resume(): Unit = thread.pause(false)
+    public fun resume(): Unit = thread.pause(false)
 
     override fun close(): Unit = thread.close()
 

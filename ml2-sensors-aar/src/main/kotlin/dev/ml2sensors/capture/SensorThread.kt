@@ -59,12 +59,14 @@ internal class SensorThread(
     }
 
     /** Returns when the sensor runs, or is closed, without [subscription]. */
-    suspend fun unsubscribe(subscription: Subscription): Unit =
-        awaitApplied(change { Wanted(it.version + 1, it.subscriptions - subscription, it.isPaused) })
+    suspend fun unsubscribe(subscription: Subscription) {
+        val version = change { Wanted(it.version + 1, it.subscriptions - subscription, it.isPaused) }
+        appliedVersion.first { it >= version }
+    }
 
-    /** Returns when the sensor is closed, or runs again if it can and is wanted. */
-    suspend fun pause(isPaused: Boolean): Unit =
-        awaitApplied(change { Wanted(it.version + 1, it.subscriptions, isPaused) })
+    fun pause(isPaused: Boolean) {
+        change { Wanted(it.version + 1, it.subscriptions, isPaused) }
+    }
 
     /** Ends all subscriptions and returns when the sensor is closed. */
     override fun close() {
@@ -81,10 +83,6 @@ internal class SensorThread(
         if (thread.state == Thread.State.NEW) thread.start()
         changed.signal()
         wanted.version
-    }
-
-    private suspend fun awaitApplied(version: Long) {
-        appliedVersion.first { it >= version }
     }
 
     private fun run() {
