@@ -23,7 +23,7 @@ class Room:
 
     Attributes:
         tags: four corners by ArUco id, clockwise from the marker's top left.
-        normals, offsets_m: points p of wall i have normals[i] @ p = offsets_m[i], those inside more.
+        normals, offsets_m: of walls; points p have normals[i] @ p = offsets_m[i], those inside more.
     """
 
     tags: dict[int, NDArray[np.float64]]

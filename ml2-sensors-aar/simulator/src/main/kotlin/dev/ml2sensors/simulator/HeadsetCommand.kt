@@ -99,10 +99,11 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         SimulatedHeadset.open(
             path("ml2s.library"),
             path("ml2s.simulation"),
-            listOf("seed" to "$seed", "cache" to System.getProperty("ml2s.films", "")) + simulate,
+            seed,
+            listOf("cache" to System.getProperty("ml2s.films", "")) + simulate,
         )
     } catch (mistake: IllegalArgumentException) {
-        throw UsageError("--simulate: ${mistake.message}")
+        throw UsageError("the simulated device: ${mistake.message}")
     }
 
     private fun recording(folder: File): EurocRecording = try {

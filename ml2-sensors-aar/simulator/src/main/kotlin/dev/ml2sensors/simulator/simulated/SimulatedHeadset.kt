@@ -41,14 +41,17 @@ internal class SimulatedHeadset private constructor(private val headset: Headset
         /**
          * @param library libml2sensors.so.
          * @param simulation libml2sim_jni.so.
-         * @param settings keys and values of the simulation, in order.
+         * @param seed of the room, the walk and all noise.
+         * @param settings further keys and values of the simulation, in order.
          * @throws IllegalArgumentException with the simulation's words about a setting.
          */
-        fun open(library: Path, simulation: Path, settings: List<Pair<String, String>>): Headset {
+        fun open(library: Path, simulation: Path, seed: Long, settings: List<Pair<String, String>>): Headset {
             SimulatedSdk.load(simulation)
-            for ((key, value) in settings) SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
+            for ((key, value) in listOf("seed" to "$seed") + settings) {
+                SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
+            }
             NativeLibrary.load(library)
-            val identity = Headset.Identity("simulated", "Simulated headset")
+            val identity = Headset.Identity("simulated-$seed", "Simulated headset, seed $seed")
             return SimulatedHeadset(SourcedHeadset(identity, NativeHeadsetClock, sources()))
         }
     }
