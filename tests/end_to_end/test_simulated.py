@@ -75,29 +75,39 @@ def stamps_ns(received: Received, topic: str) -> list[int]:
         ("depth/flags", "32SC1", np.int32, (480, 544)),
     ],
 )
-def test_raw_images_carry_their_frame_number(
+def test_raw_images_show_a_moving_scene(
     received: Received, topic: str, encoding: str, dtype: type, shape: tuple[int, int]
 ) -> None:
-    numbers = frame_numbers(received, topic.split("/")[0])
-    for image in received.messages(topic):
+    images = received.messages(topic)
+    for image in images:
         assert (image.encoding, (image.height, image.width)) == (encoding, shape)
-        pixels: NDArray[Any] = np.frombuffer(bytes(image.data), dtype).reshape(shape)
-        number = int("".join("1" if pixel else "0" for pixel in pixels[0, :32] > 0), 2)
-        assert number == numbers.get(stamp_ns(image), number)
+        assert image.step == shape[1] * np.dtype(dtype).itemsize
+        assert len(image.data) == image.step * image.height
+    pictures = {bytes(image.data) for image in images}
+    assert len(pictures) > 10
+    first: NDArray[Any] = np.frombuffer(pictures.pop(), dtype)
+    assert len(np.unique(first[np.isfinite(first)])) > 2
 
 
-def test_jpegs_carry_their_frame_number(received: Received) -> None:
-    numbers = frame_numbers(received, "color")
-    for image in received.messages("color/image_raw/compressed"):
-        assert image.format == "rgb8; jpeg compressed bgr8"
-        data = bytes(image.data)
-        at = data.index(b"\xff\xfe") + 4
-        assert data[at : at + 6] == b"frame="
-        number = int(data[at + 6 : at + 16])
-        assert number == numbers.get(stamp_ns(image), number)
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+def test_jpegs_show_a_moving_scene(received: Received) -> None:
+    images = received.messages("color/image_raw/compressed")
+    assert {image.format for image in images} == {"rgb8; jpeg compressed bgr8"}
+    pictures = {bytes(image.data) for image in images}
+    assert len(pictures) > 10
+    picture = cv2.imdecode(np.frombuffer(pictures.pop(), np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None
     assert picture.shape == (1080, 1920, 3)
+    assert picture.std() > 10
+
+
+@pytest.mark.parametrize("camera", [*CAMERAS, *EYES])
+def test_frame_numbers_count_the_captures(received: Received, camera: str) -> None:
+    numbers = frame_numbers(received, camera)
+    first = min(numbers)
+    elapsed_s = {stamp: (stamp - first) / 1e9 for stamp in numbers}
+    assert {at: round(s * 30) for at, s in elapsed_s.items()} == {
+        at: number - numbers[first] for at, number in numbers.items()
+    }
 
 
 def frame_numbers(received: Received, camera: str) -> dict[int, int]:
@@ -114,8 +124,8 @@ def test_invalid_depth_is_nan_and_flagged(received: Received) -> None:
         flag = flags.get(stamp_ns(image))
         if flag is None:
             continue
-        depth = np.frombuffer(bytes(image.data), np.float32).reshape(480, 544)[1:]
-        bits = np.frombuffer(bytes(flag.data), np.int32).reshape(480, 544)[1:]
+        depth = np.frombuffer(bytes(image.data), np.float32)
+        bits = np.frombuffer(bytes(flag.data), np.int32)
         assert np.isnan(depth).any()
         assert (np.isnan(depth) == (bits != 0)).all()
         compared += 1

@@ -63,7 +63,8 @@ def test_every_image_has_a_transform_and_more_are_beside_it(
 ) -> None:
     images = {stamp_ns(image) for image in received.messages(image_topic(camera))}
     transforms = set(poses(tree, f"{camera}_optical_frame"))
-    assert len(images - transforms) <= len(images) / 10
+    lost = int(received.books("/tf")["produced"]) - len(received.messages("/tf"))
+    assert len(images - transforms) <= lost, "of what a busy machine lost each may have had one"
     assert len(transforms) > 1.5 * len(images), "60 Hz beside the images"
 
 
