@@ -48,6 +48,7 @@ XrFutureEXT begin(XrPixelSensorML handle, PixelSensor &sensor, const char *step,
     }
     auto future = std::make_unique<Future>();
     const auto &keys = runtime().keys;
+    future->diesWithParent = true;
     future->step = step;
     future->readyAt =
         keys.number("fault.future.stuck") != 0 ? INT64_MAX : mlTimeNow() + keys.number("future.delay_ms") * 1000000;

@@ -31,9 +31,8 @@ static void forget(uint64_t handle) {
     auto &objects = runtime().objects;
     std::vector<uint64_t> children;
     for (const auto &[other, object] : objects) {
-        if (object->parent == handle) {
+        if (object->parent == handle)
             children.push_back(other);
-        }
     }
     for (const uint64_t child : children) {
         forget(child);
@@ -43,13 +42,13 @@ static void forget(uint64_t handle) {
 
 void destroy(uint64_t handle, const char *name) {
     const auto &objects = runtime().objects;
-    const auto children = std::count_if(objects.begin(), objects.end(),
-                                        [&](const auto &entry) { return entry.second->parent == handle; });
+    const auto children = std::count_if(objects.begin(), objects.end(), [&](const auto &entry) {
+        return entry.second->parent == handle && !entry.second->diesWithParent;
+    });
     forget(handle);
-    if (children != 0) {
+    if (children != 0)
         misuse(ML2SIM_XR_MISUSE_CHILDREN, XR_ERROR_VALIDATION_FAILURE,
                std::string(name) + " destroyed while " + std::to_string(children) + " made from it live");
-    }
 }
 
 XrPath pathOf(const std::string &text) {

@@ -19,6 +19,7 @@ namespace ml2sim::xr {
 /// Something a handle names. Lives until it is destroyed by name; its parent is the handle it was made from.
 struct Object {
     uint64_t parent = 0;
+    bool diesWithParent = false; ///< Without anyone's fault.
     virtual ~Object() = default;
 };
 

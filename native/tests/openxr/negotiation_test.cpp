@@ -72,6 +72,11 @@ TEST_F(Negotiation, AStepThatFailsIsNamedAndLeavesNothing) {
     }
 }
 
+TEST_F(Negotiation, AStepThatIsNeverCompletedIsGivenUp) {
+    runtime("fault.future.stuck", "1");
+    expectRefused(kEyeNasalLeft, ML2S_VENDOR_FAILURE, "xrConfigurePixelSensorAsyncML: not completed within 5 s");
+}
+
 TEST_F(Negotiation, AFailureToStopIsSaidAndTheSensorIsClosedAllTheSame) {
     Sensor eye(kEyeNasalLeft);
     runtime("fault.future.fails", "stop");

@@ -1,0 +1,205 @@
+// The simulated runtime itself: what it refuses, with which error, and that it counts it.
+#include <optional>
+
+#include "app.h"
+
+namespace {
+
+class Runtime : public OpenXr {
+  protected:
+    void SetUp() override {
+        OpenXr::SetUp();
+        stopTime();
+        app.emplace(std::vector<const char *>{XR_MND_HEADLESS_EXTENSION_NAME, XR_EXT_FUTURE_EXTENSION_NAME,
+                                              XR_ML_PIXEL_SENSOR_EXTENSION_NAME});
+        app->createSession();
+    }
+    void TearDown() override {
+        // Tests misuse on purpose; each says what it expects.
+        EXPECT_STREQ(books().last_misuse, misuse.c_str());
+    }
+
+    void expectMisuse(ml2sim_xr_misuse kind, const std::string &what) {
+        EXPECT_EQ(books().misuses[kind], 1u);
+        misuse = what;
+    }
+
+    template <class Function> Function xr(const char *name) {
+        const auto function = app->find<Function>(name);
+        EXPECT_NE(function, nullptr) << name;
+        return function;
+    }
+
+    XrPixelSensorML createSensor(const char *path = "/pixelsensor/eye/nasal/left") {
+        XrPixelSensorCreateInfoML info = {XR_TYPE_PIXEL_SENSOR_CREATE_INFO_ML, nullptr, 0};
+        xr<PFN_xrStringToPath>("xrStringToPath")(app->instance, path, &info.sensor);
+        XrPixelSensorML sensor = XR_NULL_HANDLE;
+        EXPECT_EQ(xr<PFN_xrCreatePixelSensorML>("xrCreatePixelSensorML")(app->session, &info, &sensor), XR_SUCCESS);
+        return sensor;
+    }
+
+    XrResult configure(XrPixelSensorML sensor, XrFutureEXT *future) {
+        const XrPixelSensorConfigUint32ML rate = {XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, nullptr, 0,
+                                                  XR_PIXEL_SENSOR_UPDATE_RATE_ML, 30};
+        const XrPixelSensorConfigUint32ML format = {XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, nullptr, 0,
+                                                    XR_PIXEL_SENSOR_FORMAT_ML, XR_PIXEL_SENSOR_GRAYSCALE_ML};
+        const XrPixelSensorConfigExtent2DiML size = {
+            XR_TYPE_PIXEL_SENSOR_CONFIG_EXTENT_2DI_ML, nullptr, 0, XR_PIXEL_SENSOR_RESOLUTION_ML, {400, 400}};
+        const auto head = [](const void *config) {
+            return static_cast<const XrPixelSensorConfigBaseHeaderML *>(config);
+        };
+        const XrPixelSensorConfigBaseHeaderML *configs[] = {head(&rate), head(&size), head(&format)};
+        const uint32_t stream = 0;
+        const XrPixelSensorConfigInfoML info = {
+            XR_TYPE_PIXEL_SENSOR_CONFIG_INFO_ML, nullptr, 1, &stream, configCount, configs};
+        return xr<PFN_xrConfigurePixelSensorAsyncML>("xrConfigurePixelSensorAsyncML")(sensor, &info, future);
+    }
+    XrResult completeConfigure(XrPixelSensorML sensor, XrFutureEXT future) {
+        XrPixelSensorConfigureCompletionML completion = {XR_TYPE_PIXEL_SENSOR_CONFIGURE_COMPLETION_ML, nullptr,
+                                                         XR_SUCCESS};
+        return xr<PFN_xrConfigurePixelSensorCompleteML>("xrConfigurePixelSensorCompleteML")(sensor, future,
+                                                                                            &completion);
+    }
+    XrPixelSensorML createRunning() {
+        const auto sensor = createSensor();
+        XrFutureEXT future;
+        EXPECT_EQ(configure(sensor, &future), XR_SUCCESS);
+        EXPECT_EQ(completeConfigure(sensor, future), XR_SUCCESS);
+        const uint32_t stream = 0;
+        const XrPixelSensorStartInfoML info = {XR_TYPE_PIXEL_SENSOR_START_INFO_ML, nullptr, 1, &stream};
+        EXPECT_EQ(xr<PFN_xrStartPixelSensorAsyncML>("xrStartPixelSensorAsyncML")(sensor, &info, &future), XR_SUCCESS);
+        XrPixelSensorStartCompletionML completion = {XR_TYPE_PIXEL_SENSOR_START_COMPLETION_ML, nullptr, XR_SUCCESS};
+        EXPECT_EQ(xr<PFN_xrStartPixelSensorCompleteML>("xrStartPixelSensorCompleteML")(sensor, future, &completion),
+                  XR_SUCCESS);
+        return sensor;
+    }
+    XrResult getData(XrPixelSensorML sensor, void *metadata = nullptr, uint32_t bytes = 400 * 400) {
+        std::vector<uint8_t> memory(bytes);
+        const XrPixelSensorDataGetInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, nullptr, 0, 1, 0};
+        XrPixelSensorBufferML buffer = {XR_TYPE_PIXEL_SENSOR_BUFFER_ML, nullptr, bytes, memory.data()};
+        XrPixelSensorDataML data = {XR_TYPE_PIXEL_SENSOR_DATA_ML, metadata, 0, nullptr};
+        return xr<PFN_xrGetPixelSensorDataML>("xrGetPixelSensorDataML")(sensor, &info, &buffer, &data);
+    }
+
+    std::optional<App> app;
+    uint32_t configCount = 3;
+    std::string misuse;
+};
+
+} // namespace
+
+TEST_F(Runtime, AFunctionOfAnExtensionThatIsNotEnabledIsNotThere) {
+    EXPECT_EQ(app->find<PFN_xrCreateHandTrackerEXT>("xrCreateHandTrackerEXT"), nullptr);
+    EXPECT_NE(app->find<PFN_xrPollFutureEXT>("xrPollFutureEXT"), nullptr);
+}
+
+TEST_F(Runtime, AStructureOfAnotherTypeIsRefused) {
+    const XrPixelSensorCreateInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_ML, nullptr, 1};
+    XrPixelSensorML sensor;
+    EXPECT_EQ(xr<PFN_xrCreatePixelSensorML>("xrCreatePixelSensorML")(app->session, &info, &sensor),
+              XR_ERROR_VALIDATION_FAILURE);
+    expectMisuse(ML2SIM_XR_MISUSE_TYPE, "XrPixelSensorCreateInfo has type 1000475017, expected 1000475001");
+}
+
+TEST_F(Runtime, ADestroyedHandleIsRefused) {
+    const auto sensor = createSensor();
+    const auto destroy = xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML");
+    EXPECT_EQ(destroy(sensor), XR_SUCCESS);
+    EXPECT_EQ(destroy(sensor), XR_ERROR_HANDLE_INVALID);
+    expectMisuse(ML2SIM_XR_MISUSE_HANDLE, "no such pixel sensor");
+}
+
+TEST_F(Runtime, DataBeforeStartIsRefused) {
+    const auto sensor = createSensor();
+    EXPECT_EQ(getData(sensor), XR_ERROR_CALL_ORDER_INVALID);
+    expectMisuse(ML2SIM_XR_MISUSE_ORDER, "data before start");
+    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
+}
+
+TEST_F(Runtime, ConfiguringARunningStreamIsRefused) {
+    const auto sensor = createRunning();
+    XrFutureEXT future;
+    EXPECT_EQ(configure(sensor, &future), XR_ERROR_CALL_ORDER_INVALID);
+    expectMisuse(ML2SIM_XR_MISUSE_ORDER, "configured while running");
+    misuse = "/pixelsensor/eye/nasal/left destroyed while running";
+    EXPECT_EQ(xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor), XR_ERROR_CALL_ORDER_INVALID);
+}
+
+TEST_F(Runtime, ConfiguringTwiceAtOnceIsRefused) {
+    const auto sensor = createSensor();
+    XrFutureEXT future;
+    EXPECT_EQ(configure(sensor, &future), XR_SUCCESS);
+    XrFutureEXT other;
+    EXPECT_EQ(configure(sensor, &other), XR_ERROR_CALL_ORDER_INVALID);
+    expectMisuse(ML2SIM_XR_MISUSE_ORDER, "configure while another step is not completed");
+    EXPECT_EQ(completeConfigure(sensor, future), XR_SUCCESS);
+    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
+}
+
+TEST_F(Runtime, AMandatoryCapabilityMustBeConfigured) {
+    const auto sensor = createSensor();
+    XrFutureEXT future;
+    configCount = 2;
+    EXPECT_EQ(configure(sensor, &future), XR_ERROR_VALIDATION_FAILURE);
+    expectMisuse(ML2SIM_XR_MISUSE_ARGUMENT, "a mandatory capability is not configured");
+    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
+}
+
+TEST_F(Runtime, AFutureIsCompletedOnceAndOnlyWhenReady) {
+    const auto sensor = createSensor();
+    runtime("future.delay_ms", "2");
+    XrFutureEXT future;
+    EXPECT_EQ(configure(sensor, &future), XR_SUCCESS);
+    EXPECT_EQ(completeConfigure(sensor, future), XR_ERROR_FUTURE_PENDING_EXT);
+    ml2sim_advance(2 * kMillisecond);
+    EXPECT_EQ(completeConfigure(sensor, future), XR_SUCCESS);
+    EXPECT_EQ(completeConfigure(sensor, future), XR_ERROR_FUTURE_INVALID_EXT);
+    expectMisuse(ML2SIM_XR_MISUSE_FUTURE, "no future of configure to complete, or completed before");
+    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
+}
+
+TEST_F(Runtime, MetadataThatAreNotOfferedCannotBeChained) {
+    const auto sensor = createRunning();
+    XrPixelSensorFisheyeIntrinsicsML fisheye = {};
+    fisheye.type = XR_TYPE_PIXEL_SENSOR_FISHEYE_INTRINSICS_ML;
+    EXPECT_EQ(getData(sensor, &fisheye), XR_ERROR_VALIDATION_FAILURE);
+    expectMisuse(ML2SIM_XR_MISUSE_TYPE, "chained to data: a structure of type 1000475024, which is not offered");
+    misuse = "/pixelsensor/eye/nasal/left destroyed while running";
+    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
+}
+
+TEST_F(Runtime, ABufferThatIsTooSmallIsRefused) {
+    const auto sensor = createRunning();
+    EXPECT_EQ(getData(sensor, nullptr, 1000), XR_ERROR_SIZE_INSUFFICIENT);
+    expectMisuse(ML2SIM_XR_MISUSE_ARGUMENT, "the buffer is smaller than it must be");
+    misuse = "/pixelsensor/eye/nasal/left destroyed while running";
+    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
+}
+
+TEST_F(Runtime, ASensorDestroyedBeforeItsSpaceIsCounted) {
+    const auto sensor = createSensor();
+    const XrPixelSensorCreateSpaceInfoML info = {
+        XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, nullptr, sensor, {{0, 0, 0, 1}, {0, 0, 0}}};
+    XrSpace space;
+    EXPECT_EQ(xr<PFN_xrCreatePixelSensorSpaceML>("xrCreatePixelSensorSpaceML")(app->session, &info, &space),
+              XR_SUCCESS);
+    EXPECT_EQ(xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor), XR_ERROR_VALIDATION_FAILURE);
+    expectMisuse(ML2SIM_XR_MISUSE_CHILDREN, "/pixelsensor/eye/nasal/left destroyed while 1 made from it live");
+}
+
+TEST_F(Runtime, ASessionIsBegunWhenReadyOnly) {
+    const XrSessionBeginInfo info = {XR_TYPE_SESSION_BEGIN_INFO, nullptr, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
+    const auto begin = xr<PFN_xrBeginSession>("xrBeginSession");
+    EXPECT_EQ(begin(app->session, &info), XR_ERROR_SESSION_NOT_READY);
+    expectMisuse(ML2SIM_XR_MISUSE_ORDER, "a session begun that was not ready");
+    while (app->nextEvent().type != XR_TYPE_UNKNOWN) {
+    }
+    EXPECT_EQ(begin(app->session, &info), XR_SUCCESS);
+}
+
+TEST_F(Runtime, AnUnknownKeyIsRefusedWithThoseThereAre) {
+    const std::string problem = ml2sim_xr_set("fault.nonsense", "1");
+    EXPECT_EQ(problem.find("no key fault.nonsense; there are:\n"), 0u);
+    EXPECT_NE(problem.find("fault.sensor.taken"), std::string::npos);
+    EXPECT_STREQ(ml2sim_xr_set("future.delay_ms", "soon"), "future.delay_ms: expected a number, found soon");
+}

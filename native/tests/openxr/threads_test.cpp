@@ -1,0 +1,73 @@
+// Sensors of several threads in one session.
+#include <atomic>
+#include <thread>
+
+#include "openxr_fixture.h"
+
+class Threads : public OpenXr {};
+
+TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
+    headset("loop_seconds", "2");
+    constexpr int kRounds = 5;
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400);
+    std::atomic<int> frames{0}, poses{0};
+    const auto pollPoses = [&](const ml2s_settings &settings) {
+        for (int round = 0; round < kRounds; round++) {
+            Sensor sensor(settings);
+            for (int i = 0; i < 10; i++) {
+                poses += sensor.pollPose().is_tracked;
+            }
+        }
+    };
+    const auto pollFrames = [&] {
+        for (int round = 0; round < kRounds; round++) {
+            Sensor eye(kEyeNasalLeft);
+            const auto got = eye.poll(10000 * kMillisecond);
+            frames += static_cast<int>(got.size());
+            release(got);
+        }
+    };
+    std::thread head(pollPoses, kHead), gaze(pollPoses, kGaze), eyes(pollFrames);
+    head.join();
+    gaze.join();
+    eyes.join();
+    EXPECT_EQ(frames, kRounds);
+    EXPECT_EQ(poses, 2 * kRounds * 10);
+}
+
+TEST_F(Threads, FramesAreReadWhileTheNextAreWritten) {
+    headset("loop_seconds", "2");
+    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, 400 * 400);
+    std::atomic<bool> isDone{false};
+    std::thread reader([&] {
+        int64_t last = 0;
+        while (!isDone) {
+            auto frame = sized<ml2s_frame>();
+            if (ml2s_acquire_latest(ML2S_STREAM_EYE_NASAL_LEFT, last, &frame) != ML2S_OK) {
+                std::this_thread::yield();
+                continue;
+            }
+            EXPECT_GT(frame.capture_nanos, last);
+            last = frame.capture_nanos;
+            volatile uint8_t sum = 0;
+            for (uint32_t i = 0; i < frame.planes[ML2S_PLANE_IMAGE].size_bytes; i++) {
+                sum = static_cast<uint8_t>(sum + frame.data[i]);
+            }
+            EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+        }
+    });
+    {
+        Sensor eye(kEyeNasalLeft);
+        for (int i = 0; i < 15; i++) {
+            for (auto &frame : eye.poll(10000 * kMillisecond)) {
+                frame.struct_size = sizeof frame;
+                if (frame.slot != ML2S_NO_SLOT) {
+                    EXPECT_EQ(ml2s_publish(&frame), ML2S_OK);
+                    EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+                }
+            }
+        }
+    }
+    isDone = true;
+    reader.join();
+}
