@@ -97,7 +97,8 @@ def d8(output: Path, *arguments: str | Path, libraries: Iterable[Path]) -> str:
 
 
 def r8(output: Path, *arguments: str | Path) -> str:
-    return _dexer("R8", output, *arguments)
+    # Files of one name in several jars are for the app's build to merge.
+    return _dexer("R8", output, "--no-data-resources", *arguments)
 
 
 def _dexer(name: str, output: Path, *arguments: str | Path) -> str:
