@@ -71,8 +71,8 @@ public class AndroidHeadset internal constructor(
     public val timestampBases: StateFlow<Map<StreamSpec, TimestampBase>>,
 ) : Headset by headset {
     /** Gives the cameras and trackers back to the device while the app is not in front; their flows deliver nothing. */
-    public suspend fun pause(): Unit = native.forEach { it.pause() }
+    public fun pause(): Unit = native.forEach(NativeSource::pause)
 
     /** Takes them again; flows fail where that fails. */
-    public suspend fun resume(): Unit = native.forEach { it.resume() }
+    public fun resume(): Unit = native.forEach(NativeSource::resume)
 }
