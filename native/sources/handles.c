@@ -21,7 +21,8 @@ static const struct sensor {
     const struct source_ops *sdk, *openxr;
 } sensors[1 << SENSOR_BITS] = {
     [ML2S_SENSOR_DEPTH] = {"depth", BIT(DEPTH) | BIT(INFRA), &source_depth, &openxr_pixels},
-    [ML2S_SENSOR_WORLD] = {"world", BIT(WORLD_CENTER) | BIT(WORLD_LEFT) | BIT(WORLD_RIGHT), &source_world, &openxr_pixels},
+    [ML2S_SENSOR_WORLD] = {"world", BIT(WORLD_CENTER) | BIT(WORLD_LEFT) | BIT(WORLD_RIGHT), &source_world,
+                           &openxr_pixels},
     [ML2S_SENSOR_EYE] = {"eye",
                          BIT(EYE_NASAL_LEFT) | BIT(EYE_NASAL_RIGHT) | BIT(EYE_TEMPLE_LEFT) | BIT(EYE_TEMPLE_RIGHT),
                          &source_eye, &openxr_pixels},

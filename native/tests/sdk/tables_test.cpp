@@ -27,10 +27,15 @@ std::string openAndClose(ml2s_sensor sensor, ml2s_stream stream) {
     ml2s_handle handle = 0;
     const auto result = ml2s_open(&settings, &handle, &error);
     if (result == ML2S_OK) {
+        EXPECT_EQ(ml2s_check(sensor, ML2S_BACKEND_SDK, nullptr), ML2S_OK);
         EXPECT_EQ(ml2s_close(handle, nullptr), ML2S_OK);
         return "";
     }
     EXPECT_EQ(result, ML2S_NOT_AVAILABLE);
+    auto checked = error;
+    checked.message[0] = 0;
+    EXPECT_EQ(ml2s_check(sensor, ML2S_BACKEND_SDK, &checked), ML2S_NOT_AVAILABLE);
+    EXPECT_STREQ(checked.message, error.message);
     return error.message;
 }
 

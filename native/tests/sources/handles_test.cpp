@@ -93,6 +93,14 @@ TEST_F(Handles, AnErrorWithoutRoomForAMessageIsRefused) {
     EXPECT_EQ(ml2s_close(1, &error), ML2S_INVALID_ARGUMENT);
 }
 
+TEST_F(Handles, CheckingASensorTouchesNothing) {
+    EXPECT_EQ(ml2s_check(ML2S_SENSOR_DEPTH, ML2S_BACKEND_SDK, nullptr), ML2S_OK);
+    EXPECT_EQ(ml2s_check(ML2S_SENSOR_GAZE, ML2S_BACKEND_SDK, nullptr), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_check(0, ML2S_BACKEND_SDK, nullptr), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_check(ML2S_SENSOR_DEPTH, 2, nullptr), ML2S_INVALID_ARGUMENT);
+    EXPECT_TRUE(script.calls.empty());
+}
+
 TEST_F(Handles, AHandleKeepsItsSensor) {
     Sensor sensor(head);
     EXPECT_EQ(sensor.configure(depth), ML2S_INVALID_ARGUMENT);
