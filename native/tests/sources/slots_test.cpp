@@ -11,7 +11,7 @@
 namespace {
 
 constexpr uint32_t kStream = ML2S_STREAM_COLOR;
-constexpr uint32_t kWords = 1024;
+constexpr uint32_t kWords = 16;
 
 /** Provides a stream with slots, and sees at the end that all of them came back. */
 class Slots {
@@ -164,12 +164,10 @@ TEST(Slots, MisuseIsRefused) {
 
 namespace {
 
-constexpr int64_t kFrames = 20000;
-
-/** Writes frame numbers into slots as fast as slots come free; returns how many frames were lost. */
-int64_t write() {
+/** Writes frame numbers into slots as fast as slots come free, until enough were read; returns how many were lost. */
+int64_t write(const std::atomic<int> &reads, int enough) {
     int64_t lost = 0;
-    for (int64_t number = 1; number <= kFrames; number++) {
+    for (int64_t number = 1; reads < enough; number++) {
         uint32_t slot;
         ml2s_memory memory;
         if (ml2s_take(kStream, &slot, &memory)) {
@@ -196,7 +194,7 @@ void expectWhole(const ml2s_frame &frame) {
 }
 
 /** Reads until the writer is done. A slow reader lets the writer publish twice before it looks at its frame. */
-void read(const std::atomic<bool> &isDone, bool isSlow) {
+void read(const std::atomic<bool> &isDone, bool isSlow, std::atomic<int> &reads) {
     int64_t last = 0;
     while (!isDone) {
         const auto frame = acquire(last);
@@ -215,6 +213,7 @@ void read(const std::atomic<bool> &isDone, bool isSlow) {
         }
         expectWhole(*frame);
         EXPECT_EQ(ml2s_release(kStream, frame->slot), ML2S_OK);
+        reads++;
     }
 }
 
@@ -232,9 +231,10 @@ TEST(Slots, SlowFastAndDyingReadersSeeWholeFramesAndTheWriterNeverWaits) {
     std::atomic<bool> isDone = false;
     std::optional<ml2s_frame> leased;
     std::thread dying([&] { leaseAndDie(leased, isDone); });
-    std::thread slow([&] { read(isDone, true); });
-    std::thread fast([&] { read(isDone, false); });
-    const int64_t lost = write();
+    std::atomic<int> slowReads = 0, fastReads = 0;
+    std::thread slow([&] { read(isDone, true, slowReads); });
+    std::thread fast([&] { read(isDone, false, fastReads); });
+    const int64_t lost = write(fastReads, 1000);
     isDone = true;
     for (auto *thread : {&dying, &slow, &fast}) {
         thread->join();
@@ -248,9 +248,10 @@ TEST(Slots, SlowFastAndDyingReadersSeeWholeFramesAndTheWriterNeverWaits) {
 
 TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
     std::atomic<bool> isDone = false;
-    std::thread reader([&] { read(isDone, false); });
+    std::atomic<int> reads = 0;
+    std::thread reader([&] { read(isDone, false, reads); });
     std::thread writer([&] {
-        write();
+        write(reads, 100);
         isDone = true;
     });
     struct Memory {
@@ -263,6 +264,7 @@ TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
     };
     for (size_t half = 0; !isDone; half = 2 - half) {
         while (provide(half, 2) == ML2S_BUSY && !isDone) {
+            std::this_thread::yield();
         }
     }
     writer.join();
