@@ -3,6 +3,7 @@
 #include <cstring>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "cameras_fixture.h"
 
