@@ -132,10 +132,10 @@ static void release(JNIEnv *env, jclass class, jint stream, jint slot) {
     failure_throw(env, ml2s_release((uint32_t)stream, (uint32_t)slot), NULL);
 }
 
-/** The library keeps both for ever. */
+/** The reference to context is for ever: the library may use it as long as the process lives. */
 static void use_openxr(JNIEnv *env, jclass class, jstring loader_path, jobject context) {
     (void)class;
-    static char path[512];
+    char path[512];
     ERROR(error);
     ml2s_openxr openxr = {.struct_size = sizeof openxr, .loader_path = path};
     if ((*env)->GetStringUTFLength(env, loader_path) >= (jsize)sizeof path) {

@@ -106,5 +106,10 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return result;
 }
 
-const struct source_ops openxr_hands = {
-    .open = begin, .configure = keep_as_it_is, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+const struct source_ops openxr_hands = {.require = xr_require,
+                                        .open = begin,
+                                        .configure = keep_as_it_is,
+                                        .poll_poses = poll_poses,
+                                        .pause = end,
+                                        .resume = begin,
+                                        .close = end};

@@ -44,16 +44,20 @@ static ml2s_result initialize(const ml2s_openxr *openxr, PFN_xrGetInstanceProcAd
                         error);
 }
 
-ml2s_result loader_open(const ml2s_openxr *openxr, PFN_xrGetInstanceProcAddr *get_proc, ml2s_error *error) {
+ml2s_result loader_find(const ml2s_openxr *openxr, PFN_xrGetInstanceProcAddr *get_proc, ml2s_error *error) {
     void *library = dlopen(openxr->loader_path, RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s (%s)", openxr->loader_path, dlerror());
     }
     *get_proc = (PFN_xrGetInstanceProcAddr)dlsym(library, "xrGetInstanceProcAddr");
-    if (!*get_proc) {
-        return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s/xrGetInstanceProcAddr", openxr->loader_path);
-    }
-    return openxr->java_vm ? initialize(openxr, *get_proc, error) : ML2S_OK;
+    return *get_proc ? ML2S_OK
+                     : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s/xrGetInstanceProcAddr",
+                                 openxr->loader_path);
+}
+
+ml2s_result loader_open(const ml2s_openxr *openxr, PFN_xrGetInstanceProcAddr *get_proc, ml2s_error *error) {
+    ml2s_result result = loader_find(openxr, get_proc, error);
+    return result || !openxr->java_vm ? result : initialize(openxr, *get_proc, error);
 }
 
 static ml2s_result list_offered(PFN_xrGetInstanceProcAddr get_proc, ml2s_error *error) {

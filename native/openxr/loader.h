@@ -3,7 +3,10 @@
 
 #include "xr_api.h"
 
-/** openxr has a loader_path. On Android the loader is initialised with the app's VM and activity. */
+/** Loads the library; openxr has a loader_path. */
+ml2s_result loader_find(const ml2s_openxr *openxr, PFN_xrGetInstanceProcAddr *get_proc, ml2s_error *error);
+
+/** The same, and on Android initialises the loader with the app's VM and activity. */
 ml2s_result loader_open(const ml2s_openxr *openxr, PFN_xrGetInstanceProcAddr *get_proc, ml2s_error *error);
 
 /** An instance with every extension of this library that the runtime offers; the session can then be headless. */

@@ -179,5 +179,10 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     return result;
 }
 
-const struct source_ops openxr_pixels = {
-    .open = begin, .configure = configure, .poll = poll, .pause = end, .resume = begin, .close = end};
+const struct source_ops openxr_pixels = {.require = xr_require,
+                                         .open = begin,
+                                         .configure = configure,
+                                         .poll = poll,
+                                         .pause = end,
+                                         .resume = begin,
+                                         .close = end};

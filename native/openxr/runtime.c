@@ -92,6 +92,23 @@ static ml2s_result create_world(ml2s_error *error) {
     return XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &xr.world);
 }
 
+static ml2s_result is_chosen(ml2s_error *error) {
+    return chosen.struct_size
+               ? ML2S_OK
+               : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR (ml2s_use_openxr was not called)");
+}
+
+ml2s_result xr_require(ml2s_error *error) {
+    PFN_xrGetInstanceProcAddr get_proc;
+    lock(&changing);
+    ml2s_result result = is_chosen(error);
+    if (!result && chosen.loader_path) {
+        result = loader_find(&chosen, &get_proc, error);
+    }
+    unlock(&changing);
+    return result;
+}
+
 /** Takes the app's instance, or makes one; either way the tables are filled. */
 static ml2s_result reach(ml2s_error *error) {
     PFN_xrGetInstanceProcAddr get_proc = (PFN_xrGetInstanceProcAddr)chosen.get_instance_proc_addr;
@@ -110,11 +127,8 @@ static ml2s_result reach(ml2s_error *error) {
 }
 
 static ml2s_result begin(ml2s_error *error) {
-    if (!chosen.struct_size) {
-        return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR (ml2s_use_openxr was not called)");
-    }
-    ml2s_result result = reach(error);
-    if (result) {
+    ml2s_result result = is_chosen(error);
+    if (result || (result = reach(error))) {
         return result;
     }
     XrSystemGetInfo info = {XR_TYPE_SYSTEM_GET_INFO, NULL, XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY};

@@ -5,6 +5,9 @@
 
 #define XR_AREA_BIT(area) (1u << (area))
 
+/** Whether the app said how to reach OpenXR, and the loader that it named is there; nothing is begun. Any thread. */
+ml2s_result xr_require(ml2s_error *error);
+
 /** Session and tables for areas, a mask of XR_AREA_BITs beside core and time; ML2S_NOT_AVAILABLE names the extension
  * that is missing. Each success is ended by one xr_release. */
 ml2s_result xr_acquire(uint32_t areas, ml2s_error *error);

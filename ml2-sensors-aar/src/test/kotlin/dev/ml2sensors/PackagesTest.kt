@@ -41,6 +41,14 @@ class PackagesTest {
     }
 
     @Test
+    fun onlyTheAdaptersKnowTheNativeLibrary() {
+        val wrong = imports.filter { (own, imported) ->
+            packageOf(imported) == "capture" && packageOf(own) !in ADAPTERS + "capture"
+        }
+        assertEquals(emptyList(), wrong)
+    }
+
+    @Test
     fun theSourcesAreFound() {
         assertTrue(imports.any { (own, imported) -> own == "$ROOT.session" && imported == "$ROOT.wire.FrameKind" })
     }

@@ -15,6 +15,9 @@ internal object Probe {
         val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) } +
             NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
         sources.forEach { source -> source.use(::probe) }
+        NativePoseSource(PoseSensor.GAZE, NativeBackend.OPENXR).use(::probe)
+        NativeLibrary.useOpenXr("libno-such-loader.so", context = null)
+        NativePoseSource(PoseSensor.GAZE, NativeBackend.OPENXR).use(::probe)
     }
 
     private fun probe(source: NativeSource) = runBlocking {
