@@ -39,6 +39,11 @@ static jstring last_misuse(JNIEnv *env, jclass class) {
     return (*env)->NewStringUTF(env, book.last_misuse);
 }
 
+static jlong mltime(JNIEnv *env, jclass class, jlong boottime_nanos) {
+    (void)env, (void)class;
+    return ml2sim_mltime_of_boottime(boottime_nanos);
+}
+
 /** Rotation x, y, z, w and position of a camera, or of the head when there is no such camera. */
 static jdoubleArray true_pose(JNIEnv *env, jclass class, jint camera, jlong boottime_nanos) {
     (void)class;
@@ -66,6 +71,7 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("advance", "(J)V", advance),
         METHOD("openHandles", "()I", open_handles),
         METHOD("lastMisuse", "()Ljava/lang/String;", last_misuse),
+        METHOD("mlTime", "(J)J", mltime),
         METHOD("truePose", "(IJ)[D", true_pose),
     };
     JNIEnv *env;

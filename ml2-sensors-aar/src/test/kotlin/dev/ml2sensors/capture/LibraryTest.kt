@@ -24,7 +24,7 @@ class LibraryTest {
 
     @Test
     fun aMissingLibraryIsNamedInEveryRefusal() {
-        val lines = probe(Path.of("no-such-folder"))
+        val lines = sdk(probe(Path.of("no-such-folder")))
         assertEquals(
             listOf("depth", "world_left", "eye_nasal_left", "head_pose"),
             lines.map {
@@ -50,8 +50,20 @@ class LibraryTest {
             missing("eye_nasal_left", "MLEyeCameraConnect"),
             missing("head_pose", "MLHeadTrackingCreate"),
         )
-        assertEquals(expected, probe(Path.of("../build/native/host/tests/jni/partial")))
+        assertEquals(expected, sdk(probe(Path.of("../build/native/host/tests/jni/partial"))))
     }
+
+    @Test
+    fun openXrIsRefusedUntilItsLoaderIsThere() {
+        val (without, absent) = probe(Path.of("no-such-folder")).filter { it.startsWith("gaze") }
+        val reason = "not available: OpenXR (ml2s_use_openxr was not called)"
+        assertEquals("gaze: $reason; NotAvailable: $reason", without)
+        assertTrue(absent.startsWith("gaze: not available: libno-such-loader.so"), absent)
+        assertTrue("; NotAvailable: not available: libno-such-loader.so" in absent, absent)
+    }
+
+    /** Those of the sensors that come by the vendor's SDK. */
+    private fun sdk(lines: List<String>) = lines.filterNot { it.startsWith("gaze") }
 
     /** The lines that [Probe] prints with the vendor's library from [folder]. */
     private fun probe(folder: Path): List<String> {

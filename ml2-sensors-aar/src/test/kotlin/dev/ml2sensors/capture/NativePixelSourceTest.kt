@@ -65,6 +65,17 @@ class NativePixelSourceTest {
     }
 
     @Test
+    fun theColorCameraIsLocatedForImagesOfOthers() {
+        assertNotNull(NativeColorPoses.open()).use { tracker ->
+            val deviceNanos = Simulation.mlTime(Native.now())
+            var pose = tracker.poseAt(deviceNanos)
+            while (pose == null) pose = tracker.poseAt(deviceNanos)
+            assertNear(Simulation.truth(COLOR, tracker.captureNanos(deviceNanos)).position.toRos(), pose.translation)
+            assertNull(tracker.poseAt(deviceNanos - 60_000_000_000))
+        }
+    }
+
+    @Test
     fun lensesAreThoseOfTheDevice() = runBlocking<Unit> {
         val world = assertNotNull(fixture.image(StreamTable.worldCenter) { it.intrinsics })
         assertEquals(Distortion.FisheyeTangential(0.012, -0.006, 0.002, -0.0004, 1e-4, 1e-4), world.distortion)
@@ -141,6 +152,9 @@ class NativePixelSourceTest {
 
     private companion object {
         const val PAGE = 4096
+
+        /** ML2SIM_COLOR */
+        const val COLOR = 4
         val DEPTH_CAMERA = setOf(StreamTable.depth, StreamTable.infra)
         val CAMERAS = PixelSensor.entries.filter { it != PixelSensor.COLOR }.flatMap { it.streams }
     }

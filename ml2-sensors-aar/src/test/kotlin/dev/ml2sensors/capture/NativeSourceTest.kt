@@ -108,6 +108,27 @@ class NativeSourceTest {
     }
 
     @Test
+    fun everythingRunsAtOnceAndTheBooksBalance() = runBlocking<Unit> {
+        val cameras = PixelSensor.entries - PixelSensor.COLOR
+        val streams = cameras.flatMap { it.streams } - StreamTable.infra
+        val head = launch(Dispatchers.Default) { fixture.samples(StreamTable.headPose).collect { } }
+        val received = streams.map { stream ->
+            async(Dispatchers.Default) { fixture.samples(stream).takeUntil { images -> images == 30 } }
+        }
+        received.forEach { assertBooksBalance(it.await()) }
+        head.cancelAndJoin()
+    }
+
+    @Test
+    fun aStalledCameraCanBeLeft() = runBlocking<Unit> {
+        Simulation.configure("fault.eye.stalled", 1)
+        val collector = launch(Dispatchers.Default) { fixture.samples(EYE).collect { } }
+        while (Simulation.openHandles() == 0) yield()
+        collector.cancelAndJoin()
+        assertEquals(0, Simulation.openHandles())
+    }
+
+    @Test
     fun aStreamThatJoinsLeavesTheOthersRunning() = runBlocking<Unit> {
         val numbers = Channel<Long>(Channel.UNLIMITED)
         val running = launch(Dispatchers.Default) { fixture.images(EYE) { it.captureNanos }.collect(numbers::send) }

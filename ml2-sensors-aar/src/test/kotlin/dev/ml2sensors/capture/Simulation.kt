@@ -58,6 +58,10 @@ internal object Simulation {
     @JvmStatic
     external fun openHandles(): Int
 
+    /** The MLTime of an instant of CLOCK_BOOTTIME. */
+    @JvmStatic
+    external fun mlTime(boottimeNanos: Long): Long
+
     @JvmStatic
     external fun lastMisuse(): String
 
