@@ -43,13 +43,6 @@ jfloat pressure(JNIEnv *, jclass, jint unit, jlong boottime) {
     return ml2sim_pressure(static_cast<uint32_t>(unit), boottime);
 }
 
-void head(JNIEnv *env, jclass, jlong boottime, jdoubleArray out) {
-    ml2sim_pose pose;
-    ml2sim_true_head(ml2sim_mltime_of_boottime(boottime), &pose);
-    env->SetDoubleArrayRegion(out, 0, 4, pose.rotation);
-    env->SetDoubleArrayRegion(out, 4, 3, pose.position);
-}
-
 jobject color(JNIEnv *env, jclass, jint width, jint height, jint rate_hz, jboolean with_hologram, jlong boottime,
               jlongArray numbers, jfloatArray intrinsics) {
     const ml2sim_color_request request = {static_cast<uint32_t>(width), static_cast<uint32_t>(height),
@@ -79,7 +72,6 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
         method("inertial", "(IJ[F)V", inertial),
         method("light", "(J)F", light),
         method("pressure", "(IJ)F", pressure),
-        method("head", "(J[D)V", head),
         method("color", "(IIIZJ[J[F)Ljava/nio/ByteBuffer;", color),
     };
     const jclass type = env->FindClass(kClass);

@@ -7,16 +7,11 @@ import dev.ml2sensors.capture.NativePixelSource
 import dev.ml2sensors.capture.NativePoseSource
 import dev.ml2sensors.capture.PixelSensor
 import dev.ml2sensors.capture.PoseSensor
-import dev.ml2sensors.message.MlPose
-import dev.ml2sensors.message.Quaternion
-import dev.ml2sensors.message.Transform
-import dev.ml2sensors.message.Vector3
-import dev.ml2sensors.simulator.signal.Signal
 import dev.ml2sensors.simulator.signal.SignalSource
 import dev.ml2sensors.simulator.testsignal.battery
-import dev.ml2sensors.simulator.testsignal.trackedPoses
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourcedHeadset
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
@@ -38,6 +33,9 @@ internal class SimulatedHeadset private constructor(private val headset: Headset
         headset.samples(stream, values).filter { opening.isOver() }
 
     companion object {
+        /** Khronos', which finds the simulated runtime by XR_RUNTIME_JSON. */
+        private const val OPENXR_LOADER = "libopenxr_loader.so.1"
+
         /**
          * @param library libml2sensors.so.
          * @param simulation libml2sim_jni.so.
@@ -51,31 +49,19 @@ internal class SimulatedHeadset private constructor(private val headset: Headset
                 SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
             }
             NativeLibrary.load(library)
+            NativeLibrary.useOpenXr(OPENXR_LOADER, context = null)
             val identity = Headset.Identity("simulated-$seed", "Simulated headset, seed $seed")
             return SimulatedHeadset(SourcedHeadset(identity, NativeHeadsetClock, sources()))
         }
     }
 }
 
-private fun sources() = listOf(
-    NativePixelSource(PixelSensor.WORLD, NativeBackend.SDK),
-    NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK),
-    NativePixelSource(PixelSensor.EYE, NativeBackend.SDK),
-    NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK),
-    SimulatedCamera2(),
-    SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()),
-    SignalSource("battery_manager", NativeHeadsetClock, mapOf(StreamTable.battery to battery())),
-    SignalSource("openxr", NativeHeadsetClock, gazeAndHands()),
-)
-
-private fun gazeAndHands(): Map<StreamSpec, Signal> {
-    val poses = trackedPoses { head(it.nanos) }
-    return listOf(StreamTable.gaze, StreamTable.handLeft, StreamTable.handRight).associateWith { poses.getValue(it.id) }
-}
-
-private fun head(boottimeNanos: Long): Transform {
-    val pose = DoubleArray(7)
-    SimulatedSdk.head(boottimeNanos, pose)
-    val (x, y, z, w) = pose
-    return MlPose(Vector3(pose[4], pose[5], pose[6]), Quaternion(x, y, z, w)).toBody()
-}
+/** As on the device, but for what Android would deliver. */
+private fun sources(): List<SensorSource> =
+    listOf(PixelSensor.WORLD, PixelSensor.DEPTH, PixelSensor.EYE).map { NativePixelSource(it, NativeBackend.SDK) } +
+        NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK) +
+        PixelSensor.entries.map { NativePixelSource(it, NativeBackend.OPENXR) } +
+        PoseSensor.entries.map { NativePoseSource(it, NativeBackend.OPENXR) } +
+        SimulatedCamera2() +
+        SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()) +
+        SignalSource("battery_manager", NativeHeadsetClock, mapOf(StreamTable.battery to battery()))

@@ -30,10 +30,6 @@ internal object SimulatedSdk {
     @JvmStatic
     external fun pressure(unit: Int, boottimeNanos: Long): Float
 
-    /** Rotation and position of the head. */
-    @JvmStatic
-    external fun head(boottimeNanos: Long, out: DoubleArray)
-
     /**
      * The JPEG, which stays as it is until the process ends; null for a size or rate that the device does not have.
      *

@@ -43,8 +43,7 @@ public class TestSignalHeadset(seed: Long, override val clock: DeviceClock, log:
     private val scope = CoroutineScope(life)
     private val films = Films(scope, log)
     private val trajectory = Trajectory(seed)
-    private val signals =
-        inertialUnits(trajectory) + surroundings(trajectory) + trackedPoses { trajectory.at(it.seconds).pose }
+    private val signals = inertialUnits(trajectory) + surroundings(trajectory) + trackedPoses(trajectory)
 
     // Drawing takes all cores: no sensor runs until all streams that were started together have their images.
     private val startNanos = scope.async(start = CoroutineStart.LAZY) {

@@ -5,19 +5,18 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.times
 import dev.ml2sensors.message.toPose
-import dev.ml2sensors.simulator.signal.Capture
 import dev.ml2sensors.simulator.signal.Signal
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import kotlin.math.PI
 import kotlin.math.sin
 
-/** Head, gaze and hands, all in the world frame, of a [head] at each capture. */
-internal fun trackedPoses(head: (Capture) -> Transform): Map<String, Signal> = mapOf(
-    "head_pose" to Signal(60) { PoseSample(it.nanos, head(it)) },
-    "gaze" to Signal(60) { PoseSample(it.nanos, head(it) * gaze(it.seconds)) },
-    "hand_left" to hand(head, side = 1),
-    "hand_right" to hand(head, side = -1),
+/** Head, gaze and hands, all in the world frame. */
+internal fun trackedPoses(trajectory: Trajectory): Map<String, Signal> = mapOf(
+    "head_pose" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose) },
+    "gaze" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose * gaze(it.seconds)) },
+    "hand_left" to hand(trajectory, side = 1),
+    "hand_right" to hand(trajectory, side = -1),
 )
 
 /** Between the eyes, x along the line of sight. */
@@ -28,9 +27,9 @@ private fun gaze(seconds: Double): Transform {
 }
 
 /** Palm, wrist and the joints of each finger from its root, as XR_EXT_hand_tracking orders them; [side] 1 is left. */
-private fun hand(head: (Capture) -> Transform, side: Int) = Signal(30) { capture ->
+private fun hand(trajectory: Trajectory, side: Int) = Signal(30) { capture ->
     val isSeen = (capture.seconds + side) % HAND_PERIOD_SECONDS < HAND_SEEN_SECONDS
-    val palm = head(capture) * palm(capture.seconds, side)
+    val palm = trajectory.at(capture.seconds).pose * palm(capture.seconds, side)
     PosesSample(capture.nanos, if (isSeen) JOINTS.map { (palm * mirrored(it, side)).toPose() } else emptyList())
 }
 
