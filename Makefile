@@ -72,7 +72,7 @@ test-conformance: build ## Test every language against the shared vectors
 test-aar: aar ## Test what the Android packages hold, and a consumer of theirs
 	$(pytest) --timeout 300 tests/aar
 
-test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
+test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) tests/end_to_end
 
 lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files

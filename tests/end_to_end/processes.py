@@ -100,10 +100,12 @@ def receive(
     link: Callable[[str], Proxy] | None = None,
     on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
     receiver_options: Sequence[str] = (),
+    program: Sequence[str | Path] = (HEADSET,),
 ) -> Received:
     """Runs a headset to its end and returns all that arrived; logs are in `folder`.
 
     Args:
+        headset_options: of the command ml2-headset, which `program` starts.
         link: makes the proxy that stands between headset and receiver, from the latter's address.
         on_snapshot: is called about once per second with the proxy and a count from 0.
     """
@@ -120,7 +122,8 @@ def receive(
         address = listening_address(receiver)
         proxy = start(link(address)) if link else None
         subscriber = start(subscribing(environment, folder))
-        headset = headset_command(proxy.address if proxy else address, *headset_options)
+        reached = proxy.address if proxy else address
+        headset = [*program, "--receiver", reached, *headset_options]
         start(process(headset, environment, folder / "headset.log"))
         for number, _ in enumerate(lines(subscriber)):
             on_snapshot(proxy, number)

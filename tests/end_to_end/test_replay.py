@@ -10,9 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
-from capture_stamps import nanos, stamp_ns
-from euroc import Matrix, angle_between, ground_truth, interpolated, pose_matrix, rows, sensor_yaml
+from capture_stamps import stamp_ns
+from euroc import Matrix, angle_between, ground_truth, interpolated, rows, sensor_yaml
 from processes import EXCERPT, PREFIX, ROOT, Received, headset_command, receive
+from transforms import transforms
 
 MAV = EXCERPT / "mav0"
 CAMERAS = {"cam0": "world_left", "cam1": "world_right"}
@@ -128,18 +129,6 @@ def test_calibration_comes_from_the_recording(
         assert list(info.r) == [1, 0, 0, 0, 1, 0, 0, 0, 1]
         assert list(info.p) == [fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0]
         assert [info.width, info.height] == calibration["resolution"]
-
-
-def transforms(replayed: Received) -> dict[tuple[str, int], Matrix]:
-    found: dict[tuple[str, int], Matrix] = {}
-    for message in replayed.messages("/tf"):
-        for transform in message.transforms:
-            key = (transform.child_frame_id, nanos(transform.header.stamp))
-            assert transform.header.frame_id == "magicleap_world"
-            assert key not in found, "at most one transform per child and stamp"
-            t, r = transform.transform.translation, transform.transform.rotation
-            found[key] = pose_matrix([t.x, t.y, t.z], r.w, r.x, r.y, r.z)
-    return found
 
 
 def assert_same_pose(found: Matrix, expected: Matrix) -> None:

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
-from processes import PREFIX, ROOT, Received, receive, receive_command
+from processes import PREFIX, ROOT, Received, headset_command, receive, receive_command
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 from simulation import CAMERAS, demo_config, image_topic
 
@@ -194,6 +194,17 @@ def test_a_wrong_configuration_starts_nothing(tmp_path: Path) -> None:
     assert run.returncode == 2
     assert "depth_center.update_rate" in run.stderr
     assert "listening" not in run.stdout
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [("speed=1", 'unknown key "speed"; allowed: seed, '), ("seed=x", 'found "x"')],
+)
+def test_a_wrong_key_of_the_simulation_is_an_error(setting: str, words: str) -> None:
+    command = headset_command("127.0.0.1:1", "--simulate", setting)
+    run = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert run.returncode == 2
+    assert words in run.stderr
 
 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:
