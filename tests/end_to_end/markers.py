@@ -45,7 +45,7 @@ def _is_saddle(grey: Image, pixel: Pixels, radius_px: float) -> bool:
         return False
     ring = cv2.remap(grey, x, y, cv2.INTER_LINEAR).ravel().astype(float)
     is_white = ring > (ring.min() + ring.max()) / 2
-    changes = np.count_nonzero(is_white != np.roll(is_white, 1))
-    differs_across = np.count_nonzero(is_white != np.roll(is_white, len(ring) // 2))
+    changes = int(np.count_nonzero(is_white != np.roll(is_white, 1)))
+    differs_across = int(np.count_nonzero(is_white != np.roll(is_white, len(ring) // 2)))
     has_contrast = bool(np.ptp(ring) > _LEAST_CONTRAST)
     return has_contrast and changes == 4 and differs_across <= 4

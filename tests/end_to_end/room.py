@@ -23,7 +23,8 @@ class Room:
 
     Attributes:
         tags: four corners by ArUco id, clockwise from the marker's top left.
-        normals, offsets_m: of walls; points p have normals[i] @ p = offsets_m[i], those inside more.
+        normals: of walls, into the room.
+        offsets_m: points p on wall i have normals[i] @ p = offsets_m[i].
     """
 
     tags: dict[int, NDArray[np.float64]]

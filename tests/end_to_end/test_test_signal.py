@@ -1,4 +1,4 @@
-"""Test signals write the number of each capture into its image: payloads stay with their capture."""
+"""Test signals carry the number of each capture: payloads stay with their capture."""
 
 from __future__ import annotations
 
