@@ -6,8 +6,6 @@ import os
 import zipfile
 from pathlib import Path
 
-import pytest
-
 from processes import HEADSET, ROOT, receive
 from simulation import demo_config
 
@@ -15,15 +13,11 @@ NATIVE = ROOT / "build" / "native"
 TARGET = HEADSET.parent / "target"
 
 
-def test_every_sensor_arrives_from_the_bytes_of_the_package(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> None:
     (package,) = (ROOT / "build" / "aar").glob("ml2-sensors-[0-9]*[0-9].aar")
     with zipfile.ZipFile(package) as archive:
         classes = Path(archive.extract("classes.jar", tmp_path))
         library = Path(archive.extract("jni/x86_64/libml2sensors.so", tmp_path))
-    monkeypatch.setenv("LD_LIBRARY_PATH", str(NATIVE / "linux"))
-    monkeypatch.setenv("XR_RUNTIME_JSON", str(NATIVE / "host/sim/openxr/openxr_runtime.json"))
     config = tmp_path / "everything.yaml"
     config.write_text(demo_config())
     received = receive(config, ["--duration", "2"], tmp_path, program=program(classes, library))
@@ -37,6 +31,8 @@ def program(classes: Path, library: Path) -> list[str | Path]:
     others = [it for it in (TARGET / "lib").iterdir() if not it.name.startswith("ml2-sensors-")]
     assert len(others) < len(list((TARGET / "lib").iterdir()))
     return [
+        *("env", f"LD_LIBRARY_PATH={NATIVE / 'linux'}"),
+        f"XR_RUNTIME_JSON={NATIVE / 'host/sim/openxr/openxr_runtime.json'}",
         *("java", "-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
         f"-Dml2s.library={library}",
         f"-Dml2s.simulation={NATIVE / 'host/sim/jni/libml2sim_jni.so'}",
