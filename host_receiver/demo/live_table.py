@@ -37,7 +37,10 @@ class LiveTable:
             for name, answer in snapshot["streams"].items()
             if answer["result"] == "refused"
         ]
-        self._live.update(Group(self._table(snapshot), *refused, self._clock(snapshot["session"])))
+        notes = [*refused, self._clock(snapshot["session"])]
+        if not any(seen["count"] for seen in snapshot["topics"].values()):
+            notes.append(Text("a simulation draws its pictures first: build/demo/headset.log"))
+        self._live.update(Group(self._table(snapshot), *notes))
 
     def _table(self, snapshot: dict[str, Any]) -> Table:
         table = Table(title=f"ML2 Sensors, {self._source} headset, topics under {self._prefix}")
