@@ -55,40 +55,25 @@ static ml2s_result create_space(ml2s_error *error) {
     return XR_CALL(error, gaze, xrCreateActionSpace, xr.session, &info, &space);
 }
 
-static ml2s_result prepare(ml2s_error *error) {
-    if (space) {
-        return ML2S_OK;
+static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (xr.is_borrowed) {
+        return error_set(error, ML2S_NOT_AVAILABLE, 0,
+                         "not available: gaze in the app's session, whose action sets are the app's");
     }
-    ml2s_result result = check_system(error);
-    if (!result) {
-        result = create_action(error);
+    if (!space) {
+        ml2s_result result = check_system(error);
+        if (result || (result = create_action(error)) || (result = bind(error)) || (result = create_space(error))) {
+            gaze_forget(NULL);
+            return result;
+        }
     }
-    if (!result) {
-        result = bind(error);
-    }
-    if (!result) {
-        result = create_space(error);
-    }
-    if (result) {
-        gaze_forget(NULL);
-    }
-    return result;
+    is_open = true;
+    return ML2S_OK;
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    ml2s_result result = xr_acquire(XR_AREA_BIT(XR_GAZE), error);
-    if (result) {
-        return result;
-    }
-    result = xr.is_borrowed ? error_set(error, ML2S_NOT_AVAILABLE, 0,
-                                        "not available: gaze in the app's session, whose action sets are the app's")
-                            : prepare(error);
-    is_open = !result;
-    if (result) {
-        xr_release(NULL);
-    }
-    return result;
+    return xr_begin(XR_AREA_BIT(XR_GAZE), prepare, settings, error);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -97,7 +82,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
         return ML2S_OK;
     }
     is_open = false;
-    return xr_release(error);
+    return xr_end(ML2S_OK, error);
 }
 
 ml2s_result gaze_forget(ml2s_error *error) {

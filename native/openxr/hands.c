@@ -35,13 +35,15 @@ static ml2s_result destroy_trackers(ml2s_error *error) {
     return first;
 }
 
-static ml2s_result create_trackers(ml2s_error *error) {
+static ml2s_result create_trackers(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
     ml2s_result result = check_system(error);
     for (uint32_t i = 0; i < HANDS && !result; i++) {
         XrHandTrackerCreateInfoEXT info = {XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT, NULL, hands[i].hand,
                                            XR_HAND_JOINT_SET_DEFAULT_EXT};
         result = XR_CALL(error, hands, xrCreateHandTrackerEXT, xr.session, &info, &trackers[i]);
     }
+    is_open = !result;
     if (result) {
         destroy_trackers(NULL);
     }
@@ -49,17 +51,7 @@ static ml2s_result create_trackers(ml2s_error *error) {
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings;
-    ml2s_result result = xr_acquire(XR_AREA_BIT(XR_HANDS), error);
-    if (result) {
-        return result;
-    }
-    result = create_trackers(error);
-    is_open = !result;
-    if (result) {
-        xr_release(NULL);
-    }
-    return result;
+    return xr_begin(XR_AREA_BIT(XR_HANDS), create_trackers, settings, error);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -68,9 +60,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
         return ML2S_OK;
     }
     is_open = false;
-    ml2s_result result = destroy_trackers(error);
-    ml2s_result released = xr_release(result ? NULL : error);
-    return result ? result : released;
+    return xr_end(destroy_trackers(error), error);
 }
 
 static ml2s_result locate(uint32_t hand, const struct poses_moment *now, ml2s_pose *poses, uint32_t *count,

@@ -8,21 +8,16 @@
 static XrSpace view;
 static bool was_tracked;
 
-static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+static ml2s_result create_view(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
-    ml2s_result result = xr_acquire(0, error);
-    if (result) {
-        return result;
-    }
     XrReferenceSpaceCreateInfo info = {
         XR_TYPE_REFERENCE_SPACE_CREATE_INFO, NULL, XR_REFERENCE_SPACE_TYPE_VIEW, {{0, 0, 0, 1}, {0, 0, 0}}};
-    result = XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &view);
     was_tracked = true;
-    if (result) {
-        view = XR_NULL_HANDLE;
-        xr_release(NULL);
-    }
-    return result;
+    return XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &view);
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    return xr_begin(0, create_view, settings, error);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -32,8 +27,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     }
     ml2s_result result = XR_CALL(error, core, xrDestroySpace, view);
     view = XR_NULL_HANDLE;
-    ml2s_result released = xr_release(result ? NULL : error);
-    return result ? result : released;
+    return xr_end(result, error);
 }
 
 static uint32_t events_of(bool is_tracked) {

@@ -76,7 +76,8 @@ static ml2s_result stop(struct source *source, ml2s_error *error) {
     return first;
 }
 
-static ml2s_result start(struct source *source, const ml2s_settings *settings, ml2s_error *error) {
+static ml2s_result start(const ml2s_settings *settings, ml2s_error *error) {
+    struct source *source = &sources[settings->sensor];
     for (uint32_t stream = 0; stream < sizeof streams / sizeof *streams; stream++) {
         if (!(settings->streams & ML2S_STREAM_BIT(stream))) {
             continue;
@@ -94,21 +95,12 @@ static ml2s_result start(struct source *source, const ml2s_settings *settings, m
         source->count++;
     }
     source->settings = *settings;
+    source->is_open = true;
     return ML2S_OK;
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
-    struct source *source = &sources[settings->sensor];
-    ml2s_result result = xr_acquire(XR_AREA_BIT(XR_FUTURE) | XR_AREA_BIT(XR_PIXEL), error);
-    if (result) {
-        return result;
-    }
-    result = start(source, settings, error);
-    source->is_open = !result;
-    if (result) {
-        xr_release(NULL);
-    }
-    return result;
+    return xr_begin(XR_AREA_BIT(XR_FUTURE) | XR_AREA_BIT(XR_PIXEL), start, settings, error);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -117,17 +109,15 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
         return ML2S_OK;
     }
     source->is_open = false;
-    ml2s_result stopped = stop(source, error);
-    ml2s_result released = xr_release(stopped ? NULL : error);
-    return stopped ? stopped : released;
+    return xr_end(stop(source, error), error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     struct source *source = &sources[settings->sensor];
     ml2s_settings before = source->settings;
     ml2s_result result = stop(source, error);
-    if (!result && (result = start(source, settings, error))) {
-        ml2s_result restored = start(source, &before, NULL);
+    if (!result && (result = start(settings, error))) {
+        ml2s_result restored = start(&before, NULL);
         if (restored) {
             return error_set(error, restored, 0, "neither the new nor the old settings could be started");
         }

@@ -158,7 +158,7 @@ static ml2s_result end(ml2s_error *error) {
     return first;
 }
 
-ml2s_result xr_acquire(uint32_t areas, ml2s_error *error) {
+static ml2s_result acquire(uint32_t areas, ml2s_error *error) {
     lock(&changing);
     ml2s_result result = users ? ML2S_OK : begin(error);
     if (!result) {
@@ -173,11 +173,25 @@ ml2s_result xr_acquire(uint32_t areas, ml2s_error *error) {
     return result;
 }
 
-ml2s_result xr_release(ml2s_error *error) {
+static ml2s_result release(ml2s_error *error) {
     lock(&changing);
     ml2s_result result = --users ? ML2S_OK : end(error);
     unlock(&changing);
     return result;
+}
+
+ml2s_result xr_begin(uint32_t areas, ml2s_result (*make)(const ml2s_settings *settings, ml2s_error *error),
+                     const ml2s_settings *settings, ml2s_error *error) {
+    ml2s_result result = acquire(areas, error);
+    if (!result && (result = make(settings, error))) {
+        release(NULL);
+    }
+    return result;
+}
+
+ml2s_result xr_end(ml2s_result result, ml2s_error *error) {
+    ml2s_result released = release(result ? NULL : error);
+    return result ? result : released;
 }
 
 ml2s_result xr_follow(ml2s_error *error) { return xr.is_borrowed ? ML2S_OK : session_follow(error); }
