@@ -6,7 +6,7 @@ DURATION ?= 15
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config tests/conformance tests/aar tests/end_to_end tests/bench
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/aar tests/end_to_end tests/bench
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 device_library := build/native/device/libml2sensors.so
@@ -37,7 +37,7 @@ $(device_library): $(shell find native/device native/generated native/jni native
 
 $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMakeLists.txt)
 	cmake -S native -B build/native/host -G Ninja
-	cmake --build build/native/host
+	cmake --build build/native/host --target ml2sim ml2sim_jni
 	@touch $@
 
 aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
@@ -55,12 +55,14 @@ test: test-python test-native test-kotlin test-conformance test-aar test-e2e ## 
 test-python: setup ## Test the receiver
 	$(pytest) host_receiver/test
 
-test-native: setup ## Test the native library and its simulations, with sanitizers
+test-native: native ## Test the native library and its simulations, with sanitizers
 	for sanitizers in address,undefined thread; do \
 	  folder=build/native/$${sanitizers%,*} && \
 	  cmake -S native -B $$folder -G Ninja -DML2S_SANITIZE=$$sanitizers >/dev/null && cmake --build $$folder && \
 	  ctest --test-dir $$folder --output-on-failure || exit; \
 	done
+	cmake --build build/native/host --target scene_shots
+	$(pytest) native/tests
 
 test-kotlin: native ## Test the Kotlin library and the simulated headset
 	$(maven) verify -pl '!$(aar)'
