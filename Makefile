@@ -37,7 +37,7 @@ $(device_library): $(shell find native/device native/generated native/jni native
 
 $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMakeLists.txt)
 	cmake -S native -B build/native/host -G Ninja
-	cmake --build build/native/host --target ml2sim ml2sim_jni
+	cmake --build build/native/host --target ml2sim ml2sim_jni ml2sim_control ml2sim_partial
 	@touch $@
 
 aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
