@@ -272,8 +272,8 @@ class Camera2SourceTest {
         rig.add("1", listOf(JPEG))
         copies().test {
             val camera = rig.awaitRunning()
-            with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1))) }
-            camera.capture(FakeImage.jpeg(device.monotonicNanos + 1, byteArrayOf(2)))
+            with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos - 1, byteArrayOf(1))) }
+            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
             assertEquals(DropReason.SOURCE_LATE, assertIs<LostSamples>(awaitItem()).reason)
             assertContentEquals(byteArrayOf(2), awaitImage().bytes)
             cancel()
@@ -312,7 +312,7 @@ class Camera2SourceTest {
         CameraRig.failure = CameraAccessException(CameraAccessException.CAMERA_IN_USE)
         source.samples(StreamTable.color, values).test {
             val failure = assertIs<SourceException>(awaitError())
-            assertTrue("camera 1 cannot be used: CAMERA_IN_USE" in failure.message.orEmpty(), failure.message)
+            assertEquals("camera 1 cannot be used: The camera device is in use already", failure.message)
         }
     }
 
@@ -331,9 +331,9 @@ class Camera2SourceTest {
     @Test
     fun anEncoderThatFailsEndsTheFlow() = runBlocking {
         rig.add("1", listOf(YUV))
-        encoder.fails = true
         source.samples(StreamTable.color, values).test {
             val camera = rig.awaitRunning()
+            encoder.fails = true
             camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos, Random(6)))
             assertEquals("Android does not encode a JPEG", assertIs<SourceException>(awaitError()).message)
         }

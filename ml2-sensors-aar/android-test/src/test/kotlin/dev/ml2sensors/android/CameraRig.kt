@@ -17,6 +17,7 @@ import android.os.Handler
 import android.util.Range
 import android.util.Size
 import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.withTimeout
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Implementation
 import org.robolectric.annotation.Implements
@@ -35,6 +36,7 @@ import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.CountDownLatch
 import java.util.concurrent.Executor
 import java.util.concurrent.atomic.AtomicBoolean
+import kotlin.time.Duration.Companion.seconds
 
 /** A size in which a camera delivers [format], how long a frame takes at least, and how long it holds up others. */
 internal class Mode(val format: Int, val size: Size, val minNanos: Long, val stallNanos: Long = 0)
@@ -75,7 +77,7 @@ internal class CameraRig(private val manager: CameraManager) {
     }
 
     /** Waits until a camera is asked to deliver. */
-    suspend fun awaitRunning(): Running = running.receive()
+    suspend fun awaitRunning(): Running = withTimeout(5.seconds) { running.receive() }
 
     /** Delivers an image to the only reader, on the thread of its listener. */
     fun Running.image(image: Image) {

@@ -1,0 +1,5 @@
+package android.hardware.camera2
+
+/** Of a later Android; Robolectric's stand-in for a camera does not load without. */
+@Suppress("ktlint:standard:class-naming", "unused")
+internal class `CameraDevice$CameraDeviceSetup`
