@@ -35,8 +35,8 @@ internal class Camera2Source(
     private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
     private val workers: Workers = Workers(),
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
+    private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),
 ) : SensorSource {
-    private val encoderSpeed = EncoderSpeed(encoder)
     private val closed = Job()
 
     override val backend: String get() = "camera2"

@@ -48,7 +48,7 @@ internal class CameraRig(private val manager: CameraManager) {
     fun add(
         id: String,
         modes: List<Mode>,
-        fps: List<Pair<Int, Int>> = listOf(15 to 30, 30 to 30, 60 to 60),
+        fps: List<Pair<Int, Int>> = listOf(15 to 15, 15 to 30, 30 to 30, 60 to 60),
         timestampSource: Int = CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE_UNKNOWN,
     ) {
         val camera = ShadowCameraCharacteristics.newCameraCharacteristics()

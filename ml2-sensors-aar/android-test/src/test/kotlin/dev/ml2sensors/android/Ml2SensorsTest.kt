@@ -1,0 +1,73 @@
+package dev.ml2sensors.android
+
+import android.Manifest
+import android.os.Build
+import android.os.SystemClock
+import android.provider.Settings
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamTable
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.RuntimeEnvironment
+import org.robolectric.Shadows.shadowOf
+import org.robolectric.annotation.Config
+import org.robolectric.util.ReflectionHelpers
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.test.assertIs
+import kotlin.test.assertNotEquals
+
+/** A device without libml2sensors.so and without any sensor, as far as Robolectric goes. */
+@RunWith(RobolectricTestRunner::class)
+@Config(sdk = [29], manifest = Config.NONE)
+class Ml2SensorsTest {
+    private val app = RuntimeEnvironment.getApplication()
+
+    @Test
+    fun everyStreamIsAnsweredWithAReasonAndNothingCrashes() {
+        StreamTable.all.flatMap { it.permissions }.forEach { shadowOf(app).grantPermissions(it) }
+        Ml2Sensors.open(app).use { headset ->
+            val reasons = StreamTable.all.associateWith { headset.negotiate(it, StreamValues()) as? Answer.Refused }
+            assertEquals("not available: libml2sensors.so", reasons[StreamTable.worldLeft]?.reason)
+            assertEquals("not available: libml2sensors.so", reasons[StreamTable.gaze]?.reason)
+            assertEquals(
+                "this headset lists no single Headset Left Gyroscope sensor; it lists: nothing",
+                reasons[StreamTable.gyroLeft]?.reason,
+            )
+            assertEquals(null, reasons[StreamTable.battery])
+        }
+    }
+
+    @Test
+    fun permissionsAreThoseOfTheTable() {
+        shadowOf(app).grantPermissions(Manifest.permission.CAMERA)
+        Ml2Sensors.open(app).use { headset ->
+            assertEquals(StreamTable.all.flatMap { it.permissions }.toSet(), headset.permissions.keys)
+            assertEquals(listOf(Manifest.permission.CAMERA), headset.permissions.filterValues { it }.keys.toList())
+            assertIs<Answer.Refused>(headset.negotiate(StreamTable.depth, StreamValues()))
+        }
+    }
+
+    @Test
+    fun theDeviceIsKnownByAHashThatIsAnotherForAnotherDevice() {
+        ReflectionHelpers.setStaticField(Build::class.java, "MODEL", "Magic Leap 2")
+        val ids = listOf("aaaa", "bbbb", "aaaa").map { androidId ->
+            Settings.Secure.putString(app.contentResolver, Settings.Secure.ANDROID_ID, androidId)
+            Ml2Sensors.open(app).use {
+                assertEquals("Magic Leap 2", it.identity.name)
+                assertFalse(androidId in it.identity.deviceId)
+                it.identity.deviceId
+            }
+        }
+        assertEquals(32, ids[0].length)
+        assertEquals(ids[0], ids[2])
+        assertNotEquals(ids[0], ids[1])
+    }
+
+    @Test
+    fun itsClockIsElapsedRealtime() {
+        Ml2Sensors.open(app).use { assertEquals(SystemClock.elapsedRealtimeNanos(), it.clock.nowNanos()) }
+    }
+}
