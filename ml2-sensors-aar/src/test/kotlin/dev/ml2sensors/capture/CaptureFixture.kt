@@ -54,7 +54,3 @@ internal class CaptureFixture : AutoCloseable {
         val SHORT_RANGE = StreamValues(stream = 1, width = 544, height = 480, rateHz = 30, format = "Depth32")
     }
 }
-
-/** Fails unless all [numbers] follow one another. */
-internal fun assertConsecutive(numbers: List<Long>): Unit =
-    assertEquals(List(numbers.size) { numbers.first() + it }, numbers)
