@@ -30,6 +30,13 @@ the section's key `backend` makes it.
 """
 
 
+_PERMISSIONS = """\
+What the manifest of an app must declare for the streams it wants; a dangerous permission must also
+be requested from the user. Streams that are not listed need none. A stream whose permission is not
+granted is refused, and the refusal names it.
+"""
+
+
 def configuration_page(table: StreamTable) -> str:
     return "\n".join(
         [
@@ -45,6 +52,9 @@ def configuration_page(table: StreamTable) -> str:
             "\n## Backends\n",
             _BACKENDS,
             *_table("streams|backend|why it has this place", _backends(table)),
+            "\n## Permissions\n",
+            _PERMISSIONS,
+            *_table("streams|Android permission|protection", _permissions(table)),
             "\n## Topics of the receiver itself\n",
             *_table("topic|type|depth|durability", _receiver_topics(table)),
             "",
@@ -140,6 +150,16 @@ def _backends(table: StreamTable) -> Iterator[tuple[str, ...]]:
     for backends, streams in groups.items():
         for name, reason in backends:
             yield ", ".join(streams), name, reason
+
+
+def _permissions(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    for permission, protection in table.permissions.items():
+        needing = [
+            stream.id
+            for stream in table.streams.values()
+            if permission in table.sections[stream.section].permissions
+        ]
+        yield ", ".join(needing), f"`{permission}`", protection
 
 
 def _yaml(value: Scalar) -> str:

@@ -124,10 +124,15 @@ class Stream:
 
 @dataclass(frozen=True)
 class StreamTable:
-    """All of it, in the order of the file. `image_lanes`: the streams with a lane of their own."""
+    """All of it, in the order of the file.
+
+    `image_lanes`: the streams with a lane of their own. `permissions`: Android's, each "dangerous",
+    which the user must grant, or "normal".
+    """
 
     streams: Mapping[str, Stream]
     sections: Mapping[str, Section]
+    permissions: Mapping[str, str]
     qos: Mapping[str, Qos]
     lanes: Mapping[str, Lane]
     image_lanes: tuple[str, ...]

@@ -34,12 +34,14 @@ def read_table(document: Row) -> StreamTable:
     """
     try:
         _one_of("schema", document["schema"], [1])
-        sections = _each(document["sections"], _section)
+        permissions = _each(document["permissions"], _protection)
+        sections = _each(document["sections"], lambda id, row: _section(id, row, permissions))
         streams = _each(document["streams"], lambda id, row: _stream(id, row, document, sections))
         _distinct([topic.name for stream in streams.values() for topic in stream.topics])
         return StreamTable(
             streams=streams,
             sections=sections,
+            permissions=permissions,
             qos=_each(document["qos"], lambda _, row: Qos(**row)),
             lanes=_each(document["lanes"], lambda _, row: Lane(**row)),
             image_lanes=tuple(
@@ -82,7 +84,14 @@ def _distinct(names: list[str]) -> None:
         raise ValueError(f"topics of more than one stream: {', '.join(twice)}")
 
 
-def _section(id: str, row: Row) -> Section:
+def _protection(_: str, protection: str) -> str:
+    _one_of("protection", protection, ["dangerous", "normal"])
+    return protection
+
+
+def _section(id: str, row: Row, permissions: Collection[str]) -> Section:
+    for permission in row.get("permissions", ()):
+        _one_of("permission", permission, permissions)
     modes = tuple(_mode(**mode) for mode in row.get("modes", ()))
     keys = [*_camera_keys(modes, row["defaults"])] if modes else []
     keys += (_named(name, _key, name, key) for name, key in row.get("keys", {}).items())

@@ -76,7 +76,10 @@ class PermissionsTest {
         failing.failure = SecurityException("not allowed by policy")
         source.samples(StreamTable.color, StreamValues()).test {
             awaitItem()
-            assertEquals("Android forbids color: not allowed by policy", assertIs<SourceException>(awaitError()).message)
+            assertEquals(
+                "Android forbids color: not allowed by policy",
+                assertIs<SourceException>(awaitError()).message,
+            )
         }
         failing.failure = SourceException("broken")
         source.samples(StreamTable.color, StreamValues()).test {

@@ -21,7 +21,15 @@ import kotlin.test.assertTrue
 @Config(sdk = [29], manifest = Config.NONE, shadows = [YuvImageTest.NativeEncoder::class])
 class YuvImageTest {
     /** Grey values go to the left, the limits of V and U to the right. */
-    private val nv21 = ByteArray(WIDTH * HEIGHT * 3 / 2) { if (it < WIDTH * HEIGHT) (it % WIDTH * 8).toByte() else 0x80.toByte() }
+    private val nv21 = ByteArray(WIDTH * HEIGHT * 3 / 2) {
+        if (it <
+            WIDTH * HEIGHT
+        ) {
+            (it % WIDTH * 8).toByte()
+        } else {
+            0x80.toByte()
+        }
+    }
 
     @Test
     fun theJpegShowsTheImage() {
