@@ -139,7 +139,7 @@ def row(*path: str) -> Callable[[Any], Any]:
         (row("streams", "gaze"), "values", ["imu.x"], "gaze: values: .*united.*found x"),
         (row("kinds", "imu"), 0, {"role": "imu"}, "accel_left: 'lane' is missing"),
         (row("sections", "gaze"), "permissions", ["GAZE"], "gaze: permission: .*found GAZE"),
-        (row("permissions"), "android.permission.CAMERA", "high", "CAMERA: protection: .*found high"),
+        (row("permissions"), "android.permission.CAMERA", "high", "protection: .*found high"),
         (row("qos", "imu"), "dept", 3, "imu: .*dept"),
         (row("sections", "tf", "keys", "layout"), "default", "x", "layout: default: .*found x"),
         (row("sections", "gaze", "keys", "enabled"), "type", "yes", "enabled: type: .*found yes"),
