@@ -50,11 +50,16 @@ class Sighting:
     residual_px: float
 
 
-@pytest.fixture(scope="module", params=["0", "0.001"], ids=["undistorted", "tangential"])
+@pytest.fixture(
+    scope="module",
+    params=[("0", ""), ("0.001", ""), ("0.001", ", backend: openxr")],
+    ids=["straight", "tangential", "openxr"],
+)
 def projected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Received:
     folder = tmp_path_factory.mktemp("projection")
-    (folder / "config.yaml").write_text(CONFIG)
-    keys = {"tangential": request.param, "depth_noise_m": "0", "loop_seconds": "2"}
+    tangential, backend = request.param
+    (folder / "config.yaml").write_text(CONFIG.replace("enabled: true", f"enabled: true{backend}"))
+    keys = {"tangential": tangential, "depth_noise_m": "0", "loop_seconds": "2"}
     options = [word for key, value in keys.items() for word in ("--simulate", f"{key}={value}")]
     return receive(folder / "config.yaml", ["--duration", "2", *options], folder)
 

@@ -1,4 +1,4 @@
-// The functions of dev.ml2sensors.simulator.simulated.SimulatedSdk. JNI_OnLoad registers them; nothing is found by name.
+// The functions of dev.ml2sensors.simulator.simulated.SimulatedSdk, registered by JNI_OnLoad.
 #include <jni.h>
 
 #include <iterator>
