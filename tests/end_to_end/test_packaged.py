@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import zipfile
 from pathlib import Path
 
@@ -23,6 +24,9 @@ def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> N
     received = receive(config, ["--duration", "2"], tmp_path, program=program(classes, library))
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
+    words = (tmp_path / "headset.log").read_text()
+    assert "ended: 2s are over" in words
+    assert not re.search("WARNING|FATAL ERROR", words), "of the JVM, which checks every JNI call"
 
 
 def program(classes: Path, library: Path) -> list[str | Path]:
@@ -33,7 +37,7 @@ def program(classes: Path, library: Path) -> list[str | Path]:
     return [
         *("env", f"LD_LIBRARY_PATH={NATIVE / 'linux'}"),
         f"XR_RUNTIME_JSON={NATIVE / 'host/sim/openxr/openxr_runtime.json'}",
-        *("java", "-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
+        *("java", "-Xcheck:jni", "-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
         f"-Dml2s.library={library}",
         f"-Dml2s.simulation={NATIVE / 'host/sim/jni/libml2sim_jni.so'}",
         f"-Dml2s.films={NATIVE / 'films'}",

@@ -1,0 +1,99 @@
+package dev.ml2sensors.simulator.simulated
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.Timeout
+import java.nio.file.Path
+import kotlin.io.path.absolute
+import kotlin.io.path.createDirectories
+import kotlin.math.sqrt
+import kotlin.test.Test
+import kotlin.test.assertContains
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+import kotlin.test.assertNotNull
+import kotlin.test.assertTrue
+
+@Timeout(120)
+class SimulatedHeadsetTest {
+    private fun samples(stream: StreamSpec, values: StreamValues, count: Int, late: (Int) -> Unit = {}): List<Sample> {
+        assertIs<Answer.Applied>(headset.negotiate(stream, values))
+        var index = 0
+        return runBlocking { headset.samples(stream, values).onEach { late(index++) }.take(count).toList() }
+    }
+
+    @Test
+    fun colourFramesComeInOrderAndThoseThatAreMissedAreCounted() {
+        val found = samples(StreamTable.color, COLOR, count = 8) { if (it == 1) Thread.sleep(LATE_MILLIS) }
+        val lost = found.filterIsInstance<LostSamples>().single()
+        assertEquals(DropReason.SOURCE_LATE, lost.reason)
+        val numbers = found.filterIsInstance<ImageSample>().map { it.frameNumber }
+        assertEquals(numbers.first() + numbers.size - 1 + lost.count, numbers.last())
+        assertEquals(numbers.sorted().distinct(), numbers)
+    }
+
+    @Test
+    fun colourFramesHaveTheirPoseAndIntrinsics() {
+        val frame = assertIs<ImageSample>(samples(StreamTable.color, COLOR, count = 1).single())
+        assertNotNull(frame.pose)
+        assertEquals(WIDTH to HEIGHT, assertNotNull(frame.intrinsics).let { it.width to it.height })
+        assertTrue(frame.captureNanos in headset.clock.nowNanos() - 1_000_000_000..headset.clock.nowNanos())
+    }
+
+    @Test
+    fun inertialUnitsFeelGravityOnASteadyGridOf200Hz() {
+        val readings = samples(StreamTable.accelLeft, StreamValues(), count = 40).map { assertIs<VectorSample>(it) }
+        assertEquals(setOf(0L), readings.map { it.captureNanos % 5_000_000 }.toSet())
+        assertEquals(setOf(5_000_000L), readings.zipWithNext { a, b -> b.captureNanos - a.captureNanos }.toSet())
+        val mean = readings.map { sqrt(it.x * it.x + it.y * it.y + it.z * it.z) }.average()
+        assertEquals(9.81, mean, absoluteTolerance = 1.5)
+    }
+
+    @Test
+    fun everyStreamOfTheTableHasASource() {
+        val parts = StreamTable.all - StreamTable.tf - StreamTable.all.filter { it.id.startsWith("imu_") }.toSet()
+        for (stream in parts.filter { it.modes.isEmpty() }) {
+            assertIs<Answer.Applied>(headset.negotiate(stream, StreamValues()), stream.id)
+        }
+    }
+
+    @Test
+    fun aWrongSettingIsRefusedInTheWordsOfTheSimulation() {
+        val failure = assertFailsWith<IllegalArgumentException> { open("tangential" to "much") }
+        assertContains(failure.message.orEmpty(), """tangential: expected a number from -0.01 to 0.01, found "much"""")
+    }
+
+    private companion object {
+        const val WIDTH = 640
+        const val HEIGHT = 480
+
+        /** More than a frame is kept for. */
+        const val LATE_MILLIS = 600L
+        val COLOR = StreamValues(0, WIDTH, HEIGHT, 15, "jpeg")
+        val headset = open("loop_seconds" to "2")
+
+        fun open(vararg settings: Pair<String, String>): Headset {
+            val native = Path.of("../../build/native").absolute()
+            val films = Path.of("target/films").createDirectories().absolute()
+            return SimulatedHeadset.open(
+                native.resolve("device/libml2sensors.so"),
+                native.resolve("host/sim/jni/libml2sim_jni.so"),
+                seed = 1,
+                listOf("cache" to "$films") + settings,
+            )
+        }
+    }
+}
