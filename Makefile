@@ -71,7 +71,7 @@ test-kotlin: native ## Test the Kotlin library and the simulated headset
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) tests/conformance
 
-test-aar: aar ## Test what the Android packages hold, and a consumer of theirs
+test-aar: native aar ## Test what the Android packages hold, and a consumer of theirs
 	$(pytest) --timeout 300 tests/aar
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes

@@ -46,13 +46,13 @@ private fun ByteBuffer.part(offset: Int, bytes: Int): ByteBuffer {
 }
 
 /**
- * Room for a frame of the stream's largest mode, with all planes. A JPEG is taken to need half a byte per pixel at
- * most, more than quality 95 gives to photographs; a larger one is lost and counted.
+ * Room for a frame of the stream's largest mode, with all planes. A JPEG, whose buffer the runtime chooses the size of,
+ * has that of the picture in YUV 4:2:0.
  */
 private fun StreamSpec.largestFrameBytes(): Int {
     val pixels = modes.maxOf { mode -> mode.resolutions.maxOf { (width, height) -> width * height } }
     val images = topics.filter { it.type == "sensor_msgs/msg/Image" }
-    return if (images.isEmpty()) pixels / 2 else images.sumOf { pixels * bytesPerPixel(it.encoding ?: encoding) }
+    return if (images.isEmpty()) pixels * 3 / 2 else images.sumOf { pixels * bytesPerPixel(it.encoding ?: encoding) }
 }
 
 private fun bytesPerPixel(encoding: String?): Int = when (encoding) {
