@@ -50,7 +50,9 @@ internal class ColorCapture(
 ) {
     private val width = plan.size.width
     private val height = plan.size.height
-    private val pool = BufferPool(width * height / PIXELS_PER_JPEG_BYTE, JPEGS)
+
+    /** At quality 90 even noise takes less than a byte per pixel. */
+    private val pool = BufferPool(bufferBytes = width * height, JPEGS)
     private val intake =
         if (plan.format == ImageFormat.JPEG) {
             JpegIntake(pool, ::lose)
@@ -89,8 +91,8 @@ internal class ColorCapture(
 
     private suspend fun capture(scope: CoroutineScope, handler: Handler, exposures: ExposureReader) {
         val connection = CameraConnection(cameraManager, camera.id, handler)
-        val ending = closed.invokeOnCompletion { connection.end.complete(Unit) }
         val reader = ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES)
+        val ending = closed.invokeOnCompletion { connection.end.complete(Unit) }
         val deliver = { image: TakenImage, exposure: Exposure, captureNanos: Long ->
             samples.trySend(scope.async(workers.dispatcher) { sample(image, exposure, captureNanos) })
             Unit
@@ -145,9 +147,6 @@ internal class ColorCapture(
 
         /** Those of the image lane and of [QUEUED_FRAMES], one that is sent, and one being made. */
         const val JPEGS = 8
-
-        /** At quality 90 even noise takes less than a byte per pixel. */
-        const val PIXELS_PER_JPEG_BYTE = 1
     }
 }
 
