@@ -1,4 +1,4 @@
-"""Adds to a capture benchmark's results what others measured: bytes copied, and the device's share."""
+"""Adds to a capture benchmark's results: bytes copied, and the simulated device's share."""
 
 import json
 import sys
@@ -6,13 +6,14 @@ from pathlib import Path
 
 
 def main(folder: Path) -> None:
-    """Reads copies.txt, the bytes of all frames, and device.txt, microseconds; extends capture.json."""
+    """Extends capture.json by copies.txt, bytes of all frames, and device.txt, microseconds."""
     results = folder / "capture.json"
     report = json.loads(results.read_text())
     device = float((folder / "device.txt").read_text())
     copied = int((folder / "copies.txt").read_text()) / report["frames"]
     report["simulated_device_cpu_us_per_frame"] = device
-    report["ratio_to_bare"] = (report["cpu_us_per_frame"] - device) / report["bare_cpu_us_per_frame"]
+    own = report["cpu_us_per_frame"] - device
+    report["ratio_to_bare"] = own / report["bare_cpu_us_per_frame"]
     report["copied_bytes_per_frame"] = copied
     report["copied_to_payload"] = copied / report["payload_bytes_per_frame"]
     results.write_text(json.dumps(report) + "\n")
