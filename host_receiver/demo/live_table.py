@@ -37,7 +37,7 @@ class LiveTable:
             for name, answer in snapshot["streams"].items()
             if answer["result"] == "refused"
         ]
-        notes = [*refused, self._clock(snapshot["session"])]
+        notes = [*refused, self._clock(snapshot["clock"])]
         if not any(seen["count"] for seen in snapshot["topics"].values()):
             notes.append(Text("a simulation draws its pictures first: build/demo/headset.log"))
         self._live.update(Group(self._table(snapshot), *notes))
@@ -67,7 +67,7 @@ class LiveTable:
         return table
 
     @staticmethod
-    def _clock(session: dict[str, str]) -> Text:
-        uncertainty_us = int(session.get("clock.uncertainty_ns", 0)) / 1e3
-        state = session.get("clock.state", "waiting")
+    def _clock(clock: dict[str, str]) -> Text:
+        uncertainty_us = int(clock.get("uncertainty_ns", 0)) / 1e3
+        state = clock.get("state", "waiting")
         return Text(f"clock {state}, headset to ROS within {uncertainty_us:.0f} us")

@@ -32,8 +32,8 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
-from raw_taker import RawSubscription, RawTaker
-from stamps import stamp_reader
+from ml2_receiver.raw_taker import RawSubscription, RawTaker
+from ml2_receiver.stamps import stamp_reader
 
 RECEIVER_NODE = "/ml2_receiver"
 
@@ -150,13 +150,24 @@ class Observer(Node):
         """The latest diagnostics of the session."""
         return self.diagnostics.get("ml2_receiver: session", {})
 
+    @property
+    def clock(self) -> dict[str, str]:
+        """The latest diagnostics of the headset's clock, empty before the first."""
+        return self.diagnostics.get("ml2_receiver: clock", {})
+
     def snapshot(self, final: bool) -> dict[str, Any]:
         """Everything seen so far, for the demo's table and report."""
         topics = {
             name: observed.row() | {"diagnostics": self._of(name)}
             for name, observed in self.topics.items()
         }
-        return {"final": final, "streams": self.streams, "session": self.session, "topics": topics}
+        return {
+            "final": final,
+            "streams": self.streams,
+            "session": self.session,
+            "clock": self.clock,
+            "topics": topics,
+        }
 
     def destroy_node(self) -> None:
         """Stops taking before the subscriptions go."""

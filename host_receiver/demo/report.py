@@ -10,7 +10,7 @@ def build_report(final: dict[str, Any], source: str) -> dict[str, Any]:
 
     Drops are what the device produced, by its final STATUS, less what the observer received.
     """
-    session = final["session"]
+    clock = final["clock"]
     topics = {name: _topic(seen) for name, seen in sorted(final["topics"].items())}
     arrived = [seen for seen in final["topics"].values() if seen["count"]]
     return {
@@ -18,8 +18,8 @@ def build_report(final: dict[str, Any], source: str) -> dict[str, Any]:
         "source": source,
         "topics": topics,
         "clock": {
-            "offset_s": int(session.get("clock.offset_ns", 0)) * 1e-9,
-            "uncertainty_s": int(session.get("clock.uncertainty_ns", 0)) * 1e-9,
+            "offset_s": int(clock.get("offset_ns", 0)) * 1e-9,
+            "uncertainty_s": int(clock.get("uncertainty_ns", 0)) * 1e-9,
         },
     }
 

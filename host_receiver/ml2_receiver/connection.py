@@ -1,5 +1,6 @@
 """A connection as the state machines see it, and the way its DATA goes."""
 
+import time
 from dataclasses import dataclass, field
 
 from .errors import ErrorCode, ProtocolError, PublishError
@@ -30,8 +31,7 @@ class Route:
                 f"DATA of channel {header.channel} begins with {bytes(payload[:4]).hex(' ')!r}, "
                 f"expected {CDR_ENCAPSULATION.hex(' ')!r}",
             )
-        latency_ns = received_ns - header.capture_ns
-        if not self.statistics.record(header.sequence, header.length, latency_ns):
+        if not self.statistics.record(header, received_ns, time.time_ns()):
             raise ProtocolError(
                 ErrorCode.MALFORMED,
                 f"DATA of channel {header.channel} has number {header.sequence} after "

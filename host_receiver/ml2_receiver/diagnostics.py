@@ -4,11 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
-from .messages import ChannelStatus
+import numpy as np
+from numpy.typing import NDArray
+
+from .messages import ChannelStatus, ClockStatus
 from .report import Report, State, TopicReport
-from .statistics import TopicStatistics
+from .statistics import SHARES, TopicStatistics
 
 _STALE_AFTER_S = 2.0
+# A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
+_UNCERTAIN_NS = 5_000_000
 
 
 class Level(IntEnum):
@@ -53,10 +58,12 @@ class Diagnostics:
         self._past: dict[str, _Past] = {}
 
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
-        """One row for the session and one for each topic it has had."""
+        """One row for the session, one for its clock and one for each topic it has had."""
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
-        return [_session(report), *(self._topic(topic, report, now_s) for topic in report.topics)]
+        clock = [] if report.clock is None else [_clock(report.clock)]
+        topics = [self._topic(topic, report, now_s) for topic in report.topics]
+        return [_session(report), *clock, *topics]
 
     def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Row:
         statistics, device = topic.statistics, topic.device
@@ -83,7 +90,9 @@ class Diagnostics:
             values |= {
                 "latency_p50_ms": f"{latency.p50_ms:.3f}",
                 "latency_p99_ms": f"{latency.p99_ms:.3f}",
+                "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
             }
+        values |= _window(statistics.times_ns(past.received, received))
         produced = device.produced if device else 0
         if received > past.received or produced <= past.produced_by_device:
             past.heard_s, past.produced_by_device = now_s, produced
@@ -128,15 +137,38 @@ def _session(report: Report) -> Row:
         "skipped_frames": str(report.skipped_frames),
         "final": str(report.is_final).lower(),
     }
-    if (clock := report.clock) is not None:
-        values |= {
-            "clock.state": clock.state,
-            "clock.offset_ns": str(clock.offset_ns),
-            "clock.uncertainty_ns": str(clock.uncertainty_ns),
-            "clock.round_trip_ns": str(clock.round_trip_ns),
-        }
     level = Level.ERROR if report.state is State.LOST else Level.OK
     return Row("session", level, f"{report.headset}: {report.state.value}", values)
+
+
+def _clock(clock: ClockStatus) -> Row:
+    values = {
+        "state": clock.state,
+        "offset_ns": str(clock.offset_ns),
+        "uncertainty_ns": str(clock.uncertainty_ns),
+        "round_trip_ns": str(clock.round_trip_ns),
+    }
+    optional = {"skew_ppm": clock.skew_ppm, "steps": clock.steps, "epoch": clock.epoch}
+    values |= {key: str(value) for key, value in optional.items() if value is not None}
+    values |= {f"base.{stream}": base for stream, base in (clock.bases or {}).items()}
+    is_vague = clock.uncertainty_ns > _UNCERTAIN_NS
+    level = Level.WARN if is_vague or clock.state == "holdover" else Level.OK
+    message = f"{clock.state}, stamps within {clock.uncertainty_ns / 1e6:.3f} ms of the capture"
+    return Row("clock", level, message, values)
+
+
+def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:
+    """What `ml2-receiver latency` needs of the messages since the last call."""
+    values = {"window.messages": str(len(times_ns))}
+    if not len(times_ns):
+        return values
+    values["window.last_capture_ns"] = str(times_ns[-1, 0])
+    if times_ns[:, 1].all():  # 0 is from a device that does not know ROS time yet
+        shares_ms = np.diff(times_ns).mean(axis=0) / 1e6
+        values |= {
+            f"window.{share}_ms": f"{ms:.3f}" for share, ms in zip(SHARES, shares_ms, strict=True)
+        }
+    return values
 
 
 def _per_second(amount: float, elapsed_s: float) -> str:

@@ -8,6 +8,7 @@ from .json_body import JsonBody
 from .table import Scalar
 
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
+TimestampBase = Literal["boottime", "monotonic"]
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,14 @@ class ClockStatus:
     offset_ns: int
     uncertainty_ns: int
     round_trip_ns: int
+    skew_ppm: float | None = None
+    steps: int | None = None
+    epoch: int | None = None
+    bases: Mapping[str, TimestampBase] | None = None
+
+    def __post_init__(self) -> None:
+        if min(self.steps or 0, self.epoch or 0) < 0:
+            raise ValueError("counts are not negative")
 
 
 @dataclass(frozen=True)

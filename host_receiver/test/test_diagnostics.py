@@ -1,14 +1,17 @@
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from ml2_receiver.diagnostics import Diagnostics, Level, Row
+from ml2_receiver.frame import MAGIC, VERSION, Header, Kind
 from ml2_receiver.messages import ChannelStatus, ClockStatus
 from ml2_receiver.report import Report, State, TopicReport
 from ml2_receiver.statistics import TopicStatistics
 from ml2_receiver.table import load_table
 
 TOPIC = load_table().streams["world_left"].topics[0]
+MS = 1_000_000
 SENT_ALL = ChannelStatus(10, 10, {})
 
 
@@ -33,11 +36,15 @@ def report(
 
 def receive(statistics: TopicStatistics, *sequences: int) -> None:
     for sequence in sequences:
-        statistics.record(sequence, 125_000, 4_000_000)
+        capture_ns = sequence * 100_000_000
+        header = Header(
+            MAGIC, VERSION, Kind.DATA, 0, 1, sequence, 125_000, capture_ns, capture_ns + MS
+        )
+        statistics.record(header, capture_ns + 4 * MS, capture_ns + 4 * MS + 500_000)
 
 
 def topic_row(diagnostics: Diagnostics, report: Report, now_s: float) -> Row:
-    _, row = diagnostics.rows(report, now_s)
+    _, _, row = diagnostics.rows(report, now_s)
     return row
 
 
@@ -47,7 +54,7 @@ def test_without_a_headset_there_is_a_row_that_says_so(diagnostics: Diagnostics)
 
 
 def test_the_session_has_a_row(diagnostics: Diagnostics, statistics: TopicStatistics) -> None:
-    row, _ = diagnostics.rows(report(statistics), 0.0)
+    row, *_ = diagnostics.rows(report(statistics), 0.0)
     assert (row.name, row.level) == ("session", Level.OK)
     assert row.values == {
         "state": "connected",
@@ -55,18 +62,64 @@ def test_the_session_has_a_row(diagnostics: Diagnostics, statistics: TopicStatis
         "device_id": "id",
         "skipped_frames": "3",
         "final": "true",
-        "clock.state": "synchronised",
-        "clock.offset_ns": "-5",
-        "clock.uncertainty_ns": "6",
-        "clock.round_trip_ns": "7",
     }
+
+
+FULL_CLOCK = ClockStatus(
+    "synchronised", -5, 6000, 7, -49.5, 1, 2, {"color": "monotonic", "imu_left": "boottime"}
+)
+
+
+def clock_row(clock: ClockStatus) -> Row:
+    _, row, _ = Diagnostics("/prefix").rows(replace(report(TopicStatistics()), clock=clock), 0.0)
+    return row
+
+
+def test_the_clock_has_a_row() -> None:
+    row = clock_row(FULL_CLOCK)
+    assert (row.name, row.level) == ("clock", Level.OK)
+    assert row.message == "synchronised, stamps within 0.006 ms of the capture"
+    assert row.values == {
+        "state": "synchronised",
+        "offset_ns": "-5",
+        "uncertainty_ns": "6000",
+        "round_trip_ns": "7",
+        "skew_ppm": "-49.5",
+        "steps": "1",
+        "epoch": "2",
+        "base.color": "monotonic",
+        "base.imu_left": "boottime",
+    }
+
+
+def test_what_a_device_does_not_say_of_its_clock_is_absent() -> None:
+    row = clock_row(ClockStatus("synchronised", -5, 6, 7))
+    assert list(row.values) == ["state", "offset_ns", "uncertainty_ns", "round_trip_ns"]
+
+
+def test_before_the_first_status_there_is_no_clock() -> None:
+    rows = Diagnostics("").rows(replace(report(TopicStatistics()), clock=None), 0.0)
+    assert "clock" not in [row.name for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("changes", "level"),
+    [
+        ({"state": "holdover"}, Level.WARN),
+        ({"state": "frozen"}, Level.OK),
+        ({"uncertainty_ns": 5 * MS}, Level.OK),
+        ({"uncertainty_ns": 5 * MS + 1}, Level.WARN),
+    ],
+)
+def test_holdover_and_more_than_5_ms_are_warnings(changes: dict[str, Any], level: Level) -> None:
+    assert clock_row(replace(FULL_CLOCK, **changes)).level == level
 
 
 def test_a_lost_session_is_an_error(diagnostics: Diagnostics, statistics: TopicStatistics) -> None:
     rows = diagnostics.rows(report(statistics, state=State.LOST), 0.0)
-    assert [row.level for row in rows] == [Level.ERROR, Level.ERROR]
+    assert [row.level for row in rows] == [Level.ERROR, Level.OK, Level.ERROR]
     rows = diagnostics.rows(report(statistics, state=State.ENDED), 0.0)
-    assert [row.level for row in rows] == [Level.OK, Level.OK]
+    assert {row.level for row in rows} == {Level.OK}
 
 
 def test_rates_are_of_the_time_since_the_last_call(
@@ -98,8 +151,36 @@ def test_a_topic_has_its_numbers(diagnostics: Diagnostics, statistics: TopicStat
         "dropped.link_down": "0",
         "latency_p50_ms": "4.000",
         "latency_p99_ms": "4.000",
+        "latency_jitter_ms": "0.000",
+        "window.messages": "2",
+        "window.last_capture_ns": "200000000",
+        "window.capture_to_sent_ms": "1.000",
+        "window.sent_to_received_ms": "3.000",
+        "window.received_to_published_ms": "0.500",
     }
     assert (row.level, row.message) == (Level.WARN, "lost messages: 1")
+
+
+def test_a_window_has_the_messages_since_the_last_call(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    windows = []
+    for sequences in ((0, 1), (2,), ()):
+        receive(statistics, *sequences)
+        values = topic_row(diagnostics, report(statistics), 0.0).values
+        windows.append((values["window.messages"], values.get("window.last_capture_ns")))
+    assert windows == [("2", "100000000"), ("1", "200000000"), ("0", None)]
+
+
+def test_shares_are_unknown_while_the_device_does_not_know_ros_time(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    receive(statistics, 0)
+    header = Header(MAGIC, VERSION, Kind.DATA, 0, 1, 1, 10, 5, 0)
+    statistics.record(header, 6, 7)
+    values = topic_row(diagnostics, report(statistics), 0.0).values
+    assert values["window.messages"] == "2"
+    assert "window.capture_to_sent_ms" not in values
 
 
 def test_at_the_end_messages_lost_after_the_last_arrival_are_gaps(

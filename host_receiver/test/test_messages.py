@@ -51,6 +51,12 @@ BODIES: list[JsonBody] = [
     Status(
         True, 0.5, {"/tf": ChannelStatus(3, 2, {"queue_full": 1})}, ClockStatus("frozen", -1, 2, 3)
     ),
+    Status(
+        False,
+        0.5,
+        {},
+        ClockStatus("holdover", -1, 2, 3, -49.5, 1, 2, {"color": "monotonic", "tf": "boottime"}),
+    ),
     Error("busy", "later", fatal=True),
     Bye(""),
 ]
@@ -93,6 +99,13 @@ def parse_status(**changes: Any) -> Status:
         ({"clock": STATUS["clock"] | {"offset_ns": 2**63}}, "offset_ns: expected a 64-bit integer"),
         ({"clock": STATUS["clock"] | {"offset_ns": 1.0}}, "offset_ns: expected int, found float"),
         ({"clock": STATUS["clock"] | {"state": "late"}}, "expected one of waiting, synchronised"),
+        ({"clock": STATUS["clock"] | {"skew_ppm": "1"}}, "clock.skew_ppm: expected"),
+        ({"clock": STATUS["clock"] | {"skew_ppm": 10**400}}, "skew_ppm"),
+        ({"clock": STATUS["clock"] | {"steps": -1}}, "not negative"),
+        ({"clock": STATUS["clock"] | {"epoch": -1}}, "not negative"),
+        ({"clock": STATUS["clock"] | {"epoch": 1.0}}, "clock.epoch: expected"),
+        ({"clock": STATUS["clock"] | {"bases": {"color": "realtime"}}}, "clock.bases"),
+        ({"clock": STATUS["clock"] | {"bases": ["color"]}}, "clock.bases"),
         ({"channels": {"/tf": {"produced": 1, "sent": 1, "dropped": {"x": -1}}}}, "not negative"),
         ({"channels": {"/tf": {"produced": -1, "sent": 1, "dropped": {}}}}, "not negative"),
         ({"channels": [1]}, "body.channels: expected dict, found list"),

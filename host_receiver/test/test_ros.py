@@ -177,9 +177,10 @@ def test_diagnostics_have_the_session_and_each_topic(device: MockDevice) -> None
         while (found := rows(subscriber.message()))["session"]["state"] != "ended":
             pass
     assert found["session"]["final"] == "true"
-    assert found["session"]["clock.offset_ns"] == "-5"
+    assert found["clock"]["offset_ns"] == "-5"
     assert set(found) == {
         "session",
+        "clock",
         "/tf",
         "/magic_leap2/battery",
         *(f"/magic_leap2/world_left/{name}" for name in ("image_raw", "camera_info", "metadata")),

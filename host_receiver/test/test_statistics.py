@@ -1,15 +1,26 @@
+import statistics as oracle
+from itertools import pairwise
+
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ml2_receiver.statistics import Instance, TopicStatistics
+from ml2_receiver.frame import MAGIC, VERSION, Header, Kind
+from ml2_receiver.statistics import Instance, Latency, TopicStatistics
 
 WRAP = 1 << 32
+MS = 1_000_000
+
+
+def header(sequence: int, capture_ns: int = 0, send_ns: int = 0) -> Header:
+    return Header(MAGIC, VERSION, Kind.DATA, 0, 1, sequence % WRAP, 10, capture_ns, send_ns)
 
 
 def recorded(*sequences: int) -> TopicStatistics:
     statistics = TopicStatistics()
     for sequence in sequences:
-        assert statistics.record(sequence % WRAP, 10, 0)
+        assert statistics.record(header(sequence), 0, 0)
     return statistics
 
 
@@ -18,7 +29,7 @@ def test_produced_is_what_arrived_and_what_did_not(kept: set[int], first: int) -
     statistics = TopicStatistics()
     for number in range(max(kept) + 1):
         if number in kept or number == 0:
-            assert statistics.record((first + number) % WRAP, 10, 0)
+            assert statistics.record(header(first + number), 0, 0)
     assert statistics.received == len(kept | {0})
     assert statistics.produced == first + max(kept) + 1
     assert statistics.gaps == statistics.produced - statistics.received
@@ -31,9 +42,9 @@ def test_messages_lost_before_the_first_arrival_are_gaps() -> None:
 def test_a_repeated_or_older_number_is_refused_and_not_counted() -> None:
     statistics = recorded(10)
     for sequence in (10, 9, 0, 10 - (1 << 31), 10 + (1 << 31)):
-        assert not statistics.record(sequence % WRAP, 10, 0)
+        assert not statistics.record(header(sequence), 0, 0)
     assert (statistics.received, statistics.received_bytes, statistics.produced) == (1, 10, 11)
-    assert statistics.record(10 + (1 << 31) - 1, 10, 0)
+    assert statistics.record(header(10 + (1 << 31) - 1), 0, 0)
 
 
 def test_numbers_go_on_after_the_largest() -> None:
@@ -45,12 +56,47 @@ def test_numbers_go_on_after_the_largest() -> None:
 def test_latencies_are_of_the_last_512_messages() -> None:
     statistics = TopicStatistics()
     assert statistics.latency() is None
-    for number in range(2000):
-        statistics.record(number, 0, 1_000_000 * (number if number >= 2000 - 512 else -9))
+    for number in range(3000):
+        latency_ms = number if number >= 3000 - 512 else -9
+        statistics.record(header(number), latency_ms * MS, 0)
     latency = statistics.latency()
     assert latency is not None
-    assert 2000 - 512 + 255 <= latency.p50_ms <= 2000 - 512 + 256
-    assert 1993 <= latency.p99_ms <= 1995
+    last = range(3000 - 512, 3000)
+    assert latency.p50_ms == pytest.approx(np.percentile(last, 50))
+    assert latency.p99_ms == pytest.approx(np.percentile(last, 99))
+    assert latency.jitter_ms == pytest.approx(1)
+
+
+@given(st.lists(st.integers(-(10**6), 10**6), min_size=2, max_size=100))
+def test_percentiles_interpolate_and_jitter_is_the_mean_change(latencies_ms: list[int]) -> None:
+    latency = Latency.of(np.array(latencies_ms, float))
+    hundredths = oracle.quantiles(latencies_ms, n=100, method="inclusive")
+    changes = [abs(b - a) for a, b in pairwise(latencies_ms)]
+    expected = hundredths[49], hundredths[98], oracle.mean(changes)
+    assert (latency.p50_ms, latency.p99_ms, latency.jitter_ms) == pytest.approx(expected)
+
+
+def test_a_single_message_has_no_jitter() -> None:
+    assert Latency.of(np.array([3.0])) == Latency(3.0, 3.0, 0.0)
+
+
+@given(st.integers(0, 3000), st.integers(0, 600))
+def test_times_are_of_the_messages_asked_for(end: int, count: int) -> None:
+    statistics = TopicStatistics()
+    for number in range(end):
+        statistics.record(header(number, number, number + 1), number + 2, number + 3)
+    numbers = range(max(0, end - min(count, 512)), end)
+    rows = statistics.times_ns(max(0, end - count), end)
+    assert rows.tolist() == [[number + stage for stage in range(4)] for number in numbers]
+
+
+def test_times_of_a_hostile_device_are_only_numbers() -> None:
+    statistics = TopicStatistics()
+    for number, time_ns in enumerate((-(1 << 63), (1 << 63) - 1)):
+        assert statistics.record(header(number, time_ns, -time_ns - 1), 1 << 60, 1 << 60)
+    latency = statistics.latency()
+    assert latency is not None
+    assert np.isfinite([latency.p50_ms, latency.p99_ms, latency.jitter_ms]).all()
 
 
 def test_instances_are_equal_when_they_are_the_same_run() -> None:

@@ -15,7 +15,7 @@ from typing import IO, Any
 
 from rclpy.serialization import deserialize_message
 
-from message_types import message_class
+from ml2_receiver.message_types import message_class
 from ml2_receiver.table import load_table
 from proxy import Proxy
 from ros_domain import reserve_domain

@@ -13,7 +13,7 @@ from typing import Any
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
-from message_types import message_class
+from .message_types import message_class
 
 _WAIT_NS = 100_000_000
 
