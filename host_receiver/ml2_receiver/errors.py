@@ -6,6 +6,7 @@ ReceiverError
 ├── ProtocolError   what a peer sent
 ├── PublishError    a message that ROS did not take
 ├── RosError        ROS 2 itself
+├── LatencyError    nothing there to measure, or no plot of it
 └── ListenError     the address to listen on
 """
 
@@ -79,6 +80,10 @@ class PublishError(ReceiverError):
 
 class RosError(ReceiverError):
     """ROS 2 is missing, or did not take its arguments."""
+
+
+class LatencyError(ReceiverError):
+    """There is nothing to measure, or it cannot be plotted."""
 
 
 class ListenError(ReceiverError):

@@ -1,6 +1,7 @@
 """Takes the bytes of many subscriptions in one thread.
 
-rclpy's executors spend more on a message than the rest of the demo; a bare wait set does not.
+rclpy's executors spend more on a message than everything else that is done with it; a bare wait
+set does not.
 """
 
 from __future__ import annotations
@@ -35,13 +36,22 @@ class RawTaker:
         self._node = node
         self._handles: list[tuple[Any, Any, Callable[[bytes], None]]] = []
         for wanted in subscriptions:
-            made = node.create_subscription(
-                message_class(wanted.type), wanted.topic, wanted.callback, wanted.depth, raw=True
-            )
-            self._handles.append((made.handle, made.msg_type, wanted.callback))
+            self.add(wanted)
         self._is_stopped = False
         self._thread = threading.Thread(target=self._run, name="raw-taker")
         self._thread.start()
+
+    def add(self, wanted: RawSubscription) -> None:
+        """One more; once the thread runs, only a callback may."""
+        made = self._node.create_subscription(
+            message_class(wanted.type), wanted.topic, wanted.callback, wanted.depth, raw=True
+        )
+        self._handles.append((made.handle, made.msg_type, wanted.callback))
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it takes: neither stopped nor failed."""
+        return self._thread.is_alive()
 
     def stop(self) -> None:
         """Ends the thread; the node may be destroyed afterwards."""
@@ -49,8 +59,12 @@ class RawTaker:
         self._thread.join()
 
     def _run(self) -> None:
-        wait_set: Any = _rclpy.WaitSet(len(self._handles), 0, 0, 0, 0, 0, self._node.context.handle)
+        size = 0
+        wait_set: Any = None
         while not self._is_stopped:
+            if size != len(self._handles):
+                size = len(self._handles)
+                wait_set = _rclpy.WaitSet(size, 0, 0, 0, 0, 0, self._node.context.handle)
             wait_set.clear_entities()
             for handle, _, _ in self._handles:
                 wait_set.add_subscription(handle)

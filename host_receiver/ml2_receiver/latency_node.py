@@ -1,0 +1,105 @@
+"""The ROS node of `ml2-receiver latency`; with raw_taker the only one beside ros to use rclpy."""
+
+import threading
+import time
+from collections.abc import Mapping
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
+
+from .errors import RosError
+from .latency import Breakdown, TopicLatency
+from .raw_taker import RawSubscription, RawTaker
+from .stamps import stamp_reader
+from .table import load_table
+
+_OURS = "ml2_receiver: "
+_DIAGNOSTICS_DEPTH = 10
+
+
+class LatencyNode:
+    """The node `ml2_latency`: subscribes to every topic that /diagnostics of a receiver names.
+
+    One thread takes, and any may ask. close() ends it.
+
+    Args:
+        windows: see TopicLatency.
+    """
+
+    def __init__(self, windows: int) -> None:
+        self._windows = windows
+        self._lock = threading.Lock()
+        self._topics: dict[str, TopicLatency] = {}
+        self._session: Mapping[str, str] = {}
+        self._context = Context()
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self._node = rclpy.create_node("ml2_latency", context=self._context)
+        diagnostics = RawSubscription(
+            "diagnostic_msgs/msg/DiagnosticArray",
+            "/diagnostics",
+            _DIAGNOSTICS_DEPTH,
+            self._diagnosed,
+        )
+        self._taker = RawTaker(self._node, [diagnostics])
+
+    def close(self) -> None:
+        """Ends the node; nothing may be called after."""
+        self._taker.stop()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    @property
+    def session_state(self) -> str | None:
+        """As /diagnostics has it; None without a receiver."""
+        with self._lock:
+            return self._session.get("state")
+
+    def breakdowns(self) -> dict[str, tuple[str, Breakdown | None]]:
+        """By topic, the stream it belongs to and where its time goes.
+
+        Raises:
+            RosError: the thread that takes has failed; its traceback is on stderr.
+        """
+        if not self._taker.is_alive:
+            raise RosError("the messages of the receiver cannot be taken")
+        with self._lock:
+            return {name: (it.stream, it.breakdown()) for name, it in self._topics.items()}
+
+    def _diagnosed(self, payload: bytes) -> None:
+        for status in deserialize_message(payload, DiagnosticArray).status:
+            if not status.name.startswith(_OURS):
+                continue
+            name = status.name.removeprefix(_OURS)
+            values = {pair.key: pair.value for pair in status.values}
+            with self._lock:
+                if name == "session":
+                    self._session = values
+                elif "type" in values:
+                    self._topic(name, values).reported(values)
+
+    def _topic(self, name: str, values: Mapping[str, str]) -> TopicLatency:
+        topic = self._topics.get(name)
+        if topic is None:
+            topic = self._topics[name] = TopicLatency(values["stream"], self._windows)
+            self._subscribe(name, values, topic)
+        return topic
+
+    def _subscribe(self, name: str, values: Mapping[str, str], topic: TopicLatency) -> None:
+        read_stamp = stamp_reader(values["type"])
+
+        def take(payload: bytes) -> None:
+            now_ns = time.time_ns()
+            with self._lock:
+                topic.arrived(read_stamp(payload), now_ns)
+
+        depth = _depth(name, values["stream"])
+        self._taker.add(RawSubscription(values["type"], name, depth, take))
+
+
+def _depth(name: str, stream: str) -> int:
+    table = load_table()
+    rows = (row for row in table.streams[stream].topics if name.endswith(row.name))
+    return table.qos[next(rows).qos].depth
