@@ -10,7 +10,7 @@ from .latency import Breakdown
 
 type Breakdowns = Mapping[str, tuple[str, Breakdown | None]]
 
-_SHARES = ("capture→sent", "sent→received", "received→published", "published→subscriber")
+_SHARES = ("capture → sent", "sent → received", "received → published", "published → subscriber")
 _NOTHING = "-"
 
 
@@ -19,7 +19,8 @@ def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
     table = Table(title=f"Milliseconds, of the last {duration_s:g} s; shares are means")
     for heading in ("stream", "topic"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("messages", *_SHARES, "mean", "p50", "p99", "jitter"):
+    shares = (share.replace(" → ", "\n→ ") for share in _SHARES)
+    for heading in ("messages", *shares, "mean", "p50", "p99", "jitter"):
         table.add_column(heading, justify="right")
     previous_stream = ""
     for name, (stream, breakdown) in breakdowns.items():

@@ -208,13 +208,25 @@ class MockDevice:
         request = self.configure(refused)
         assert Start.parse(self.wires["control"].expect(Kind.START)).request == request
 
-    def publish(self, topic: str, payload: bytes = PAYLOAD, skip: int = 0) -> None:
-        """One DATA frame, after `skip` dropped messages."""
+    def publish(
+        self,
+        topic: str,
+        payload: bytes = PAYLOAD,
+        skip: int = 0,
+        capture_ns: int | None = None,
+        send_ns: int = 0,
+    ) -> None:
+        """One DATA frame, captured now unless said otherwise, after `skip` dropped messages."""
         number, row = self.channels[topic]
         sequence = self.sequences.get(topic, 0) + skip
         self.sequences[topic] = sequence + 1
         self.wires[row.lane].send(
-            Kind.DATA, payload, channel=number, sequence=sequence, capture_ns=time.time_ns()
+            Kind.DATA,
+            payload,
+            channel=number,
+            sequence=sequence,
+            capture_ns=time.time_ns() if capture_ns is None else capture_ns,
+            send_ns=send_ns,
         )
 
     def status(self, *, is_final: bool = False) -> None:

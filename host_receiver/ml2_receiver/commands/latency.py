@@ -62,6 +62,8 @@ def _run(options: argparse.Namespace) -> int:
     node = LatencyNode(windows=math.ceil(options.duration))
     try:
         _await_messages(node, stopping)
+        if stopping.is_set():
+            return 0
         _show(node, stopping, options)
         if options.plot is not None:
             write_plot(node.breakdowns(), options.plot)
@@ -87,7 +89,9 @@ def _show(node: LatencyNode, stopping: threading.Event, options: argparse.Namesp
         stopping.wait(options.duration)
         console.print(latency_table(node.breakdowns(), options.duration))
         return
+    print("measuring until Ctrl-C", flush=True)
     with Live(console=console, refresh_per_second=1 / _REDRAW_S) as live:
+        live.update(latency_table(node.breakdowns(), options.duration))
         while not stopping.wait(_REDRAW_S):
             live.update(latency_table(node.breakdowns(), options.duration))
 

@@ -1,0 +1,109 @@
+import signal
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from ml2_receiver.cli import main
+from mock_device import MockDevice
+from ros_processes import Child, Receiver
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+MS = 1_000_000
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+
+
+@pytest.fixture
+def receiver(tmp_path: Path) -> Iterator[Receiver]:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    with Receiver(file) as receiver:
+        yield receiver
+
+
+@contextmanager
+def publishing(device: MockDevice) -> Iterator[None]:
+    """Messages captured 50 ms and sent 20 ms ago, with such a stamp."""
+    ended = threading.Event()
+
+    def publish() -> None:
+        while not ended.wait(0.02):
+            now_ns = time.time_ns()
+            capture_ns = now_ns - 50 * MS
+            stamp = struct.pack("<iI", *divmod(capture_ns, 1000 * MS))
+            payload = b"\x00\x01\x00\x00" + stamp + bytes(100)
+            device.publish("battery", payload, capture_ns=capture_ns, send_ns=now_ns - 20 * MS)
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def latency(*options: str) -> Child:
+    return Child("-m", "ml2_receiver", "latency", *options)
+
+
+def cells(child: Child) -> list[str]:
+    """Those of the row of the battery."""
+    while True:
+        found = [cell.strip() for cell in child.line().split("│")]
+        if "/magic_leap2/battery" in found:
+            return found[1:-1]
+
+
+def test_it_shows_where_the_time_goes(receiver: Receiver) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        with publishing(device), latency("--once", "--duration", "1") as child:
+            stream, _, messages, *figures = cells(child)
+            assert child.wait() == 0
+    sent, received, published, subscriber, mean, p50, p99, jitter = map(float, figures)
+    assert stream == "battery"
+    assert 1 <= int(messages) <= 100
+    assert sent == pytest.approx(30, abs=0.001)
+    assert received >= 20
+    assert min(published, subscriber, jitter) >= 0
+    assert 50 <= p50 <= p99
+    assert mean == pytest.approx(sent + received + published + subscriber, abs=0.003)
+
+
+def test_without_once_it_measures_until_it_is_interrupted(
+    receiver: Receiver,
+) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        with publishing(device), latency() as child:
+            assert child.line() == "measuring until Ctrl-C"
+            child.process.send_signal(signal.SIGINT)
+            assert int(cells(child)[2]) >= 1
+            assert child.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("has_receiver", "words"),
+    [(False, "start `ml2-receiver run`"), (True, "the receiver has no headset")],
+)
+def test_without_anything_to_measure_it_says_what_to_start(
+    has_receiver: bool, words: str, request: pytest.FixtureRequest
+) -> None:
+    if has_receiver:
+        request.getfixturevalue("receiver")
+    with latency("--once") as child:
+        assert child.wait() == 2
+        assert words in "\n".join(child.errors)
+
+
+@pytest.mark.parametrize("duration", ["0", "-1", "nan", "x", "3601"])
+def test_a_duration_is_some_seconds(duration: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["latency", "--duration", duration])
+    assert f"expected 1 to 3600 seconds, found {duration!r}" in capsys.readouterr().err

@@ -1,0 +1,57 @@
+import importlib.util
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from ml2_receiver.cli import main
+from ml2_receiver.errors import LatencyError
+from ml2_receiver.latency import Breakdown
+from ml2_receiver.latency_table import Breakdowns, latency_table, write_plot
+from ml2_receiver.statistics import Latency
+
+BREAKDOWNS: Breakdowns = {
+    "/x/world_left/image_raw": (
+        "world_left",
+        Breakdown(90, (1.0, 2.0, 0.25, 0.5), Latency(3.5, 9.0, 0.125)),
+    ),
+    "/x/world_left/metadata": ("world_left", None),
+}
+HAS_MATPLOTLIB = importlib.util.find_spec("matplotlib") is not None
+
+
+def test_a_row_has_the_shares_their_sum_and_the_whole() -> None:
+    console = Console(width=200)
+    with console.capture() as captured:
+        console.print(latency_table(BREAKDOWNS, 3))
+    rows = [
+        [cell.strip() for cell in line.split("│")[1:-1]]
+        for line in captured.get().splitlines()
+        if "/x/" in line
+    ]
+    figures = ["1.000", "2.000", "0.250", "0.500", "3.750", "3.500", "9.000", "0.125"]
+    assert rows == [
+        ["world_left", "/x/world_left/image_raw", "90", *figures],
+        ["", "/x/world_left/metadata", *["-"] * 9],
+    ]
+
+
+@pytest.mark.skipif(not HAS_MATPLOTLIB, reason="matplotlib is not installed")
+def test_a_plot_is_a_picture(tmp_path: Path) -> None:
+    write_plot(BREAKDOWNS, tmp_path / "latency.png")
+    assert (tmp_path / "latency.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not HAS_MATPLOTLIB, reason="matplotlib is not installed")
+@pytest.mark.parametrize("name", ["missing/latency.png", "latency.nothing"])
+def test_a_plot_that_cannot_be_written_is_named(tmp_path: Path, name: str) -> None:
+    with pytest.raises(LatencyError, match=f"cannot write .*{name}"):
+        write_plot(BREAKDOWNS, tmp_path / name)
+
+
+def test_without_matplotlib_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+    assert main(["latency", "--plot", "x.png"]) == 2
+    assert "pip install matplotlib" in capsys.readouterr().err
