@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
@@ -63,7 +64,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
         headset = headset_command(listening_address(receiver), "--duration", "60")
         start(process(headset, environment, folder / "headset.log"))
         topics = flowing(subscriber)
-        latency = [RECEIVER, "latency", "--once", "--duration", str(DURATION_S)]
+        latency: list[str | Path] = [RECEIVER, "latency", "--once", "--duration", str(DURATION_S)]
         with process(latency, environment, folder / "latency.log") as child:
             rows = dict(table_rows(lines(child)))
             assert child.wait() == 0, (folder / "latency.log").read_text()
