@@ -162,6 +162,7 @@ def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:
     values = {"window.messages": str(len(times_ns))}
     if not len(times_ns):
         return values
+    values["window.first_capture_ns"] = str(times_ns[0, 0])
     values["window.last_capture_ns"] = str(times_ns[-1, 0])
     if times_ns[:, 1].all():  # 0 is from a device that does not know ROS time yet
         shares_ms = np.diff(times_ns).mean(axis=0) / 1e6

@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ _ARRIVALS = 1024
 
 @dataclass(frozen=True)
 class Breakdown:
-    """Of `messages` messages, in ms.
+    """Of `messages` messages, in ms: those of every window of which none was lost on the way here.
 
     `shares_ms` are means and add up to the mean of the whole: SHARES, then published to
     subscriber. `total` is of the whole, capture to subscriber.
@@ -63,14 +62,14 @@ class TopicLatency:
         """None without messages, or when not all of them arrived here."""
         if f"window.{SHARES[0]}_ms" not in row:
             return None
-        count, last_ns = int(row["window.messages"]), int(row["window.last_capture_ns"])
-        newest_first = list(reversed(self._arrivals))
-        end = next((at for at, (ns, _) in enumerate(newest_first) if ns == last_ns), None)
-        if end is None or len(newest_first) < end + count:
-            return None
-        latencies_ms = [ms for _, ms in islice(newest_first, end, end + count)][::-1]
-        shares_ms = tuple(float(row[f"window.{share}_ms"]) for share in SHARES)
-        return _Window(shares_ms, np.array(latencies_ms))
+        ends_ns = int(row["window.first_capture_ns"]), int(row["window.last_capture_ns"])
+        arrivals, count = list(self._arrivals), int(row["window.messages"])
+        for end in range(len(arrivals), count - 1, -1):
+            window = arrivals[end - count : end]
+            if (window[0][0], window[-1][0]) == ends_ns:
+                shares_ms = tuple(float(row[f"window.{share}_ms"]) for share in SHARES)
+                return _Window(shares_ms, np.array([ms for _, ms in window]))
+        return None
 
     def breakdown(self) -> Breakdown | None:
         """None before the first whole window."""

@@ -14,10 +14,11 @@ from .errors import RosError
 from .latency import Breakdown, TopicLatency
 from .raw_taker import RawSubscription, RawTaker
 from .stamps import stamp_reader
-from .table import load_table
 
 _OURS = "ml2_receiver: "
-_DIAGNOSTICS_DEPTH = 10
+# As many as a window has: on a busy machine this subscriber is late, which it is to show, and must
+# not lose messages instead. Only those that wait take memory.
+_DEPTH = 512
 
 
 class LatencyNode:
@@ -37,13 +38,9 @@ class LatencyNode:
         self._context = Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node("ml2_latency", context=self._context)
-        diagnostics = RawSubscription(
-            "diagnostic_msgs/msg/DiagnosticArray",
-            "/diagnostics",
-            _DIAGNOSTICS_DEPTH,
-            self._diagnosed,
-        )
-        self._taker = RawTaker(self._node, [diagnostics])
+        type = "diagnostic_msgs/msg/DiagnosticArray"
+        rows = RawSubscription(type, "/diagnostics", _DEPTH, self._diagnosed)
+        self._taker = RawTaker(self._node, [rows])
 
     def close(self) -> None:
         """Ends the node; nothing may be called after."""
@@ -95,11 +92,4 @@ class LatencyNode:
             with self._lock:
                 topic.arrived(read_stamp(payload), now_ns)
 
-        depth = _depth(name, values["stream"])
-        self._taker.add(RawSubscription(values["type"], name, depth, take))
-
-
-def _depth(name: str, stream: str) -> int:
-    table = load_table()
-    rows = (row for row in table.streams[stream].topics if name.endswith(row.name))
-    return table.qos[next(rows).qos].depth
+        self._taker.add(RawSubscription(values["type"], name, _DEPTH, take))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from .errors import LatencyError
@@ -16,18 +17,20 @@ _NOTHING = "-"
 
 def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
     """A row per topic; topics of which nothing came have dashes."""
-    table = Table(title=f"Milliseconds, of the last {duration_s:g} s; shares are means")
-    for heading in ("stream", "topic"):
-        table.add_column(heading, no_wrap=True)
+    title = f"Latency in ms over the last {duration_s:g} s; stages are means"
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("topic", no_wrap=True)
     shares = (share.replace(" → ", "\n→ ") for share in _SHARES)
     for heading in ("messages", *shares, "mean", "p50", "p99", "jitter"):
-        table.add_column(heading, justify="right")
-    previous_stream = ""
+        table.add_column(heading, justify="right", no_wrap=True)
     for name, (stream, breakdown) in breakdowns.items():
-        shown_stream = stream if stream != previous_stream else ""
-        table.add_row(shown_stream, name, *_cells(breakdown))
-        previous_stream = stream
+        table.add_row(_short(name, stream), *_cells(breakdown))
     return table
+
+
+def _short(name: str, stream: str) -> str:
+    """Without the prefix: every topic is named after its stream."""
+    return stream + name.partition(stream)[2]
 
 
 def _cells(breakdown: Breakdown | None) -> list[str]:
@@ -47,7 +50,8 @@ def write_plot(breakdowns: Breakdowns, path: Path) -> None:
     """
     from matplotlib.figure import Figure
 
-    rows = {name: it for name, (_, it) in list(breakdowns.items())[::-1] if it is not None}
+    topics = list(breakdowns.items())[::-1]
+    rows = {_short(name, stream): it for name, (stream, it) in topics if it is not None}
     figure = Figure(figsize=(10, 1.5 + 0.3 * len(rows)), layout="constrained")
     axes = figure.subplots()
     names, left_ms = list(rows), [0.0] * len(rows)

@@ -55,19 +55,18 @@ def latency(*options: str) -> Child:
 def cells(child: Child) -> list[str]:
     """Those of the row of the battery."""
     while True:
-        found = [cell.strip() for cell in child.line().split("│")]
-        if "/magic_leap2/battery" in found:
-            return found[1:-1]
+        found = child.line().split()
+        if found[:1] == ["battery"]:
+            return found
 
 
 def test_it_shows_where_the_time_goes(receiver: Receiver) -> None:
     with MockDevice(receiver.address, says_ping=True) as device:
         device.start()
         with publishing(device), latency("--once", "--duration", "1") as child:
-            stream, _, messages, *figures = cells(child)
+            _, messages, *figures = cells(child)
             assert child.wait() == 0
     sent, received, published, subscriber, mean, p50, p99, jitter = map(float, figures)
-    assert stream == "battery"
     assert 1 <= int(messages) <= 100
     assert sent == pytest.approx(30, abs=0.001)
     assert received >= 20
@@ -84,7 +83,7 @@ def test_without_once_it_measures_until_it_is_interrupted(
         with publishing(device), latency() as child:
             assert child.line() == "measuring until Ctrl-C"
             child.process.send_signal(signal.SIGINT)
-            assert int(cells(child)[2]) >= 1
+            assert int(cells(child)[1]) >= 1
             assert child.wait() == 0
 
 

@@ -153,6 +153,7 @@ def test_a_topic_has_its_numbers(diagnostics: Diagnostics, statistics: TopicStat
         "latency_p99_ms": "4.000",
         "latency_jitter_ms": "0.000",
         "window.messages": "2",
+        "window.first_capture_ns": "0",
         "window.last_capture_ns": "200000000",
         "window.capture_to_sent_ms": "1.000",
         "window.sent_to_received_ms": "3.000",

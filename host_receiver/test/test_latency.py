@@ -8,12 +8,14 @@ from ml2_receiver.latency import TopicLatency
 MS = 1_000_000
 
 
-def row(last_capture_ns: int, messages: int, *shares_ms: float) -> dict[str, str]:
+def row(first: int, messages: int, *shares_ms: float) -> dict[str, str]:
+    """Of the messages from `first` on, as arrive() numbers them."""
     names = ("capture_to_sent", "sent_to_received", "received_to_published")
     shares = zip(names, shares_ms, strict=True)
     return {
         "window.messages": str(messages),
-        "window.last_capture_ns": str(last_capture_ns),
+        "window.first_capture_ns": str(first * 100 * MS),
+        "window.last_capture_ns": str((first + messages - 1) * 100 * MS),
         **{f"window.{name}_ms": str(ms) for name, ms in shares},
     }
 
@@ -30,7 +32,7 @@ def arrive(topic: TopicLatency, first: int, *latencies_ms: float) -> None:
 def test_a_window_is_of_the_messages_the_receiver_counted() -> None:
     topic = TopicLatency("tf", windows=10)
     arrive(topic, 0, 900, 10, 20, 900)
-    topic.reported(row(200 * MS, 2, 1, 2, 3))
+    topic.reported(row(1, 2, 1, 2, 3))
     assert topic.breakdown() is None, "messages may still be under way"
     topic.reported(NO_MESSAGES)
     breakdown = topic.breakdown()
@@ -53,8 +55,10 @@ def test_messages_may_arrive_after_the_row_that_counts_them() -> None:
 @pytest.mark.parametrize(
     "window",
     [
-        row(200 * MS, 4, 1, 2, 3),  # one arrived before the subscriber was there
-        row(250 * MS, 1, 1, 2, 3),  # the last of them never arrived
+        row(-1, 4, 1, 2, 3),  # the first arrived before the subscriber was there
+        row(1, 3, 1, 2, 3),  # the last never arrived
+        row(0, 3, 1, 2, 3) | {"window.messages": "2"},  # it saw a message more
+        row(0, 3, 1, 2, 3) | {"window.messages": "4"},  # it lost one in between
         {"window.messages": "1", "window.last_capture_ns": "0"},  # the device is not synchronised
         NO_MESSAGES,
         {},
@@ -62,6 +66,7 @@ def test_messages_may_arrive_after_the_row_that_counts_them() -> None:
 )
 def test_a_window_that_cannot_be_compared_does_not_count(window: dict[str, str]) -> None:
     topic = TopicLatency("tf", windows=10)
+    arrive(topic, -5, 10, 20, 30)
     arrive(topic, 0, 10, 20, 30)
     topic.reported(window)
     topic.reported(NO_MESSAGES)
@@ -72,7 +77,7 @@ def test_only_the_last_windows_count() -> None:
     topic = TopicLatency("tf", windows=2)
     for number in range(4):
         arrive(topic, number, 10 * number)
-        topic.reported(row(number * 100 * MS, 1, number, 0, 0))
+        topic.reported(row(number, 1, number, 0, 0))
     topic.reported(NO_MESSAGES)
     breakdown = topic.breakdown()
     assert breakdown is not None
@@ -90,8 +95,8 @@ def test_shares_add_up_to_the_mean_of_all_messages(
     topic, number = TopicLatency("tf", windows=8), 0
     for latencies_ms in windows:
         arrive(topic, number, *latencies_ms)
+        topic.reported(row(number, len(latencies_ms), *shares_ms))
         number += len(latencies_ms)
-        topic.reported(row((number - 1) * 100 * MS, len(latencies_ms), *shares_ms))
     topic.reported(NO_MESSAGES)
     breakdown = topic.breakdown()
     assert breakdown is not None

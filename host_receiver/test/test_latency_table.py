@@ -24,15 +24,11 @@ def test_a_row_has_the_shares_their_sum_and_the_whole() -> None:
     console = Console(width=200)
     with console.capture() as captured:
         console.print(latency_table(BREAKDOWNS, 3))
-    rows = [
-        [cell.strip() for cell in line.split("│")[1:-1]]
-        for line in captured.get().splitlines()
-        if "/x/" in line
-    ]
+    rows = [line.split() for line in captured.get().splitlines() if "world_left" in line]
     figures = ["1.000", "2.000", "0.250", "0.500", "3.750", "3.500", "9.000", "0.125"]
     assert rows == [
-        ["world_left", "/x/world_left/image_raw", "90", *figures],
-        ["", "/x/world_left/metadata", *["-"] * 9],
+        ["world_left/image_raw", "90", *figures],
+        ["world_left/metadata", *["-"] * 9],
     ]
 
 
