@@ -65,10 +65,10 @@ class TopicLatency:
         ends_ns = int(row["window.first_capture_ns"]), int(row["window.last_capture_ns"])
         arrivals, count = list(self._arrivals), int(row["window.messages"])
         for end in range(len(arrivals), count - 1, -1):
-            window = arrivals[end - count : end]
-            if (window[0][0], window[-1][0]) == ends_ns:
+            if (arrivals[end - count][0], arrivals[end - 1][0]) == ends_ns:
                 shares_ms = tuple(float(row[f"window.{share}_ms"]) for share in SHARES)
-                return _Window(shares_ms, np.array([ms for _, ms in window]))
+                latencies_ms = [ms for _, ms in arrivals[end - count : end]]
+                return _Window(shares_ms, np.array(latencies_ms))
         return None
 
     def breakdown(self) -> Breakdown | None:

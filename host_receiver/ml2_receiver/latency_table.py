@@ -60,6 +60,7 @@ def write_plot(breakdowns: Breakdowns, path: Path) -> None:
         axes.barh(names, widths_ms, left=left_ms, label=f"{share}, mean")
         left_ms = [left + width for left, width in zip(left_ms, widths_ms, strict=True)]
     axes.plot([it.total.p99_ms for it in rows.values()], names, "k|", label="total, p99")
+    axes.margins(y=0.01)
     axes.set_xlabel("ms since the capture")
     axes.legend()
     try:

@@ -1,4 +1,5 @@
 import statistics as oracle
+import time
 from itertools import pairwise
 
 import numpy as np
@@ -6,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ml2_receiver.frame import MAGIC, VERSION, Header, Kind
+from ml2_receiver.connection import Route
+from ml2_receiver.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header, Kind
 from ml2_receiver.statistics import Instance, Latency, TopicStatistics
 
 WRAP = 1 << 32
@@ -88,6 +90,17 @@ def test_times_are_of_the_messages_asked_for(end: int, count: int) -> None:
     numbers = range(max(0, end - min(count, 512)), end)
     rows = statistics.times_ns(max(0, end - count), end)
     assert rows.tolist() == [[number + stage for stage in range(4)] for number in numbers]
+
+
+def test_a_message_is_published_when_it_is_handed_over() -> None:
+    handed_ns: list[int] = []
+    statistics = TopicStatistics()
+    route = Route(lambda _: handed_ns.append(time.time_ns()), statistics)
+    began_ns = time.time_ns()
+    route.receive(Frame(header(0, 1, 2), bytearray(CDR_ENCAPSULATION)), began_ns - 1)
+    ((*before, published_ns),) = statistics.times_ns(0, 1).tolist()
+    assert before == [1, 2, began_ns - 1]
+    assert began_ns <= published_ns <= handed_ns[0]
 
 
 def test_times_of_a_hostile_device_are_only_numbers() -> None:
