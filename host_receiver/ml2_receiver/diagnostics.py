@@ -150,7 +150,7 @@ def _clock(clock: ClockStatus) -> Row:
     }
     optional = {"skew_ppm": clock.skew_ppm, "steps": clock.steps, "epoch": clock.epoch}
     values |= {key: str(value) for key, value in optional.items() if value is not None}
-    values |= {f"base.{stream}": base for stream, base in (clock.bases or {}).items()}
+    values |= {f"bases.{stream}": base for stream, base in (clock.bases or {}).items()}
     is_vague = clock.uncertainty_ns > _UNCERTAIN_NS
     level = Level.WARN if is_vague or clock.state == "holdover" else Level.OK
     message = f"{clock.state}, stamps within {clock.uncertainty_ns / 1e6:.3f} ms of the capture"

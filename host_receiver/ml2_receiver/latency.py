@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from .statistics import SHARES, Latency
 
-# Two of the receiver's windows.
-_ARRIVALS = 1024
+# Four of the receiver's windows: a row is compared when the next one is here.
+_ARRIVALS = 2048
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,9 @@ class LatencyNode:
 
     Args:
         windows: see TopicLatency.
+
+    Raises:
+        RosError: ROS does not start.
     """
 
     def __init__(self, windows: int) -> None:
@@ -36,7 +39,10 @@ class LatencyNode:
         self._topics: dict[str, TopicLatency] = {}
         self._session: Mapping[str, str] = {}
         self._context = Context()
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        except RuntimeError as error:
+            raise RosError(f"ROS 2 does not start: {error}") from error
         self._node = rclpy.create_node("ml2_latency", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(type, "/diagnostics", _DEPTH, self._diagnosed)

@@ -87,8 +87,8 @@ def test_the_clock_has_a_row() -> None:
         "skew_ppm": "-49.5",
         "steps": "1",
         "epoch": "2",
-        "base.color": "monotonic",
-        "base.imu_left": "boottime",
+        "bases.color": "monotonic",
+        "bases.imu_left": "boottime",
     }
 
 
