@@ -4,6 +4,7 @@ import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraManager
 import android.util.Size
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
@@ -12,12 +13,12 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import java.util.Locale
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.update
-import java.util.Locale
 
 /**
  * The colour camera, alone or with what the headset shows (mixed reality), through Camera2, as JPEGs: the camera's own
@@ -32,7 +33,7 @@ internal class Camera2Source(
     private val cameraManager: CameraManager,
     private val poses: ColorPoses,
     private val clocks: SystemClocks = SystemClocks(),
-    private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
+    private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
     private val workers: Workers = Workers(),
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
     private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),
