@@ -13,12 +13,12 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
-import java.util.Locale
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.update
+import java.util.Locale
 
 /**
  * The colour camera, alone or with what the headset shows (mixed reality), through Camera2, as JPEGs: the camera's own

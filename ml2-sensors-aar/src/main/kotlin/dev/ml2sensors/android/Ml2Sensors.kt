@@ -16,10 +16,10 @@ import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourcedHeadset
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
-import java.security.MessageDigest
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.StateFlow
 import kotlinx.coroutines.flow.asStateFlow
+import java.security.MessageDigest
 
 /** The headset that this app runs on. */
 public object Ml2Sensors {

@@ -2,6 +2,7 @@ package dev.ml2sensors.clock
 
 import kotlin.math.abs
 import kotlin.math.ceil
+import kotlin.math.roundToLong
 
 /**
  * What bounds on the offset say of it at [nowNanos], if it grows at a steady rate.
@@ -18,15 +19,15 @@ import kotlin.math.ceil
  * The uncertainty assumes nothing of the delays: it reaches to the ends that the offset can have with any rate that
  * passes between all bounds, [slowestPpb] to [fastestPpb]. It is never below half the least round trip (RFC 5905, 4).
  *
- * @param seconds in order of time, not empty.
+ * @param bounds in order of time, not empty.
  */
-internal class Corridor(private val seconds: List<TightestBounds>, private val nowNanos: Long) {
+internal class Corridor(private val bounds: List<TightestBounds>, private val nowNanos: Long) {
     // Offsets are taken from one of them, so that doubles hold them to the nanosecond
-    private val originNanos = seconds.last().above.mostOffsetNanos
-    private val most = DoubleArray(seconds.size) { (seconds[it].above.mostOffsetNanos - originNanos).toDouble() }
-    private val mostAge = DoubleArray(seconds.size) { (nowNanos - seconds[it].above.t1) * 1e-9 }
-    private val least = DoubleArray(seconds.size) { (seconds[it].below.leastOffsetNanos - originNanos).toDouble() }
-    private val leastAge = DoubleArray(seconds.size) { (nowNanos - seconds[it].below.t4) * 1e-9 }
+    private val originNanos = bounds.last().above.mostOffsetNanos
+    private val most = DoubleArray(bounds.size) { (bounds[it].above.mostOffsetNanos - originNanos).toDouble() }
+    private val mostAge = DoubleArray(bounds.size) { (nowNanos - bounds[it].above.t1) * 1e-9 }
+    private val least = DoubleArray(bounds.size) { (bounds[it].below.leastOffsetNanos - originNanos).toDouble() }
+    private val leastAge = DoubleArray(bounds.size) { (nowNanos - bounds[it].below.t4) * 1e-9 }
     private var slowestPpb = -MAX_SKEW_PPB
     private var fastestPpb = MAX_SKEW_PPB
 
@@ -38,13 +39,13 @@ internal class Corridor(private val seconds: List<TightestBounds>, private val n
     fun fit(likelySkewPpb: Long): OffsetEstimate {
         val skew = skewPpb(likelySkewPpb)
         val offset = (above(skew) + below(skew)) / 2
-        val roundTripNanos = seconds.minOf { it.roundTripNanos }
+        val roundTripNanos = bounds.minOf { it.roundTripNanos }
         val uncertainty = maxOf(above(fastestPpb) - offset, offset - below(slowestPpb), roundTripNanos / 2.0)
         val drift = maxOf(fastestPpb - skew, skew - slowestPpb, 0.0) + WANDER_PPB
         return OffsetEstimate(
-            originNanos + offset.toLong(),
+            originNanos + offset.roundToLong(),
             ceil(uncertainty).toLong() + 1,
-            skew.toLong(),
+            skew.roundToLong(),
             ceil(drift).toLong() + 1,
             roundTripNanos,
             nowNanos,
@@ -54,9 +55,9 @@ internal class Corridor(private val seconds: List<TightestBounds>, private val n
     /** The rates at which the offset stays below bound [i] and above bound [j], whichever is the later. */
     private fun narrowSkew(i: Int, j: Int) {
         val room = most[i] - least[j] + WANDER_PPB * (mostAge[i] + leastAge[j])
-        val seconds = leastAge[j] - mostAge[i]
-        if (seconds > 0) fastestPpb = minOf(fastestPpb, room / seconds)
-        if (seconds < 0) slowestPpb = maxOf(slowestPpb, room / seconds)
+        val apart = leastAge[j] - mostAge[i]
+        if (apart > 0) fastestPpb = minOf(fastestPpb, room / apart)
+        if (apart < 0) slowestPpb = maxOf(slowestPpb, room / apart)
     }
 
     private fun above(skewPpb: Double): Double =
@@ -67,14 +68,16 @@ internal class Corridor(private val seconds: List<TightestBounds>, private val n
 
     /** By ternary search: the width is concave. */
     private fun skewPpb(likelyPpb: Long): Double {
-        fun score(ppb: Double) = above(ppb) - below(ppb) - LIKELY_SECONDS * abs(ppb - likelyPpb)
+        val likely = likelyPpb.toDouble()
+        fun score(ppb: Double) = above(ppb) - below(ppb) - LIKELY_SECONDS * abs(ppb - likely)
         var from = slowestPpb
         var to = fastestPpb
         while (to - from > SEARCHED_PPB) {
             val third = (to - from) / 3
             if (score(from + third) < score(to - third)) from += third else to -= third
         }
-        return (from + to) / 2
+        val widest = (from + to) / 2
+        return if (score(widest) > score(likely)) widest else likely
     }
 
     private companion object {
@@ -85,7 +88,7 @@ internal class Corridor(private val seconds: List<TightestBounds>, private val n
         const val WANDER_PPB = 1_000.0
 
         /** P: bounds less than about this far apart do not move the skew. */
-        const val LIKELY_SECONDS = 0.5
+        const val LIKELY_SECONDS = 0.7
         const val SEARCHED_PPB = 1.0
     }
 }

@@ -4,12 +4,12 @@ import kotlin.math.abs
 
 /**
  * Host-minus-device offset and skew from time exchanges, by [Corridor]. Keeps the tightest bounds of each of the last
- * [KEPT_SECONDS] seconds in which there were exchanges, on whatever link: a bound stays true, it only loosens with age.
- * Exchanges that no clock of a steady rate can explain are set aside; [STEP_RUN] of them within a second begin a new
+ * [KEPT_SPANS] half seconds in which there were exchanges, on whatever link: a bound stays true, it only loosens with
+ * age. Exchanges that no clock of a steady rate can explain are set aside; [STEP_RUN] of them within a second begin a new
  * fit. Does no I/O; used by one thread.
  */
 internal class OffsetEstimator {
-    private val seconds = ArrayDeque<TightestBounds>()
+    private val bounds = ArrayDeque<TightestBounds>()
     private val contradicting = ArrayDeque<TimeExchange>()
     private var latest: OffsetEstimate? = null
 
@@ -27,14 +27,14 @@ internal class OffsetEstimator {
 
     private fun follow(exchange: TimeExchange): OffsetEstimate {
         keep(exchange)
-        return Corridor(seconds, exchange.t4).fit(likelySkewPpb = latest?.skewPpb ?: 0)
+        return Corridor(bounds, exchange.t4).fit(likelySkewPpb = latest?.skewPpb ?: 0)
     }
 
     private fun doubt(known: OffsetEstimate, exchange: TimeExchange): OffsetEstimate {
-        contradicting.removeIf { exchange.t4 - it.t4 > SECOND_NANOS }
+        contradicting.removeIf { exchange.t4 - it.t4 > RUN_NANOS }
         contradicting += exchange
         if (contradicting.size < STEP_RUN) return known
-        seconds.clear()
+        bounds.clear()
         contradicting.forEach(::keep)
         contradicting.clear()
         val next = follow(exchange)
@@ -43,27 +43,28 @@ internal class OffsetEstimator {
     }
 
     private fun keep(exchange: TimeExchange) {
-        val current = seconds.lastOrNull()
-        if (current != null && exchange.t4 - current.beganNanos < SECOND_NANOS) {
+        val current = bounds.lastOrNull()
+        if (current != null && exchange.t4 - current.beganNanos < SPAN_NANOS) {
             current.tighten(exchange, latest?.skewPpb ?: 0)
             return
         }
-        seconds += TightestBounds(exchange)
-        if (seconds.size > KEPT_SECONDS) seconds.removeFirst()
+        bounds += TightestBounds(exchange)
+        if (bounds.size > KEPT_SPANS) bounds.removeFirst()
     }
 
     companion object {
         /** What is not slewed away within ten seconds by [StampMap] counts as a step. */
         const val STEP_NANOS: Long = 5_000_000
-        private const val SECOND_NANOS = 1_000_000_000L
-        private const val KEPT_SECONDS = 30
+        private const val RUN_NANOS = 1_000_000_000L
+        private const val SPAN_NANOS = 500_000_000L
+        private const val KEPT_SPANS = 30
 
         /** One would do, as the bounds are hard; but a step costs stamps, and three come within 0.15 s. */
         private const val STEP_RUN = 3
     }
 }
 
-/** Of the exchanges of about a second, the two that say most, and the least round trip. */
+/** Of the exchanges of half a second, the two that say most, and the least round trip. */
 internal class TightestBounds(first: TimeExchange) {
     val beganNanos: Long = first.t4
     var above: TimeExchange = first
