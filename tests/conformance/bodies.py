@@ -119,6 +119,15 @@ STATUS: Body = {
     },
 }
 
+# The optional keys of the clock in STATUS.
+CLOCK_DETAILS: Body = {
+    "state": "holdover",
+    "skew_ppm": -12.5,
+    "steps": 2,
+    "epoch": 1,
+    "bases": {"accel_right": "boottime", "color": "monotonic"},
+}
+
 BYE: Body = {"reason": "the app was closed"}
 
 # std_msgs/String "hi": encapsulation, length with the final zero, text, zero.

@@ -6,6 +6,7 @@ from typing import Any
 from bodies import (
     BYE,
     CHANNEL,
+    CLOCK_DETAILS,
     CONFIGURE,
     CONFIGURED,
     HELLO,
@@ -110,6 +111,12 @@ def kinds() -> dict[str, Case]:
             "time",
             "t1 comes back with the receiver's two times.",
             [read("TIME_REPLY", send=t3, time={"t1": t1, "t2": t2, "t3": t3})],
+        ),
+        "StatusClockDetails": (
+            "device",
+            "control",
+            "All optional keys of a clock, which is held over a broken link.",
+            [read("STATUS", json=STATUS | {"clock": STATUS["clock"] | CLOCK_DETAILS})],
         ),
         "StatusFinal": (
             "device",

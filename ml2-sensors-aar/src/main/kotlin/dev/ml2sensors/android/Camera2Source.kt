@@ -4,6 +4,7 @@ import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraManager
 import android.util.Size
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
@@ -32,7 +33,7 @@ internal class Camera2Source(
     private val cameraManager: CameraManager,
     private val poses: ColorPoses,
     private val clocks: SystemClocks = SystemClocks(),
-    private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
+    private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
     private val workers: Workers = Workers(),
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
     private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),

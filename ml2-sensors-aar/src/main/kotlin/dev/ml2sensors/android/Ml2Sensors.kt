@@ -9,6 +9,7 @@ import android.os.Build
 import android.provider.Settings
 import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeSource
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.SensorSource
@@ -31,7 +32,7 @@ public object Ml2Sensors {
     public fun open(context: Context): AndroidHeadset {
         val app = context.applicationContext
         val native = loadNativeSources()
-        val bases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
+        val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val clocks = SystemClocks()
         val poses = if (native == null) ColorPoses { null } else NativeColorPoses
         val sources = listOf(
@@ -62,14 +63,14 @@ public object Ml2Sensors {
 
 /**
  * An opened headset; [Headset.clock] is CLOCK_BOOTTIME.
- *
- * @property timestampBases which clock Android stamps the streams with that have run, as their readings show.
  */
 public class AndroidHeadset internal constructor(
     headset: SourcedHeadset,
     private val native: List<NativeSource>,
-    public val timestampBases: StateFlow<Map<StreamSpec, TimestampBase>>,
+    private val foundBases: StateFlow<Map<StreamSpec, ClockDomain>>,
 ) : Headset by headset {
+    override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
+
     /** Gives the cameras and trackers back to the device while the app is not in front; their flows deliver nothing. */
     public fun pause(): Unit = native.forEach(NativeSource::pause)
 

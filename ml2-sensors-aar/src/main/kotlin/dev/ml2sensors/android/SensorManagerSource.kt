@@ -9,6 +9,7 @@ import android.os.HandlerThread
 import android.os.Process
 import dev.ml2sensors.capture.HandOver
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
@@ -33,7 +34,7 @@ import kotlinx.coroutines.flow.update
 internal class SensorManagerSource(
     private val sensorManager: SensorManager,
     private val clocks: SystemClocks = SystemClocks(),
-    private val foundBases: MutableStateFlow<Map<StreamSpec, TimestampBase>> = MutableStateFlow(emptyMap()),
+    private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
 ) : SensorSource {
     private val thread = HandlerThread("ml2s-sensors", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
     private val handler = Handler(thread.looper)

@@ -11,42 +11,83 @@ import kotlinx.coroutines.withTimeoutOrNull
  */
 internal class HostClock(private val deviceClock: DeviceClock) {
     val stamps: StampMap = StampMap()
-    private var estimator = OffsetEstimator()
-    private var exchanges = 0
-    private var nextSteerNanos = Long.MIN_VALUE
+    private val estimator = OffsetEstimator()
     private val estimate = MutableStateFlow<OffsetEstimate?>(null)
-    private val state = MutableStateFlow(State.WAITING)
+    private var exchanges = 0
+    private var lastExchangeNanos = Long.MIN_VALUE / 2
+    private var nextSteerNanos = Long.MIN_VALUE
+    private var frozen = false
 
     enum class State(val wireName: String) {
+        /** No estimate yet. */
         WAITING("waiting"),
+
         SYNCHRONISED("synchronised"),
+
+        /** No exchange for [HOLDOVER_AFTER_NANOS], or no link: the last estimate goes on at its rate. */
         HOLDOVER("holdover"),
+
+        /** A recording is stamped, by a map that no longer follows. */
         FROZEN("frozen"),
     }
 
-    /** A new link: what was measured on another path no longer counts. */
-    @Synchronized
-    fun linkUp() {
-        estimator = OffsetEstimator()
-        exchanges = 0
+    /**
+     * The present state, and the estimate as of now; zeros before there is one.
+     *
+     * @property uncertaintyNanos of stamps made now: of the estimate, and what the map has not yet slewed.
+     * @property steps of the host's clock, seen so far.
+     */
+    class Status(
+        val state: State,
+        val offsetNanos: Long,
+        val uncertaintyNanos: Long,
+        val roundTripNanos: Long,
+        val skewPpm: Double,
+        val steps: Long,
+        val epoch: Long,
+    )
+
+    val status: Status
+        @Synchronized get() {
+            val now = deviceClock.nowNanos()
+            val known = estimate.value ?: return Status(state(now), 0, 0, 0, 0.0, estimator.steps, stamps.epoch)
+            val offset = known.offsetNanos(now)
+            val slewing = if (frozen) 0 else stamps.errorNanos(offset, now)
+            return Status(
+                state(now),
+                offset,
+                known.uncertaintyNanos(now) + slewing,
+                known.roundTripNanos,
+                known.skewPpb / PPB_PER_PPM,
+                estimator.steps,
+                stamps.epoch,
+            )
+        }
+
+    private fun state(now: Long): State = when {
+        frozen -> State.FROZEN
+        estimate.value == null -> State.WAITING
+        now - lastExchangeNanos > HOLDOVER_AFTER_NANOS -> State.HOLDOVER
+        else -> State.SYNCHRONISED
     }
 
     /** No link: the last estimate is held. */
     @Synchronized
     fun linkDown() {
-        if (state.value == State.SYNCHRONISED) state.value = State.HOLDOVER
+        lastExchangeNanos = Long.MIN_VALUE / 2
     }
 
     @Synchronized
     fun add(exchange: TimeExchange) {
+        val steps = estimator.steps
         val latest = estimator.add(exchange)
-        estimate.value = latest
+        lastExchangeNanos = exchange.t4
         if (++exchanges < FIRST_EXCHANGES) return
-        if (exchange.t4 >= nextSteerNanos) {
-            stamps.steerTo(latest.offsetNanos, exchange.t4)
+        if (exchange.t4 >= nextSteerNanos || estimator.steps > steps) {
+            stamps.steerTo(latest.offsetNanos(exchange.t4), exchange.t4, latest.skewPpb)
             nextSteerNanos = exchange.t4 + STEER_INTERVAL_NANOS
         }
-        if (state.value != State.FROZEN) state.value = State.SYNCHRONISED
+        estimate.value = latest
     }
 
     /**
@@ -55,7 +96,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
      */
     suspend fun awaitStamps() {
         if (stamps.isSet) return
-        withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { state.first { it != State.WAITING } }
+        withTimeoutOrNull(FIRST_ESTIMATE_LIMIT_MILLIS) { estimate.first { it != null } }
         setFromWallClock()
     }
 
@@ -69,22 +110,26 @@ internal class HostClock(private val deviceClock: DeviceClock) {
     /** Fixes the map at its present offset for good. */
     @Synchronized
     fun freeze() {
-        if (state.value == State.FROZEN) return
+        if (frozen) return
         stamps.freeze(deviceClock.nowNanos())
-        state.value = State.FROZEN
+        frozen = true
     }
 
     /** The present ROS time by the latest estimate, 0 before there is one. */
-    fun rosNowNanos(): Long = estimate.value?.let { deviceClock.nowNanos() + it.offsetNanos } ?: 0
-
-    /** The state and the latest estimate, null before there is one. */
-    val status: Pair<State, OffsetEstimate?> get() = state.value to estimate.value
+    fun rosNowNanos(): Long {
+        val now = deviceClock.nowNanos()
+        return estimate.value?.let { now + it.offsetNanos(now) } ?: 0
+    }
 
     private companion object {
-        /** A tenth of the first burst: the least round trip of so many is within jitter of the best on a quiet link. */
+        /** An eighth of the first burst: the least round trip of so many is within jitter of the best on a quiet link. */
         const val FIRST_EXCHANGES = 16
-        const val STEER_INTERVAL_NANOS = 1_000_000_000L
+        const val STEER_INTERVAL_NANOS = 250_000_000L
+
+        /** Twice the longest stall that a healthy wireless link has. */
+        const val HOLDOVER_AFTER_NANOS = 1_000_000_000L
         const val FIRST_ESTIMATE_LIMIT_MILLIS = 5_000L
         const val NANOS_PER_MILLI = 1_000_000L
+        const val PPB_PER_PPM = 1_000.0
     }
 }

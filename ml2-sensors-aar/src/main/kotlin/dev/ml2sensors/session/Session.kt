@@ -86,7 +86,6 @@ internal class Session(
 
     private suspend fun converse(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
         val lanes = SessionLanes(welcome, ::open, streams::lane) { part(control, it) }
-        hostClock.linkUp()
         val timeLane = TimeLane(lanes.joinTime(), deviceClock, hostClock)
         lanes.join(SessionLanes.SENSORS)
         part(control) { timeLane.run() }
@@ -169,12 +168,16 @@ internal class Session(
     }
 
     private fun clockStatus(): Status.Clock {
-        val (state, estimate) = hostClock.status
+        val status = hostClock.status
         return Status.Clock(
-            state.wireName,
-            estimate?.offsetNanos ?: 0,
-            estimate?.uncertaintyNanos ?: 0,
-            estimate?.roundTripNanos ?: 0,
+            status.state.wireName,
+            status.offsetNanos,
+            status.uncertaintyNanos,
+            status.roundTripNanos,
+            status.skewPpm,
+            status.steps,
+            status.epoch,
+            streams.timestampBases,
         )
     }
 

@@ -12,6 +12,9 @@ internal interface StreamControl {
     /** Ids of the streams that can be configured. */
     val capabilities: List<String>
 
+    /** By stream id, the clock its captures were found to be stamped with, as STATUS names it. */
+    val timestampBases: Map<String, String>
+
     /** How long what is still queued after [stopSources] may take to be sent. */
     val drainLimit: Duration
 

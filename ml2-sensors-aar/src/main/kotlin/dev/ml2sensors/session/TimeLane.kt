@@ -7,6 +7,7 @@ import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.TimeBodies
 import kotlinx.coroutines.delay
 import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.TimeSource
 
 /** Asks the host for its time over a connection of its own: a dense burst first, then steadily. */
 internal class TimeLane(
@@ -16,10 +17,12 @@ internal class TimeLane(
 ) {
     /** Runs until the connection ends, or fails with it; why it ends is for the control lane to say. */
     suspend fun run() {
-        var asked = 0
+        val joined = TimeSource.Monotonic.markNow()
         while (true) {
+            val asked = TimeSource.Monotonic.markNow()
             hostClock.add(blockingIo { exchange() } ?: return)
-            delay(if (++asked < BURST) BURST_INTERVAL else STEADY_INTERVAL)
+            val interval = if (joined.elapsedNow() < BURST) BURST_INTERVAL else STEADY_INTERVAL
+            delay(interval - asked.elapsedNow())
         }
     }
 
@@ -37,8 +40,8 @@ internal class TimeLane(
         val REPLY = setOf(FrameKind.TIME_REPLY)
 
         // PROTOCOL.md, Time: about 128 requests in 1.2 s, then 20 per second.
-        const val BURST = 128
-        val BURST_INTERVAL = 9.milliseconds
+        val BURST = 1200.milliseconds
+        val BURST_INTERVAL = BURST / 128
         val STEADY_INTERVAL = 50.milliseconds
     }
 }

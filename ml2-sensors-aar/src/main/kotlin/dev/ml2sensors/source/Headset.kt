@@ -17,6 +17,9 @@ public interface Headset : AutoCloseable {
     /** Whether each Android permission that its streams need is granted now; empty where there are none. */
     public val permissions: Map<String, Boolean> get() = emptyMap()
 
+    /** By stream id, the clock that the platform was found to stamp it with; empty where that is not in question. */
+    public val timestampBases: Map<String, ClockDomain> get() = emptyMap()
+
     /** Whether [stream] can run with the values asked for, and with which it will. Does not start anything. */
     public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
 

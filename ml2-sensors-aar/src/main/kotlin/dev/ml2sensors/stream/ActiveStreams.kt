@@ -66,6 +66,9 @@ internal class ActiveStreams(
 
     override val drainLimit: Duration = if (waits) Duration.INFINITE else 2.seconds
 
+    override val timestampBases: Map<String, String>
+        get() = headset.timestampBases.mapValues { (_, base) -> base.wireName }
+
     override val capabilities: List<String>
         get() = StreamTable.all.filter { headset.negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
 

@@ -8,6 +8,7 @@ import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.rosType
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.RosCamera
@@ -42,8 +43,12 @@ internal class CameraPipeline(
 
     private suspend fun publish(sample: ImageSample) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
-        val header = Header(Time.ofNanos(stampNanos), spec.frameId)
-        for (channel in channels) publish(channel, sample, header, stampNanos)
+        if (stampNanos == null) {
+            channels.forEach { it.account.lose(1, DropReason.CLOCK_STEP) }
+        } else {
+            val header = Header(Time.ofNanos(stampNanos), spec.frameId)
+            for (channel in channels) publish(channel, sample, header, stampNanos)
+        }
         if (spec.bodyFrameId != null) tree()?.camera(spec, sample)
     }
 

@@ -9,6 +9,7 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.TransformStamped
 import dev.ml2sensors.message.inverse
 import dev.ml2sensors.message.times
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.table.StreamSpec
@@ -39,7 +40,7 @@ internal class TransformTree(
                 mountings.head(sample.captureNanos, pose)
                 mountings.forEach { spec, mounting -> frames += spec.frames(pose * mounting) }
             }
-            publish(stamps.stampNanos(sample.captureNanos), frames)
+            publish(sample.captureNanos, frames)
         }
 
     /** The pose of a camera at one of its captures. */
@@ -50,7 +51,7 @@ internal class TransformTree(
         mutex.withLock {
             val pose = sample.pose ?: return
             if (composes) mountings.camera(spec, sample.captureNanos, pose)
-            publish(stamps.stampNanos(sample.captureNanos), spec.frames(pose))
+            publish(sample.captureNanos, spec.frames(pose))
         }
 
     /** A stream stopped: its pose is no longer composed, or none is when it was the head's. */
@@ -61,9 +62,10 @@ internal class TransformTree(
         listOf(frameId to optical, checkNotNull(bodyFrameId) to optical * BODY_IN_OPTICAL)
 
     private suspend fun publish(
-        stampNanos: Long,
+        captureNanos: Long,
         frames: List<Pair<String, Transform>>,
     ) {
+        val stampNanos = stamps.stampNanos(captureNanos) ?: return channel().account.lose(1, DropReason.CLOCK_STEP)
         val header = Header(Time.ofNanos(stampNanos), StreamTable.WORLD_FRAME)
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return

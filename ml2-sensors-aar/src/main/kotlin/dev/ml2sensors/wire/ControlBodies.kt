@@ -91,6 +91,10 @@ internal class Status(
         @SerialName("offset_ns") val offsetNanos: Long,
         @SerialName("uncertainty_ns") val uncertaintyNanos: Long,
         @SerialName("round_trip_ns") val roundTripNanos: Long,
+        @SerialName("skew_ppm") val skewPpm: Double? = null,
+        val steps: Long? = null,
+        val epoch: Long? = null,
+        val bases: Map<String, String>? = null,
     )
 }
 

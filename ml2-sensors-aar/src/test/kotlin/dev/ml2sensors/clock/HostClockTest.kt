@@ -5,10 +5,10 @@ import kotlinx.coroutines.test.currentTime
 import kotlinx.coroutines.test.runCurrent
 import kotlinx.coroutines.test.runTest
 import org.junit.jupiter.api.Test
+import kotlin.math.abs
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertNotEquals
-import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 class HostClockTest {
@@ -17,18 +17,18 @@ class HostClockTest {
 
     @Test
     fun nothingIsKnownBeforeTheFirstExchange() {
-        assertEquals(HostClock.State.WAITING, clock.status.first)
-        assertNull(clock.status.second)
+        assertEquals(HostClock.State.WAITING, clock.status.state)
+        assertEquals(0, clock.status.uncertaintyNanos)
         assertEquals(0, clock.rosNowNanos())
     }
 
     @Test
     fun sixteenExchangesMakeStamps() {
         exchange(15)
-        assertEquals(HostClock.State.WAITING, clock.status.first)
+        assertEquals(HostClock.State.WAITING, clock.status.state)
         assertFalse(clock.stamps.isSet)
         exchange(1)
-        assertEquals(HostClock.State.SYNCHRONISED, clock.status.first)
+        assertEquals(HostClock.State.SYNCHRONISED, clock.status.state)
         assertEquals(now + OFFSET, clock.stamps.stampNanos(now))
         assertEquals(now + OFFSET, clock.rosNowNanos())
     }
@@ -49,57 +49,81 @@ class HostClockTest {
         val before = System.currentTimeMillis()
         clock.awaitStamps()
         assertEquals(5_000, currentTime)
-        assertTrue(clock.stamps.stampNanos(now) / 1_000_000 in before..System.currentTimeMillis())
-        assertEquals(HostClock.State.WAITING, clock.status.first)
+        assertTrue(stamp() / MILLI in before..System.currentTimeMillis())
+        assertEquals(HostClock.State.WAITING, clock.status.state)
         clock.awaitStamps()
         assertEquals(5_000, currentTime, "once is enough")
-        val wallOffset = clock.stamps.stampNanos(now) - now
-        exchange(16, offset = wallOffset + 400_000)
-        assertEquals(HostClock.State.SYNCHRONISED, clock.status.first)
-        now += 10 * SECOND
-        assertEquals(now + wallOffset + 400_000, clock.stamps.stampNanos(now), "the map follows the estimate")
+        exchange(16)
+        assertEquals(HostClock.State.SYNCHRONISED, clock.status.state)
+        now += MILLI
+        assertEquals(now + OFFSET, stamp(), "the map follows the estimate")
+        assertEquals(1, clock.status.epoch)
+        assertEquals(0, clock.status.steps, "the host's clock did not jump")
     }
 
     @Test
-    fun theMapIsSteeredOnceASecond() {
+    fun uncertaintyHoldsWhatTheMapHasNotYetSlewed() {
         exchange(16)
-        exchange(10, offset = OFFSET + 300_000)
-        val steered = now
-        now += 20 * SECOND
-        assertEquals(now + OFFSET, clock.stamps.stampNanos(now), "not within the second after $steered")
-        exchange(1, offset = OFFSET + 300_000)
-        now += 2 * SECOND
-        assertEquals(now + OFFSET + 300_000, clock.stamps.stampNanos(now))
+        exchange(40, offset = OFFSET + 2 * MILLI)
+        val status = clock.status
+        assertEquals(0, status.steps, "2 ms are slewed")
+        val error = abs(stamp() - now - OFFSET - 2 * MILLI)
+        assertTrue(error > MILLI, "$error")
+        assertTrue(status.uncertaintyNanos >= error + 500, "${status.uncertaintyNanos} ns for $error")
     }
 
     @Test
-    fun theEstimateIsHeldWithoutALink() {
-        exchange(16)
-        clock.linkDown()
-        assertEquals(HostClock.State.HOLDOVER, clock.status.first)
+    fun aStepIsFollowedAfterThreeExchangesAndCounted() {
+        exchange(30)
+        exchange(2, offset = OFFSET + SECOND)
+        assertEquals(0, clock.status.steps)
+        exchange(1, offset = OFFSET + SECOND)
+        assertEquals(1, clock.status.steps)
+        assertEquals(1, clock.status.epoch)
+        now += MILLI
+        assertEquals(now + OFFSET + SECOND, stamp())
+    }
+
+    @Test
+    fun aStepBackWithholdsStampsWithoutANewEpoch() {
+        exchange(30)
+        exchange(3, offset = OFFSET - SECOND)
+        now += MILLI
+        assertEquals(null, clock.stamps.stampNanos(now))
         now += SECOND
-        assertEquals(now + OFFSET, clock.stamps.stampNanos(now))
-        clock.linkUp()
-        exchange(15)
-        assertEquals(HostClock.State.HOLDOVER, clock.status.first)
+        assertEquals(now + OFFSET - SECOND, stamp())
+        assertEquals(listOf(1L, 0L), clock.status.run { listOf(steps, epoch) })
+    }
+
+    @Test
+    fun theEstimateIsHeldWithoutALinkAndGetsLessCertain() {
+        exchange(30)
+        clock.linkDown()
+        assertEquals(HostClock.State.HOLDOVER, clock.status.state)
+        val before = clock.status.uncertaintyNanos
+        now += 100 * SECOND
+        assertEquals(now + OFFSET, stamp())
+        val growth = clock.status.uncertaintyNanos - before
+        assertTrue(growth in 100 * MICRO..100 * MILLI, "1 ppm at least, 1000 at most: $growth ns")
         exchange(1)
-        assertEquals(HostClock.State.SYNCHRONISED, clock.status.first)
+        assertEquals(HostClock.State.SYNCHRONISED, clock.status.state)
+        assertTrue(clock.status.uncertaintyNanos <= before)
+    }
+
+    @Test
+    fun aSilentTimeLaneIsHoldoverToo() {
+        exchange(16)
+        now += SECOND
+        assertEquals(HostClock.State.SYNCHRONISED, clock.status.state)
+        now += 1
+        assertEquals(HostClock.State.HOLDOVER, clock.status.state)
     }
 
     @Test
     fun aLinkThatBreaksBeforeTheFirstEstimateLeavesItWaiting() {
         exchange(3)
         clock.linkDown()
-        assertEquals(HostClock.State.WAITING, clock.status.first)
-    }
-
-    @Test
-    fun whatWasMeasuredOnAnotherLinkNoLongerCounts() {
-        exchange(16, roundTrip = 10)
-        clock.linkDown()
-        clock.linkUp()
-        exchange(1, offset = OFFSET + 50, roundTrip = 1_000)
-        assertEquals(OFFSET + 50, clock.status.second?.offsetNanos)
+        assertEquals(HostClock.State.WAITING, clock.status.state)
     }
 
     @Test
@@ -107,19 +131,21 @@ class HostClockTest {
         exchange(16)
         clock.freeze()
         clock.freeze()
-        assertEquals(HostClock.State.FROZEN, clock.status.first)
+        assertEquals(HostClock.State.FROZEN, clock.status.state)
         now += 10 * SECOND
         exchange(20, offset = OFFSET + SECOND)
         now += 10 * SECOND
         assertEquals(now + OFFSET, clock.stamps.stampNanos(now))
-        assertNotEquals(OFFSET, clock.status.second?.offsetNanos)
+        assertNotEquals(OFFSET, clock.status.offsetNanos)
         clock.linkDown()
-        assertEquals(HostClock.State.FROZEN, clock.status.first)
+        assertEquals(HostClock.State.FROZEN, clock.status.state)
     }
+
+    private fun stamp(): Long = checkNotNull(clock.stamps.stampNanos(now))
 
     private fun exchange(count: Int, offset: Long = OFFSET, roundTrip: Long = 1_000) {
         repeat(count) {
-            now += 9_000_000
+            now += 9 * MILLI
             val t1 = now - roundTrip
             val t2 = t1 + roundTrip / 2 + offset
             clock.add(TimeExchange(t1, t2, t2, now))
@@ -127,7 +153,6 @@ class HostClockTest {
     }
 
     private companion object {
-        const val SECOND = 1_000_000_000L
-        const val OFFSET = 1_700_000_000_000_000_000L
+        const val OFFSET = 1_700_000_000 * SECOND
     }
 }

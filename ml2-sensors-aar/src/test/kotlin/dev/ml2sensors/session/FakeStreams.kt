@@ -31,6 +31,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     val calls = MutableStateFlow(emptyList<String>())
 
     override val capabilities = listOf("world_left", "color", "depth")
+    override val timestampBases = mapOf("color" to "monotonic")
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
 
     override fun linkUp(received: Map<String, Long>?) {

@@ -28,6 +28,7 @@ internal class ScriptedHost(receiveBufferBytes: Int? = null) : Closeable {
     private val breaches = CopyOnWriteArrayList<String>()
 
     /** ROS time of this host is System.nanoTime() plus this. */
+    @Volatile
     var clockOffsetNanos = 1_700_000_000_000_000_000L
 
     /** Whether it closes its side of control after the device's BYE. */

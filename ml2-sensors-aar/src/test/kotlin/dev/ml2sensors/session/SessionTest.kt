@@ -90,10 +90,22 @@ class SessionTest {
         fixture.run()
         val session = host.awaitHello()
         session.welcome()
-        val synchronised = awaitSynchronised(session)
+        val synchronised = awaitClock(session, "synchronised")
         val error = synchronised.getValue("offset_ns").jsonPrimitive.long - host.clockOffsetNanos
         assertTrue(abs(error) <= synchronised.getValue("uncertainty_ns").jsonPrimitive.long, "$synchronised")
         assertTrue(synchronised.getValue("round_trip_ns").jsonPrimitive.long > 0)
+        for (key in listOf("steps", "epoch")) assertEquals(0, synchronised.getValue(key).jsonPrimitive.long, key)
+        assertEquals("""{"color":"monotonic"}""", synchronised.getValue("bases").toString())
+    }
+
+    @Test
+    fun aReceiverThatNoLongerTellsTheTimeIsToldOfTheHoldover() {
+        fixture.run()
+        val session = host.awaitHello()
+        session.welcome()
+        awaitClock(session, "synchronised")
+        host.silentLanes += "time"
+        awaitClock(session, "holdover")
     }
 
     @Test
@@ -152,15 +164,15 @@ class SessionTest {
     fun theClockIsHeldBetweenSessions() {
         val outcome = fixture.run()
         val session = fixture.started()
-        awaitSynchronised(session)
+        awaitClock(session, "synchronised")
         session.cut()
         fixture.outcome(outcome)
-        assertEquals(HostClock.State.HOLDOVER, fixture.clock.status.first)
+        assertEquals(HostClock.State.HOLDOVER, fixture.clock.status.state)
     }
 
-    private fun awaitSynchronised(session: HostSession): JsonObject = generateSequence(0) { it + 1 }
+    private fun awaitClock(session: HostSession, state: String): JsonObject = generateSequence(0) { it + 1 }
         .map { session.await(HostFrame.STATUS, it).json.getValue("clock").jsonObject }
-        .first { it.getValue("state").jsonPrimitive.content == "synchronised" }
+        .first { it.getValue("state").jsonPrimitive.content == state }
 
     private fun HostSession.ids(kind: Int): List<Int> = frames(kind).map { it.json.getValue("id").jsonPrimitive.int }
 }

@@ -17,9 +17,10 @@ class TimeBodiesTest {
     }
 
     @Test
-    fun exchangesGiveOffsetAndRoundTrip() {
+    fun exchangesBoundTheOffsetAndGiveTheRoundTrip() {
         val exchange = assertNotNull(TimeBodies.exchange(100, reply(100, 1_130, 1_140), t4 = 170))
-        assertEquals(1_000, exchange.offsetNanos) // 30 ns out, 10 ns at the host, 30 ns back
+        assertEquals(1_030, exchange.mostOffsetNanos) // of 1000 ns; 30 ns out, 10 ns at the host, 30 ns back
+        assertEquals(970, exchange.leastOffsetNanos)
         assertEquals(60, exchange.roundTripNanos)
     }
 

@@ -11,6 +11,7 @@ import android.util.Size
 import app.cash.turbine.Event
 import app.cash.turbine.ReceiveTurbine
 import app.cash.turbine.test
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
@@ -57,7 +58,7 @@ class Camera2SourceTest {
     private val cameraManager = RuntimeEnvironment.getApplication().getSystemService(CameraManager::class.java)
     private val rig = CameraRig(cameraManager)
     private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
-    private val bases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
+    private val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
     private val poses = FakePoses()
     private val encoder = FakeEncoder()
     private val source = Camera2Source(cameraManager, poses, device.clocks, bases, Workers(WORKERS), encoder)
@@ -153,7 +154,7 @@ class Camera2SourceTest {
             assertNull(sample.intrinsics)
             cancel()
         }
-        assertEquals(TimestampBase.MONOTONIC, bases.value[StreamTable.color])
+        assertEquals(ClockDomain.MONOTONIC, bases.value[StreamTable.color])
     }
 
     @Test

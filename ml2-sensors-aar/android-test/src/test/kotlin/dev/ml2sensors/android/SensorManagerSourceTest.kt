@@ -4,6 +4,7 @@ import android.hardware.Sensor
 import android.hardware.SensorManager
 import app.cash.turbine.test
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
@@ -41,7 +42,7 @@ class SensorManagerSourceTest {
     private val sensorManager = RuntimeEnvironment.getApplication().getSystemService(SensorManager::class.java)
     private val hub = SensorHub(sensorManager)
     private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
-    private val bases = MutableStateFlow<Map<StreamSpec, TimestampBase>>(emptyMap())
+    private val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
     private val source = SensorManagerSource(sensorManager, device.clocks, bases)
 
     @After
@@ -87,7 +88,7 @@ class SensorManagerSourceTest {
             assertEquals(listOf(-2.0, 9.75), readings.last().let { listOf(it.y, it.z) })
             cancel()
         }
-        assertEquals(mapOf(StreamTable.accelRight to TimestampBase.BOOTTIME), bases.value)
+        assertEquals(mapOf(StreamTable.accelRight to ClockDomain.BOOTTIME), bases.value)
     }
 
     @Test
@@ -98,7 +99,7 @@ class SensorManagerSourceTest {
             assertEquals(device.bootNanos - 2_000_000, awaitItem().captureNanos)
             cancel()
         }
-        assertEquals(TimestampBase.MONOTONIC, bases.value[StreamTable.gyroComputePack])
+        assertEquals(ClockDomain.MONOTONIC, bases.value[StreamTable.gyroComputePack])
     }
 
     @Test

@@ -1,5 +1,6 @@
 package dev.ml2sensors.android
 
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.SourceException
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
@@ -8,14 +9,14 @@ import kotlin.test.assertNull
 
 class TimestampConverterTest {
     private val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
-    private val found = mutableListOf<TimestampBase>()
+    private val found = mutableListOf<ClockDomain>()
     private val converter = TimestampConverter(device.clocks) { found += it }
 
     @Test
     fun aTimestampOfTheBootClockStaysAsItIs() {
         val timestamp = device.bootNanos - 5 * MILLI
         assertEquals(timestamp, converter.captureNanos(timestamp))
-        assertEquals(listOf(TimestampBase.BOOTTIME), found)
+        assertEquals(listOf(ClockDomain.BOOTTIME), found)
     }
 
     @Test
@@ -24,7 +25,7 @@ class TimestampConverterTest {
         assertEquals(device.bootNanos - age, converter.captureNanos(device.monotonicNanos - age))
         device.monotonicNanos += SECOND
         assertEquals(device.bootNanos - age, converter.captureNanos(device.monotonicNanos - age))
-        assertEquals(listOf(TimestampBase.MONOTONIC), found)
+        assertEquals(listOf(ClockDomain.MONOTONIC), found)
     }
 
     @Test
@@ -39,7 +40,7 @@ class TimestampConverterTest {
     fun whenBothClocksAreNearTheYoungerReadingDecides() {
         device.suspendedNanos = 100 * MILLI
         converter.captureNanos(device.monotonicNanos - 5 * MILLI)
-        assertEquals(listOf(TimestampBase.MONOTONIC), found)
+        assertEquals(listOf(ClockDomain.MONOTONIC), found)
     }
 
     @Test
@@ -47,14 +48,14 @@ class TimestampConverterTest {
         device.suspendedNanos = 100 * MILLI
         val timestamp = device.bootNanos - 5 * MILLI
         assertEquals(timestamp, converter.captureNanos(timestamp))
-        assertEquals(listOf(TimestampBase.BOOTTIME), found)
+        assertEquals(listOf(ClockDomain.BOOTTIME), found)
     }
 
     @Test
     fun beforeAnySuspensionTheClocksAreOneToWithinAMillisecond() {
         device.suspendedNanos = 900
         converter.captureNanos(device.monotonicNanos - 5 * MILLI)
-        assertEquals(listOf(TimestampBase.BOOTTIME), found)
+        assertEquals(listOf(ClockDomain.BOOTTIME), found)
     }
 
     @Test

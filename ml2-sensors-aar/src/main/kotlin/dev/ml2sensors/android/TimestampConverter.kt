@@ -1,31 +1,22 @@
 package dev.ml2sensors.android
 
+import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.SourceException
 
 /**
- * The clock that a sensor stamps its readings with. Android promises [BOOTTIME] for sensor events; nobody has confirmed
- * it for this headset, so it is found out from the readings themselves.
- */
-public enum class TimestampBase {
-    /** SystemClock.elapsedRealtimeNanos, CLOCK_BOOTTIME: counts while suspended. */
-    BOOTTIME,
-
-    /** System.nanoTime, CLOCK_MONOTONIC: stands still while suspended. */
-    MONOTONIC,
-}
-
-/**
- * Takes the timestamps of one sensor to the device timebase. Called by the thread they arrive on, at arrival.
+ * Takes the timestamps of one sensor to the device timebase. Called by the thread they arrive on, at arrival. Android
+ * promises [ClockDomain.BOOTTIME] for sensor events; nobody has confirmed it for this headset, so the clock is found out
+ * from the timestamps themselves.
  *
  * A timestamp can be of a clock when by that clock it lies in the last [PLAUSIBLE_AGE_NANOS]. If it can be of both, the
- * younger reading decides. Clocks that are less than [INDISTINGUISHABLE_NANOS] apart count as one, [TimestampBase.BOOTTIME]; the
+ * younger reading decides. Clocks that are less than [INDISTINGUISHABLE_NANOS] apart count as one, [ClockDomain.BOOTTIME]; the
  * error is at most that.
  *
  * @param onFound is told the base, once.
  */
-internal class TimestampConverter(private val clocks: SystemClocks, private val onFound: (TimestampBase) -> Unit = {}) {
+internal class TimestampConverter(private val clocks: SystemClocks, private val onFound: (ClockDomain) -> Unit = {}) {
     private val offset = MonotonicOffset(clocks)
-    private var base: TimestampBase? = null
+    private var base: ClockDomain? = null
     private var undecided = 0
 
     /**
@@ -39,22 +30,22 @@ internal class TimestampConverter(private val clocks: SystemClocks, private val 
             onFound(it)
         }
         return when (known) {
-            TimestampBase.BOOTTIME -> timestamp
-            TimestampBase.MONOTONIC -> timestamp + offset.nanos()
-            null -> null
+            ClockDomain.BOOTTIME -> timestamp
+            ClockDomain.MONOTONIC -> timestamp + offset.nanos()
+            else -> null
         }
     }
 
-    private fun find(timestamp: Long): TimestampBase? {
+    private fun find(timestamp: Long): ClockDomain? {
         val bootNanos = clocks.boot.nowNanos()
         val monotonicNanos = bootNanos - offset.nanos()
         val bootAge = (bootNanos - timestamp).takeIf { it in PLAUSIBLE_AGE_NANOS }
         val monotonicAge = (monotonicNanos - timestamp).takeIf { it in PLAUSIBLE_AGE_NANOS }
         return when {
             bootAge != null && (monotonicAge == null || bootAge - monotonicAge < INDISTINGUISHABLE_NANOS) ->
-                TimestampBase.BOOTTIME
+                ClockDomain.BOOTTIME
 
-            monotonicAge != null -> TimestampBase.MONOTONIC
+            monotonicAge != null -> ClockDomain.MONOTONIC
 
             ++undecided < UNDECIDED_LIMIT -> null
 
