@@ -158,10 +158,13 @@ def test_a_contradiction_is_reported_with_its_place(
     assert re.search(message, str(raised.value)), raised.value
 
 
-@pytest.mark.parametrize("name", ["lane", "qos", "type", "when"])
-def test_a_topic_that_names_what_does_not_exist_is_reported(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("lane", "nothing"), ("qos", "nothing"), ("type", "nothing"), ("when", {"nothing": True})],
+)
+def test_a_topic_that_names_what_does_not_exist_is_reported(name: str, value: object) -> None:
     text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
     document = yaml.safe_load(text)
-    document["kinds"]["battery"][0][name] = "nothing"
+    document["kinds"]["battery"][0][name] = value
     with pytest.raises(TableError, match=f"battery: {name}: .*nothing"):
         read_table(document)

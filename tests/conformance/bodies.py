@@ -119,6 +119,11 @@ STATUS: Body = {
     },
 }
 
+EVENT: Body = {
+    "event": "tracking_lost",
+    "text": "head tracking is lost; no transforms are sent",
+}
+
 BYE: Body = {"reason": "the app was closed"}
 
 # std_msgs/String "hi": encapsulation, length with the final zero, text, zero.
