@@ -16,7 +16,7 @@ from euroc import Matrix, angle_between, interpolated
 from processes import Received, receive
 from simulated_truth import SimulatedTruth
 from simulation import CAMERAS, demo_config, image_topic
-from transforms import transforms
+from transforms import stable_since_ns, transforms
 
 SHIFT_NS = 5_000_000
 # Head poses come every 17 ms; further apart, a busy machine has dropped some between them.
@@ -37,7 +37,8 @@ class Run:
     def with_images(self, camera: str) -> Iterator[tuple[int, Matrix]]:
         """Each image's stamp, and the transform of exactly that stamp."""
         heads = self.head_stamps_ns()
-        stamps = [at for at in self.stamps_ns[camera] if heads[0] < at < heads[-1]]
+        begin = stable_since_ns(self.received) or heads[0]
+        stamps = [at for at in self.stamps_ns[camera] if begin < at < heads[-1]]
         known = [at for at in stamps if (f"{camera}_optical_frame", at) in self.tree]
         lost = int(self.received.books("/tf")["produced"]) - len(self.received.messages("/tf"))
         assert len(stamps) - len(known) <= lost

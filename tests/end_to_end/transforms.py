@@ -33,6 +33,13 @@ def standing(received: Received) -> dict[str, Matrix]:
     return found
 
 
+def stable_since_ns(received: Received) -> int | None:
+    """Since when, in the rig layout, all sensors stand on the head."""
+    if "/tf_static" not in received.topics:
+        return None
+    return nanos(received.messages("/tf_static")[-1].transforms[0].header.stamp)
+
+
 def moving(received: Received) -> dict[tuple[str, int], Matrix]:
     """What /tf says, each frame in the world."""
     found: dict[tuple[str, int], Matrix] = {}

@@ -24,8 +24,8 @@ import kotlinx.coroutines.sync.withLock
  * stream; [begin] and [end] say when it runs.
  *
  * Flat, every frame is a child of the world, and the sensors' poses at 60 Hz are the head's composed with their
- * mountings. Rigged, which it is when its channels have the role `tf_static`, only the head moves, and sensors stand on
- * it as soon as their mountings are stable.
+ * mountings. Rigged, which it is when its channels have the role `tf_static`, only the head moves; sensors stand on it,
+ * and give its pose at their images, as soon as their mountings are stable.
  *
  * While the head is not tracked nothing is sent; a camera's pose, which the device then leaves as it was, waits for the
  * head pose after its capture. At most one transform per child and stamp.
@@ -117,12 +117,10 @@ internal class TransformTree(
             staticStampNanos = frame.stampNanos
             sendMountings()
         }
-        val frames = if (static == null) {
-            frame.spec.framesAt(frame.pose)
-        } else {
-            listOf(StreamTable.HEAD_FRAME to (mounting.stable?.let { frame.pose * it.inverse() } ?: head))
-        }
-        publish(frame.stampNanos, frames)
+        if (static == null) return publish(frame.stampNanos, frame.spec.framesAt(frame.pose))
+        // Before that nobody can look the camera up
+        val stable = mounting.stable ?: return
+        publish(frame.stampNanos, listOf(StreamTable.HEAD_FRAME to frame.pose * stable.inverse()))
     }
 
     private fun framesAt(head: Transform): List<Pair<String, Transform>> {
