@@ -19,8 +19,9 @@ Stream, resolution, rate and format of a camera are legal together when one row 
 
 _STREAMS = """\
 Topics are under the prefix `general.topic_name`, except those with a leading slash. Publishers are
-reliable, volatile (`/tf_static`: transient local), and keep as many messages as the depth says. Which
-values start a stream stands in the last column; the transform tree runs whenever another stream does.
+reliable, volatile but for `/tf_static`, which is transient local, and keep as many messages as the
+depth says. Which values start a stream stands in the last column; the transform tree runs whenever
+another stream does.
 """
 
 

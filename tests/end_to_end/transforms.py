@@ -24,7 +24,7 @@ def transforms(received: Received) -> dict[tuple[str, int], Matrix]:
 
 
 def standing(received: Received) -> dict[str, Matrix]:
-    """Frames in the head by name, as the last message on /tf_static has them; parents come first."""
+    """Frames in the head by name, as the last message on /tf_static has them."""
     found = {"head_frame": np.eye(4)}
     for message in received.messages("/tf_static")[-1:] if "/tf_static" in received.topics else []:
         for it in message.transforms:
