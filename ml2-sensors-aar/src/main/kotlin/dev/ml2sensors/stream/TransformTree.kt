@@ -37,7 +37,7 @@ internal class TransformTree(
     private val isLive: Boolean,
     private val report: (Event) -> Unit,
 ) {
-    private class CameraPose(val spec: StreamSpec, val captureNanos: Long, val stampNanos: Long, val pose: Transform)
+    private class CameraPose(val spec: StreamSpec, val captureNanos: Long, val stampNanos: Long?, val pose: Transform)
 
     private val mutex = Mutex()
     private val track = HeadTrack(report)
@@ -78,8 +78,8 @@ internal class TransformTree(
         }
     }
 
-    /** The [pose] of a camera at one of its captures. */
-    suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long, pose: Transform): Unit =
+    /** The [pose] of a camera at one of its captures; [stampNanos] is null when that is withheld. */
+    suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long?, pose: Transform): Unit =
         mutex.withLock {
             if (dynamic == null) return
             if (!isLive) return publish(stampNanos, spec.framesAt(pose))
@@ -114,7 +114,7 @@ internal class TransformTree(
         mounting.add(head.inverse() * frame.pose)?.let { residual ->
             val text = "${frame.spec} is where its last ${SensorMounting.WINDOW} frames have it: $residual"
             report(Event(Event.MOUNTING_STABLE, text))
-            staticStampNanos = frame.stampNanos
+            staticStampNanos = frame.stampNanos ?: staticStampNanos
             sendMountings()
         }
         if (static == null) return publish(frame.stampNanos, frame.spec.framesAt(frame.pose))
@@ -131,7 +131,11 @@ internal class TransformTree(
     private fun StreamSpec.framesAt(optical: Transform): List<Pair<String, Transform>> =
         listOf(frameId to optical, checkNotNull(bodyFrameId) to optical * BODY_IN_OPTICAL)
 
-    private suspend fun publish(stampNanos: Long, frames: List<Pair<String, Transform>>) {
+    private suspend fun publish(stampNanos: Long?, frames: List<Pair<String, Transform>>) {
+        if (stampNanos == null) {
+            dynamic?.account?.lose(1, DropReason.CLOCK_STEP)
+            return
+        }
         val header = Header(Time.ofNanos(stampNanos), StreamTable.WORLD_FRAME)
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
