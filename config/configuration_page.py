@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from ml2_receiver.table import Key, Scalar, Section, StreamTable
+from ml2_receiver.table import Key, Scalar, Section, Stream, StreamTable, Topic
 
 _INTRODUCTION = """# Configuration
 
@@ -19,8 +19,9 @@ Stream, resolution, rate and format of a camera are legal together when one row 
 
 _STREAMS = """\
 Topics are under the prefix `general.topic_name`, except those with a leading slash. Publishers are
-reliable, volatile, and keep as many messages as the depth says. Which values start a stream stands
-in the last column; the transform tree runs whenever another stream does.
+reliable, volatile but for `/tf_static`, which is transient local, and keep as many messages as the
+depth says. Which values start a stream stands in the last column; the transform tree runs whenever
+another stream does.
 """
 
 
@@ -98,15 +99,19 @@ def _allowed(key: Key) -> str:
 
 
 def _switched_topics(table: StreamTable, section: Section, key: Key) -> list[str]:
-    if key.type != "bool":
-        return []
     return [
         topic.name
         for stream in table.streams.values()
-        if stream.section == section.id and stream.when
+        if stream.section == section.id
         for topic in stream.topics
-        if (topic.when is None and key.name in stream.when) or topic.when == key.name
+        if _is_switched(topic, stream, key)
     ]
+
+
+def _is_switched(topic: Topic, stream: Stream, key: Key) -> bool:
+    if topic.when is not None:
+        return topic.when.key == key.name
+    return key.type == "bool" and key.name in (stream.when or {})
 
 
 def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
@@ -128,7 +133,7 @@ def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
 def _topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
     for stream in table.streams.values():
         for topic in stream.topics:
-            conditions = dict(stream.when or {}) | ({topic.when: True} if topic.when else {})
+            conditions = dict([*(stream.when or {}).items(), *filter(None, [topic.when])])
             yield (
                 stream.id,
                 f"`{topic.name}`",

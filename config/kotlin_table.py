@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ml2_receiver.table import Mode, Stream, StreamTable, Topic
+from ml2_receiver.table import Mode, Scalar, Stream, StreamTable, Topic
 
 _MAX_LINE = 120
 _INDENT = " " * 4
@@ -78,7 +78,8 @@ def _property(table: StreamTable, stream: Stream) -> str:
 
 def _topic(topic: Topic) -> Call:
     own_encoding = None if topic.role == "image" else topic.encoding
-    fields = (topic.role, topic.name, topic.type, topic.lane, topic.qos, own_encoding, topic.when)
+    when = topic.when and f"{topic.when.key}={_literal(topic.when.value)}"
+    fields = (topic.role, topic.name, topic.type, topic.lane, topic.qos, own_encoding, when)
     return Call("TopicSpec", tuple(map(_text, fields)))
 
 
@@ -102,6 +103,10 @@ def _list(items: "Iterable[Call | str]") -> Call:
 def _camel(id: str) -> str:
     first, *rest = id.split("_")
     return first + "".join(word.capitalize() for word in rest)
+
+
+def _literal(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _text(value: str | None) -> str:

@@ -97,6 +97,7 @@ class Kind(IntEnum):
     PONG = 50, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
     ERROR = 51, Side.BOTH, LaneKind.ANY, 4 * _KIB, Body.JSON
     BYE = 52, Side.BOTH, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    EVENT = 53, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
 
 
 _KINDS = {int(kind): kind for kind in Kind}

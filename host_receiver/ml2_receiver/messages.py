@@ -150,6 +150,12 @@ class Status(JsonBody):
 
 
 @dataclass(frozen=True)
+class Event(JsonBody):
+    event: str
+    text: str
+
+
+@dataclass(frozen=True)
 class Error(JsonBody):
     code: str
     message: str

@@ -14,6 +14,7 @@ from .messages import (
     ChannelEnd,
     Configured,
     Error,
+    Event,
     Hello,
     Join,
     Joined,
@@ -73,6 +74,7 @@ class Session:
             Kind.STATUS: self._status,
             Kind.PING: lambda _: self.send(Kind.PONG),
             Kind.PONG: lambda _: None,
+            Kind.EVENT: lambda body: self._event(repr(Event.parse(body).text)),
             Kind.BYE: lambda body: self._bye(Bye.parse(body)),
         }
         control.lane = "control"

@@ -75,7 +75,7 @@ class Streams:
                 ErrorCode.CHANNEL, f"the stream table has no {channel.topic!r} with {found!r}"
             )
         values = self._requested.get(topic.stream)
-        if values is None or (topic.when is not None and not values.get(topic.when)):
+        if values is None or (topic.when is not None and not topic.when.holds(values)):
             raise ProtocolError(ErrorCode.CHANNEL, f"{topic.name} was not asked for")
         return topic
 

@@ -8,6 +8,7 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
+from typing import NamedTuple
 
 import yaml
 
@@ -34,13 +35,23 @@ class Lane:
     when_full: str
 
 
+class Condition(NamedTuple):
+    """Holds where the values of a stream have `value` for `key`."""
+
+    key: str
+    value: Scalar
+
+    def holds(self, values: Mapping[str, Scalar]) -> bool:
+        return values.get(self.key) == self.value
+
+
 @dataclass(frozen=True)
 class Topic:
     """One topic of one stream.
 
     `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"); `lane` is
     "sensors" or, on an image lane, the stream's id; `qos` is a key of StreamTable.qos; `when` is
-    the key of CONFIGURE that switches the topic on, None when the stream always has it.
+    what CONFIGURE must say to switch the topic on, None when the stream always has it.
     """
 
     stream: str
@@ -50,7 +61,7 @@ class Topic:
     lane: str
     qos: str
     encoding: str | None
-    when: str | None
+    when: Condition | None
     frame: str
 
     def full_name(self, prefix: str) -> str:

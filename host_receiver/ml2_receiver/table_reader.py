@@ -8,6 +8,7 @@ from typing import Any
 from .errors import TableError
 from .table import (
     CAMERA_KEYS,
+    Condition,
     Key,
     Lane,
     Mode,
@@ -193,13 +194,17 @@ def _condition(when: Row, section: Section) -> Mapping[str, Scalar]:
     return MappingProxyType(dict(when))
 
 
+def _switch(when: Row, row: Row) -> Condition:
+    ((key, value),) = when.items()
+    _one_of("when", key, row.get("values", ()))
+    return Condition(key, value)
+
+
 def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
     _one_of("lane", topic["lane"], document["lanes"])
     _one_of("qos", topic["qos"], document["qos"])
     if not _MESSAGE_TYPE.fullmatch(topic["type"]):
         raise ValueError(f"type: expected <package>/msg/<Name>, found {topic['type']}")
-    if "when" in topic:
-        _one_of("when", topic["when"], row.get("values", ()))
     suffix = topic.get("suffix", "")
     return Topic(
         stream=stream,
@@ -209,6 +214,6 @@ def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
         lane=stream if topic["lane"] == "image" else topic["lane"],
         qos=topic["qos"],
         encoding=row.get("encoding") if topic["role"] == "image" else topic.get("encoding"),
-        when=topic.get("when"),
+        when=_switch(topic["when"], row) if "when" in topic else None,
         frame=row["frame"],
     )

@@ -186,7 +186,7 @@ class MockDevice:
         for stream, values in asked.streams.items():
             if stream not in refused:
                 for topic in load_table().streams[stream].topics:
-                    if topic.when is None or values[topic.when]:
+                    if topic.when is None or topic.when.holds(values):
                         self.announce(topic)
         answers = {
             stream: StreamAnswer("refused", None, refused[stream])

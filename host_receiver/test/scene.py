@@ -33,7 +33,12 @@ REQUEST: Request = {
     "tf": {"layout": "flat"},
 }
 APPLIED = {stream: StreamAnswer("applied", values) for stream, values in REQUEST.items()}
-TOPICS = [topic for stream in REQUEST for topic in load_table().streams[stream].topics]
+TOPICS = [
+    topic
+    for stream, values in REQUEST.items()
+    for topic in load_table().streams[stream].topics
+    if topic.when is None or topic.when.holds(values)
+]
 IMAGE = TOPICS[0]
 
 

@@ -29,6 +29,7 @@ TABLE = [
     (50, "device receiver", "control", 0),
     (51, "device receiver", "opening control time sensors image", 4096),
     (52, "device receiver", "control", 4096),
+    (53, "device", "control", 4096),
 ]
 SIDES = {"device": Side.DEVICE, "receiver": Side.RECEIVER}
 LANES = {kind.name.lower(): kind for kind in LaneKind if kind.name}

@@ -19,6 +19,7 @@ from ml2_receiver.messages import (
     Configure,
     Configured,
     Error,
+    Event,
     Hello,
     Join,
     Joined,
@@ -57,10 +58,11 @@ BODIES: list[JsonBody] = [
         {},
         ClockStatus("holdover", -1, 2, 3, -49.5, 1, 2, {"color": "monotonic", "tf": "boottime"}),
     ),
+    Event("tracking_lost", "the head"),
     Error("busy", "later", fatal=True),
     Bye(""),
 ]
-STATUS = json.loads(BODIES[-3].to_bytes())
+STATUS = json.loads(BODIES[-4].to_bytes())
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)

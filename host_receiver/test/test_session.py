@@ -8,7 +8,7 @@ from ml2_receiver.connection import Connection
 from ml2_receiver.context import Ending, Limits
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.frame import Kind
-from ml2_receiver.messages import Bye, ChannelStatus, ClockStatus, Error, Status
+from ml2_receiver.messages import Bye, ChannelStatus, ClockStatus, Error, Event, Status
 from ml2_receiver.report import State
 from scene import IMAGE, Scene, channel, hello
 
@@ -69,6 +69,13 @@ def test_unknown_kinds_are_skipped_and_counted(scene: Scene) -> None:
         scene.receive(connection, 200, b"anything")
     assert scene.host.session is not None
     assert scene.host.session.report().skipped_frames == 4
+    assert scene.is_connected()
+
+
+@pytest.mark.parametrize("event", ["tracking_lost", "of a later version"])
+def test_events_of_the_device_are_told(scene: Scene, event: str) -> None:
+    scene.receive(scene.control, Kind.EVENT, Event(event, "head tracking\nis lost"))
+    assert any(r"'head tracking\nis lost'" in told for told in scene.sink.events)
     assert scene.is_connected()
 
 

@@ -69,7 +69,7 @@ def test_a_channel_of_a_stream_that_was_not_asked_for_is_refused() -> None:
 @pytest.mark.parametrize(("is_wanted", "error"), [(False, "channel"), (True, None)])
 def test_a_topic_with_a_condition_needs_its_key(is_wanted: bool, error: str | None) -> None:
     depth = load_table().streams["depth"]
-    confidence = next(topic for topic in depth.topics if topic.when == "confidence")
+    confidence = next(topic for topic in depth.topics if topic.role == "confidence")
     scene = Scene()
     scene.host._request = {"depth": {"confidence": is_wanted}}
     scene.configure()

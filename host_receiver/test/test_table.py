@@ -59,6 +59,7 @@ TOPICS = {
     "hand_right": "geometry_msgs/msg/PoseArray",
     "battery": "sensor_msgs/msg/BatteryState",
     "/tf": "tf2_msgs/msg/TFMessage",
+    "/tf_static": "tf2_msgs/msg/TFMessage",
 }
 
 
@@ -83,6 +84,8 @@ def test_queue_depths_follow_the_kind_of_message() -> None:
     depths["tf2_msgs/msg/TFMessage"] = 100
     for stream in table.streams.values():
         for topic in stream.topics:
+            if topic.name == "/tf_static":
+                continue
             assert table.qos[topic.qos].depth == depths.get(topic.type, 10), topic
             assert table.qos[topic.qos].durability == "volatile"
 
@@ -92,6 +95,16 @@ def test_the_applied_configuration_is_kept_for_late_subscribers() -> None:
     config = next(topic for topic in table.receiver_topics if topic.name == "config")
     assert table.qos[config.qos].durability == "transient_local"
     assert table.qos[config.qos].depth == 1
+
+
+def test_static_transforms_are_kept_for_late_subscribers_and_are_the_rigs_alone() -> None:
+    table = load_table()
+    _, static = table.streams["tf"].topics
+    assert table.qos[static.qos].durability == "transient_local"
+    assert table.qos[static.qos].depth == 1
+    assert static.when is not None
+    assert static.when.holds({"layout": "rig"})
+    assert not static.when.holds({"layout": "flat"})
 
 
 def test_encodings_are_those_of_the_image_topics() -> None:
@@ -158,10 +171,13 @@ def test_a_contradiction_is_reported_with_its_place(
     assert re.search(message, str(raised.value)), raised.value
 
 
-@pytest.mark.parametrize("name", ["lane", "qos", "type", "when"])
-def test_a_topic_that_names_what_does_not_exist_is_reported(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("lane", "nothing"), ("qos", "nothing"), ("type", "nothing"), ("when", {"nothing": True})],
+)
+def test_a_topic_that_names_what_does_not_exist_is_reported(name: str, value: object) -> None:
     text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
     document = yaml.safe_load(text)
-    document["kinds"]["battery"][0][name] = "nothing"
+    document["kinds"]["battery"][0][name] = value
     with pytest.raises(TableError, match=f"battery: {name}: .*nothing"):
         read_table(document)

@@ -128,6 +128,11 @@ CLOCK_DETAILS: Body = {
     "bases": {"accel_right": "boottime", "color": "monotonic"},
 }
 
+EVENT: Body = {
+    "event": "tracking_lost",
+    "text": "head tracking is lost; no transforms are sent",
+}
+
 BYE: Body = {"reason": "the app was closed"}
 
 # std_msgs/String "hi": encapsulation, length with the final zero, text, zero.

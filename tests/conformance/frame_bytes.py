@@ -22,6 +22,7 @@ KINDS = {
     "PONG": 50,
     "ERROR": 51,
     "BYE": 52,
+    "EVENT": 53,
 }
 
 KIB = 1024

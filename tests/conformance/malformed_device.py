@@ -4,7 +4,17 @@ import math
 import struct
 from typing import Any
 
-from bodies import BYE, CHANNEL, CONFIGURE, CONFIGURED, HELLO, STATUS, STRING_PAYLOAD, WELCOME
+from bodies import (
+    BYE,
+    CHANNEL,
+    CONFIGURE,
+    CONFIGURED,
+    EVENT,
+    HELLO,
+    STATUS,
+    STRING_PAYLOAD,
+    WELCOME,
+)
 from frame_bytes import BOUNDS, KINDS, UNKNOWN_BOUND, frame, header, json_bytes, json_frame, pascal
 from malformed_case import Case, body_frame, error, key_cases, over_bound
 from malformed_json import json_cases
@@ -88,6 +98,7 @@ def places() -> dict[str, Case]:
         "CHANNEL": ("control", json_frame("CHANNEL", CHANNEL)),
         "CHANNEL_END": ("control", json_frame("CHANNEL_END", {"id": 7})),
         "STATUS": ("control", json_frame("STATUS", STATUS)),
+        "EVENT": ("control", json_frame("EVENT", EVENT)),
         "DATA": ("sensors", frame("DATA", STRING_PAYLOAD, channel=7)),
         "TIME_REQUEST": ("time", frame("TIME_REQUEST", bytes(8))),
     }

@@ -4,6 +4,7 @@ from bodies import (
     BYE,
     CHANNEL,
     CONFIGURED,
+    EVENT,
     HELLO,
     JOIN,
     REQUEST,
@@ -32,6 +33,7 @@ DEVICE_KINDS = {
     "CHANNEL": (CHANNEL, "configuring", "control"),
     "CHANNEL_END": ({"id": CHANNEL["id"]}, "streaming", "control"),
     "STATUS": (STATUS, "streaming", "control"),
+    "EVENT": (EVENT, "streaming", "control"),
     "BYE": (BYE, "streaming", "control"),
 }
 

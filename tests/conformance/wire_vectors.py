@@ -9,6 +9,7 @@ from bodies import (
     CLOCK_DETAILS,
     CONFIGURE,
     CONFIGURED,
+    EVENT,
     HELLO,
     JOIN,
     STATUS,
@@ -75,6 +76,7 @@ JSON_KINDS: list[tuple[str, str, str, Body, str]] = [
     ("CHANNEL_END", "device", "control", {"id": 7}, "The topic has ended."),
     ("START", "receiver", "control", {"request": 1}, "The publishers exist."),
     ("STATUS", "device", "control", STATUS, "Drops by reason, and a clock far from the host's."),
+    ("EVENT", "device", "control", EVENT, "Something happened to the device."),
     ("ERROR", "receiver", "control", ERROR, "A fatal ERROR."),
     ("BYE", "receiver", "control", BYE, "The receiver says goodbye, too."),
 ]

@@ -14,7 +14,7 @@ from processes import ROOT
 LIBRARY = ROOT / "build" / "native" / "host" / "sim" / "libperception.magicleap.so"
 
 # The device's x right, y up, z backward to REP 103's x forward, y left, z up.
-_TO_ROS = np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]])
+TO_ROS = np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]])
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def simulated_room() -> Room:
     describe.restype = ctypes.c_char_p
     known = json.loads(describe())
     return Room(
-        {tag["id"]: np.array(tag["corners"]) @ _TO_ROS.T for tag in known["tags"]},
-        np.array([wall["normal"] for wall in known["walls"]]) @ _TO_ROS.T,
+        {tag["id"]: np.array(tag["corners"]) @ TO_ROS.T for tag in known["tags"]},
+        np.array([wall["normal"] for wall in known["walls"]]) @ TO_ROS.T,
         np.array([wall["offset_m"] for wall in known["walls"]]),
     )

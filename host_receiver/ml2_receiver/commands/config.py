@@ -31,7 +31,7 @@ def _streams(config: Config) -> Table:
         names = [
             topic.full_name(config.prefix)
             for topic in load_table().streams[id].topics
-            if topic.when is None or values[topic.when]
+            if topic.when is None or topic.when.holds(values)
         ]
         table.add_row(id, "\n".join(names))
     return table

@@ -11,8 +11,7 @@ import java.util.concurrent.locks.LockSupport
  * The poses of one tracked thing by one way to them, 60 times a second, each stamped with the instant it is for, in
  * body axes. Samples are [PoseSample]s, or [PosesSample]s of hands.
  *
- * A pose that is not tracked is null; so is one more before the first pose in a new world, where earlier ones mean
- * nothing. A hand that is not seen has no joints.
+ * A pose that is not tracked is null. A hand that is not seen has no joints.
  */
 public class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
@@ -54,9 +53,9 @@ private class OpenTracker(
         val count = Native.pollPoses(handle, poses.memory)
         for ((number, tracked) in (0 until count).map { poses[it] }.groupBy { it.stream }) {
             val stream = StreamTable.all[number]
-            val samples = if (sensor == PoseSensor.HANDS) listOf(joints(tracked)) else samples(tracked.single())
+            val sample = if (sensor == PoseSensor.HANDS) joints(tracked) else pose(tracked.single())
             for (subscription in subscriptions) {
-                if (subscription.stream == stream) samples.forEach(subscription.handOver::offer)
+                if (subscription.stream == stream) subscription.handOver.offer(sample)
             }
         }
     }
@@ -73,10 +72,8 @@ private class OpenTracker(
         nextNanos += PERIOD_NANOS
     }
 
-    private fun samples(tracked: TrackedPose): List<Sample> {
-        val sample = PoseSample(tracked.captureNanos, tracked.pose?.toBody())
-        return if (tracked.isInNewWorld) listOf(PoseSample(tracked.captureNanos, null), sample) else listOf(sample)
-    }
+    private fun pose(tracked: TrackedPose): Sample =
+        PoseSample(tracked.captureNanos, tracked.pose?.toBody(), tracked.isInNewWorld)
 
     private fun joints(tracked: List<TrackedPose>): Sample =
         PosesSample(tracked.first().captureNanos, tracked.mapNotNull { it.pose?.toBody()?.toPose() })

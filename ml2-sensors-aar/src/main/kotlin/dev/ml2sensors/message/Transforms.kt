@@ -2,6 +2,8 @@ package dev.ml2sensors.message
 
 import kotlin.math.abs
 import kotlin.math.acos
+import kotlin.math.atan2
+import kotlin.math.pow
 import kotlin.math.sin
 import kotlin.math.sqrt
 
@@ -21,6 +23,12 @@ public fun Quaternion.normalized(): Quaternion {
     val norm = sqrt(x * x + y * y + z * z + w * w)
     require(norm > 0 && norm.isFinite()) { "Expected a rotation, but found $this" }
     return Quaternion(x / norm, y / norm, z / norm, w / norm)
+}
+
+/** The angle in rad of the rotation from this to [other], 0 to pi. Both are unit quaternions. */
+public fun Quaternion.angleTo(other: Quaternion): Double {
+    val (x, y, z, w) = inverse() * other
+    return 2 * atan2(sqrt(x * x + y * y + z * z), abs(w))
 }
 
 /** [vector] turned by this unit quaternion. */
@@ -61,6 +69,12 @@ public fun Transform.inverse(): Transform {
     val back = rotation.inverse()
     val (x, y, z) = back.rotate(translation)
     return Transform(Vector3(-x, -y, -z), back)
+}
+
+/** From the one origin to the other, metres. */
+public fun Transform.distanceTo(other: Transform): Double {
+    val (x, y, z) = other.translation
+    return sqrt((x - translation.x).pow(2) + (y - translation.y).pow(2) + (z - translation.z).pow(2))
 }
 
 /** Where the point at [point] in the child is in the parent, metres. */

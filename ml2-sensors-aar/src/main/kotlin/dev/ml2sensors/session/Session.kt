@@ -91,6 +91,7 @@ internal class Session(
         part(control) { timeLane.run() }
         part(control) { control.keepAlive(welcome.timeouts) }
         part(control) { reportFailures(control) }
+        part(control) { for (event in streams.events) control.write(FrameKind.EVENT, event) }
         val drained = CompletableDeferred<Unit>()
         val statusing = part(control) { reportStatus(control, drained) }
         val reading = part(control) {

@@ -3,6 +3,7 @@ package dev.ml2sensors.session
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlin.time.Duration
@@ -34,6 +35,9 @@ internal interface StreamControl {
 
     /** Streams that ended because their source failed, as it happens. */
     val failures: ReceiveChannel<SourceFailure>
+
+    /** What a user wants to read, as it happens. */
+    val events: ReceiveChannel<Event>
 
     /** Stops all sources; returns when the last message has been offered. */
     suspend fun stopSources()

@@ -14,7 +14,10 @@ internal class ComposedHeadset(private val headset: Headset) : Headset by headse
         val refusal = parts.map { headset.negotiate(it, requested) }.firstOrNull { it is Answer.Refused }
         return when {
             refusal != null -> refusal
-            requested.layout == "rig" -> Answer.Adjusted(requested.copy(layout = "flat"), "only flat is known so far")
+
+            requested.layout == "rig" && timeline == Headset.Timeline.RECORDED ->
+                Answer.Adjusted(requested.copy(layout = "flat"), "the poses of a recording are sent as they are")
+
             else -> Answer.Applied(requested)
         }
     }

@@ -35,9 +35,14 @@ public class ScalarSample(override val captureNanos: Long, public val value: Dou
 /**
  * A pose in the world frame, `magicleap_world` (REP-103: x forward, y left, z up; metres).
  *
- * [pose] is null while it is not tracked.
+ * [pose] is null while it is not tracked. [isInNewWorld]: earlier poses mean nothing in the world of this one and of
+ * those that follow.
  */
-public class PoseSample(override val captureNanos: Long, public val pose: Transform?) : Sample
+public class PoseSample(
+    override val captureNanos: Long,
+    public val pose: Transform?,
+    public val isInNewWorld: Boolean = false,
+) : Sample
 
 /** The joints of a hand in the world frame; empty while the hand is not seen. */
 public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample

@@ -32,7 +32,8 @@ public fun StreamSpec.defaultValues(): StreamValues {
 internal fun StreamValues.switchesOn(condition: String?): Boolean =
     when (condition) {
         null -> true
-        "confidence" -> confidence == true
-        "flags" -> flags == true
+        "confidence=true" -> confidence == true
+        "flags=true" -> flags == true
+        "layout=rig" -> layout == "rig"
         else -> error("the stream table has a condition $condition that no value answers")
     }

@@ -7,13 +7,13 @@ import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ComposedHeadset
 import dev.ml2sensors.source.Headset
-import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CompletableDeferred
@@ -23,7 +23,6 @@ import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
-import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.update
 import kotlinx.coroutines.joinAll
 import kotlinx.coroutines.launch
@@ -53,8 +52,7 @@ internal class ActiveStreams(
     private val outgoing = OutgoingChannels(waits)
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val tree =
-        TransformTree({ outgoing.of(StreamTable.tf, StreamValues()).single() }, clock.stamps, composes = !waits)
+    private val tree = TransformTree(clock.stamps, isLive = !waits) { events.trySend(it) }
 
     private val changes = Mutex()
     private val hasStarted = CompletableDeferred<Unit>()
@@ -63,6 +61,8 @@ internal class ActiveStreams(
     val states = MutableStateFlow<Map<String, StreamState>>(emptyMap())
 
     override val failures: Channel<SourceFailure> = Channel(Channel.UNLIMITED)
+
+    override val events: Channel<Event> = Channel(Channel.UNLIMITED)
 
     override val drainLimit: Duration = if (waits) Duration.INFINITE else 2.seconds
 
@@ -99,7 +99,7 @@ internal class ActiveStreams(
 
     private suspend fun forget(spec: StreamSpec) {
         running.remove(spec)
-        tree.forget(spec)
+        if (spec == StreamTable.tf) tree.end() else tree.forget(spec)
     }
 
     override suspend fun channels(): List<ChannelBody> =
@@ -119,15 +119,17 @@ internal class ActiveStreams(
                 val fresh = wanted.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it
                 fresh.entries.sortedBy { it.key != StreamTable.tf }.forEach { (spec, values) -> begin(spec, values) }
+                tree.repeat()
             }
             hasStarted.complete(Unit)
         }
     }
 
-    private fun begin(
+    private suspend fun begin(
         spec: StreamSpec,
         values: StreamValues,
     ) {
+        if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values))
         running[spec] = Running(values, scope.launch { run(spec, values) })
     }
 
@@ -173,10 +175,10 @@ internal class ActiveStreams(
         val samples = headset.samples(spec, values)
         val channels = outgoing.of(spec, values)
         when {
-            spec == StreamTable.tf -> samples.filterIsInstance<PoseSample>().collect(tree::head)
+            spec == StreamTable.tf -> samples.collect(tree::head)
 
             spec.modes.isNotEmpty() ->
-                CameraPipeline(spec, channels, clock.stamps) { tree.takeIf { StreamTable.tf in running } }.run(samples)
+                CameraPipeline(spec, channels, clock.stamps, tree).run(samples)
 
             else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps).run(samples)
         }

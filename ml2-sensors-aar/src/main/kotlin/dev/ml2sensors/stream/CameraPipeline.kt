@@ -20,13 +20,13 @@ import kotlinx.coroutines.flow.Flow
  * A running camera stream: gives each capture one stamp, and puts image, camera_info, metadata and pose on their way.
  *
  * @param channels of the topics that are switched on.
- * @param tree where poses go; null while the transform tree is off.
+ * @param tree where poses go.
  */
 internal class CameraPipeline(
     private val spec: StreamSpec,
     private val channels: List<OutgoingChannel>,
     private val stamps: StampMap,
-    private val tree: () -> TransformTree?,
+    private val tree: TransformTree,
 ) {
     private var camera: RosCamera? = null
 
@@ -49,7 +49,7 @@ internal class CameraPipeline(
             val header = Header(Time.ofNanos(stampNanos), spec.frameId)
             for (channel in channels) publish(channel, sample, header, stampNanos)
         }
-        if (spec.bodyFrameId != null) tree()?.camera(spec, sample)
+        if (spec.bodyFrameId != null) sample.pose?.let { tree.camera(spec, sample.captureNanos, stampNanos, it) }
     }
 
     private suspend fun publish(

@@ -10,71 +10,160 @@ import dev.ml2sensors.message.TransformStamped
 import dev.ml2sensors.message.inverse
 import dev.ml2sensors.message.times
 import dev.ml2sensors.source.DropReason
-import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 
 /**
- * What goes out on `/tf`, flat: every frame is a child of the world. A transform stamped exactly like each image, and
- * beside it, when [composes], the poses of all sensors at each head pose: the head's composed with the latest
- * head-to-sensor transform. At most one transform per child and stamp. Called by any stream.
+ * What goes out on `/tf` and `/tf_static`: transforms at 60 Hz, and one stamped exactly like each image. Called by any
+ * stream; [begin] and [end] say when it runs.
+ *
+ * Flat, every frame is a child of the world, and the sensors' poses at 60 Hz are the head's composed with their
+ * mountings. Rigged, which it is when its channels have the role `tf_static`, only the head moves; sensors stand on it,
+ * and give its pose at their images, as soon as their mountings are stable.
+ *
+ * While the head is not tracked nothing is sent; a camera's pose, which the device then leaves as it was, waits for the
+ * head pose after its capture. At most one transform per child and stamp.
+ *
+ * @param isLive false for a recording, whose poses are sent as they are.
  */
 internal class TransformTree(
-    private val channel: () -> OutgoingChannel,
     private val stamps: StampMap,
-    private val composes: Boolean,
+    private val isLive: Boolean,
+    private val report: (Event) -> Unit,
 ) {
+    private class CameraPose(val spec: StreamSpec, val captureNanos: Long, val stampNanos: Long?, val pose: Transform)
+
     private val mutex = Mutex()
-    private val mountings = SensorMountings()
+    private val track = HeadTrack(report)
+    private val mountings = LinkedHashMap<StreamSpec, SensorMounting>()
+    private val waiting = ArrayDeque<CameraPose>()
     private val lastStamps = HashMap<String, RecentStamps>()
+    private var dynamic: OutgoingChannel? = null
+    private var static: OutgoingChannel? = null
+    private var staticStampNanos = 0L
 
-    /** A pose of the head; nothing is sent while it is not tracked. */
-    suspend fun head(sample: PoseSample): Unit =
-        mutex.withLock {
-            val pose = sample.pose ?: return mountings.headLost()
-            val frames = mutableListOf(StreamTable.HEAD_FRAME to pose)
-            if (composes) {
-                mountings.head(sample.captureNanos, pose)
-                mountings.forEach { spec, mounting -> frames += spec.frames(pose * mounting) }
+    suspend fun begin(channels: List<OutgoingChannel>): Unit = mutex.withLock {
+        dynamic = channels.single { it.topic.role == "tf" }
+        static = channels.singleOrNull { it.topic.role == "tf_static" }
+    }
+
+    suspend fun end(): Unit = mutex.withLock {
+        dynamic = null
+        static = null
+        track.clear()
+        waiting.clear()
+    }
+
+    /** A sample of the head's. */
+    suspend fun head(sample: Sample): Unit = mutex.withLock {
+        when (sample) {
+            is PoseSample -> {
+                track.add(sample)
+                settle()
+                sample.pose?.let { publish(stamps.stampNanos(sample.captureNanos), framesAt(it)) }
             }
-            publish(sample.captureNanos, frames)
-        }
 
-    /** The pose of a camera at one of its captures. */
-    suspend fun camera(
-        spec: StreamSpec,
-        sample: ImageSample,
-    ): Unit =
+            is LostSamples -> {
+                track.clear()
+                dynamic?.account?.lose(sample.count, sample.reason)
+            }
+
+            else -> error("the head delivered $sample")
+        }
+    }
+
+    /** The [pose] of a camera at one of its captures; [stampNanos] is null when that is withheld. */
+    suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long?, pose: Transform): Unit =
         mutex.withLock {
-            val pose = sample.pose ?: return
-            if (composes) mountings.camera(spec, sample.captureNanos, pose)
-            publish(sample.captureNanos, spec.frames(pose))
+            if (dynamic == null) return
+            if (!isLive) return publish(stampNanos, spec.framesAt(pose))
+            waiting.addLast(CameraPose(spec, captureNanos, stampNanos, pose))
+            settle()
+            if (waiting.size > MOST_WAITING) {
+                waiting.removeFirst()
+                dynamic?.account?.lose(1, DropReason.SOURCE_LATE)
+            }
         }
 
-    /** A stream stopped: its pose is no longer composed, or none is when it was the head's. */
-    suspend fun forget(spec: StreamSpec): Unit =
-        mutex.withLock { if (spec == StreamTable.tf) mountings.headLost() else mountings.forget(spec) }
+    /** A camera stopped: its pose is no longer composed. */
+    suspend fun forget(spec: StreamSpec): Unit = mutex.withLock {
+        waiting.removeIf { it.spec == spec }
+        if (mountings.remove(spec)?.stable != null) sendMountings()
+    }
 
-    private fun StreamSpec.frames(optical: Transform): List<Pair<String, Transform>> =
+    /** Says again what a receiver that is new cannot know. */
+    suspend fun repeat(): Unit = mutex.withLock { if (mountings.values.any { it.stable != null }) sendMountings() }
+
+    private suspend fun settle() {
+        val settled = waiting.filter { frame ->
+            val head = track.at(frame.captureNanos)
+            if (head is HeadAt.Tracked) place(frame, head.pose)
+            head != HeadAt.NotYetKnown
+        }
+        waiting.removeAll(settled)
+    }
+
+    private suspend fun place(frame: CameraPose, head: Transform) {
+        val mounting = mountings.getOrPut(frame.spec, ::SensorMounting)
+        mounting.add(head.inverse() * frame.pose)?.let { residual ->
+            val text = "${frame.spec} is where its last ${SensorMounting.WINDOW} frames have it: $residual"
+            report(Event(Event.MOUNTING_STABLE, text))
+            staticStampNanos = frame.stampNanos ?: staticStampNanos
+            sendMountings()
+        }
+        if (static == null) return publish(frame.stampNanos, frame.spec.framesAt(frame.pose))
+        // Before that nobody can look the camera up
+        val stable = mounting.stable ?: return
+        publish(frame.stampNanos, listOf(StreamTable.HEAD_FRAME to frame.pose * stable.inverse()))
+    }
+
+    private fun framesAt(head: Transform): List<Pair<String, Transform>> {
+        val sensors = if (static == null) mountings else emptyMap()
+        return sensors.flatMap { (spec, it) -> spec.framesAt(head * it.latest) } + (StreamTable.HEAD_FRAME to head)
+    }
+
+    private fun StreamSpec.framesAt(optical: Transform): List<Pair<String, Transform>> =
         listOf(frameId to optical, checkNotNull(bodyFrameId) to optical * BODY_IN_OPTICAL)
 
-    private suspend fun publish(
-        captureNanos: Long,
-        frames: List<Pair<String, Transform>>,
-    ) {
-        val stampNanos = stamps.stampNanos(captureNanos) ?: return channel().account.lose(1, DropReason.CLOCK_STEP)
+    private suspend fun publish(stampNanos: Long?, frames: List<Pair<String, Transform>>) {
+        if (stampNanos == null) {
+            dynamic?.account?.lose(1, DropReason.CLOCK_STEP)
+            return
+        }
         val header = Header(Time.ofNanos(stampNanos), StreamTable.WORLD_FRAME)
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
         val message = TFMessage(fresh.map { (child, transform) -> TransformStamped(header, child, transform) })
-        channel().publish(TFMessage.serializer(), message, stampNanos)
+        dynamic?.publish(TFMessage.serializer(), message, stampNanos)
+    }
+
+    private suspend fun sendMountings() {
+        val stamp = Time.ofNanos(staticStampNanos)
+        val transforms = mountings.flatMap { (spec, mounting) ->
+            val body = checkNotNull(spec.bodyFrameId)
+            mounting.stable?.let {
+                listOf(
+                    TransformStamped(Header(stamp, StreamTable.HEAD_FRAME), body, it * BODY_IN_OPTICAL),
+                    TransformStamped(Header(stamp, body), spec.frameId, OPTICAL_IN_BODY),
+                )
+            }.orEmpty()
+        }
+        // Two streams of one camera share its frames
+        val message = TFMessage(transforms.distinctBy { it.childFrameId })
+        static?.publish(TFMessage.serializer(), message, staticStampNanos)
     }
 
     private companion object {
         val BODY_IN_OPTICAL = OPTICAL_IN_BODY.inverse()
+
+        /** Half a second of five cameras; the next head pose is due in 17 ms. */
+        const val MOST_WAITING = 75
     }
 }
 

@@ -36,7 +36,7 @@ public class StreamSpec(
  * @property lane `sensors`, or the stream's id for a lane of its own.
  * @property qos row of the table's QoS.
  * @property encoding of an image, null for the stream's.
- * @property condition configuration key that switches it on, null when it is always on.
+ * @property condition `key=value` of the configuration that switches it on, null when it is always on.
  */
 public class TopicSpec(
     public val role: String,

@@ -99,6 +99,16 @@ internal class Status(
 }
 
 @Serializable
+internal class Event(val event: String, val text: String) {
+    companion object {
+        const val TRACKING_LOST = "tracking_lost"
+        const val TRACKING_RECOVERED = "tracking_recovered"
+        const val TRACKING_NEW_SESSION = "tracking_new_session"
+        const val MOUNTING_STABLE = "mounting_stable"
+    }
+}
+
+@Serializable
 internal class ErrorBody(val code: String, val message: String, val fatal: Boolean) {
     companion object {
         fun of(code: ErrorCode, message: String, fatal: Boolean): ErrorBody =

@@ -21,6 +21,7 @@ internal enum class FrameKind(val code: Int, val maxLength: Int) {
     PONG(50, 0),
     ERROR(51, 4 * KIB),
     BYE(52, 4 * KIB),
+    EVENT(53, 4 * KIB),
     ;
 
     companion object {

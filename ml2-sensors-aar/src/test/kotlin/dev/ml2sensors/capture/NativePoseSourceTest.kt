@@ -71,16 +71,16 @@ class NativePoseSourceTest {
     }
 
     @Test
-    fun aNewWorldBeginsWithoutAPose() = runBlocking<Unit> {
+    fun theFirstSampleInANewWorldSaysSo() = runBlocking<Unit> {
         val samples = mutableListOf<PoseSample>()
         poses().first {
             if (samples.isEmpty()) Simulation.configure("fault.head.new_session", 1)
             samples += it
-            it.pose != null && samples.any { sample -> sample.pose == null }
+            it.isInNewWorld
         }
         val sample = samples.last()
         assertNear(Simulation.truth(Simulation.HEAD, sample.captureNanos).position.toRos(), sample.pose!!.translation)
-        val last = samples[samples.indexOfFirst { it.pose == null } - 1]
+        val last = samples[samples.lastIndex - 1]
         assertTrue(length(last.pose!!.translation) > length(sample.pose!!.translation), "the origin moved to the head")
     }
 

@@ -7,6 +7,7 @@ import dev.ml2sensors.wire.Configure
 import dev.ml2sensors.wire.Configured
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorBody
+import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
@@ -154,6 +155,7 @@ class WireVectorTest {
                 "STATUS" to Status.serializer(),
                 "ERROR" to ErrorBody.serializer(),
                 "BYE" to Bye.serializer(),
+                "EVENT" to Event.serializer(),
             )
     }
 }

@@ -4,6 +4,7 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Status
@@ -33,6 +34,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     override val capabilities = listOf("world_left", "color", "depth")
     override val timestampBases = mapOf("color" to "monotonic")
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
+    override val events = Channel<Event>(Channel.UNLIMITED)
 
     override fun linkUp(received: Map<String, Long>?) {
         call("linkUp $received")

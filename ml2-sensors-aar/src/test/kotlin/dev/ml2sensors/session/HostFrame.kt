@@ -39,6 +39,7 @@ internal class HostFrame(
         const val PONG = 50
         const val ERROR = 51
         const val BYE = 52
+        const val EVENT = 53
 
         /** In place of a kind: the connection has ended. */
         const val END = -1

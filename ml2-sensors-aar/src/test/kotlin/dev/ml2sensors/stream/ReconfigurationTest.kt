@@ -6,6 +6,7 @@ import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
@@ -101,6 +102,9 @@ class ReconfigurationTest {
                 headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, pose = Transform.IDENTITY))
             }
         }
+        val head = launch(Dispatchers.Default) {
+            while (true) headset.deliver(StreamTable.headPose, PoseSample(fixture.now, Transform.IDENTITY))
+        }
         session.awaitData("world_left/image_raw", 3)
         session.configure(2, """{"world_left": {}, "tf": {}}""")
         session.awaitData("world_left/image_raw", session.data("world_left/image_raw").size + 3)
@@ -108,6 +112,7 @@ class ReconfigurationTest {
         session.start(2)
         session.awaitData("/tf", 3)
         camera.cancelAndJoin()
+        head.cancelAndJoin()
     }
 
     @Test

@@ -5,9 +5,11 @@ import dev.ml2sensors.message.TFMessage
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.TransformStamped
 import dev.ml2sensors.message.assertMatrix
+import dev.ml2sensors.message.interpolate
 import dev.ml2sensors.message.times
 import dev.ml2sensors.message.toMatrix
 import dev.ml2sensors.message.transform
+import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.PoseSample
@@ -15,6 +17,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
 import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
@@ -34,9 +37,11 @@ class TransformTreeTest {
         val session = fixture.start("""{"world_left": {}, "tf": {}}""")
         val poses = List(5) { random.transform() }
         val base = fixture.now
+        fixture.head(base - 1, Transform.IDENTITY)
         for ((number, pose) in poses.withIndex()) fixture.camera(StreamTable.worldLeft, base + number * FRAME, pose)
+        fixture.head(base + 5 * FRAME, Transform.IDENTITY)
         val images = session.awaitData("world_left/image_raw", 5)
-        session.awaitData("/tf", 5)
+        session.awaitData("/tf", 7)
         for ((image, pose) in images.zip(poses)) {
             val sent = session.transforms().filter { it.header.stamp.toNanos() == image.captureNanos }
             assertEquals(setOf("world_left_optical_frame", "world_left_frame"), sent.map { it.childFrameId }.toSet())
@@ -94,16 +99,17 @@ class TransformTreeTest {
         val base = fixture.now
         fixture.head(base, Transform.IDENTITY)
         fixture.camera(StreamTable.worldLeft, base, Transform.IDENTITY)
+        fixture.camera(StreamTable.worldLeft, base + HEAD / 2, Transform.IDENTITY)
         for (number in 1L..5) {
             fixture.head(base + number * HEAD, null)
-            fixture.camera(StreamTable.worldLeft, base + number * HEAD, null)
+            fixture.camera(StreamTable.worldLeft, base + number * HEAD, Transform.IDENTITY)
+            fixture.camera(StreamTable.worldLeft, base + number * HEAD + HEAD / 2, Transform.IDENTITY)
         }
         fixture.head(base + 6 * HEAD, Transform.IDENTITY)
-        session.awaitData("world_left/image_raw", 6)
         fixture.finish(session)
-        val first = session.data("world_left/image_raw")[0].captureNanos
-        val stamps = session.transforms().map { it.header.stamp.toNanos() }.toSet()
-        assertEquals(setOf(first, session.data("/tf").last().captureNanos), stamps)
+        val stamps = session.transforms().map { it.header.stamp.toNanos() }.distinct()
+        assertEquals(2, stamps.size)
+        assertEquals(6.0, (stamps[1] - stamps[0]).toDouble() / HEAD, absoluteTolerance = 0.1)
     }
 
     @Test
@@ -132,13 +138,100 @@ class TransformTreeTest {
     }
 
     @Test
-    fun theRigLayoutIsAdjustedToFlat() {
-        fixture.streamer.start()
-        val session = fixture.host.awaitHello()
-        session.welcome()
-        val answer = session.configure(1, """{"tf": {"layout": "rig"}}""").getValue("tf").jsonObject
-        assertEquals("\"adjusted\"" to """{"layout":"flat"}""", "${answer["result"]}" to "${answer["values"]}")
+    fun aLossItsEndAndANewWorldAreReported() = runBlocking<Unit> {
+        val session = fixture.start("""{"tf": {}}""")
+        val base = fixture.now
+        val isTracked = listOf(false, true, false, false, true, true)
+        for ((number, tracked) in isTracked.withIndex()) {
+            fixture.head(base + number * HEAD, Transform.IDENTITY.takeIf { tracked })
+        }
+        fixture.headset.deliver(
+            StreamTable.headPose,
+            PoseSample(base + 7 * HEAD, Transform.IDENTITY, isInNewWorld = true),
+        )
+        fixture.finish(session)
+        assertEquals(listOf("tracking_lost", "tracking_recovered", "tracking_new_session"), session.events())
     }
+
+    @Test
+    fun theRigIsAHeadThatMovesAndSensorsThatStandOnItOnceTheyAreStable() = runBlocking<Unit> {
+        val session = fixture.start("""{"world_left": {}, "depth": {}, "tf": {"layout": "rig"}}""")
+        val mountings = mapOf(StreamTable.worldLeft to random.transform(), StreamTable.depth to random.transform())
+        val base = fixture.now
+        val heads = List(61) { random.transform() }
+        fixture.head(base, heads[0])
+        for (number in 1..60) {
+            val between = heads[number - 1].interpolate(heads[number], 0.5)
+            for ((stream, mounting) in mountings) {
+                val isUnsteady = stream == StreamTable.depth && number % 2 == 0
+                val shake = if (isUnsteady) random.transform() else Transform.IDENTITY
+                fixture.camera(stream, base + number * HEAD - HEAD / 2, between * mounting * shake)
+            }
+            fixture.head(base + number * HEAD, heads[number])
+        }
+        fixture.finish(session)
+        assertEquals(setOf("head_frame"), session.transforms().map { it.childFrameId }.toSet())
+        val expected = heads.flatMapIndexed { number, head ->
+            val isWithImage = number >= SensorMounting.WINDOW
+            if (isWithImage) listOf(heads[number - 1].interpolate(head, 0.5), head) else listOf(head)
+        }
+        val sent = session.transforms().sortedBy { it.header.stamp.toNanos() }.map { it.transform }
+        assertEquals(expected.size, sent.size, "at each head pose, and once at each image of a stable sensor")
+        for ((pose, found) in expected.zip(sent)) assertMatrix(pose.toMatrix(), found.toMatrix())
+        val static = session.data("/tf_static").single().message<TFMessage>().transforms
+        assertEquals(
+            listOf("head_frame" to "world_left_frame", "world_left_frame" to "world_left_optical_frame"),
+            static.map { it.header.frameId to it.childFrameId },
+        )
+        val body = mountings.getValue(StreamTable.worldLeft).toMatrix() * OPTICAL_TO_BODY
+        assertMatrix(body, static.of("world_left_frame"))
+        assertMatrix(
+            mountings.getValue(StreamTable.worldLeft).toMatrix(),
+            static.of("world_left_frame") * static.of("world_left_optical_frame"),
+        )
+        assertEquals(listOf("mounting_stable"), session.events())
+    }
+
+    @Test
+    fun staticTransformsAreSaidAgainToANewReceiver() = runBlocking<Unit> {
+        val first = fixture.start(RIG)
+        fixture.stand()
+        first.awaitData("/tf_static")
+        first.close()
+        val second = fixture.session(RIG)
+        assertEquals(2, second.awaitData("/tf_static").single().message<TFMessage>().transforms.size)
+    }
+
+    @Test
+    fun staticTransformsOfAStreamThatStoppedAreTakenBack() = runBlocking<Unit> {
+        val session = fixture.start(RIG)
+        fixture.stand()
+        session.configure(2, """{"tf": {"layout": "rig"}}""")
+        assertEquals(listOf(2, 0), session.awaitData("/tf_static", 2).map { it.message<TFMessage>().transforms.size })
+    }
+
+    @Test
+    fun theRigLayoutOfARecordingIsAdjustedToFlat() {
+        StreamFixture(Headset.Timeline.RECORDED).use { recorded ->
+            recorded.streamer.start()
+            val session = recorded.host.awaitHello()
+            session.welcome()
+            val answer = session.configure(1, """{"tf": {"layout": "rig"}}""").getValue("tf").jsonObject
+            assertEquals("\"adjusted\"" to """{"layout":"flat"}""", "${answer["result"]}" to "${answer["values"]}")
+        }
+    }
+
+    /** Frames enough for a stable mounting of [StreamTable.worldLeft]. */
+    private suspend fun StreamFixture.stand() {
+        val base = now
+        for (number in 0 until SensorMounting.WINDOW) {
+            head(base + number * HEAD, Transform.IDENTITY)
+            camera(StreamTable.worldLeft, base + number * HEAD, Transform.IDENTITY)
+        }
+    }
+
+    private fun HostSession.events() =
+        frames(HostFrame.EVENT).map { it.json.getValue("event").jsonPrimitive.content }
 
     private fun StreamFixture.start(streams: String): HostSession {
         streamer.start()
@@ -158,7 +251,8 @@ class TransformTreeTest {
     }.transform.toMatrix()
 
     private companion object {
-        const val HEAD = 16_666_667L
+        const val HEAD = 16_666_666L
+        const val RIG = """{"world_left": {}, "tf": {"layout": "rig"}}"""
         const val FRAME = 33_333_333L
 
         /** REP-103: a body's x, y, z in the optical axes of the same camera are z, -x, -y. */
