@@ -2,7 +2,7 @@
 #include "gaze.h"
 
 #include "../sdk/error.h"
-#include "pose_source.h"
+#include "../sources/source.h"
 #include "poses.h"
 #include "runtime.h"
 
@@ -121,10 +121,5 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     return ML2S_OK;
 }
 
-const struct source_ops openxr_gaze = {.require = xr_require,
-                                       .open = begin,
-                                       .configure = keep_as_it_is,
-                                       .poll_poses = poll_poses,
-                                       .pause = end,
-                                       .resume = begin,
-                                       .close = end};
+const struct source_ops openxr_gaze = {
+    .require = xr_require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

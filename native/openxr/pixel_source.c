@@ -146,7 +146,6 @@ static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, ml2s_f
         if (result == ML2S_OK) {
             ++*count;
         } else if (result != ML2S_TIMEOUT) {
-            frames_give_up(frames, *count);
             return result;
         }
     }

@@ -78,9 +78,23 @@ ml2s_result perception_start(ml2s_error *error) {
     return result;
 }
 
-ml2s_result perception_stop(ml2s_error *error) {
+static ml2s_result stop(ml2s_error *error) {
     lock(&starting);
     ml2s_result result = --users ? ML2S_OK : SDK_CALL(error, perception, MLPerceptionShutdown);
     unlock(&starting);
     return result;
+}
+
+ml2s_result perception_connected(ml2s_result result, MLHandle *handle) {
+    if (result) {
+        *handle = ML_INVALID_HANDLE;
+        stop(NULL);
+    }
+    return result;
+}
+
+ml2s_result perception_disconnected(ml2s_result result, MLHandle *handle, ml2s_error *error) {
+    *handle = ML_INVALID_HANDLE;
+    ml2s_result stopped = stop(result ? NULL : error);
+    return result ? result : stopped;
 }

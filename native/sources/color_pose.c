@@ -35,12 +35,6 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return result ? result : closed;
 }
 
-/** What the streams of colour are like is settled where their pictures come from. */
-static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings, (void)error;
-    return ML2S_OK;
-}
-
 /** In an app that draws with OpenXR the poses are right only while somebody takes snapshots. */
 static ml2s_result take_snapshot(ml2s_error *error) {
     MLSnapshot *snapshot;
@@ -63,10 +57,5 @@ static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nano
     return ML2S_OK;
 }
 
-const struct source_ops source_color_pose = {.require = require,
-                                             .open = begin,
-                                             .configure = configure,
-                                             .color_pose = color_pose,
-                                             .pause = end,
-                                             .resume = begin,
-                                             .close = end};
+const struct source_ops source_color_pose = {
+    .require = require, .open = begin, .color_pose = color_pose, .pause = end, .resume = begin, .close = end};

@@ -59,12 +59,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    result = SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera);
-    if (result) {
-        camera = ML_INVALID_HANDLE;
-        perception_stop(NULL);
-    }
-    return result;
+    return perception_connected(SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera), &camera);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -72,10 +67,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (camera == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
-    camera = ML_INVALID_HANDLE;
-    ml2s_result stopped = perception_stop(result ? NULL : error);
-    return result ? result : stopped;
+    return perception_disconnected(SDK_CALL(error, depth, MLDepthCameraDisconnect, camera), &camera, error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
@@ -119,12 +111,7 @@ static ml2s_result copy_infra(const MLDepthCameraFrame *from, ml2s_frame *frame,
     }
     frame->illumination = 1;
     frame->has |= ML2S_HAS_ILLUMINATION;
-    frame_add_plane(frame, ML2S_PLANE_IMAGE, 4);
-    result = frame_take_slot(frame, error);
-    if (!result) {
-        frame_copy(frame, ML2S_PLANE_IMAGE, &raw);
-    }
-    return result;
+    return frame_copy_alone(frame, &raw, error);
 }
 
 static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml2s_frame *frame, ml2s_error *error) {
@@ -203,9 +190,6 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     }
     result = copy(settings, &data, frames, count, error);
     ml2s_result released = SDK_CALL(result ? NULL : error, depth, MLDepthCameraReleaseDepthData, camera, &data);
-    if (released) {
-        frames_give_up(frames, *count);
-    }
     return result ? result : released;
 }
 

@@ -41,12 +41,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    result = SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
-    if (result) {
-        cameras = ML_INVALID_HANDLE;
-        perception_stop(NULL);
-    }
-    return result;
+    return perception_connected(SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras), &cameras);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -54,10 +49,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (cameras == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
-    cameras = ML_INVALID_HANDLE;
-    ml2s_result stopped = perception_stop(result ? NULL : error);
-    return result ? result : stopped;
+    return perception_disconnected(SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras), &cameras, error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
@@ -80,12 +72,8 @@ static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2
     }
     frame_begin(frame, stream, buffer->width, buffer->height);
     frame->frame_number = from->frame_number;
-    frame_add_plane(frame, ML2S_PLANE_IMAGE, 1);
-    if ((result = frame_set_time(frame, from->timestamp, error)) || (result = frame_take_slot(frame, error))) {
-        return result;
-    }
-    frame_copy(frame, ML2S_PLANE_IMAGE, &picture);
-    return ML2S_OK;
+    result = frame_set_time(frame, from->timestamp, error);
+    return result ? result : frame_copy_alone(frame, &picture, error);
 }
 
 static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_error *error) {
@@ -125,9 +113,6 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     }
     result = copy(settings, &data, frames, count, error);
     ml2s_result released = SDK_CALL(result ? NULL : error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
-    if (result || released) {
-        frames_give_up(frames, *count);
-    }
     return result ? result : released;
 }
 

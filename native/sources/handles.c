@@ -141,7 +141,8 @@ ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_e
     if (settings->sensor != handle->settings.sensor || settings->backend != handle->settings.backend) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "a handle keeps its sensor and backend");
     }
-    result = handle->is_paused ? ML2S_OK : handle->ops->configure(settings, error);
+    bool needs_change = !handle->is_paused && handle->ops->configure;
+    result = needs_change ? handle->ops->configure(settings, error) : ML2S_OK;
     if (!result) {
         handle->settings = *settings;
     }
@@ -181,6 +182,9 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
     ml2s_frame captured[SOURCE_MAX_FRAMES];
     uint32_t found = 0;
     result = handle->ops->poll(&handle->settings, timeout_nanos, captured, &found, error);
+    if (result) {
+        frames_give_up(captured, found);
+    }
     if (result || !found) {
         return result ? result : ML2S_TIMEOUT;
     }

@@ -27,12 +27,6 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-/** There is one stream, which has no settings. */
-static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
-    (void)settings, (void)error;
-    return ML2S_OK;
-}
-
 static ml2s_result locate(MLTime time, ml2s_pose *pose, ml2s_error *error) {
     MLSnapshot *snapshot;
     ml2s_result result = SDK_CALL(error, snapshot, MLPerceptionGetPredictedSnapshot, time, &snapshot);
@@ -72,10 +66,5 @@ _Static_assert((int)ML2S_TRACKING_LOST == (int)MLHeadTrackingMapEvent_Lost &&
                    (int)ML2S_TRACKING_NEW_SESSION == (int)MLHeadTrackingMapEvent_NewSession,
                "events of head tracking");
 
-const struct source_ops source_head = {.require = require,
-                                       .open = begin,
-                                       .configure = configure,
-                                       .poll_poses = poll_poses,
-                                       .pause = end,
-                                       .resume = begin,
-                                       .close = end};
+const struct source_ops source_head = {
+    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

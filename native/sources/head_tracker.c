@@ -5,20 +5,12 @@ ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error) {
     if (result) {
         return result;
     }
-    result = SDK_CALL(error, head, MLHeadTrackingCreate, tracker);
-    if (result) {
-        *tracker = ML_INVALID_HANDLE;
-        perception_stop(NULL);
-    }
-    return result;
+    return perception_connected(SDK_CALL(error, head, MLHeadTrackingCreate, tracker), tracker);
 }
 
 ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error) {
     if (*tracker == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker);
-    *tracker = ML_INVALID_HANDLE;
-    ml2s_result stopped = perception_stop(result ? NULL : error);
-    return result ? result : stopped;
+    return perception_disconnected(SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker), tracker, error);
 }

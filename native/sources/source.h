@@ -22,10 +22,10 @@ struct source_ops {
     /** Begins the streams; a failure leaves nothing open. */
     ml2s_result (*open)(const ml2s_settings *settings, ml2s_error *error);
 
-    /** Goes over to settings; after a failure the streams go on as they were. */
+    /** Goes over to settings; after a failure the streams go on as they were. Null when only polls look at them. */
     ml2s_result (*configure)(const ml2s_settings *settings, ml2s_error *error);
 
-    /** Up to SOURCE_MAX_FRAMES frames, all fields but struct_size set. After a failure no slot stays leased. */
+    /** Up to SOURCE_MAX_FRAMES frames, all fields but struct_size set; after a failure the caller gives them up. */
     ml2s_result (*poll)(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
                         ml2s_error *error);
 

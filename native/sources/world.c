@@ -47,12 +47,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
         return result;
     }
     MLWorldCameraSettings vendor = translate(settings);
-    result = SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras);
-    if (result) {
-        cameras = ML_INVALID_HANDLE;
-        perception_stop(NULL);
-    }
-    return result;
+    return perception_connected(SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras), &cameras);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -60,10 +55,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (cameras == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, world, MLWorldCameraDisconnect, cameras);
-    cameras = ML_INVALID_HANDLE;
-    ml2s_result stopped = perception_stop(result ? NULL : error);
-    return result ? result : stopped;
+    return perception_disconnected(SDK_CALL(error, world, MLWorldCameraDisconnect, cameras), &cameras, error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
@@ -87,12 +79,8 @@ static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, m
            sizeof from->intrinsics.tangential_distortion);
     frame_set_pinhole(frame, from->intrinsics.focal_length, from->intrinsics.principal_point);
     frame_set_pose(frame, &from->camera_pose);
-    frame_add_plane(frame, ML2S_PLANE_IMAGE, 1);
-    if ((result = frame_set_time(frame, from->timestamp, error)) || (result = frame_take_slot(frame, error))) {
-        return result;
-    }
-    frame_copy(frame, ML2S_PLANE_IMAGE, &picture);
-    return ML2S_OK;
+    result = frame_set_time(frame, from->timestamp, error);
+    return result ? result : frame_copy_alone(frame, &picture, error);
 }
 
 static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream, ml2s_error *error) {
@@ -137,9 +125,6 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     }
     result = copy(settings, filled, frames, count, error);
     ml2s_result released = SDK_CALL(result ? NULL : error, world, MLWorldCameraReleaseCameraData, cameras, filled);
-    if (result || released) {
-        frames_give_up(frames, *count);
-    }
     return result ? result : released;
 }
 
