@@ -135,8 +135,10 @@ class Observer(Node):
     def _subscription(self, stream: str, topic: dict[str, str]) -> RawSubscription:
         observed = self._observed(topic["type"], stream, stamp_reader(topic["type"]))
         self.topics[topic["topic"]] = observed
-        depth = self._qos_depths[topic["qos"]]
-        return RawSubscription(topic["type"], topic["topic"], depth, observed.take)
+        qos = QoSProfile(depth=self._qos_depths[topic["qos"]])
+        if topic["topic"] == "/tf_static":  # as every listener of it does
+            qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        return RawSubscription(topic["type"], topic["topic"], qos, observed.take)
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 
@@ -45,7 +46,7 @@ class LatencyNode:
             raise RosError(f"ROS 2 does not start: {error}") from error
         self._node = rclpy.create_node("ml2_latency", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
-        rows = RawSubscription(type, "/diagnostics", _DEPTH, self._diagnosed)
+        rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed)
         self._taker = RawTaker(self._node, [rows])
 
     def close(self) -> None:
@@ -98,4 +99,4 @@ class LatencyNode:
             with self._lock:
                 topic.arrived(read_stamp(payload), now_ns)
 
-        self._taker.add(RawSubscription(values["type"], name, _DEPTH, take))
+        self._taker.add(RawSubscription(values["type"], name, QoSProfile(depth=_DEPTH), take))

@@ -13,6 +13,7 @@ from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
 from .message_types import message_class
 
@@ -21,11 +22,11 @@ _WAIT_NS = 100_000_000
 
 @dataclass(frozen=True)
 class RawSubscription:
-    """A reliable subscription whose callback gets CDR payloads."""
+    """A subscription whose callback gets CDR payloads."""
 
     type: str
     topic: str
-    depth: int
+    qos: QoSProfile
     callback: Callable[[bytes], None]
 
 
@@ -44,7 +45,7 @@ class RawTaker:
     def add(self, wanted: RawSubscription) -> None:
         """One more; once the thread runs, only a callback may."""
         made = self._node.create_subscription(
-            message_class(wanted.type), wanted.topic, wanted.callback, wanted.depth, raw=True
+            message_class(wanted.type), wanted.topic, wanted.callback, wanted.qos, raw=True
         )
         self._handles.append((made.handle, made.msg_type, wanted.callback))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import random
 import socket
 import threading
 import time
@@ -17,13 +18,17 @@ class Proxy:
     Args:
         target: HOST:PORT.
         bytes_per_s: of all connections towards the target together; None for no limit.
+        jitter_s: what goes towards the target is delayed by up to this, evenly distributed.
     """
 
-    def __init__(self, target: str, bytes_per_s: float | None = None) -> None:
+    def __init__(
+        self, target: str, bytes_per_s: float | None = None, jitter_s: float = 0.0
+    ) -> None:
         host, port = target.rsplit(":", 1)
         self._target = (host, int(port))
         self._s_per_byte = 0.0 if bytes_per_s is None else 1 / bytes_per_s
         self._free_at_s = 0.0
+        self._jitter_s = jitter_s
         self._lock = threading.Lock()
         self._sockets: set[socket.socket] = set()
         self._listener = socket.create_server(("127.0.0.1", 0))
@@ -73,6 +78,7 @@ class Proxy:
             while data := source.recv(_CHUNK_BYTES):
                 if slow:
                     self._wait_for(len(data))
+                    time.sleep(random.uniform(0, self._jitter_s))
                 sink.sendall(data)
             sink.shutdown(socket.SHUT_WR)
 

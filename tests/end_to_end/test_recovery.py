@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import re
-import subprocess
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -17,17 +14,13 @@ from processes import (
     PREFIX,
     Received,
     headset_command,
-    isolated_environment,
     line_with,
-    lines,
     listening_address,
-    process,
     receive,
     receive_command,
-    result,
-    subscribing,
 )
 from proxy import Proxy
+from stage import Stage, staged
 
 GYRO = f"{PREFIX}/gyro_left/imu"
 RECOVERY_S = 3.0
@@ -89,43 +82,10 @@ def test_a_slow_link_drops_images_and_counts_them(
     assert received.books(GYRO)["gaps"] == str(dropped(received, GYRO, "source_late"))
 
 
-@dataclass(frozen=True)
-class Stage:
-    """A receiver that waits for a headset, and its subscriber; logs in `folder`."""
-
-    environment: dict[str, str]
-    folder: Path
-    receiver: subprocess.Popen[str]
-    address: str
-    subscriber: subprocess.Popen[str]
-
-    def started(
-        self, name: str, command: list[str | Path]
-    ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
-        """One more process, logging to `name`.log."""
-        return process(command, self.environment, self.folder / f"{name}.log")
-
-    def await_seconds(self, count: int) -> None:
-        """Waits until messages have flowed for about so many seconds."""
-        for _ in range(count):
-            assert next(lines(self.subscriber))
-
-    def result(self) -> Received:
-        """What the subscriber got; waits for the end of the headset."""
-        for _ in lines(self.subscriber):
-            pass
-        return result(self.subscriber, self.folder)
-
-
 @pytest.fixture
 def stage(config: Path, tmp_path: Path) -> Iterator[Stage]:
-    environment = isolated_environment()
-    command = receive_command(config, "127.0.0.1:0", "--start-paused")
-    with (
-        process(command, environment, tmp_path / "receiver.log") as receiver,
-        subscribing(environment, tmp_path) as subscriber,
-    ):
-        yield Stage(environment, tmp_path, receiver, listening_address(receiver), subscriber)
+    with staged(config, tmp_path) as stage:
+        yield stage
 
 
 def test_a_receiver_that_is_killed_and_restarted_is_found_again(stage: Stage, config: Path) -> None:

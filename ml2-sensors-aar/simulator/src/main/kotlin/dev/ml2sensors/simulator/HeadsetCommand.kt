@@ -22,10 +22,15 @@ import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
 import dev.ml2sensors.simulator.simulated.SimulatedHeadset
+import dev.ml2sensors.simulator.simulated.SimulatedSetting
+import dev.ml2sensors.simulator.simulated.WrongSetting
 import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import sun.misc.Signal
 import java.io.File
@@ -45,8 +50,11 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
         .file(mustExist = true, canBeFile = false)
-    private val simulate by option(metavar = "KEY=VALUE", help = "Set a key of the simulated device; repeatable.")
-        .convert { setting(it) ?: fail("expected KEY=VALUE, found '$it'") }
+    private val simulate by option(
+        metavar = "KEY=VALUE[@S]",
+        help = "Set a key of the simulated device, at once or after S seconds of samples; repeatable.",
+    )
+        .convert { SimulatedSetting.parse(it) ?: fail("expected KEY=VALUE or KEY=VALUE@SECONDS, found '$it'") }
         .multiple()
     private val seed by option(metavar = "N", help = "Of the room, the walk and all noise; default 1.")
         .long().default(1)
@@ -72,7 +80,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     override fun run() {
         val isWell = headset().use { headset ->
-            runBlocking { stream(headset, receiver, duration, stopSignal(), ::echo) }
+            runBlocking { naming { stream(headset, receiver, duration, stopSignal(), ::echo, ::simulateLater) } }
         }
         if (!isWell) throw ProgramResult(1)
     }
@@ -95,15 +103,23 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         return DeviceClock { System.nanoTime() + offsetNanos }
     }
 
-    private fun simulatedHeadset(): Headset = try {
+    private fun simulatedHeadset(): Headset = naming {
         SimulatedHeadset.open(
             path("ml2s.library"),
             path("ml2s.simulation"),
             seed,
-            listOf("cache" to System.getProperty("ml2s.films", "")) + simulate,
+            listOf(SimulatedSetting("cache", System.getProperty("ml2s.films", ""))) + simulate.filter { it.after == null },
         )
-    } catch (mistake: IllegalArgumentException) {
-        throw UsageError("the simulated device: ${mistake.message}")
+    }
+
+    private suspend fun simulateLater(): Unit = coroutineScope {
+        for (setting in simulate) {
+            launch {
+                delay(setting.after ?: return@launch)
+                setting.apply()
+                echo("simulating $setting")
+            }
+        }
     }
 
     private fun recording(folder: File): EurocRecording = try {
@@ -132,8 +148,11 @@ private fun address(text: String): ReceiverAddress? {
 private fun path(property: String): Path =
     Path(checkNotNull(System.getProperty(property)) { "no -D$property: start the script ml2-headset" })
 
-private fun setting(text: String): Pair<String, String>? =
-    if ('=' in text) text.substringBefore('=') to text.substringAfter('=') else null
+private inline fun <T> naming(action: () -> T): T = try {
+    action()
+} catch (mistake: WrongSetting) {
+    throw UsageError("the simulated device: ${mistake.message}")
+}
 
 private fun positive(text: String): Double? = text.toDoubleOrNull()?.takeIf { it > 0 && it.isFinite() }
 

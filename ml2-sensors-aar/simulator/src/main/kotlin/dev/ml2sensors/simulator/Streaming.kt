@@ -22,7 +22,7 @@ import kotlin.time.Duration
 
 /**
  * Streams [headset] to [receiver] and says what happens, until a recording is over, [duration] has passed since the
- * first sample, or [stop] is completed.
+ * first sample, or [stop] is completed. At the first sample it launches [onBegun].
  *
  * @return whether no sensor failed.
  */
@@ -32,11 +32,16 @@ internal suspend fun stream(
     duration: Duration?,
     stop: CompletableDeferred<String>,
     say: (String) -> Unit,
+    onBegun: suspend () -> Unit,
 ): Boolean = coroutineScope {
     val hasBegun = CompletableDeferred<Unit>()
     val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), receiver)
     val narration = launch { streamer.narrate(receiver, say) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
+    launch {
+        hasBegun.await()
+        onBegun()
+    }
     if (duration != null) {
         launch {
             hasBegun.await()

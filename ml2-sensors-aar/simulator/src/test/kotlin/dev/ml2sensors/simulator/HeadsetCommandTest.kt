@@ -34,7 +34,7 @@ class HeadsetCommandTest {
             "--receiver h:1 --replay $recording --rate-factor -1" to "expected a positive number or max, found '-1'",
             "--receiver h:1 --replay $recording/absent" to "$recording/absent",
             "--receiver h:1 --source other" to "(choose from simulated, test-signal)",
-            "--receiver h:1 --simulate seed" to "expected KEY=VALUE, found 'seed'",
+            "--receiver h:1 --simulate seed" to "expected KEY=VALUE or KEY=VALUE@SECONDS, found 'seed'",
             "--receiver h:1 --simulate a=1 --source test-signal" to "--simulate needs --source simulated",
             "--receiver h:1 --simulate a=1 --replay $recording" to "--simulate needs --source simulated",
             "--receiver h:1 --unknown" to "no such option --unknown",

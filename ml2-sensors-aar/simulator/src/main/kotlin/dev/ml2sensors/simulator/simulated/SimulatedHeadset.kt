@@ -40,14 +40,12 @@ internal class SimulatedHeadset private constructor(private val headset: Headset
          * @param library libml2sensors.so.
          * @param simulation libml2sim_jni.so.
          * @param seed of the room, the walk and all noise.
-         * @param settings further keys and values of the simulation, in order.
-         * @throws IllegalArgumentException with the simulation's words about a setting.
+         * @param settings further ones of the simulation, in order.
+         * @throws WrongSetting with the simulation's words.
          */
-        fun open(library: Path, simulation: Path, seed: Long, settings: List<Pair<String, String>>): Headset {
+        fun open(library: Path, simulation: Path, seed: Long, settings: List<SimulatedSetting>): Headset {
             SimulatedSdk.load(simulation)
-            for ((key, value) in listOf("seed" to "$seed") + settings) {
-                SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
-            }
+            (listOf(SimulatedSetting("seed", "$seed")) + settings).forEach(SimulatedSetting::apply)
             NativeLibrary.load(library)
             NativeLibrary.useOpenXr(OPENXR_LOADER, context = null)
             val identity = Headset.Identity("simulated-$seed", "Simulated headset, seed $seed")
