@@ -108,7 +108,8 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
             path("ml2s.library"),
             path("ml2s.simulation"),
             seed,
-            listOf(SimulatedSetting("cache", System.getProperty("ml2s.films", ""))) + simulate.filter { it.after == null },
+            listOf(SimulatedSetting("cache", System.getProperty("ml2s.films", ""))) +
+                simulate.filter { it.after == null },
         )
     }
 
