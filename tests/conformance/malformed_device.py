@@ -169,8 +169,8 @@ def bodies() -> dict[str, Case]:
     tickets, timeouts = WELCOME["tickets"], WELCOME["timeouts"]
     huge = json_bytes(WELCOME).replace(b'"version":1', b'"version":' + b"9" * 5000)
 
-    def configure(why: str, streams: Any) -> Case:
-        sent = body_frame("CONFIGURE", {"request": 1, "streams": streams})
+    def configure(why: str, streams: Any, **other: Any) -> Case:
+        sent = body_frame("CONFIGURE", {"request": 1, "streams": streams} | other)
         return Case("joined", "control", sent, MALFORMED, why)
 
     return {
@@ -193,6 +193,9 @@ def bodies() -> dict[str, Case]:
         "WelcomeTimeoutNaN": welcome("JSON has no NaN.", timeouts=timeouts | {"dead_s": math.nan}),
         "ConfigureStreamText": configure("Values are an object.", {"battery": "on"}),
         "ConfigureStreamList": configure("Values are an object.", {"battery": [True]}),
+        "ConfigureFramePrefixNumber": configure("It is a string.", {}, frame_prefix=1),
+        "ConfigureFramePrefixSpace": configure("No frame id.", {}, frame_prefix="robot 1/"),
+        "ConfigureFramePrefixLong": configure("At most 64.", {}, frame_prefix="a" * 65),
         "TimeReplyShort": Case(
             "joined", "time", frame("TIME_REPLY", bytes(23)), MALFORMED, "t1, t2, t3 have 24 bytes."
         ),

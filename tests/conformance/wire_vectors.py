@@ -114,6 +114,12 @@ def kinds() -> dict[str, Case]:
             "t1 comes back with the receiver's two times.",
             [read("TIME_REPLY", send=t3, time={"t1": t1, "t2": t2, "t3": t3})],
         ),
+        "ConfigureFramePrefix": (
+            "receiver",
+            "control",
+            "Frame ids of several headsets told apart.",
+            [read("CONFIGURE", json=CONFIGURE | {"frame_prefix": "robot1/"})],
+        ),
         "StatusClockDetails": (
             "device",
             "control",

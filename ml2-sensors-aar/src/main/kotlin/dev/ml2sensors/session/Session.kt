@@ -128,7 +128,7 @@ internal class Session(
     }
 
     private suspend fun configure(wanted: Configure, control: ControlLane, lanes: SessionLanes) {
-        val answers = streams.configure(wanted.streams)
+        val answers = streams.configure(wanted.streams, wanted.framePrefix)
         streams.channels().forEach { lanes.join(it.lane) }
         announcing.withLock {
             val channels = streams.channels()

@@ -22,8 +22,8 @@ internal interface StreamControl {
     /** A session began; the peer has [received] so many messages per topic of this instance, null when it cannot know. */
     fun linkUp(received: Map<String, Long>?)
 
-    /** Makes [requested] what is to run and stops all else. */
-    suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer>
+    /** Makes [requested] what is to run, in frames whose ids begin with [framePrefix], and stops all else. */
+    suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer>
 
     /** Channels of what is configured and has not failed, and the lanes they use. */
     suspend fun channels(): List<ChannelBody>

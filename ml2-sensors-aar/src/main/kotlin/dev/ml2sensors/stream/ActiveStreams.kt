@@ -44,6 +44,7 @@ internal class ActiveStreams(
 ) : StreamControl {
     private class Running(
         val values: StreamValues,
+        val frameIds: FrameIds,
         val job: Job,
     )
 
@@ -51,6 +52,7 @@ internal class ActiveStreams(
     private val waits = headset.timeline == Headset.Timeline.RECORDED
     private val outgoing = OutgoingChannels(waits)
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
+    private var frameIds = FrameIds()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val tree = TransformTree(clock.stamps, isLive = !waits) { events.trySend(it) }
 
@@ -76,19 +78,20 @@ internal class ActiveStreams(
         if (received != null) outgoing.settle(received)
     }
 
-    override suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer> {
+    override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
         val answers = requested.mapValues { (id, values) ->
             StreamTable.byId(id)?.let { headset.negotiate(it, values) }
                 ?: Answer.Refused("this headset knows no stream $id")
         }
         changes.withLock {
+            frameIds = FrameIds(framePrefix)
             accepted.clear()
             for ((id, answer) in answers) {
                 answer.acceptedValues?.let {
                     accepted[checkNotNull(StreamTable.byId(id))] = it
                 }
             }
-            running.filter { (spec, it) -> accepted[spec] != it.values }.forEach { (spec, it) ->
+            running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }.forEach { (spec, it) ->
                 it.job.cancelAndJoin()
                 forget(spec)
             }
@@ -104,7 +107,7 @@ internal class ActiveStreams(
 
     override suspend fun channels(): List<ChannelBody> =
         changes.withLock {
-            accepted.flatMap { (spec, values) -> outgoing.of(spec, values).map { it.describe(spec) } }
+            accepted.flatMap { (spec, values) -> outgoing.of(spec, values).map { it.describe(spec, frameIds) } }
         }
 
     override fun lane(name: String): Lane = outgoing.lane(name)
@@ -129,8 +132,9 @@ internal class ActiveStreams(
         spec: StreamSpec,
         values: StreamValues,
     ) {
-        if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values))
-        running[spec] = Running(values, scope.launch { run(spec, values) })
+        if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values), frameIds)
+        val frameIds = frameIds
+        running[spec] = Running(values, frameIds, scope.launch { run(spec, values, frameIds) })
     }
 
     override suspend fun stopSources(): Unit =
@@ -152,9 +156,10 @@ internal class ActiveStreams(
     private suspend fun run(
         spec: StreamSpec,
         values: StreamValues,
+        frameIds: FrameIds,
     ) {
         try {
-            pipeline(spec, values)
+            pipeline(spec, values, frameIds)
         } catch (e: CancellationException) {
             throw e
         } catch (e: Exception) {
@@ -171,6 +176,7 @@ internal class ActiveStreams(
     private suspend fun pipeline(
         spec: StreamSpec,
         values: StreamValues,
+        frameIds: FrameIds,
     ) {
         val samples = headset.samples(spec, values)
         val channels = outgoing.of(spec, values)
@@ -178,9 +184,9 @@ internal class ActiveStreams(
             spec == StreamTable.tf -> samples.collect(tree::head)
 
             spec.modes.isNotEmpty() ->
-                CameraPipeline(spec, channels, clock.stamps, tree).run(samples)
+                CameraPipeline(spec, channels, clock.stamps, tree, frameIds).run(samples)
 
-            else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps).run(samples)
+            else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(samples)
         }
     }
 }

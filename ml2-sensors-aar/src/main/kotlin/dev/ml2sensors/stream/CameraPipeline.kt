@@ -27,6 +27,7 @@ internal class CameraPipeline(
     private val channels: List<OutgoingChannel>,
     private val stamps: StampMap,
     private val tree: TransformTree,
+    private val frameIds: FrameIds,
 ) {
     private var camera: RosCamera? = null
 
@@ -46,7 +47,7 @@ internal class CameraPipeline(
         if (stampNanos == null) {
             channels.forEach { it.account.lose(1, DropReason.CLOCK_STEP) }
         } else {
-            val header = Header(Time.ofNanos(stampNanos), spec.frameId)
+            val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
             for (channel in channels) publish(channel, sample, header, stampNanos)
         }
         if (spec.bodyFrameId != null) sample.pose?.let { tree.camera(spec, sample.captureNanos, stampNanos, it) }

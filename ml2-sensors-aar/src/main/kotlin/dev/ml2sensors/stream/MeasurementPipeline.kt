@@ -32,6 +32,7 @@ internal class MeasurementPipeline(
     private val values: StreamValues,
     private val channel: OutgoingChannel,
     private val stamps: StampMap,
+    private val frameIds: FrameIds,
 ) {
     /** Runs until [samples] end or fail. */
     suspend fun run(samples: Flow<Sample>) {
@@ -96,7 +97,7 @@ internal class MeasurementPipeline(
     ) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
             ?: return channel.account.lose(1, DropReason.CLOCK_STEP)
-        channel.publish(serializer, message(Header(Time.ofNanos(stampNanos), spec.frameId)), stampNanos)
+        channel.publish(serializer, message(Header(Time.ofNanos(stampNanos), frameIds.of(spec))), stampNanos)
     }
 
     private companion object {

@@ -54,6 +54,6 @@ internal class OutgoingChannel(
     }
 
     /** How CHANNEL announces it, as a topic of [spec]. */
-    fun describe(spec: StreamSpec): ChannelBody =
-        ChannelBody(id, spec.id, topic.role, topic.name, topic.type, topic.qos, spec.frameId, topic.lane)
+    fun describe(spec: StreamSpec, frameIds: FrameIds): ChannelBody =
+        ChannelBody(id, spec.id, topic.role, topic.name, topic.type, topic.qos, frameIds.of(spec), topic.lane)
 }

@@ -14,7 +14,6 @@ import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
-import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
@@ -47,8 +46,10 @@ internal class TransformTree(
     private var dynamic: OutgoingChannel? = null
     private var static: OutgoingChannel? = null
     private var staticStampNanos = 0L
+    private var frameIds = FrameIds()
 
-    suspend fun begin(channels: List<OutgoingChannel>): Unit = mutex.withLock {
+    suspend fun begin(channels: List<OutgoingChannel>, frameIds: FrameIds): Unit = mutex.withLock {
+        this.frameIds = frameIds
         dynamic = channels.single { it.topic.role == "tf" }
         static = channels.singleOrNull { it.topic.role == "tf_static" }
     }
@@ -82,7 +83,7 @@ internal class TransformTree(
     suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long?, pose: Transform): Unit =
         mutex.withLock {
             if (dynamic == null) return
-            if (!isLive) return publish(stampNanos, spec.framesAt(pose))
+            if (!isLive) return publish(stampNanos, framesOf(spec, pose))
             waiting.addLast(CameraPose(spec, captureNanos, stampNanos, pose))
             settle()
             if (waiting.size > MOST_WAITING) {
@@ -117,26 +118,26 @@ internal class TransformTree(
             staticStampNanos = frame.stampNanos ?: staticStampNanos
             sendMountings()
         }
-        if (static == null) return publish(frame.stampNanos, frame.spec.framesAt(frame.pose))
+        if (static == null) return publish(frame.stampNanos, framesOf(frame.spec, frame.pose))
         // Before that nobody can look the camera up
         val stable = mounting.stable ?: return
-        publish(frame.stampNanos, listOf(StreamTable.HEAD_FRAME to frame.pose * stable.inverse()))
+        publish(frame.stampNanos, listOf(frameIds.head to frame.pose * stable.inverse()))
     }
 
     private fun framesAt(head: Transform): List<Pair<String, Transform>> {
         val sensors = if (static == null) mountings else emptyMap()
-        return sensors.flatMap { (spec, it) -> spec.framesAt(head * it.latest) } + (StreamTable.HEAD_FRAME to head)
+        return sensors.flatMap { (spec, it) -> framesOf(spec, head * it.latest) } + (frameIds.head to head)
     }
 
-    private fun StreamSpec.framesAt(optical: Transform): List<Pair<String, Transform>> =
-        listOf(frameId to optical, checkNotNull(bodyFrameId) to optical * BODY_IN_OPTICAL)
+    private fun framesOf(spec: StreamSpec, optical: Transform): List<Pair<String, Transform>> =
+        listOf(frameIds.of(spec) to optical, frameIds.bodyOf(spec) to optical * BODY_IN_OPTICAL)
 
     private suspend fun publish(stampNanos: Long?, frames: List<Pair<String, Transform>>) {
         if (stampNanos == null) {
             dynamic?.account?.lose(1, DropReason.CLOCK_STEP)
             return
         }
-        val header = Header(Time.ofNanos(stampNanos), StreamTable.WORLD_FRAME)
+        val header = Header(Time.ofNanos(stampNanos), frameIds.world)
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
         val message = TFMessage(fresh.map { (child, transform) -> TransformStamped(header, child, transform) })
@@ -146,11 +147,11 @@ internal class TransformTree(
     private suspend fun sendMountings() {
         val stamp = Time.ofNanos(staticStampNanos)
         val transforms = mountings.flatMap { (spec, mounting) ->
-            val body = checkNotNull(spec.bodyFrameId)
+            val body = frameIds.bodyOf(spec)
             mounting.stable?.let {
                 listOf(
-                    TransformStamped(Header(stamp, StreamTable.HEAD_FRAME), body, it * BODY_IN_OPTICAL),
-                    TransformStamped(Header(stamp, body), spec.frameId, OPTICAL_IN_BODY),
+                    TransformStamped(Header(stamp, frameIds.head), body, it * BODY_IN_OPTICAL),
+                    TransformStamped(Header(stamp, body), frameIds.of(spec), OPTICAL_IN_BODY),
                 )
             }.orEmpty()
         }

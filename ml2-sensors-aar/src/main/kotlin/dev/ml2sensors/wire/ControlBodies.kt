@@ -49,7 +49,17 @@ internal class Join(val session: String, val ticket: String, val lane: String)
 internal class Joined(val lane: String)
 
 @Serializable
-internal class Configure(val request: Long, val streams: Map<String, StreamValues>)
+internal class Configure(
+    val request: Long,
+    val streams: Map<String, StreamValues>,
+    @SerialName("frame_prefix") val framePrefix: String = "",
+) {
+    init {
+        require(FRAME_PREFIX.matches(framePrefix)) { "frame_prefix: expected $FRAME_PREFIX" }
+    }
+}
+
+private val FRAME_PREFIX = Regex("[A-Za-z0-9_/]{0,64}")
 
 @Serializable
 internal class Configured(val request: Long, val streams: Map<String, StreamAnswer>) {

@@ -1,7 +1,6 @@
 package dev.ml2sensors.wire
 
 import kotlinx.serialization.KSerializer
-import kotlinx.serialization.SerializationException
 import kotlinx.serialization.json.Json
 import kotlinx.serialization.serializer
 import java.nio.ByteBuffer
@@ -26,7 +25,7 @@ internal object ControlJson {
             return json.decodeFromJsonElement(serializer, tree)
         } catch (e: CharacterCodingException) {
             throw ProtocolException(ErrorCode.MALFORMED, "expected a $name in UTF-8: ${e.message}")
-        } catch (e: SerializationException) {
+        } catch (e: IllegalArgumentException) { // SerializationException is one
             throw ProtocolException(ErrorCode.MALFORMED, "expected a $name: ${e.message?.lineSequence()?.first()}")
         }
     }

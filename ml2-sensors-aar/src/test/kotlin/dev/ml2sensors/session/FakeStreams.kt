@@ -41,7 +41,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
         if (received != null) accounts.forEach { (topic, account) -> account.settle(received[topic] ?: 0) }
     }
 
-    override suspend fun configure(requested: Map<String, StreamValues>): Map<String, Answer> {
+    override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
         call("configure ${requested.keys}")
         accepted.clear()
         accepted += requested.keys - "absent"

@@ -95,6 +95,23 @@ class ReconfigurationTest {
     }
 
     @Test
+    fun theFramePrefixStandsBeforeEveryFrameAndAnotherOneRestartsTheStream() = runBlocking<Unit> {
+        val session = start("{}")
+        for ((request, prefix) in listOf(2L to "robot1/", 3L to "robot2/")) {
+            session.configure(request, """{"gyro_left": {}, "tf": {}}""", prefix)
+            session.start(request)
+            headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+            headset.deliver(StreamTable.headPose, PoseSample(fixture.now, Transform.IDENTITY))
+            val index = request.toInt() - 1
+            val gyroscope = session.awaitData("gyro_left/imu", index).last().body.decodeToString()
+            assertTrue("${prefix}imu_left_frame" in gyroscope)
+            val tree = session.awaitData("/tf", index).last().body.decodeToString()
+            assertTrue("${prefix}magicleap_world" in tree && "${prefix}head_frame" in tree)
+        }
+        assertEquals("\"robot1/imu_left_frame\"", session.channels().getValue("gyro_left/imu")["frame_id"].toString())
+    }
+
+    @Test
     fun theTreeThatIsAddedLaterCarriesNothingBeforeItsStart() = runBlocking<Unit> {
         val session = start("""{"world_left": {}}""")
         val camera = launch(Dispatchers.Default) {
