@@ -67,6 +67,7 @@ class Joined(JsonBody):
 class Configure(JsonBody):
     request: int
     streams: Mapping[str, Mapping[str, Scalar]]
+    frame_prefix: str | None = None
 
 
 @dataclass(frozen=True)
