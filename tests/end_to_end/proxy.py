@@ -30,6 +30,8 @@ class Proxy:
         self._free_at_s = 0.0
         self._jitter_s = jitter_s
         self._lock = threading.Lock()
+        self._carries = threading.Event()
+        self._carries.set()
         self._sockets: set[socket.socket] = set()
         self._listener = socket.create_server(("127.0.0.1", 0))
 
@@ -57,6 +59,15 @@ class Proxy:
                 cut.shutdown(socket.SHUT_RDWR)
             cut.close()
 
+    def take_down(self) -> None:
+        """Carries nothing from now on, and tells nobody, as a lost link does at first."""
+        self._carries.clear()
+
+    def bring_up(self) -> None:
+        """Carries again; connections of before are reset."""
+        self.cut()
+        self._carries.set()
+
     def _accept(self) -> None:
         while True:
             try:
@@ -76,6 +87,7 @@ class Proxy:
     def _forward(self, source: socket.socket, sink: socket.socket, slow: bool) -> None:
         with contextlib.suppress(OSError):
             while data := source.recv(_CHUNK_BYTES):
+                self._carries.wait()
                 if slow:
                     self._wait_for(len(data))
                     time.sleep(random.uniform(0, self._jitter_s))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import random
 import re
 import time
 from collections.abc import Iterator
@@ -64,6 +65,26 @@ def test_a_link_that_is_cut_twice_comes_back(config: Path, tmp_path: Path) -> No
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
+def test_a_link_that_carries_nothing_for_ten_seconds_comes_back(
+    config: Path, tmp_path: Path
+) -> None:
+    up_s: list[float] = []
+
+    def interrupt(proxy: Proxy | None, snapshot: int) -> None:
+        assert proxy is not None
+        if snapshot == 1:
+            proxy.take_down()
+        elif snapshot == 11:
+            proxy.bring_up()
+            up_s.append(time.monotonic())
+
+    received = receive(config, ["--duration", "16"], tmp_path, Proxy, interrupt)
+    assert_books_balance(received)
+    assert dropped(received, GYRO, "link_down") > 1000
+    assert_arrives_after(up_s[0], received)
+    assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
+
+
 def assert_arrives_again(received: Received) -> None:
     for topic in (GYRO, f"{PREFIX}/world_left/image_raw"):
         gaps_s = [b - a for a, b in itertools.pairwise(received.arrivals_s[topic])]
@@ -114,6 +135,34 @@ def test_a_headset_that_is_killed_and_restarted_is_taken_again(stage: Stage) -> 
         received = stage.result()
     assert_arrives_after(back_s, received)
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
+
+
+def test_another_headset_takes_the_place_of_one_that_died(stage: Stage) -> None:
+    with stage.started("headset1", headset_command(stage.address)) as first:
+        stage.await_seconds(2)
+        first.kill()
+    command = headset_command(stage.address, "--seed", "2", "--duration", "3")
+    with stage.started("headset2", command) as second:
+        line_with(second, "connected to")
+        back_s = time.monotonic()
+        received = stage.result()
+    assert_arrives_after(back_s, received)
+    assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_headset_may_die_at_any_moment(stage: Stage, seed: int) -> None:
+    """The moments are spread over its start, its handshake, and its first messages."""
+    moments = random.Random(seed)
+    for number in range(3):
+        with stage.started(f"killed{number}", headset_command(stage.address)) as killed:
+            time.sleep(moments.uniform(0.5, 2.5))
+            killed.kill()
+    with stage.started("headset", headset_command(stage.address, "--duration", "3")) as last:
+        line_with(last, "connected to")
+        back_s = time.monotonic()
+        received = stage.result()
+    assert max(received.arrivals_s[GYRO]) > back_s
 
 
 def assert_arrives_after(back_s: float, received: Received, limit_s: float = RECOVERY_S) -> None:
