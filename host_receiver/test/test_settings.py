@@ -35,7 +35,10 @@ def test_values_wait_until_all_are_legal_together(settings: Settings) -> None:
     settings = settings.changed({f"{COLOR}.resolution_width": 1280}, may_wait=True)
     assert color(settings) == (1920, 1080, 30)
     (problem,) = settings.pending
-    assert (problem.key, "found 1280x1080" in problem.message) == (f"{COLOR}.resolution_width", True)
+    assert (problem.key, "found 1280x1080" in problem.message) == (
+        f"{COLOR}.resolution_width",
+        True,
+    )
     settings = settings.changed({"world_left.enabled": True}, may_wait=True)
     assert "world_left" in settings.config.requests
     assert len(settings.pending) == 1

@@ -148,11 +148,11 @@ def play_receiver() -> None:
     """`ml2-receiver run` as far as sockets and ROS go."""
     from ml2_receiver.ros import RosNode
 
-    node = RosNode(load_table(), "/bench", [])
+    node = RosNode(load_table(), parse_config(BENCH), [])
     server = Server(
         listen(("127.0.0.1", 0)), load_table(), REQUEST, node, name="bench", software="bench"
     )
-    node.serve(server.report, server.begin)
+    node.serve(server, ConfigFile(Path("bench.yaml")))
     print(server.address, flush=True)
     answer(lambda: received(server))
     server.stop()
