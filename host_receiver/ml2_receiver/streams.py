@@ -50,7 +50,7 @@ class Streams:
 
     @property
     def topics(self) -> list[Topic]:
-        """The topics of all streams that were negotiated and not refused, whether they run or not."""
+        """Those of all streams that were negotiated and not refused, running or not."""
         return [topic for topic in self._offered if self.answers[topic.stream].result != "refused"]
 
     def is_running(self, stream: str) -> bool:

@@ -1,4 +1,5 @@
 import re
+from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -20,7 +21,7 @@ def color(settings: Settings) -> Any:
     return values["resolution_width"], values["resolution_height"], values["update_rate"]
 
 
-def refusal(settings: Settings, changes: dict[str, object], *, may_wait: bool = True) -> str:
+def refusal(settings: Settings, changes: Mapping[str, object], *, may_wait: bool = True) -> str:
     with pytest.raises(ConfigError) as raised:
         settings.changed(changes, may_wait=may_wait)
     return str(raised.value)
@@ -63,7 +64,7 @@ def test_a_mode_stands_for_three_keys(settings: Settings) -> None:
 def test_values_that_are_set_together_do_not_wait(settings: Settings) -> None:
     size = {f"{COLOR}.resolution_width": 1280, f"{COLOR}.resolution_height": 1080}
     assert "found 1280x1080" in refusal(settings, size, may_wait=False)
-    both: dict[str, object] = {f"{COLOR}.stream": 1, f"{COLOR}.mode": "648x720@60"}
+    both = {f"{COLOR}.stream": 1, f"{COLOR}.mode": "648x720@60"}
     assert "mixed_reality" in settings.changed(both).config.requests
 
 

@@ -1,4 +1,4 @@
-"""The receiver as a ROS 2 node; with the modules of `ml2-receiver latency`, all that imports rclpy."""
+"""The receiver as a ROS 2 node; all of it that imports rclpy, but for `ml2-receiver latency`."""
 
 from .node import RosNode
 

@@ -30,7 +30,7 @@ _TYPES = {
 }
 
 
-class ParameterNode(Node):  # type: ignore[misc]  # rclpy has no types
+class ParameterNode(Node):
     """A node whose parameters are the keys of the configuration, and `<camera>.mode`.
 
     Parameters given to ROS at its start go before those of `config`. Used by the node's executor.
@@ -102,8 +102,8 @@ class ParameterNode(Node):  # type: ignore[misc]  # rclpy has no types
     def _take_overrides(self) -> dict[str, object]:
         """Those given at the start, undeclared again to be declared with what they may be."""
         given = {
-            name: parameter.value
-            for name, parameter in self.get_parameters_by_prefix("").items()
+            name: self.get_parameter(name).value
+            for name in self.get_parameters_by_prefix("")
             if name not in ("use_sim_time", "start_type_description_service")
         }
         for name in given:
