@@ -33,7 +33,6 @@ def changed(file: Path, **changes: object) -> Config:
 def test_only_values_that_changed_are_written(file: Path) -> None:
     config = changed(file, world_left__enabled=False, gaze__enabled=True, battery__enabled=True)
     ConfigFile(file).save(config)
-    print(file.read_text())
     assert "# The laboratory's\n" in file.read_text()
     assert "# indented by four\n" in file.read_text()
     assert 'layout: "flat"' in file.read_text()
