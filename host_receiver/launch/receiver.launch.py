@@ -1,10 +1,11 @@
 """Starts the receiver: ros2 launch ml2_receiver receiver.launch.py listen:=0.0.0.0:7755"""
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.launch_context import LaunchContext
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from launch import LaunchDescription
 
 
 def generate_launch_description() -> LaunchDescription:

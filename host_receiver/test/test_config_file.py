@@ -77,7 +77,7 @@ def test_what_stands_there_and_is_no_configuration_stays_as_it_is(file: Path) ->
 def test_a_folder_that_cannot_be_made_is_the_reason(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     file = ConfigFile(tmp_path / "file" / "config.yaml", is_optional=True)
-    with pytest.raises(ConfigError, match="cannot be written: (Not a directory|File exists)"):
+    with pytest.raises(ConfigError, match=r"cannot be written: (Not a directory|File exists)"):
         file.save(parse_config(TEXT.encode()))
 
 
