@@ -39,7 +39,7 @@ UNDISTURBED = ("world_left/image_raw", "world_left/camera_info", "gyro_left/imu"
 @contextlib.contextmanager
 def asking(environment: dict[str, str], folder: Path) -> Iterator[Callable[..., Any]]:
     """A node of its own that calls the receiver's services; see ros_client.py."""
-    command = [sys.executable, ROOT / "host_receiver" / "test" / "ros_client.py"]
+    command = [sys.executable, str(ROOT / "host_receiver" / "test" / "ros_client.py")]
     with process(command, environment, folder / "client.log", subprocess.PIPE) as child:
 
         def ask(*call: Any) -> Any:
@@ -53,8 +53,7 @@ def asking(environment: dict[str, str], folder: Path) -> Iterator[Callable[..., 
 
 def runs(snapshot: dict[str, Any]) -> bool:
     """Whether images came; the test signals draw theirs first, which may take seconds."""
-    counts = [snapshot["topics"].get(f"{PREFIX}/{topic}", {}).get("count", 0) for topic in IMAGES]
-    return min(counts) > 0
+    return all(snapshot["topics"].get(f"{PREFIX}/{name}", {}).get("count", 0) for name in IMAGES)
 
 
 def run(folder: Path) -> Received:
