@@ -9,5 +9,5 @@ setup(
         ("share/ml2_receiver", ["package.xml"]),
         ("share/ml2_receiver/launch", ["launch/receiver.launch.py"]),
         ("share/ml2_receiver/rviz", ["rviz/ml2_sensors.rviz"]),
-    ]
+    ],
 )

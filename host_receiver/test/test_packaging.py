@@ -92,8 +92,6 @@ def test_rviz_shows_topics_of_the_table() -> None:
     manager = rviz["Visualization Manager"]
     table = load_table()
     assert manager["Global Options"]["Fixed Frame"] == table.world_frame
-    topics = {
-        topic.full_name("/magic_leap2") for s in table.streams.values() for topic in s.topics
-    }
+    topics = {topic.full_name("/magic_leap2") for s in table.streams.values() for topic in s.topics}
     shown = {part["Topic"]["Value"] for part in manager["Displays"] if "Topic" in part}
     assert shown - topics == {"/magic_leap2/depth/points"}

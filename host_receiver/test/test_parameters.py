@@ -216,3 +216,41 @@ def test_only_with_lazy_streams_without_subscribers_pause(
     assert device.reconfigure().streams == {}
     assert client.ask("set", {"publish.lazy": False}) == [[True, ""]]
     assert set(device.reconfigure().streams) == {"world_left", "color", "tf"}
+
+
+MATCHED = """
+import queue, rclpy
+from pathlib import Path
+from ml2_receiver.config import parse_config
+from ml2_receiver.config_file import ConfigFile
+from ml2_receiver.ros import RosNode
+from ml2_receiver.table import load_table
+
+class Control:
+    def __init__(self): self.updates = queue.Queue()
+    def report(self): return None
+    def update(self): self.updates.put(node.idle_streams())
+
+control, table = Control(), load_table()
+node = RosNode(table, parse_config(b"/**: {ros__parameters: {publish: {lazy: true}}}"), [])
+node.serve(control, ConfigFile(Path("none")))
+for stream in ("world_left", "battery"):
+    node.open(table.streams[stream].topics[0])
+print(sorted(node.idle_streams()))
+rclpy.init()
+subscriber = rclpy.create_node("subscriber")
+from sensor_msgs.msg import BatteryState
+subscription = subscriber.create_subscription(BatteryState, "/magic_leap2/battery", print, 1)
+print(sorted(control.updates.get(timeout=10)))
+subscriber.destroy_subscription(subscription)
+print(sorted(control.updates.get(timeout=10)))
+node.close()
+rclpy.shutdown()
+"""
+
+
+def test_the_middleware_tells_when_subscribers_come_and_go() -> None:
+    with Child("-c", MATCHED) as child:
+        assert child.line() == "['battery', 'world_left']"
+        assert child.line() == "['world_left']"
+        assert child.line() == "['battery', 'world_left']"
