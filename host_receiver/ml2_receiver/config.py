@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from .config_rules import Values, camera_problems, key_problems, read_values
@@ -12,14 +13,24 @@ from .table import Stream, load_table
 
 @dataclass(frozen=True)
 class Config:
-    """A valid configuration.
+    """A valid configuration; `values` has every key, by "section.key"."""
 
-    `prefix` is where all relative topics live, "/magic_leap2". `requests` has, for each stream
-    that shall run and in the order of the table, the values CONFIGURE carries.
-    """
+    values: Values
 
-    prefix: str
-    requests: Mapping[str, Values]
+    @property
+    def prefix(self) -> str:
+        """Where all relative topics live, "/magic_leap2"."""
+        prefix = str(self.values["general.topic_name"])
+        return prefix if prefix.startswith("/") else f"/{prefix}"
+
+    @cached_property
+    def requests(self) -> Mapping[str, Values]:
+        """For each stream that shall run, in the order of the table, what CONFIGURE carries."""
+        streams = load_table().streams.values()
+        running = [stream for stream in streams if stream.when and _runs(stream, self.values)]
+        if running:
+            running += [stream for stream in streams if stream.when is None]
+        return {stream.id: _request(stream, self.values) for stream in running}
 
 
 def load_config(path: Path) -> Config:
@@ -49,15 +60,7 @@ def parse_config(data: bytes) -> Config:
         problems += camera_problems(section, parameters, values)
     if problems:
         raise ConfigError(sorted(problems, key=lambda problem: problem.line))
-
-    prefix = str(values["general.topic_name"])
-    running = [stream for stream in table.streams.values() if stream.when and _runs(stream, values)]
-    if running:
-        running += [stream for stream in table.streams.values() if stream.when is None]
-    return Config(
-        prefix=prefix if prefix.startswith("/") else f"/{prefix}",
-        requests={stream.id: _request(stream, values) for stream in running},
-    )
+    return Config(values)
 
 
 def _runs(stream: Stream, values: Values) -> bool:

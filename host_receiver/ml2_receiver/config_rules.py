@@ -39,11 +39,11 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
             message = f"expected keys under it, found {parameter.text}"
             yield Problem(parameter.line, name, parameter.text, message)
         elif key not in sections[section].keys:
-            expected = expected_one_of(sections[section].keys, key)
-            message = f"unknown key with value {parameter.text}; {expected}"
+            known = expected_one_of(sections[section].keys, key)
+            message = f"unknown key with value {parameter.text}; {known}"
             yield Problem(parameter.line, name, parameter.text, message)
         elif not _accepts(parameter.value, sections[section].keys[key]):
-            message = f"expected {_expected(sections[section].keys[key])}, found {parameter.text}"
+            message = f"expected {expected(sections[section].keys[key])}, found {parameter.text}"
             yield Problem(parameter.line, name, parameter.text, message)
 
 
@@ -115,7 +115,8 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
             return isinstance(value, str) and value in key.allowed
 
 
-def _expected(key: Key) -> str:
+def expected(key: Key) -> str:
+    """The values of a key, in words."""
     match key.type:
         case "bool":
             return "true or false"

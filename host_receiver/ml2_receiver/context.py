@@ -1,6 +1,6 @@
 """What the state machines stand in, and what they want done."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -63,7 +63,8 @@ class Limits:
 class Context:
     """What the state machines stand in.
 
-    `act` takes what is to be done, in order; `clock` is monotonic time in s.
+    `act` takes what is to be done, in order; `clock` is monotonic time in s; `idle` has the ids of
+    streams that nobody needs at present, which the headset may pause.
     """
 
     table: StreamTable
@@ -73,6 +74,7 @@ class Context:
     clock: Callable[[], float]
     name: str
     software: str
+    idle: Callable[[], Collection[str]] = tuple
 
 
 def close(context: Context, connection: Connection, ending: Ending) -> None:

@@ -126,7 +126,7 @@ def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, st
         return Level.ERROR, "nothing arrives"
     if dropped or gaps or topic.statistics.unpublished:
         return Level.WARN, f"lost messages: {max(dropped, gaps)}"
-    return Level.OK, "all that was produced arrived"
+    return Level.OK, "all that was produced arrived" if topic.is_running else "paused"
 
 
 def _session(report: Report) -> Row:

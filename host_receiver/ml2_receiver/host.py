@@ -9,7 +9,7 @@ from .messages import Bye, Hello, Join
 from .report import State
 from .session import Session
 from .statistics import Instance
-from .streams import Request
+from .streams import Demand, Request
 
 
 class Host:
@@ -19,7 +19,7 @@ class Host:
     second. What it wants done goes to Context.act. Calls must not overlap.
 
     Args:
-        request: what every headset is asked for.
+        request: what every headset is asked for, until request() changes it.
         is_paused: START waits for start().
     """
 
@@ -52,8 +52,7 @@ class Host:
                 self._greeted(connection, frame)
             elif self.session is not None and connection in self.session:
                 self.session.received(connection, frame)
-                if not self._is_paused:
-                    self.session.start()
+                self.update()
                 self._settle()
         except ProtocolError as error:
             self.failed(connection, error, is_told=frame.header.kind != Kind.ERROR)
@@ -116,8 +115,9 @@ class Host:
     def _join(self, connection: Connection, join: Join) -> None:
         if self.session is None:
             raise ProtocolError(ErrorCode.TICKET, "there is no session")
-        self.session.join(connection, join, self._request)
+        self.session.join(connection, join)
         self._strangers.remove(connection)
+        self.update()
 
     def failed(self, connection: Connection, error: ProtocolError, *, is_told: bool = True) -> None:
         """A connection broke the protocol: it is told, and its session ends."""
@@ -162,11 +162,25 @@ class Host:
             self.session.tick()
         self._settle()
 
+    def request(self, request: Request) -> None:
+        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+        self._request = request
+        self.update()
+
     def start(self) -> None:
-        """Sends START, now or as soon as a headset is ready for it."""
+        """Lets the streams run, now or as soon as a headset is ready for it."""
         self._is_paused = False
+        self.update()
+
+    def pause(self) -> None:
+        """Stops all streams until start(); the headset stays connected."""
+        self._is_paused = True
+        self.update()
+
+    def update(self) -> None:
+        """Tells the headset when what is wanted of it, Context.idle included, has changed."""
         if self.session is not None:
-            self.session.start()
+            self.session.advance(Demand(self._request, self._is_paused, self._context.idle()))
 
     def stop(self) -> None:
         """Says goodbye to everybody."""

@@ -18,7 +18,7 @@ MAX_BYTES = 64 * 1024
 
 # This receiver, the configuration node of the system it replaces, and ROS's wildcard.
 _NODE_NAMES = ("ml2_receiver", "config_ML_node", "**")
-_MAX_SHOWN = 60
+MAX_SHOWN = 60
 
 
 @dataclass(frozen=True)
@@ -163,8 +163,8 @@ def _text(node: Node) -> str:
         kind = "mapping" if isinstance(node, MappingNode) else "list"
         return f"a {kind}" if node.value else f"an empty {kind}"
     text = _printable(node.value)
-    if len(text) > _MAX_SHOWN:
-        text = text[:_MAX_SHOWN] + "..."
+    if len(text) > MAX_SHOWN:
+        text = text[:MAX_SHOWN] + "..."
     return f'"{text}"' if node.style else text or "nothing"
 
 

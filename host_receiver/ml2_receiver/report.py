@@ -19,11 +19,15 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class TopicReport:
-    """One topic; `statistics` goes on counting, `device` is as of the last STATUS."""
+    """One topic; `statistics` goes on counting, `device` is as of the last STATUS.
+
+    `is_running`: the headset is asked for its stream at present.
+    """
 
     topic: Topic
     statistics: TopicStatistics
     device: ChannelStatus | None
+    is_running: bool = True
 
 
 @dataclass(frozen=True)

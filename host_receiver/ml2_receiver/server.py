@@ -4,6 +4,7 @@ import socket
 import struct
 import threading
 import time
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -53,9 +54,10 @@ class Server:
 
     Args:
         listener: what listen() returned; closed by stop().
-        request: the streams and values every headset is asked for.
+        request: the streams and values every headset is asked for, until request() changes them.
         name: what headsets are told about who receives.
         is_paused: START waits for begin().
+        idle: the streams that nobody needs at present; called under the lock.
     """
 
     def __init__(
@@ -68,9 +70,10 @@ class Server:
         name: str,
         software: str,
         is_paused: bool = False,
+        idle: Callable[[], Collection[str]] = tuple,
         limits: Limits = _LIMITS,
     ) -> None:
-        context = Context(table, sink, limits, self._act, time.monotonic, name, software)
+        context = Context(table, sink, limits, self._act, time.monotonic, name, software, idle)
         self._host = Host(context, request, is_paused=is_paused)
         self._sink, self._limits = sink, limits
         self._lock = threading.Lock()
@@ -91,9 +94,24 @@ class Server:
         return _text(self._listener.getsockname())
 
     def begin(self) -> None:
-        """Sends START, now or as soon as a headset is ready for it."""
+        """Lets the streams run, now or as soon as a headset is ready for it."""
         with self._lock:
             self._host.start()
+
+    def pause(self) -> None:
+        """Stops all streams until begin(); the headset stays connected."""
+        with self._lock:
+            self._host.pause()
+
+    def request(self, request: Request) -> None:
+        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+        with self._lock:
+            self._host.request(request)
+
+    def update(self) -> None:
+        """Which streams are idle has changed."""
+        with self._lock:
+            self._host.update()
 
     def report(self) -> Report | None:
         """The session there is, or the last one."""

@@ -12,6 +12,7 @@ from .messages import (
     Bye,
     Channel,
     ChannelEnd,
+    Configure,
     Configured,
     Error,
     Event,
@@ -25,8 +26,9 @@ from .messages import (
 )
 from .report import Report, State, TopicReport
 from .sink import Applied
-from .statistics import Instance
-from .streams import Request, Streams
+from .statistics import Instance, TopicStatistics
+from .streams import Demand, Streams
+from .table import Topic
 
 _NEEDED_LANES = ("time", "sensors")
 _TOKEN_BYTES = 16
@@ -104,8 +106,8 @@ class Session:
             ),
         )
 
-    def join(self, connection: Connection, join: Join, request: Request) -> None:
-        """A new connection wants to be a lane; `request` is asked for when those needed are."""
+    def join(self, connection: Connection, join: Join) -> None:
+        """A new connection wants to be a lane."""
         ticket = self._tickets.get(join.lane)
         if join.session != self.id:
             raise ProtocolError(ErrorCode.TICKET, f"no session {join.session!r}")
@@ -115,14 +117,11 @@ class Session:
             raise ProtocolError(ErrorCode.TICKET, f"wrong ticket for lane {join.lane!r}")
         if join.lane in self._joined:
             raise ProtocolError(ErrorCode.TICKET, f"the ticket for lane {join.lane!r} is used")
-        was_complete = self._is_complete
         self._joined.add(join.lane)
         self._open.add(connection)
         connection.lane = join.lane
         connection.routes = self.streams.routes.get(join.lane, {})
         self._context.act(Send(connection, Kind.JOINED, Joined(join.lane)))
-        if self._is_complete and not was_complete:
-            self.send(Kind.CONFIGURE, self.streams.configure(request))
 
     @property
     def _is_complete(self) -> bool:
@@ -147,20 +146,24 @@ class Session:
             self.skipped_frames += 1
 
     def _configured(self, configured: Configured) -> None:
+        known = self.streams.answers
         self.streams.answer(configured)
         for id, answer in configured.streams.items():
-            if answer.result != "applied":
+            if answer.result != "applied" and answer != known.get(id):
                 self._event(f"{id} {answer.result}: {answer.reason!r}")
         running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
         self._event(f"streams: {', '.join(running) or 'none'}")
         self._context.sink.configured(
-            Applied(self.hello.name, self.id, configured.streams, self.streams.topics)
+            Applied(self.hello.name, self.id, self.streams.answers, self.streams.topics)
         )
 
-    def start(self) -> None:
-        """Sends START if it is due."""
-        if self.state is State.CONNECTED and self.streams.awaits_start:
-            self.send(Kind.START, self.streams.start())
+    def advance(self, demand: Demand) -> None:
+        """Sends what is due of CONFIGURE and START."""
+        if self.state is not State.CONNECTED or not self._is_complete:
+            return
+        due = self.streams.due(demand)
+        if due is not None:
+            self.send(Kind.CONFIGURE if isinstance(due, Configure) else Kind.START, due)
 
     def _status(self, body: bytearray) -> None:
         self.status = Status.parse(body)
@@ -239,12 +242,14 @@ class Session:
             skipped_frames=self.skipped_frames,
             is_final=bool(status and status.final),
             topics=[
-                TopicReport(
-                    self.streams.topic(name), counts, status.channels.get(name) if status else None
-                )
+                self._topic_report(self.streams.topic(name), counts)
                 for name, counts in list(self.instance.topics.items())
             ],
         )
+
+    def _topic_report(self, topic: Topic, statistics: TopicStatistics) -> TopicReport:
+        device = self.status.channels.get(topic.name) if self.status else None
+        return TopicReport(topic, statistics, device, self.streams.is_running(topic.stream))
 
     def _event(self, text: str) -> None:
         self._say(f"{self.hello.name!r}: {text}")

@@ -1,6 +1,7 @@
 """What a device was asked to run, what it answered and announced, and where its DATA goes."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 from .connection import Route
 from .errors import ErrorCode, ProtocolError
@@ -10,6 +11,18 @@ from .statistics import Instance, TopicStatistics
 from .table import Scalar, StreamTable, Topic
 
 type Request = Mapping[str, Mapping[str, Scalar]]
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a headset shall run: `request`, but not now the streams that are `idle`.
+
+    While it is paused nothing starts, and what runs stops.
+    """
+
+    request: Request
+    is_paused: bool = False
+    idle: Collection[str] = ()
 
 
 class Streams:
@@ -31,28 +44,59 @@ class Streams:
         self._unrouted: dict[int, tuple[str, Route]] = {}
         self._request = 0
         self._requested: Request = {}
-        self._is_answered = self._is_started = self._has_started = False
+        self._negotiated: Request | None = None
+        self._offered: list[Topic] = []
+        self._is_answered = self._is_started = self._has_started = self._runs = False
 
     @property
     def topics(self) -> list[Topic]:
-        """The announced topics."""
-        return list(self._live.values())
+        """Those of all streams that were negotiated and not refused, running or not."""
+        return [topic for topic in self._offered if self.answers[topic.stream].result != "refused"]
+
+    def is_running(self, stream: str) -> bool:
+        """Whether the device is asked for it at present."""
+        return stream in self._requested
 
     def topic(self, name: str) -> Topic:
         """The row of the stream table."""
         return self._topics[name]
 
-    @property
-    def awaits_start(self) -> bool:
-        """Whether the last CONFIGURE is answered and start() is due."""
-        return self._is_answered and not self._is_started
+    def due(self, demand: Demand) -> Configure | Start | None:
+        """What to send next; None when nothing, or while an answer is outstanding.
 
-    def configure(self, streams: Request) -> Configure:
-        """The next CONFIGURE, asking for exactly these streams."""
+        A request is negotiated as a whole before any of it starts, so that all its answers and
+        topics are known; then what is not wanted at present is left out.
+        """
+        if self._request and not self._is_answered:
+            return None
+        if self._negotiated != demand.request:
+            self._negotiated = demand.request
+            return self._configure(demand.request)
+        wanted = self._wanted(demand)
+        if wanted != self._requested:
+            return self._configure(wanted)
+        is_idle = not wanted and demand.request
+        return None if demand.is_paused or is_idle or self._is_started else self._start()
+
+    def _wanted(self, demand: Demand) -> Request:
+        if demand.is_paused:
+            return {} if self._runs else self._requested
+        return {id: values for id, values in demand.request.items() if id not in demand.idle}
+
+    def _configure(self, streams: Request) -> Configure:
         self._request += 1
         self._requested = streams
+        self._runs = self._runs and bool(streams)
         self._is_answered = self._is_started = False
         return Configure(self._request, streams)
+
+    def _start(self) -> Start:
+        """From now on the channels of the answered request have routes."""
+        for channel, (lane, route) in self._unrouted.items():
+            self.routes[lane][channel] = route
+        self._unrouted.clear()
+        self._is_started = self._has_started = self._runs = True
+        return Start(self._request)
 
     def announce(self, channel: Channel) -> None:
         """CHANNEL opens its topic."""
@@ -99,16 +143,13 @@ class Streams:
                 raise ProtocolError(
                     ErrorCode.CHANNEL, f"{topic.name} is announced, but {topic.stream} does not run"
                 )
-        self.answers = configured.streams
+        live = list(self._live.values())
+        if self._requested == self._negotiated:
+            self.answers, self._offered = configured.streams, live
+        else:
+            self.answers = {**self.answers, **configured.streams}
+            self._offered += [topic for topic in live if topic not in self._offered]
         self._is_answered = True
-
-    def start(self) -> Start:
-        """START of the answered request: from now on its channels have routes."""
-        for channel, (lane, route) in self._unrouted.items():
-            self.routes[lane][channel] = route
-        self._unrouted.clear()
-        self._is_started = self._has_started = True
-        return Start(self._request)
 
     def refusal(self, channel: int) -> ProtocolError:
         """Why DATA of a channel without route is wrong."""

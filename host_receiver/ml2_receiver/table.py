@@ -93,7 +93,10 @@ class Mode:
 
 @dataclass(frozen=True)
 class Key:
-    """One key of a section. `type` is "bool", "integer", "number", "text" or "topic"."""
+    """One key of a section. `type` is "bool", "integer", "number", "text" or "topic".
+
+    `read_only`: it cannot change while the receiver runs.
+    """
 
     name: str
     type: str
@@ -101,6 +104,7 @@ class Key:
     doc: str
     allowed: tuple[Scalar, ...] = ()
     minimum: float | None = None
+    read_only: bool = False
 
 
 @dataclass(frozen=True)

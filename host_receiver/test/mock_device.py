@@ -15,6 +15,7 @@ from ml2_receiver.messages import (
     Bye,
     Capabilities,
     Channel,
+    ChannelEnd,
     ChannelStatus,
     ClockStatus,
     Configure,
@@ -98,6 +99,7 @@ class MockDevice:
         self.welcome: Welcome
         self.channels: dict[str, tuple[int, Topic]] = {}
         self.sequences: dict[str, int] = {}
+        self.live: set[str] = set()
         self._welcomed: Wire | None = None
         self._gone = threading.Event()
         self._pinger = threading.Thread(target=self._ping) if says_ping else None
@@ -143,6 +145,7 @@ class MockDevice:
 
     def connect(self) -> Welcome:
         control = self.greet()
+        self.live = set()
         self.welcome = Welcome.parse(control.expect(Kind.WELCOME))
         self._welcomed = control
         return self.welcome
@@ -181,13 +184,27 @@ class MockDevice:
 
     def configure(self, refused: dict[str, str] | None = None) -> int:
         """Everything up to CONFIGURED; `refused` has the reasons by stream."""
-        refused = refused or {}
-        asked = self.reach_configure()
-        for stream, values in asked.streams.items():
-            if stream not in refused:
-                for topic in load_table().streams[stream].topics:
-                    if topic.when is None or topic.when.holds(values):
-                        self.announce(topic)
+        return self._answer(self.reach_configure(), refused or {})
+
+    def reconfigure(self, refused: dict[str, str] | None = None) -> Configure:
+        """The next CONFIGURE, answered."""
+        asked = Configure.parse(self.wires["control"].expect(Kind.CONFIGURE))
+        self._answer(asked, refused or {})
+        return asked
+
+    def _answer(self, asked: Configure, refused: dict[str, str]) -> int:
+        wanted = {
+            topic.name: topic
+            for stream, values in asked.streams.items()
+            if stream not in refused
+            for topic in load_table().streams[stream].topics
+            if topic.when is None or topic.when.holds(values)
+        }
+        for name in self.live - wanted.keys():
+            self.wires["control"].send(Kind.CHANNEL_END, ChannelEnd(self.channels[name][0]))
+        for name in wanted.keys() - self.live:
+            self.announce(wanted[name])
+        self.live = set(wanted)
         answers = {
             stream: StreamAnswer("refused", None, refused[stream])
             if stream in refused
@@ -197,6 +214,9 @@ class MockDevice:
         self.wires["control"].send(Kind.CONFIGURED, Configured(asked.request, answers))
         return asked.request
 
+    def expect_start(self, request: int) -> None:
+        assert Start.parse(self.wires["control"].expect(Kind.START)).request == request
+
     def announce(self, topic: Topic) -> None:
         if topic.lane not in self.wires:
             self.join(topic.lane)
@@ -205,8 +225,7 @@ class MockDevice:
 
     def start(self, refused: dict[str, str] | None = None) -> None:
         """Everything up to START."""
-        request = self.configure(refused)
-        assert Start.parse(self.wires["control"].expect(Kind.START)).request == request
+        self.expect_start(self.configure(refused))
 
     def publish(
         self,

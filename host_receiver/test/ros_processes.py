@@ -35,6 +35,7 @@ class Child:
         self.process = subprocess.Popen(
             [sys.executable, *arguments],
             env=environment(),
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -66,7 +67,7 @@ class Child:
             self.process.kill()
         for thread in self._threads:
             thread.join()
-        for stream in (self.process.stdout, self.process.stderr):
+        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
             assert stream is not None
             stream.close()
 
@@ -120,3 +121,16 @@ class Subscriber(Child):
 
     def message(self) -> bytes:
         return bytes.fromhex(self.object())
+
+
+class Client(Child):
+    """Calls the receiver's services as another node would; see ros_client.py."""
+
+    def __init__(self) -> None:
+        super().__init__(str(_HERE / "ros_client.py"))
+
+    def ask(self, function: str, *arguments: Any) -> Any:
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps([function, *arguments]) + "\n")
+        self.process.stdin.flush()
+        return self.object()

@@ -1,5 +1,8 @@
 """A Host without sockets: connections are what a test says, time goes when a test says."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from fake_sink import FakeSink
 from ml2_receiver.connection import Connection
 from ml2_receiver.context import Action, Close, Context, Ending, Limits, Send
@@ -9,6 +12,7 @@ from ml2_receiver.json_body import JsonBody
 from ml2_receiver.messages import (
     Capabilities,
     Channel,
+    ChannelEnd,
     Configure,
     Configured,
     Error,
@@ -63,6 +67,7 @@ class Scene:
 
     def __init__(self, *, is_paused: bool = False) -> None:
         self.now_s = 100.0
+        self.idle: set[str] = set()
         self.sink = FakeSink()
         self.actions: list[Action] = []
         self._seen = 0
@@ -74,6 +79,7 @@ class Scene:
             lambda: self.now_s,
             "host",
             "test",
+            lambda: self.idle,
         )
         self.host = Host(context, REQUEST, is_paused=is_paused)
         self.welcome: Welcome
@@ -169,6 +175,34 @@ class Scene:
             self.announce(topic, number)
         self.receive(self.control, Kind.CONFIGURED, Configured(request, APPLIED))
         return request
+
+    def asked(self) -> list[Configure]:
+        """All that the device was asked for."""
+        return [body for _, body in self.sent(self.control) if isinstance(body, Configure)]
+
+    def comply(self, refused: Mapping[str, StreamAnswer] = MappingProxyType({})) -> None:
+        """Answers the last CONFIGURE after start() as a device does."""
+        asked = self.asked()[-1]
+        session = self.host.session
+        assert session is not None
+        live = set(session.streams._live.values())
+        wanted = {
+            topic
+            for stream in asked.streams.keys() - refused.keys()
+            for topic in load_table().streams[stream].topics
+        }
+        for topic in live - wanted:
+            self.receive(self.control, Kind.CHANNEL_END, ChannelEnd(self._number(topic)))
+        for topic in wanted - live:
+            self.announce(topic, self._number(topic))
+        answers = {id: StreamAnswer("applied", values) for id, values in asked.streams.items()}
+        configured = Configured(asked.request, answers | dict(refused))
+        self.receive(self.control, Kind.CONFIGURED, configured)
+
+    @staticmethod
+    def _number(topic: Topic) -> int:
+        rest = [t for s in load_table().streams.values() for t in s.topics if t not in TOPICS]
+        return 1 + [*TOPICS, *rest].index(topic)
 
     def start(self) -> None:
         """Up to START."""

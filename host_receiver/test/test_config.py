@@ -49,7 +49,8 @@ def wrong(section: str) -> Problem:
 
 @pytest.mark.skipif(not THESIS.exists(), reason=f"{THESIS} is not there")
 def test_the_file_of_the_system_it_replaces_loads_unchanged() -> None:
-    assert load_config(THESIS) == Config(prefix="/magic_leap2", requests={})
+    config = load_config(THESIS)
+    assert (config.prefix, config.requests) == ("/magic_leap2", {})
 
 
 @pytest.mark.skipif(not THESIS.exists(), reason=f"{THESIS} is not there")

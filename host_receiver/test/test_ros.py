@@ -248,7 +248,7 @@ BOTH_WAYS = """
 import rclpy
 from std_msgs.msg import String
 from rclpy.serialization import serialize_message
-from ml2_receiver.ros import raw_publish, takes_bytearray
+from ml2_receiver.ros.raw_publish import raw_publish, takes_bytearray
 
 class Refusing:
     def publish_raw(self, payload): raise TypeError("bytes only")

@@ -238,7 +238,7 @@ def test_a_second_configuration_ends_and_begins_channels() -> None:
     assert session is not None
     wider = {stream: values for stream, values in REQUEST.items() if stream != "battery"}
     wider["head_pose"] = {}
-    session.send(Kind.CONFIGURE, session.streams.configure(wider))
+    scene.host.request(wider)
     battery = next(topic for topic in TOPICS if topic.stream == "battery")
     scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(TOPICS.index(battery) + 1))
     (pose,) = load_table().streams["head_pose"].topics

@@ -21,6 +21,8 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+from ml2_receiver.config import parse_config
+from ml2_receiver.config_file import ConfigFile
 from ml2_receiver.fastdds import apply_default_profile
 from ml2_receiver.frame import CDR_ENCAPSULATION, HEADER_BYTES, Kind, encode_frame
 from ml2_receiver.server import Server, listen
@@ -29,6 +31,7 @@ from mock_device import MockDevice
 
 RESULTS = Path(__file__).resolve().parents[2] / "build" / "bench" / "receiver.json"
 TOPIC = load_table().streams["world_left"].topics[0]
+CONFIG = b"/**: {ros__parameters: {general: {topic_name: bench}}}"
 REQUEST = {"world_left": {"stream": 0}}
 RECEIVER_TOPIC, BARE_TOPIC = f"/bench/{TOPIC.name}", "/bench/bare"
 # As large as a sensor_msgs/Image of 1016 x 1016 mono8; nobody decodes it.
@@ -148,11 +151,11 @@ def play_receiver() -> None:
     """`ml2-receiver run` as far as sockets and ROS go."""
     from ml2_receiver.ros import RosNode
 
-    node = RosNode(load_table(), "/bench", [])
+    node = RosNode(load_table(), parse_config(CONFIG), [])
     server = Server(
         listen(("127.0.0.1", 0)), load_table(), REQUEST, node, name="bench", software="bench"
     )
-    node.serve(server.report, server.begin)
+    node.serve(server, ConfigFile(Path("bench.yaml")))
     print(server.address, flush=True)
     answer(lambda: received(server))
     server.stop()

@@ -69,13 +69,17 @@ def isolated_environment() -> dict[str, str]:
 
 @contextlib.contextmanager
 def process(
-    command: Sequence[str | Path], environment: dict[str, str], log: Path
+    command: Sequence[str | Path],
+    environment: dict[str, str],
+    log: Path,
+    stdin: int | None = None,
 ) -> Iterator[subprocess.Popen[str]]:
     """A child whose standard output is read as text; terminated and awaited at the end."""
     with log.open("w") as errors:
         child = subprocess.Popen(
             [str(word) for word in command],
             env=environment,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=errors,
             text=True,

@@ -6,10 +6,9 @@ import signal
 import socket
 import sys
 import threading
-from importlib import resources
 from pathlib import Path
 
-from ..config import load_config
+from ..config_file import ConfigFile
 from ..errors import RosError
 from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
@@ -26,7 +25,12 @@ def add_parser(subparsers: Subparsers) -> None:
         help="receive a headset and publish its topics",
         epilog="Whatever follows --ros-args goes to ROS 2.",
     )
-    parser.add_argument("--config", type=Path, metavar="FILE", help="default: the packaged one")
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="default: ~/.config/ml2_receiver/config.yaml, or where there is none the packaged one",
+    )
     parser.add_argument(
         "--listen",
         type=_address,
@@ -49,8 +53,8 @@ def _run(options: argparse.Namespace) -> int:
     stopping = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopping.set())
-    with resources.as_file(resources.files("ml2_receiver") / "data/config.yaml") as packaged:
-        config = load_config(options.config or packaged)
+    file = ConfigFile(options.config) if options.config else ConfigFile.of_user()
+    config = file.load()
     table = load_table()
     listener = listen(options.listen)
     warning = apply_default_profile(os.environ)
@@ -60,18 +64,20 @@ def _run(options: argparse.Namespace) -> int:
         from ..ros import RosNode  # reads the profile
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    node = RosNode(table, config.prefix, ["--ros-args", *options.ros_args])
+    node = RosNode(table, config, ["--ros-args", *options.ros_args])
     server = Server(
         listener,
         table,
-        config.requests,
+        node.config.requests,
         node,
         name=socket.gethostname(),
         software=f"ml2-receiver {VERSION}",
         is_paused=options.start_paused,
+        idle=node.idle_streams,
     )
-    node.serve(server.report, server.begin)
+    node.serve(server, file)
     print(f"listening on {server.address}", flush=True)
+    print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
     stopping.wait()
     server.stop()
     node.close()

@@ -1,0 +1,42 @@
+"""Starts the receiver: ros2 launch ml2_receiver receiver.launch.py listen:=0.0.0.0:7755"""
+
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.launch_context import LaunchContext
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchDescription
+
+
+def generate_launch_description() -> LaunchDescription:
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "config", default_value="", description="config.yaml; empty: as `ml2-receiver run`"
+            ),
+            DeclareLaunchArgument("name", default_value="ml2_receiver", description="of the node"),
+            DeclareLaunchArgument("namespace", default_value="", description="of the node"),
+            DeclareLaunchArgument(
+                "listen", default_value="127.0.0.1:7755", description="HOST:PORT for headsets"
+            ),
+            OpaqueFunction(function=_receiver),
+        ]
+    )
+
+
+def _receiver(context: LaunchContext) -> list[Node]:
+    arguments = {
+        name: LaunchConfiguration(name).perform(context)
+        for name in ("config", "name", "namespace", "listen")
+    }
+    config = ["--config", arguments["config"]] if arguments["config"] else []
+    return [
+        Node(
+            package="ml2_receiver",
+            executable="ml2-receiver",
+            name=arguments["name"],
+            namespace=arguments["namespace"],
+            arguments=["run", "--listen", arguments["listen"], *config],
+            output="screen",
+        )
+    ]

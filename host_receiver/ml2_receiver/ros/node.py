@@ -1,0 +1,155 @@
+"""The node, and the thread that spins it."""
+
+import threading
+import time
+from collections.abc import Sequence
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from std_msgs.msg import String
+
+from ..config import Config
+from ..config_file import ConfigFile
+from ..control import Control
+from ..diagnostics import Diagnostics
+from ..errors import ConfigError, PublishError, RosError
+from ..report import Report
+from ..settings import Settings
+from ..sink import Applied, Publish
+from ..table import StreamTable, Topic
+from .messages import applied_message, status_array
+from .parameters import ParameterNode
+from .publishers import Publishers, create_publisher
+from .raw_publish import takes_bytearray
+from .services import add_services
+
+_DIAGNOSTICS_PERIOD_S = 1.0
+
+
+class RosNode:
+    """The node `ml2_receiver`, a Sink.
+
+    It publishes the table's topics under the prefix, `config` and `log` beside them, and
+    /diagnostics; serve() adds services, and lets parameters change what runs. Thread-safe. close()
+    frees the shared memory of the middleware.
+
+    Args:
+        config: what parameters that are not among `arguments` say.
+        arguments: for ROS, as `["--ros-args", ...]`.
+
+    Raises:
+        RosError: ROS does not take them.
+        ConfigError: parameters among them are wrong.
+    """
+
+    def __init__(self, table: StreamTable, config: Config, arguments: Sequence[str]) -> None:
+        self._context = Context()
+        try:
+            rclpy.init(
+                args=["ml2-receiver", *arguments],
+                context=self._context,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+        except RuntimeError as error:
+            raise RosError(f"ROS 2 does not start: {error}") from error
+        try:
+            self._node = ParameterNode("ml2_receiver", self._context, config)
+        except ConfigError:
+            rclpy.shutdown(context=self._context)
+            raise
+        self._prefix = prefix = self.config.prefix
+        self._own = {
+            topic.name: create_publisher(
+                self._node, f"{prefix}/{topic.name}", topic.type, table.qos[topic.qos]
+            )
+            for topic in table.receiver_topics
+        }
+        self._diagnostics = Diagnostics(prefix)
+        self._reporting = threading.Lock()
+        self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._control: Control | None = None
+        self._publishers = Publishers(
+            self._node,
+            table,
+            prefix,
+            takes_bytearray=takes_bytearray(self._statuses, DiagnosticArray()),
+            matched=self._matched,
+        )
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._closing = Future(executor=self._executor)
+        self._spinner = threading.Thread(
+            target=self._executor.spin_until_future_complete, args=[self._closing]
+        )
+
+    @property
+    def config(self) -> Config:
+        """The configuration in force."""
+        return self._node.config
+
+    def serve(self, control: Control, file: ConfigFile) -> None:
+        """Answers services and parameters, and publishes the report once per second."""
+        self._control = control
+        add_services(self._node, control, file)
+        self._node.on_change(self._settings_changed)
+        self._node.create_timer(_DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
+        self._spinner.start()
+
+    def close(self) -> None:
+        """Ends the node; nothing may be called after."""
+        self._closing.set_result(None)
+        if self._spinner.is_alive():
+            self._spinner.join()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def open(self, topic: Topic) -> Publish:
+        try:
+            return self._publishers.open(topic)
+        except PublishError as error:
+            self.event(str(error))
+            return _refuse
+
+    def configured(self, applied: Applied) -> None:
+        self._publishers.keep_only(applied.topics)
+        self._own["config"].publish(applied_message(applied, self._prefix))
+
+    def event(self, text: str) -> None:
+        self._node.get_logger().info(text)
+        self._own["log"].publish(String(data=text))
+
+    def session_ended(self, report: Report) -> None:
+        self._report(report)
+
+    def idle_streams(self) -> set[str]:
+        """With `publish.lazy`, the streams that no topic's subscriber needs at present."""
+        return self._publishers.idle_streams() if self.config.values["publish.lazy"] else set()
+
+    def _matched(self) -> None:
+        if self._control is not None and self.config.values["publish.lazy"]:
+            self._control.update()
+
+    def _settings_changed(self, settings: Settings) -> None:
+        for problem in settings.pending:
+            self.event(f"{problem.located_in('')}: waiting")
+        if self._control is not None:
+            self._control.request(settings.config.requests)
+
+    def _report(self, report: Report | None) -> None:
+        with self._reporting:
+            rows = self._diagnostics.rows(report, time.monotonic())
+        more = {
+            topic.full_name(self._prefix): {"subscribers": str(count)}
+            for topic, count in self._publishers.subscribers().items()
+        }
+        stamp = self._node.get_clock().now().to_msg()
+        self._statuses.publish(status_array(rows, more, stamp))
+
+
+def _refuse(_: bytearray) -> None:
+    raise PublishError("the topic could not be made")

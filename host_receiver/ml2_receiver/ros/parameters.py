@@ -1,0 +1,162 @@
+"""The configuration as parameters of the node."""
+
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..config import Config
+from ..config_rules import expected
+from ..errors import ConfigError
+from ..settings import Settings, cameras, mode_name
+from ..table import CAMERA_KEYS, Key, Scalar, Section, load_table
+
+# Declared by rclpy, by it or for publishers.
+_OF_ROS = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..*")
+_TYPES = {
+    "bool": Parameter.Type.BOOL,
+    "integer": Parameter.Type.INTEGER,
+    "number": Parameter.Type.DOUBLE,
+}
+
+
+class ParameterNode(Node):
+    """A node whose parameters are the keys of the configuration, and `<camera>.mode`.
+
+    Parameters given to ROS at its start go before those of `config`. Used by the node's executor.
+
+    Raises:
+        ConfigError: parameters given at the start are wrong.
+    """
+
+    def __init__(self, name: str, context: Context, config: Config) -> None:
+        super().__init__(
+            name, context=context, automatically_declare_parameters_from_overrides=True
+        )
+        self._overrides = self._take_overrides()
+        self._settings = self._settings_of(config)
+        self._changed: Callable[[Settings], None] = lambda _: None
+        types = {f"{s.id}.{key.name}": key.type for s in _sections() for key in s.keys.values()}
+        self._types = {
+            name: _TYPES.get(type, Parameter.Type.STRING) for name, type in types.items()
+        }
+        values = self._settings.parameters()
+        for name, descriptor in _descriptors():
+            descriptor.type = self._types.get(name, Parameter.Type.STRING).value
+            value = self._parameter(name, values[name]).value
+            self.declare_parameter(name, value, descriptor, ignore_override=True)
+
+    @property
+    def config(self) -> Config:
+        """The configuration in force."""
+        return self._settings.config
+
+    def on_change(self, changed: Callable[[Settings], None]) -> None:
+        """Calls `changed` after every change."""
+        self._changed = changed
+
+    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
+        """What ROS's parameter services call, with one parameter at a time or with several.
+
+        A single value of a camera that is not legal with the others waits for them, and the
+        result's reason says so; several are legal together, or refused.
+        """
+        of_ros = [parameter for parameter in parameter_list if _OF_ROS.fullmatch(parameter.name)]
+        changes = {p.name: p.value for p in parameter_list if p not in of_ros}
+        try:
+            settings = self._settings.changed(changes, may_wait=len(parameter_list) == 1)
+        except ConfigError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        before, after = self._settings.parameters(), settings.parameters()
+        changed = [
+            self._parameter(name, value) for name, value in after.items() if value != before[name]
+        ]
+        result = super().set_parameters_atomically([*changed, *of_ros])
+        if result.successful and changes:
+            self._settings = settings
+            result.reason = "; ".join(f"{p.located_in('')}: waiting" for p in settings.pending)
+            self._changed(settings)
+        return result
+
+    def load(self, config: Config) -> SetParametersResult:
+        """Sets all parameters as they would be had the node started with `config`."""
+        values = self._settings_of(config).values
+        return self.set_parameters_atomically([self._parameter(*item) for item in values.items()])
+
+    def _settings_of(self, config: Config) -> Settings:
+        try:
+            return Settings.of(config).changed(self._overrides)
+        except ConfigError as error:
+            raise ConfigError(error.problems, "ROS parameters") from error
+
+    def _take_overrides(self) -> dict[str, object]:
+        """Those given at the start, undeclared again to be declared with what they may be."""
+        given = {
+            name: self.get_parameter(name).value
+            for name in self.get_parameters_by_prefix("")
+            if name not in ("use_sim_time", "start_type_description_service")
+        }
+        for name in given:
+            self.undeclare_parameter(name)
+        return {name: value for name, value in given.items() if not _OF_ROS.fullmatch(name)}
+
+    def _parameter(self, name: str, value: Scalar) -> Parameter:
+        type = self._types.get(name, Parameter.Type.STRING)
+        return Parameter(name, type, float(value) if type is Parameter.Type.DOUBLE else value)
+
+
+def _sections() -> Sequence[Section]:
+    return list(load_table().sections.values())
+
+
+def _descriptors() -> Iterator[tuple[str, ParameterDescriptor]]:
+    for section in _sections():
+        for key in section.keys.values():
+            yield f"{section.id}.{key.name}", _descriptor(section, key)
+    for camera in cameras():
+        modes = (
+            f"stream {mode.stream}: {', '.join(f'{w}x{h}' for w, h in mode.resolutions)}"
+            f" at {', '.join(map(str, mode.rates))} Hz"
+            for mode in camera.modes
+        )
+        yield (
+            mode_name(camera),
+            ParameterDescriptor(
+                description=f"{camera.doc} Resolution and rate in one, WIDTHxHEIGHT@RATE.",
+                additional_constraints="; ".join(modes),
+            ),
+        )
+
+
+def _descriptor(section: Section, key: Key) -> ParameterDescriptor:
+    constraints = expected(key)
+    if section.modes and key.name in CAMERA_KEYS:
+        constraints += f"; only together as {mode_name(section)} lists them"
+    descriptor = ParameterDescriptor(
+        description=" ".join(filter(None, (section.doc, key.doc))),
+        additional_constraints=constraints,
+        read_only=key.read_only,
+    )
+    if key.type == "integer":
+        descriptor.integer_range = [_range([int(value) for value in key.allowed])]
+    elif key.minimum is not None:
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(key.minimum), to_value=sys.float_info.max)
+        ]
+    return descriptor
+
+
+def _range(allowed: Sequence[int]) -> IntegerRange:
+    least = min(allowed)
+    step = math.gcd(*(value - least for value in allowed))
+    return IntegerRange(from_value=least, to_value=max(allowed), step=step)

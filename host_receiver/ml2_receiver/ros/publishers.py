@@ -1,0 +1,97 @@
+"""The publishers of the headset's topics."""
+
+import threading
+from collections import defaultdict
+from collections.abc import Callable, Collection
+
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from ..errors import PublishError
+from ..message_types import message_class
+from ..sink import Publish
+from ..table import Qos, StreamTable, Topic
+from .raw_publish import raw_publish
+
+
+class Publishers:
+    """One per topic, from open() until keep_only() without it. Thread-safe.
+
+    Args:
+        takes_bytearray: see raw_publish().
+        matched: called by the node's executor when a subscriber has come or gone.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        table: StreamTable,
+        prefix: str,
+        *,
+        takes_bytearray: bool,
+        matched: Callable[[], None],
+    ) -> None:
+        self._node, self._table, self._prefix = node, table, prefix
+        self._takes_bytearray, self._matched = takes_bytearray, matched
+        self._lock = threading.Lock()
+        self._publishers: dict[Topic, Publisher] = {}
+
+    def open(self, topic: Topic) -> Publish:
+        """What publishes payloads of the topic.
+
+        Raises:
+            PublishError: QoS overrides of the user are wrong.
+        """
+        with self._lock:
+            if topic not in self._publishers:
+                name = topic.full_name(self._prefix)
+                qos = self._table.qos[topic.qos]
+                try:
+                    publisher = create_publisher(self._node, name, topic.type, qos, self._matched)
+                except (ParameterException, RuntimeError) as error:
+                    raise PublishError(f"{name} is not published: {error}") from error
+                self._publishers[topic] = publisher
+            return raw_publish(self._publishers[topic], self._takes_bytearray)
+
+    def keep_only(self, topics: Collection[Topic]) -> None:
+        """Ends all other topics."""
+        with self._lock:
+            for topic in self._publishers.keys() - set(topics):
+                self._node.destroy_publisher(self._publishers.pop(topic))
+
+    def subscribers(self) -> dict[Topic, int]:
+        """How many each topic has."""
+        with self._lock:
+            return {
+                topic: publisher.get_subscription_count()
+                for topic, publisher in self._publishers.items()
+            }
+
+    def idle_streams(self) -> set[str]:
+        """The streams with topics, none of which has a subscriber."""
+        counts: defaultdict[str, int] = defaultdict(int)
+        for topic, count in self.subscribers().items():
+            counts[topic.stream] += count
+        return {stream for stream, count in counts.items() if not count}
+
+
+def create_publisher(
+    node: Node, name: str, type: str, qos: Qos, matched: Callable[[], None] | None = None
+) -> Publisher:
+    """RELIABLE and KEEP_LAST, unless the user's qos_overrides parameters say otherwise."""
+    return node.create_publisher(
+        message_class(type),
+        name,
+        QoSProfile(
+            history=HistoryPolicy.KEEP_LAST,
+            depth=qos.depth,
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy[qos.durability.upper()],
+        ),
+        event_callbacks=PublisherEventCallbacks(matched=matched and (lambda _: matched())),
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+    )

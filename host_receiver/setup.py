@@ -1,0 +1,13 @@
+"""What colcon (ament_python) installs beside the package, which pyproject.toml describes."""
+
+from setuptools import setup
+
+setup(
+    license="Apache-2.0",  # where setuptools 68 and later ones take it
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/ml2_receiver"]),
+        ("share/ml2_receiver", ["package.xml"]),
+        ("share/ml2_receiver/launch", ["launch/receiver.launch.py"]),
+        ("share/ml2_receiver/rviz", ["rviz/ml2_sensors.rviz"]),
+    ],
+)

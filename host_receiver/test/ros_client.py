@@ -1,0 +1,86 @@
+"""An independent node that calls the receiver's parameter services and its others.
+
+Each line of standard input is [function, arguments...]; each answer is a line of JSON.
+"""
+
+import json
+import sys
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from std_srvs.srv import SetBool, Trigger
+
+_RECEIVER = "/ml2_receiver"
+_PATIENCE_S = 10.0
+
+
+class Client:
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._parameters = AsyncParameterClient(node, _RECEIVER)
+        assert self._parameters.wait_for_services(_PATIENCE_S)
+
+    def set(self, values: dict[str, Any]) -> Any:
+        """One parameter after the other, as `ros2 param set`."""
+        answer = self._await(self._parameters.set_parameters(_parameters(values)))
+        return [[result.successful, result.reason] for result in answer.results]
+
+    def set_atomically(self, values: dict[str, Any]) -> Any:
+        answer = self._await(self._parameters.set_parameters_atomically(_parameters(values)))
+        return [answer.result.successful, answer.result.reason]
+
+    def get(self, *names: str) -> Any:
+        answer = self._await(self._parameters.get_parameters(list(names)))
+        return [parameter_value_to_python(value) for value in answer.values]
+
+    def names(self) -> Any:
+        return self._await(self._parameters.list_parameters([], 0)).result.names
+
+    def describe(self, *names: str) -> Any:
+        answer = self._await(self._parameters.describe_parameters(list(names)))
+        return [
+            {
+                "type": found.type,
+                "description": found.description,
+                "constraints": found.additional_constraints,
+                "read_only": found.read_only,
+                "integers": [[r.from_value, r.to_value, r.step] for r in found.integer_range],
+                "numbers": [r.from_value for r in found.floating_point_range],
+            }
+            for found in answer.descriptors
+        ]
+
+    def trigger(self, service: str) -> Any:
+        return self._call(Trigger, service, Trigger.Request())
+
+    def enable(self, section: str, is_enabled: bool) -> Any:
+        return self._call(SetBool, f"enable_{section}", SetBool.Request(data=is_enabled))
+
+    def _call(self, type: Any, name: str, request: Any) -> Any:
+        client = self._node.create_client(type, f"{_RECEIVER}/{name}")
+        assert client.wait_for_service(_PATIENCE_S)
+        answer = self._await(client.call_async(request))
+        return [answer.success, answer.message]
+
+    def _await(self, future: Any) -> Any:
+        rclpy.spin_until_future_complete(self._node, future, timeout_sec=_PATIENCE_S)
+        return future.result()
+
+
+def _parameters(values: dict[str, Any]) -> list[Parameter]:
+    return [Parameter(name, value=value) for name, value in values.items()]
+
+
+def main() -> None:
+    rclpy.init()
+    client = Client(rclpy.create_node("client"))
+    for line in sys.stdin:
+        function, *arguments = json.loads(line)
+        print(json.dumps(getattr(client, function)(*arguments)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

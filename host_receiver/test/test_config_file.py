@@ -1,0 +1,91 @@
+from pathlib import Path
+
+import pytest
+
+from ml2_receiver.config import Config, load_config, parse_config
+from ml2_receiver.config_file import ConfigFile
+from ml2_receiver.errors import ConfigError
+from ml2_receiver.settings import Settings
+
+TEXT = """\
+# The laboratory's
+/config_ML_node:
+  ros__parameters:
+    world_left.enabled: true  # flat
+    gaze:
+        enabled: false        # indented by four
+    tf: {layout: "flat"}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    file = tmp_path / "config.yaml"
+    file.write_text(TEXT)
+    return file
+
+
+def changed(file: Path, **changes: object) -> Config:
+    named = {name.replace("__", "."): value for name, value in changes.items()}
+    return Settings.of(load_config(file)).changed(named).config
+
+
+def test_only_values_that_changed_are_written(file: Path) -> None:
+    config = changed(file, world_left__enabled=False, gaze__enabled=True, battery__enabled=True)
+    ConfigFile(file).save(config)
+    assert "# The laboratory's\n" in file.read_text()
+    assert "# indented by four\n" in file.read_text()
+    assert 'layout: "flat"' in file.read_text()
+    assert load_config(file) == config
+
+
+def test_a_file_of_one_without_any_begins_as_the_packaged_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    file = ConfigFile.of_user()
+    assert (file.path, file.is_packaged) == (tmp_path / "ml2_receiver/config.yaml", True)
+    config = Settings.of(file.load()).changed({"battery.enabled": True}).config
+    file.save(config)
+    assert not file.is_packaged
+    assert file.load() == config
+    assert "# Tracking cameras." in file.path.read_text()
+
+
+def test_a_file_that_was_named_has_to_be_there(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="cannot be read: No such file"):
+        ConfigFile(tmp_path / "config.yaml").load()
+
+
+def test_a_read_only_file_stays_as_it_is(file: Path) -> None:
+    config = changed(file, gaze__enabled=True)
+    file.chmod(0o444)
+    with pytest.raises(ConfigError, match=r"config.yaml: cannot be written: it is read-only"):
+        ConfigFile(file).save(config)
+    assert file.read_text() == TEXT
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_what_stands_there_and_is_no_configuration_stays_as_it_is(file: Path) -> None:
+    config = changed(file, gaze__enabled=True)
+    file.write_text("shopping: list")
+    with pytest.raises(ConfigError, match="unknown node"):
+        ConfigFile(file).save(config)
+    assert file.read_text() == "shopping: list"
+
+
+def test_a_folder_that_cannot_be_made_is_the_reason(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    file = ConfigFile(tmp_path / "file" / "config.yaml", is_optional=True)
+    with pytest.raises(ConfigError, match=r"cannot be written: (Not a directory|File exists)"):
+        file.save(parse_config(TEXT.encode()))
+
+
+def test_a_link_and_permissions_stay(file: Path, tmp_path: Path) -> None:
+    file.chmod(0o640)
+    link = tmp_path / "link.yaml"
+    link.symlink_to(file)
+    ConfigFile(link).save(changed(file, gaze__enabled=True))
+    assert link.is_symlink()
+    assert file.stat().st_mode & 0o777 == 0o640
+    assert "gaze" in load_config(file).requests

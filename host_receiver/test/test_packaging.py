@@ -1,0 +1,97 @@
+"""What a ROS workspace and pip get. colcon and ros2 launch themselves are not run here."""
+
+import runpy
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from ml2_receiver.generated.version import VERSION
+from ml2_receiver.table import load_table
+
+RECEIVER = Path(__file__).resolve().parents[1]
+
+
+def test_the_ros_package_has_the_version_and_what_the_table_needs() -> None:
+    package = ElementTree.parse(RECEIVER / "package.xml").getroot()
+    assert (package.findtext("name"), package.findtext("version")) == ("ml2_receiver", VERSION)
+    assert package.findtext("export/build_type") == "ament_python"
+    dependencies = {element.text for element in package.iter("exec_depend")}
+    table = load_table()
+    topics = [topic for stream in table.streams.values() for topic in stream.topics]
+    assert {topic.type.partition("/")[0] for topic in topics} <= dependencies
+
+
+def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path)]
+    source = tmp_path / "source"
+    subprocess.run(["cp", "-rL", str(RECEIVER), str(source)], check=True)
+    subprocess.run([*build, str(source)], check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    names = set(zipfile.ZipFile(wheel).namelist())
+    shared = f"ml2_receiver-{VERSION}.data/data/share"
+    assert {
+        "ml2_receiver/data/streams.yaml",
+        "ml2_receiver/data/config.yaml",
+        "ml2_receiver/ros/node.py",
+        f"{shared}/ament_index/resource_index/packages/ml2_receiver",
+        f"{shared}/ml2_receiver/package.xml",
+        f"{shared}/ml2_receiver/launch/receiver.launch.py",
+        f"{shared}/ml2_receiver/rviz/ml2_sensors.rviz",
+    } <= names
+
+
+class Part:
+    """Stands for every class of the launch API: keeps what it is made of."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        self.arguments, self.named = arguments, named
+
+    def perform(self, context: dict[str, str]) -> str:
+        return context[self.arguments[0]]
+
+
+@pytest.fixture
+def launch_api(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, classes in {
+        "launch": ["LaunchDescription"],
+        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction"],
+        "launch.launch_context": ["LaunchContext"],
+        "launch.substitutions": ["LaunchConfiguration"],
+        "launch_ros": [],
+        "launch_ros.actions": ["Node"],
+    }.items():
+        module = ModuleType(name)
+        module.__dict__.update(dict.fromkeys(classes, Part))
+        monkeypatch.setitem(sys.modules, name, module)
+
+
+@pytest.mark.parametrize("config", ["", "my.yaml"])
+def test_the_launch_file_passes_its_arguments_on(launch_api: None, config: str) -> None:
+    launch = runpy.run_path(str(RECEIVER / "launch/receiver.launch.py"))
+    (parts,) = launch["generate_launch_description"]().arguments
+    *declared, start = parts
+    context = {part.arguments[0]: part.named["default_value"] for part in declared}
+    assert set(context) == {"config", "name", "namespace", "listen"}
+    context |= {"config": config, "namespace": "lab", "listen": "0.0.0.0:1"}
+    (node,) = start.named["function"](context)
+    options = ["--config", config] if config else []
+    assert node.named["arguments"] == ["run", "--listen", "0.0.0.0:1", *options]
+    assert (node.named["name"], node.named["namespace"]) == ("ml2_receiver", "lab")
+    assert (node.named["package"], node.named["executable"]) == ("ml2_receiver", "ml2-receiver")
+
+
+def test_rviz_shows_topics_of_the_table() -> None:
+    rviz = yaml.safe_load((RECEIVER / "rviz/ml2_sensors.rviz").read_text("utf-8"))
+    manager = rviz["Visualization Manager"]
+    table = load_table()
+    assert manager["Global Options"]["Fixed Frame"] == table.world_frame
+    topics = {topic.full_name("/magic_leap2") for s in table.streams.values() for topic in s.topics}
+    shown = {part["Topic"]["Value"] for part in manager["Displays"] if "Topic" in part}
+    assert shown - topics == {"/magic_leap2/depth/points"}

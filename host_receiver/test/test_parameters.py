@@ -1,0 +1,256 @@
+"""The receiver's parameters and services, as `ros2 param` and `ros2 service` meet them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ml2_receiver.config import load_config
+from ml2_receiver.frame import Kind
+from ml2_receiver.table import load_table
+from mock_device import MockDevice
+from ros_processes import Child, Client, Receiver, Subscriber
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+ROOT = Path(__file__).resolve().parents[2]
+CONFIG = """# mine
+/config_ML_node:
+  ros__parameters:
+    world_left:
+      enabled: true  # the left one
+    picture_center: {enabled: true}
+"""
+COLOR = "picture_center"
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    return file
+
+
+@pytest.fixture
+def receiver(config: Path) -> Iterator[Receiver]:
+    with Receiver(config) as receiver:
+        yield receiver
+
+
+@pytest.fixture
+def client(receiver: Receiver) -> Iterator[Client]:
+    with Client() as client:
+        yield client
+
+
+@pytest.fixture
+def device(receiver: Receiver) -> Iterator[MockDevice]:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        yield device
+
+
+def test_every_key_is_a_parameter_with_what_it_may_be(client: Client) -> None:
+    keys = {f"{s.id}.{key}": s for s in load_table().sections.values() for key in s.keys}
+    modes = {f"{section.id}.mode" for section in load_table().sections.values() if section.modes}
+    names = set(client.ask("names"))
+    assert keys.keys() | modes <= names
+    described = dict(zip(keys, client.ask("describe", *keys), strict=True))
+    assert all(found["description"] and found["constraints"] for found in described.values())
+    assert [name for name, found in described.items() if found["read_only"]] == [
+        "general.topic_name"
+    ]
+    assert described[f"{COLOR}.update_rate"]["integers"] == [[15, 60, 15]]
+    assert described[f"{COLOR}.update_rate"]["constraints"].startswith("one of 15, 30, 60; ")
+    assert described["imu.angular_velocity_variance"]["numbers"] == [0.0]
+    assert described["tf.layout"]["constraints"] == "one of flat, rig"
+    (mode,) = client.ask("describe", f"{COLOR}.mode")
+    assert "stream 1: 1944x2160, 2880x2160 at 30 Hz" in mode["constraints"]
+    assert client.ask("get", "world_left.enabled", f"{COLOR}.mode") == [True, "1920x1080@30"]
+    overrides = [name for name in names if name.startswith("qos_overrides./magic_leap2/log.")]
+    assert all(found["read_only"] for found in client.ask("describe", *overrides))
+
+
+def test_a_parameter_renegotiates(client: Client, device: MockDevice) -> None:
+    assert client.ask("set", {"battery.enabled": True}) == [[True, ""]]
+    asked = device.reconfigure()
+    assert set(asked.streams) == {"world_left", "color", "battery", "tf"}
+    device.expect_start(asked.request)
+    with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
+        assert subscriber.publisher["reliability"] == "RELIABLE"
+    assert client.ask("enable", "battery", False) == [True, ""]
+    assert "battery" not in device.reconfigure().streams
+
+
+def test_values_legal_only_together_wait_or_come_together(
+    client: Client, device: MockDevice, receiver: Receiver
+) -> None:
+    ((is_set, reason),) = client.ask("set", {f"{COLOR}.resolution_width": 1280})
+    assert is_set
+    assert "found 1280x1080: waiting" in reason
+    assert client.ask("get", f"{COLOR}.resolution_width", f"{COLOR}.mode") == [1280, "1920x1080@30"]
+    assert client.ask("set", {f"{COLOR}.resolution_height": 720}) == [[True, ""]]
+    assert device.reconfigure().streams["color"]["resolution_width"] == 1280
+    assert client.ask("get", f"{COLOR}.mode") == ["1280x720@30"]
+    assert client.ask("set", {f"{COLOR}.mode": "640x480@60"}) == [[True, ""]]
+    device.wires["control"].expect(Kind.START)
+    assert device.reconfigure().streams["color"]["update_rate"] == 60
+    assert client.ask("get", f"{COLOR}.resolution_height") == [480]
+    stream = {f"{COLOR}.stream": 1, f"{COLOR}.mode": "648x720@60"}
+    assert client.ask("set_atomically", stream) == [True, ""]
+    device.wires["control"].expect(Kind.START)
+    assert "mixed_reality" in device.reconfigure().streams
+    assert any("1280x1080: waiting" in line for line in receiver.errors)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"world_left.enabled": 1}, "world_left.enabled: expected true or false, found 1"),
+        ({"world_left.enabled": "on"}, 'world_left.enabled: expected true or false, found "on"'),
+        ({"world_left.enabled": [True]}, "found a list"),
+        ({"world_left.enable": True}, "did you mean enabled?"),
+        ({"general.topic_name": "/other"}, "read-only"),
+        ({"qos_overrides./magic_leap2/log.publisher.depth": 3}, "read-only"),
+        ({f"{COLOR}.update_rate": 45}, "one of 15, 30, 60 with stream 0, 1920x1080, found 45"),
+        ({f"{COLOR}.resolution_width": 1280, "battery.enabled": True}, "found 1280x1080"),
+        ({"imu.angular_velocity_variance": -0.5}, "expected a number of at least 0, found -0.5"),
+        ({f"{COLOR}.mode": "big"}, 'expected WIDTHxHEIGHT@RATE such as 1280x720@30, found "big"'),
+    ],
+)
+def test_a_refused_value_leaves_everything_as_it_was(
+    client: Client, device: MockDevice, changes: dict[str, Any], reason: str
+) -> None:
+    is_set, said = client.ask("set_atomically", {"battery.enabled": True, **changes})
+    assert (is_set, reason in said) == (False, True), said
+    assert client.ask("get", "battery.enabled", f"{COLOR}.mode") == [False, "1920x1080@30"]
+    client.ask("enable", "gaze", True)
+    assert set(device.reconfigure().streams) == {"world_left", "color", "tf", "gaze"}
+
+
+def test_stop_and_start_keep_session_and_topics(client: Client, device: MockDevice) -> None:
+    assert client.ask("trigger", "stop")[0]
+    assert device.reconfigure().streams == {}
+    with Subscriber("/magic_leap2/world_left/image_raw", "sensor_msgs/msg/Image"):
+        pass
+    assert client.ask("trigger", "start")[0]
+    asked = device.reconfigure()
+    device.expect_start(asked.request)
+    assert "world_left" in asked.streams
+
+
+def test_save_and_reload(client: Client, device: MockDevice, config: Path) -> None:
+    config.write_text(config.read_text().replace("left one", "left camera"))
+    client.ask("set", {f"{COLOR}.mode": "640x480@15", "tf.layout": "rig"})
+    device.reconfigure()
+    assert client.ask("trigger", "save_config") == [True, f"written to {config}"]
+    saved = config.read_text()
+    assert "# mine\n/config_ML_node:\n" in saved
+    assert "enabled: true  # the left camera\n" in saved
+    assert load_config(config).requests["color"]["resolution_width"] == 640
+    assert load_config(config).requests["tf"]["layout"] == "rig"
+    config.write_text(saved.replace("rig", "flat"))
+    assert client.ask("get", "tf.layout") == ["rig"]
+    assert client.ask("trigger", "reload") == [True, ""]
+    assert client.ask("get", "tf.layout") == ["flat"]
+    config.write_text(saved.replace("rig", "round"))
+    is_loaded, reason = client.ask("trigger", "reload")
+    assert (is_loaded, f"{config}:" in reason) == (False, True)
+    assert client.ask("get", "tf.layout") == ["flat"]
+
+
+def test_parameters_given_to_ros_go_before_the_file_even_when_it_is_reloaded(
+    config: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "more.yaml"
+    file.write_text("/ml2_receiver: {ros__parameters: {imu: {angular_velocity_variance: 0.5}}}")
+    given = ("-p", "world_left.enabled:=false", "-p", "general.topic_name:=other")
+    options = ("--ros-args", *given, "--params-file", str(file))
+    with (
+        Receiver(config, *options) as receiver,
+        Client() as client,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
+        device.start()
+        assert client.ask("trigger", "reload") == [True, ""]
+        names = ("world_left.enabled", "imu.angular_velocity_variance", f"{COLOR}.enabled")
+        assert client.ask("get", *names) == [False, 0.5, True]
+        with Subscriber("/other/color/camera_info", "sensor_msgs/msg/CameraInfo"):
+            pass
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("world_left.enabled:=7", "ROS parameters: world_left.enabled: expected true or false"),
+        ("world_left.enable:=true", "did you mean enabled?"),
+        (f"{COLOR}.resolution_width:=1280", "found 1280x1080"),
+    ],
+)
+def test_a_wrong_parameter_given_to_ros_ends_it(config: Path, given: str, said: str) -> None:
+    command = ("-m", "ml2_receiver", "run", "--config", str(config), "--listen", "127.0.0.1:0")
+    with Child(*command, "--ros-args", "-p", given) as child:
+        assert child.wait() == 2
+    assert any(said in line for line in child.errors), child.errors
+    assert not any("Traceback" in line for line in child.errors)
+
+
+def test_only_with_lazy_streams_without_subscribers_pause(
+    client: Client, device: MockDevice
+) -> None:
+    with Subscriber("/magic_leap2/world_left/camera_info", "sensor_msgs/msg/CameraInfo") as first:
+        while not first.has_line(0.1):
+            device.publish("world_left/camera_info")
+        assert client.ask("set", {"publish.lazy": True}) == [[True, ""]]
+        asked = device.reconfigure()
+        assert set(asked.streams) == {"world_left"}
+        device.expect_start(asked.request)
+        with Subscriber("/magic_leap2/color/metadata", "std_msgs/msg/String"):
+            asked = device.reconfigure()
+            assert set(asked.streams) == {"world_left", "color"}
+            device.expect_start(asked.request)
+        asked = device.reconfigure()
+        assert set(asked.streams) == {"world_left"}
+        device.expect_start(asked.request)
+    assert device.reconfigure().streams == {}
+    assert client.ask("set", {"publish.lazy": False}) == [[True, ""]]
+    assert set(device.reconfigure().streams) == {"world_left", "color", "tf"}
+
+
+MATCHED = """
+import queue, rclpy
+from pathlib import Path
+from ml2_receiver.config import parse_config
+from ml2_receiver.config_file import ConfigFile
+from ml2_receiver.ros import RosNode
+from ml2_receiver.table import load_table
+
+class Control:
+    def __init__(self): self.updates = queue.Queue()
+    def report(self): return None
+    def update(self): self.updates.put(node.idle_streams())
+
+control, table = Control(), load_table()
+node = RosNode(table, parse_config(b"/**: {ros__parameters: {publish: {lazy: true}}}"), [])
+node.serve(control, ConfigFile(Path("none")))
+for stream in ("world_left", "battery"):
+    node.open(table.streams[stream].topics[0])
+print(sorted(node.idle_streams()))
+rclpy.init()
+subscriber = rclpy.create_node("subscriber")
+from sensor_msgs.msg import BatteryState
+subscription = subscriber.create_subscription(BatteryState, "/magic_leap2/battery", print, 1)
+print(sorted(control.updates.get(timeout=10)))
+subscriber.destroy_subscription(subscription)
+print(sorted(control.updates.get(timeout=10)))
+node.close()
+rclpy.shutdown()
+"""
+
+
+def test_the_middleware_tells_when_subscribers_come_and_go() -> None:
+    with Child("-c", MATCHED) as child:
+        assert child.line() == "['battery', 'world_left']"
+        assert child.line() == "['world_left']"
+        assert child.line() == "['battery', 'world_left']"

@@ -1,0 +1,163 @@
+"""What a headset is asked for while it runs: other values, a pause, streams that are idle."""
+
+from ml2_receiver.frame import Kind
+from ml2_receiver.messages import Configure, Configured, Start, StreamAnswer
+from ml2_receiver.streams import Request
+from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene
+
+FASTER: Request = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 5}}
+SLOWER: Request = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 1}}
+WITHOUT_CAMERA = {id: values for id, values in REQUEST.items() if id != "world_left"}
+
+
+def started() -> Scene:
+    scene = Scene()
+    scene.start()
+    return scene
+
+
+def streams(scene: Scene) -> list[Request]:
+    return [asked.streams for asked in scene.asked()]
+
+
+def test_another_request_is_negotiated_and_started() -> None:
+    scene = started()
+    scene.host.request(FASTER)
+    assert streams(scene) == [REQUEST, FASTER]
+    scene.comply()
+    assert scene.sent(scene.control)[-1] == (Kind.START, Start(scene.asked()[-1].request))
+    assert scene.sink.applied[-1].streams["world_left"].values == FASTER["world_left"]
+
+
+def test_the_same_request_is_not_negotiated_again() -> None:
+    scene = started()
+    scene.host.request(dict(REQUEST))
+    assert streams(scene) == [REQUEST]
+
+
+def test_while_an_answer_is_outstanding_the_newest_request_waits_for_it() -> None:
+    scene = started()
+    scene.host.request(FASTER)
+    scene.host.request(WITHOUT_CAMERA)
+    scene.host.request(SLOWER)
+    assert streams(scene) == [REQUEST, FASTER]
+    scene.comply()
+    assert streams(scene) == [REQUEST, FASTER, SLOWER]
+    scene.comply()
+    kinds = [kind for kind in scene.kinds(scene.control) if kind in (Kind.CONFIGURE, Kind.START)]
+    assert kinds == [Kind.CONFIGURE, Kind.START, Kind.CONFIGURE, Kind.CONFIGURE, Kind.START]
+
+
+def test_a_request_before_any_headset_is_what_the_first_is_asked_for() -> None:
+    scene = Scene()
+    scene.host.request(FASTER)
+    scene.configure()
+    assert streams(scene) == [FASTER]
+
+
+def test_a_pause_stops_all_streams_and_keeps_topics_and_session() -> None:
+    scene = started()
+    scene.host.pause()
+    assert streams(scene) == [REQUEST, {}]
+    scene.comply()
+    assert scene.kinds(scene.control)[-1] == Kind.CONFIGURE
+    assert scene.sink.applied[-1].topics == TOPICS
+    assert scene.sink.applied[-1].streams == APPLIED
+    assert scene.is_connected()
+    scene.host.start()
+    assert streams(scene) == [REQUEST, {}, REQUEST]
+    scene.comply()
+    assert scene.kinds(scene.control)[-1] == Kind.START
+
+
+def test_a_pause_while_an_answer_is_outstanding_comes_after_it() -> None:
+    scene = started()
+    scene.host.request(FASTER)
+    scene.host.pause()
+    scene.comply()
+    assert streams(scene) == [REQUEST, FASTER, {}]
+    scene.comply()
+    scene.host.request(SLOWER)
+    scene.comply()
+    assert streams(scene) == [REQUEST, FASTER, {}, SLOWER]
+    assert scene.kinds(scene.control).count(Kind.START) == 1
+    scene.host.start()
+    assert scene.sent(scene.control)[-1] == (Kind.START, Start(scene.asked()[-1].request))
+
+
+def test_a_headset_that_comes_in_a_pause_is_configured_and_waits() -> None:
+    scene = Scene()
+    scene.host.pause()
+    scene.answer()
+    assert streams(scene) == [REQUEST]
+    assert Kind.START not in scene.kinds(scene.control)
+    scene.host.start()
+    assert scene.kinds(scene.control)[-1] == Kind.START
+
+
+def test_idle_streams_are_negotiated_and_then_left_out() -> None:
+    scene = Scene()
+    scene.idle = {"world_left"}
+    scene.answer()
+    assert streams(scene) == [REQUEST, WITHOUT_CAMERA]
+    scene.comply()
+    assert scene.sink.applied[-1].topics == TOPICS
+    assert scene.sink.applied[-1].streams == APPLIED
+    kinds = [kind for kind in scene.kinds(scene.control) if kind in (Kind.CONFIGURE, Kind.START)]
+    assert kinds == [Kind.CONFIGURE, Kind.CONFIGURE, Kind.START]
+
+
+def test_a_stream_that_is_needed_again_resumes() -> None:
+    scene = Scene()
+    scene.idle = {"world_left"}
+    scene.answer()
+    scene.comply()
+    scene.idle = set()
+    scene.host.update()
+    assert streams(scene)[-1] == REQUEST
+    scene.comply()
+    assert scene.kinds(scene.control)[-1] == Kind.START
+    scene.receive_data("world_left", 1)
+    assert len(scene.sink.payloads[IMAGE.name]) == 1
+
+
+def test_while_all_are_idle_nothing_is_started() -> None:
+    scene = Scene()
+    scene.idle = set(REQUEST)
+    scene.answer()
+    scene.comply()
+    assert streams(scene) == [REQUEST, {}]
+    assert Kind.START not in scene.kinds(scene.control)
+
+
+def test_reports_tell_which_streams_run() -> None:
+    scene = started()
+    scene.idle = {"world_left"}
+    scene.host.update()
+    scene.comply()
+    assert scene.host.session is not None
+    running = {row.topic.stream: row.is_running for row in scene.host.session.report().topics}
+    assert running == {"world_left": False, "battery": True, "tf": True}
+
+
+def test_a_stream_that_is_refused_when_it_shall_resume_loses_its_topics() -> None:
+    scene = started()
+    scene.idle = {"world_left"}
+    scene.host.update()
+    scene.comply()
+    scene.idle = set()
+    scene.host.update()
+    refused = StreamAnswer("refused", None, "permission withdrawn")
+    scene.comply({"world_left": refused})
+    assert scene.sink.applied[-1].topics == [t for t in TOPICS if t.stream != "world_left"]
+    assert scene.sink.applied[-1].streams["world_left"] == refused
+    assert any("permission withdrawn" in event for event in scene.sink.events)
+
+
+def test_an_answer_to_another_request_than_the_last_is_unexpected() -> None:
+    scene = started()
+    scene.host.request(FASTER)
+    first = scene.asked()[0]
+    assert isinstance(first, Configure)
+    scene.receive(scene.control, Kind.CONFIGURED, Configured(first.request, APPLIED))
+    assert scene.error(scene.control) == "unexpected"

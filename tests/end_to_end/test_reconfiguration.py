@@ -1,0 +1,96 @@
+"""The configuration changes while a simulated headset streams."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from processes import (
+    PREFIX,
+    ROOT,
+    Received,
+    headset_command,
+    isolated_environment,
+    lines,
+    listening_address,
+    process,
+    receive_command,
+    result,
+    subscribing,
+)
+
+CONFIG = """
+/config_ML_node:
+  ros__parameters:
+    world_left: {enabled: true}
+    depth_center: {enabled: true}
+    other_sensors: {enabled: true}
+"""
+IMAGES = ("world_left/image_raw", "depth/image_raw")
+UNDISTURBED = ("world_left/image_raw", "world_left/camera_info", "gyro_left/imu")
+
+
+@contextlib.contextmanager
+def asking(environment: dict[str, str], folder: Path) -> Iterator[Callable[..., Any]]:
+    """A node of its own that calls the receiver's services; see ros_client.py."""
+    command = [sys.executable, str(ROOT / "host_receiver" / "test" / "ros_client.py")]
+    with process(command, environment, folder / "client.log", subprocess.PIPE) as child:
+
+        def ask(*call: Any) -> Any:
+            assert child.stdin is not None
+            child.stdin.write(json.dumps(call) + "\n")
+            child.stdin.flush()
+            return json.loads(lines(child).readline())
+
+        yield ask
+
+
+def runs(snapshot: dict[str, Any]) -> bool:
+    """Whether images came; the test signals draw theirs first, which may take seconds."""
+    return all(snapshot["topics"].get(f"{PREFIX}/{name}", {}).get("count", 0) for name in IMAGES)
+
+
+def run(folder: Path) -> Received:
+    """Switches depth off after about 1 s, on again after 3 s, and battery on after 4 s."""
+    (folder / "config.yaml").write_text(CONFIG)
+    environment = isolated_environment()
+    with contextlib.ExitStack() as stack:
+        start = stack.enter_context
+        command = receive_command(folder / "config.yaml", "127.0.0.1:0", "--start-paused")
+        receiver = start(process(command, environment, folder / "receiver.log"))
+        address = listening_address(receiver)
+        ask = start(asking(environment, folder))
+        subscriber = start(subscribing(environment, folder))
+        headset = headset_command(address, "--source", "test-signal", "--duration", "6")
+        start(process(headset, environment, folder / "headset.log"))
+        seconds = (line for line in lines(subscriber) if runs(json.loads(line)))
+        for second, _ in enumerate(seconds):
+            if second in (0, 2):
+                assert ask("enable", "depth_center", second == 2) == [True, ""]
+            if second == 3:
+                assert ask("set", {"battery.enabled": True}) == [[True, ""]]
+        return result(subscriber, folder)
+
+
+def numbers(received: Received, camera: str) -> list[int]:
+    """Of the captures; a stream that is started counts from 0 again."""
+    return [json.loads(it.data)["frame_number"] for it in received.messages(f"{camera}/metadata")]
+
+
+def test_only_the_stream_concerned_restarts(tmp_path: Path) -> None:
+    received = run(tmp_path)
+    for topic in UNDISTURBED:
+        books = received.books(f"{PREFIX}/{topic}")
+        # A source that a busy machine wakes too late has lost nothing by being reconfigured.
+        assert books["gaps"] == books.get("dropped.source_late", "0"), topic
+    left, depth = numbers(received, "world_left"), numbers(received, "depth")
+    assert len(left) > 4 * 30
+    assert left == sorted(left)
+    assert sum(later < earlier for earlier, later in itertools.pairwise(depth)) == 1
+    assert f"{PREFIX}/battery" in received.graph
