@@ -1,7 +1,6 @@
 """The ROS 2 node; the only module that imports rclpy."""
 
 import importlib
-import json
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -22,6 +21,7 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from .config_topic import config_text
 from .diagnostics import Diagnostics, Row
 from .errors import PublishError, RosError
 from .report import Report
@@ -113,7 +113,7 @@ class RosNode:
         with self._lock:
             for topic in self._publishers.keys() - set(applied.topics):
                 self._node.destroy_publisher(self._publishers.pop(topic))
-        self._own["config"].publish(String(data=json.dumps(self._applied(applied))))
+        self._own["config"].publish(String(data=config_text(applied, self._prefix)))
 
     def event(self, text: str) -> None:
         self._node.get_logger().info(text)
@@ -135,27 +135,6 @@ class RosNode:
             ),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-
-    def _applied(self, applied: Applied) -> dict[str, Any]:
-        streams: dict[str, Any] = {
-            id: {
-                "result": answer.result,
-                "values": answer.values,
-                "reason": answer.reason,
-                "topics": [],
-            }
-            for id, answer in applied.streams.items()
-        }
-        for topic in applied.topics:
-            streams[topic.stream]["topics"].append(
-                {
-                    "topic": topic.full_name(self._prefix),
-                    "type": topic.type,
-                    "qos": topic.qos,
-                    "role": topic.role,
-                }
-            )
-        return {"headset": applied.headset, "session": applied.session, "streams": streams}
 
     def _status_array(self, report: Report | None) -> DiagnosticArray:
         with self._lock:
