@@ -1,28 +1,25 @@
 """A recording of a scripted device, and the payloads it sent."""
 
-import random
-import struct
-from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
+from fake_sink import FakeSink
 from ml2_receiver.fan_out import FanOut
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_writer import BagWriter
-from ml2_receiver.recording.recorder import QUEUE_BYTES, Recorder
+from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.server import Server, listen
+from ml2_receiver.streams import Request
 from ml2_receiver.table import load_table
-from fake_sink import FakeSink
 from mock_device import MockDevice
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 PREFIX = "/magic_leap2"
-REQUEST = {"world_left": {"stream": 0}, "battery": {}, "tf": {"layout": "flat"}}
+REQUEST: Request = {"world_left": {"stream": 0}, "battery": {}, "tf": {"layout": "flat"}}
 
 
 def image(number: int) -> bytes:
@@ -59,7 +56,7 @@ def tf(number: int) -> bytes:
     return bytes(TYPES.serialize_cdr(message, "tf2_msgs/msg/TFMessage"))
 
 
-def _header(number: int, frame: str) -> object:
+def _header(number: int, frame: str) -> Any:
     time = TYPES.types["builtin_interfaces/msg/Time"](number, 5)
     return TYPES.types["std_msgs/msg/Header"](time, frame)
 
@@ -89,14 +86,12 @@ def send(device: MockDevice, count: int) -> None:
             device.publish(name, make(number))
 
 
-def record(
-    folder: Path, count: int, compression: str = "none", queue_bytes: int = QUEUE_BYTES
-) -> None:
-    """A whole session of a device whose world_right, say, nobody asked for."""
+def record(folder: Path, count: int, compression: str = "none") -> None:
+    """A whole session of a device."""
     make_folder(folder, is_overwriting=False)
     failures: list[str] = []
     writer = BagWriter(folder, compression)
-    recorder = Recorder(writer, load_table(), PREFIX, failures.append, queue_bytes)
+    recorder = Recorder(writer, load_table(), PREFIX, failures.append)
     sink = FakeSink()
     server = Server(
         listen(("127.0.0.1", 0)),
