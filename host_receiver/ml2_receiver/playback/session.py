@@ -226,10 +226,8 @@ class Session:
         self._round_trip_ns = time.time_ns() - sent_ns
 
     def _status(self, *, is_final: bool) -> None:
-        channels = {
-            topic.name: ChannelStatus(count, count, {})
-            for topic, count in self._sent.copy().items()
-        }
+        counts = {topic.name: self._sent.get(topic, 0) for topic in self._ids.copy()}
+        channels = {name: ChannelStatus(count, count, {}) for name, count in counts.items()}
         clock = ClockStatus("frozen", 0, 0, self._round_trip_ns)
         uptime_s = time.monotonic() - self._began_s
         self._control.send(Kind.STATUS, Status(is_final, uptime_s, channels, clock))

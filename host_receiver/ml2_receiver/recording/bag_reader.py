@@ -1,11 +1,11 @@
 """Reads the recordings of this receiver, also those that a kill has cut off."""
 
+import io
 import struct
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 import zstandard
 from mcap.exceptions import McapError
@@ -137,8 +137,17 @@ def _file(path: Path) -> Path:
     return files[0]
 
 
-def _opened(path: Path) -> BinaryIO:
+class _BoundedFile(io.BufferedReader):
+    """Believes no length that is larger than a record may be."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is None or not 0 <= size <= _MAX_RECORD_BYTES:
+            raise ValueError(f"a length of {size} B")
+        return super().read(size)
+
+
+def _opened(path: Path) -> _BoundedFile:
     try:
-        return path.open("rb")
+        return _BoundedFile(io.FileIO(path))
     except OSError as error:
         raise RecordingError(f"cannot read {path}: {error.strerror}") from error
