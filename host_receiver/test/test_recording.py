@@ -207,6 +207,8 @@ def test_an_abandoned_recording_has_what_was_flushed_and_no_part_of_more(tmp_pat
     writer.add_topic(topic)
     writer.write(topic, 1, bag_scene.battery(1))
     writer.flush()
-    writer.write(topic, 2, bag_scene.battery(2))
+    for number in range(6):  # more than a chunk
+        writer.write(topic, number, bytes(1 << 20))
+    assert mcap_file(folder).stat().st_size > writer.flushed_bytes
     writer.abandon()
     assert mcap_file(folder).stat().st_size == writer.flushed_bytes
