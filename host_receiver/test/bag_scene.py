@@ -10,15 +10,18 @@ from rosbags.typesys import Stores, get_typestore
 from fake_sink import FakeSink
 from ml2_receiver.fan_out import FanOut
 from ml2_receiver.recording.bag_folder import make_folder
+from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.server import Server, listen
 from ml2_receiver.streams import Request
+from ml2_receiver.string_message import encode_string
 from ml2_receiver.table import load_table
 from mock_device import MockDevice
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 PREFIX = "/magic_leap2"
+CONFIG = '{"headset": "h", "session": "s", "streams": {}}'
 REQUEST: Request = {"world_left": {"stream": 0}, "battery": {}, "tf": {"layout": "flat"}}
 
 
@@ -111,3 +114,20 @@ def record(folder: Path, count: int, compression: str = "none") -> None:
         server.stop()
         recorder.close()
     assert failures == []
+
+
+def written(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
+    """A recording of these topics, times in s and payloads, after the configuration."""
+    make_folder(folder, is_overwriting=False)
+    writer = BagWriter(folder, "none")
+    table = load_table()
+    topics = {"/p/config": BagTopic("/p/config", "std_msgs/msg/String", table.qos["latched"])}
+    for name, _, _ in messages:
+        topics[name] = BagTopic(name, "sensor_msgs/msg/BatteryState", table.qos["sensor"])
+    for topic in topics.values():
+        writer.add_topic(topic)
+    writer.write(topics["/p/config"], 0, encode_string(CONFIG))
+    for name, time_s, payload in messages:
+        writer.write(topics[name], time_s * 10**9, payload)
+    writer.close()
+    return folder

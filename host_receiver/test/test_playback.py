@@ -6,33 +6,25 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from mcap.writer import Writer
 
 import bag_scene
 from bag_readers import digest, mcap_file, with_mcap
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
-from ml2_receiver.errors import RecordingError
 from ml2_receiver.fan_out import FanOut
 from ml2_receiver.messages import ChannelStatus
-from ml2_receiver.playback.player import Player
 from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_reader import BagReader
-from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.server import Server, listen
 from ml2_receiver.sink import Sink
 from ml2_receiver.streams import Request
-from ml2_receiver.string_message import encode_string
-from ml2_receiver.table import Topic, load_table
+from ml2_receiver.table import load_table
 from ros_processes import Child
 
 COUNT = 30
-CONFIG = '{"headset": "h", "session": "s", "streams": {}}'
 
 
 @pytest.fixture(scope="module")
@@ -148,71 +140,6 @@ def test_it_plays_again_and_again_until_interrupted(bag: Path) -> None:
     assert sink.payloads["battery"][: 3 * COUNT] == 3 * sent
 
 
-class FakeSession:
-    def __init__(self) -> None:
-        self.sent: list[int] = []
-
-    def is_wanted(self, topic: Topic) -> bool:
-        return topic.name == "battery"
-
-    def send(self, topic: Topic, payload: bytes, capture_ns: int) -> None:
-        self.sent.append(capture_ns)
-
-
-class Waits(threading.Event):
-    """Time that passes without being waited for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.waits_s: list[float] = []
-
-    def wait(self, timeout: float | None = None) -> bool:
-        self.waits_s.append(timeout or 0)
-        return False
-
-
-def written(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
-    """A recording of these topics, times in s and payloads, after the configuration."""
-    make_folder(folder, is_overwriting=False)
-    writer = BagWriter(folder, "none")
-    table = load_table()
-    topics = {"/p/config": BagTopic("/p/config", "std_msgs/msg/String", table.qos["latched"])}
-    for name, _, _ in messages:
-        topics[name] = BagTopic(name, "sensor_msgs/msg/BatteryState", table.qos["sensor"])
-    for topic in topics.values():
-        writer.add_topic(topic)
-    writer.write(topics["/p/config"], 0, encode_string(CONFIG))
-    for name, time_s, payload in messages:
-        writer.write(topics[name], time_s * 10**9, payload)
-    writer.close()
-    return folder
-
-
-def test_the_rate_divides_the_time_between_messages(tmp_path: Path) -> None:
-    messages = [("/p/battery", 1000 * number, bag_scene.battery(number)) for number in range(3)]
-    reader = BagReader(written(tmp_path / "walk", messages))
-    session, waits = FakeSession(), Waits()
-    Player(reader, load_table(), session, rate=4.0).play(waits)  # type: ignore[arg-type]
-    assert waits.waits_s == pytest.approx([0, 0, 250, 500], abs=50)
-    assert session.sent == [5, 10**9 + 5, 2 * 10**9 + 5]
-
-
-@pytest.mark.parametrize(
-    ("payload", "words"),
-    [
-        (bytes([0, 1, 0, 0]) + bytes(64 * 1024), "expected at most 65536"),
-        (bytes([0, 0, 0, 0, 1]), "is not little-endian CDR"),
-    ],
-)
-def test_a_message_that_no_receiver_takes_ends_the_playback(
-    tmp_path: Path, payload: bytes, words: str
-) -> None:
-    reader = BagReader(written(tmp_path / "walk", [("/p/battery", 1, payload)]))
-    player = Player(reader, load_table(), FakeSession(), 1.0)  # type: ignore[arg-type]
-    with pytest.raises(RecordingError, match=words):
-        player.play(Waits())
-
-
 def test_a_receiver_that_ends_the_session_ends_the_playback(
     bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -234,7 +161,7 @@ def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFi
     with receiving(FakeSink()) as server:
         first = Session(address(server), BagReader(bag), load_table(), threading.Event())
         table = bag.parent / "other"
-        other = table if table.exists() else written(table, [])
+        other = table if table.exists() else bag_scene.written(table, [])
         assert play(other, server) == 2
         first.finish()
     assert "the receiver refuses: busy" in capsys.readouterr().err
@@ -261,44 +188,3 @@ def test_a_rate_is_above_zero(rate: str, capsys: pytest.CaptureFixture[str]) -> 
     with pytest.raises(SystemExit, match="2"):
         main(["play", "walk", "--rate", rate])
     assert f"expected a rate above 0, found {rate!r}" in capsys.readouterr().err
-
-
-def test_what_is_no_recording_is_refused_with_the_reason(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    foreign = tmp_path / "foreign.mcap"
-    writer = Writer(str(foreign))
-    writer.start()
-    writer.finish()
-    text = tmp_path / "text.mcap"
-    text.write_text("no recording at all")
-    cases = {
-        foreign: "is not of ml2-receiver: it has no topic .../config",
-        text: "is broken: not a valid MCAP file",
-        tmp_path / "missing": "No such file or directory",
-    }
-    for path, reason in cases.items():
-        assert main(["play", str(path)]) == 2
-        assert reason in capsys.readouterr().err
-    (tmp_path / "empty").mkdir()
-    assert main(["play", str(tmp_path / "empty")]) == 2
-    assert "expected one .mcap file" in capsys.readouterr().err
-
-
-@settings(max_examples=200)
-@given(data=st.data())
-def test_a_broken_file_is_a_recording_error_and_nothing_else(
-    bag: Path, data: st.DataObject
-) -> None:
-    whole = mcap_file(bag).read_bytes()
-    broken = bytearray(whole[: data.draw(st.integers(0, len(whole)))])
-    for _ in range(data.draw(st.integers(0, 4))):
-        if broken:
-            broken[data.draw(st.integers(0, len(broken) - 1))] = data.draw(st.integers(0, 255))
-    file = bag.parent / "broken.mcap"
-    file.write_bytes(broken)
-    try:
-        for _ in BagReader(file).messages():
-            pass
-    except RecordingError:
-        pass

@@ -30,7 +30,7 @@ _EXAMPLES = """examples:
   ml2-receiver play walk                         to a receiver, as the headset did
 
 If the recording is cut off by a kill or a full disk, all but the last second is there:
-`ros2 bag reindex walk` brings its metadata.yaml up to date.
+`ros2 bag reindex walk -s mcap` brings its metadata.yaml up to date.
 Whatever follows --ros-args goes to ROS 2."""
 
 

@@ -133,6 +133,9 @@ class Recorder:
             self._writer.close()
         except OSError as error:
             self._fail(error.strerror or str(error))
+        except BaseException as error:
+            self._fail(f"of a fault of ours, {error!r}")
+            raise
 
     def _write_jobs(self) -> None:
         flush_s = time.monotonic() + _FLUSH_PERIOD_S
