@@ -1,8 +1,12 @@
 """`ml2-receiver record` as a process: killed, on a full disk, with ROS and without."""
 
 import itertools
+import os
+import pty
 import resource
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -23,7 +27,7 @@ from bag_readers import (
 from ml2_receiver.cli import main
 from ml2_receiver.recording.bag_reader import BagReader
 from mock_device import MockDevice
-from ros_processes import Recording, Subscriber
+from ros_processes import Child, Recording, Subscriber, environment
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
 IMAGE = "world_left/image_raw"
@@ -132,6 +136,44 @@ def test_without_ros_it_says_who_came_and_what_runs(folder: Path, config: Path) 
     said = "\n".join(recording.errors)
     assert "world_left refused: 'no permission'" in said
     assert "streams: battery, tf" in said
+
+
+WITHOUT_ROS = """
+import sys
+from ml2_receiver.cli import main
+print(main(sys.argv[1:]), [name for name in sys.modules if name.startswith("rclpy")])
+"""
+
+
+def test_without_ros_nothing_of_ros_is_needed(folder: Path, config: Path) -> None:
+    options = (str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0")
+    with Child("-c", WITHOUT_ROS, "record", *options) as child:
+        address = child.line().removeprefix("listening on ")
+        with MockDevice(address) as device:
+            device.start()
+            device.publish("battery", bag_scene.battery(0))
+            device.leave()
+        child.end()
+        lines = [child.line() for _ in range(3)]
+    assert lines[-1] == "0 []"
+    assert any(seen.topic.endswith("battery") for seen in with_mcap(folder))
+
+
+def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
+    terminal, output = pty.openpty()
+    options = [str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ml2_receiver", "record", *options],
+        stdout=output,
+        env={**environment(), "TERM": "xterm"},
+    )
+    os.close(output)
+    shown = b""
+    while b"MB/s" not in shown:
+        shown += os.read(terminal, 1024)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(_PATIENCE_S) == 0
+    os.close(terminal)
 
 
 def limit_files(process: int, size: int) -> None:
