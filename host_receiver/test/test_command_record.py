@@ -169,11 +169,15 @@ def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
     )
     os.close(output)
     shown = b""
-    while b"MB/s" not in shown:
-        shown += os.read(terminal, 1024)
-    process.send_signal(signal.SIGINT)
-    assert process.wait(_PATIENCE_S) == 0
-    os.close(terminal)
+    try:
+        while b"MB/s" not in shown:
+            shown += os.read(terminal, 1024)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(_PATIENCE_S) == 0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(terminal)
 
 
 def limit_files(process: int, size: int) -> None:
