@@ -100,7 +100,8 @@ def test_the_quality_of_service_is_that_of_the_publishers(
 def test_static_transforms_stay_for_late_subscribers(tmp_path: Path) -> None:
     make_folder(tmp_path / "walk", is_overwriting=False)
     writer = BagWriter(tmp_path / "walk", "none")
-    static = BagTopic("/tf_static", "tf2_msgs/msg/TFMessage", load_table().qos["latched"])
+    (row,) = (row for row in load_table().streams["tf"].topics if row.role == "tf_static")
+    static = BagTopic(row.name, row.type, load_table().qos[row.qos])
     writer.add_topic(static)
     writer.write(static, 1, bag_scene.tf(0))
     writer.close()

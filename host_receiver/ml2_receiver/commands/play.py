@@ -83,6 +83,7 @@ def _play(player: Player, session: Session, stopping: threading.Event, *, is_loo
             )
         player.play(stopping)
         while is_looping and not stopping.is_set():
+            session.epoch += 1
             player.play(stopping)
 
 

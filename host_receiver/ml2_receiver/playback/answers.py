@@ -28,7 +28,7 @@ def announced(request: Request, reader: BagReader, table: StreamTable) -> list[T
         for id, values in request.items()
         if id in table.streams
         for topic in _recorded(reader, table.streams[id])
-        if topic.when is None or values.get(topic.when)
+        if topic.when is None or topic.when.holds(values)
     ]
 
 

@@ -4,6 +4,7 @@ import struct
 import threading
 import time
 import uuid
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -34,6 +35,7 @@ from .answers import announced, answer, recorded_streams
 from .lane import Lane
 
 _STATUS_PERIOD_S = 1.0
+_ROUND_TRIPS = 15  # one per STATUS: those of the last 15 s
 _FAREWELL_S = 1.0
 _TIME = struct.Struct("<q")
 
@@ -50,6 +52,7 @@ class Session:
 
     Attributes:
         started: set by START.
+        epoch: of the stamps; to be counted up when they begin again.
 
     Raises:
         PlaybackError: no receiver, or it does not want a session.
@@ -63,6 +66,7 @@ class Session:
         over: threading.Event,
     ) -> None:
         self.started = threading.Event()
+        self.epoch = 0
         self.reason: str | None = None
         self._address, self._reader, self._table, self._over = address, reader, table, over
         self._began_s = time.monotonic()
@@ -73,7 +77,7 @@ class Session:
         self._announced: frozenset[Topic] = frozenset()
         self._live: frozenset[Topic] = frozenset()
         self._request = 0
-        self._round_trip_ns = 0
+        self._round_trips_ns: deque[int] = deque(maxlen=_ROUND_TRIPS)
         self._control = self._lanes["control"] = Lane(address, "control")
         try:
             self._welcome = self._greet()
@@ -223,12 +227,13 @@ class Session:
         lane = self._lanes["time"]
         lane.send(Kind.TIME_REQUEST, _TIME.pack(sent_ns))
         lane.expect(Kind.TIME_REPLY)
-        self._round_trip_ns = time.time_ns() - sent_ns
+        self._round_trips_ns.append(time.time_ns() - sent_ns)
 
     def _status(self, *, is_final: bool) -> None:
         counts = {topic.name: self._sent.get(topic, 0) for topic in self._ids.copy()}
         channels = {name: ChannelStatus(count, count, {}) for name, count in counts.items()}
-        clock = ClockStatus("frozen", 0, 0, self._round_trip_ns)
+        round_trip_ns = min(self._round_trips_ns, default=0)
+        clock = ClockStatus("frozen", 0, round_trip_ns // 2, round_trip_ns, epoch=self.epoch)
         uptime_s = time.monotonic() - self._began_s
         self._control.send(Kind.STATUS, Status(is_final, uptime_s, channels, clock))
 
