@@ -12,6 +12,7 @@ packaged := build/.maven-packaged
 device_library := build/native/device/libml2sensors.so
 simulation := build/native/host/.built
 aar := ml2-sensors-aar/aar
+javascript := build/javascript/.installed
 packed := build/.aar-packed
 ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
 ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
@@ -52,8 +53,14 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 
 test: test-python test-native test-kotlin test-conformance test-aar test-e2e ## Run every test
 
-test-python: setup ## Test the receiver
+test-python: setup $(javascript) ## Test the receiver
 	$(pytest) host_receiver/test
+
+$(javascript): $(wildcard host_receiver/test/javascript/package*.json)
+	mkdir -p $(@D)
+	cp $^ $(@D)
+	npm ci --prefix $(@D) --no-audit --no-fund
+	@touch $@
 
 test-native: native ## Test the native library and its simulations, with sanitizers
 	for sanitizers in address,undefined thread; do \

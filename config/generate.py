@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes what other languages and readers need of config/streams.yaml and of the POM's version.
+"""Writes what others need of config/streams.yaml, of ROS 2, and of the version in the POM.
 
 --check writes nothing and exits with 1 when a file is not what would be written.
 """
@@ -16,6 +16,7 @@ sys.path.insert(0, str(ROOT / "host_receiver"))
 from c_table import c_table  # noqa: E402
 from configuration_page import configuration_page  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
+from message_definitions import message_definitions  # noqa: E402
 from ml2_receiver.table import load_table  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
@@ -41,6 +42,7 @@ def outputs() -> Iterator[tuple[Path, str]]:
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
     yield PYTHON / "generated/__init__.py", ""
+    yield PYTHON / "generated/message_definitions.py", message_definitions(table)
     yield PYTHON / "generated/version.py", PYTHON_VERSION.format(version)
     yield KOTLIN / "generated/Version.kt", KOTLIN_VERSION.format(version)
 

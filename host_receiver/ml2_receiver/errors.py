@@ -4,9 +4,11 @@ ReceiverError
 ├── ConfigError     the user's configuration file
 ├── TableError      the stream table, config/streams.yaml
 ├── ProtocolError   what a peer sent
-├── PublishError    a message that ROS did not take
+├── PublishError    a message that ROS or the recording did not take
 ├── RosError        ROS 2 itself
 ├── LatencyError    nothing there to measure, or no plot of it
+├── RecordingError  a recording that cannot be written or read
+├── PlaybackError   a receiver that cannot be played to
 └── ListenError     the address to listen on
 """
 
@@ -75,7 +77,7 @@ class ProtocolError(ReceiverError):
 
 
 class PublishError(ReceiverError):
-    """ROS did not take a message."""
+    """ROS or the recording did not take a message."""
 
 
 class RosError(ReceiverError):
@@ -84,6 +86,14 @@ class RosError(ReceiverError):
 
 class LatencyError(ReceiverError):
     """There is nothing to measure, or it cannot be plotted."""
+
+
+class RecordingError(ReceiverError):
+    """A recording cannot be written, or is not one that can be read."""
+
+
+class PlaybackError(ReceiverError):
+    """There is no receiver to play to, or it ended the session."""
 
 
 class ListenError(ReceiverError):

@@ -125,6 +125,11 @@ class Frame(NamedTuple):
     payload: bytearray
 
 
+def max_data_bytes(lane: LaneKind) -> int:
+    """The greatest payload of a lane that carries DATA."""
+    return _SENSORS_DATA_BYTES if lane is LaneKind.SENSORS else Kind.DATA.max_length
+
+
 def encode_frame(
     kind: Kind,
     body: bytes = b"",
@@ -177,8 +182,8 @@ class FrameParser:
             for kind in Kind
             if kind.sender & self._sender and kind.lanes & lane
         }
-        if lane is LaneKind.SENSORS and Kind.DATA in self._limits:
-            self._limits[Kind.DATA] = _SENSORS_DATA_BYTES
+        if Kind.DATA in self._limits:
+            self._limits[Kind.DATA] = max_data_bytes(lane)
 
     @property
     def is_between_frames(self) -> bool:

@@ -50,7 +50,7 @@ class TopicStatistics:
         received: messages that arrived.
         received_bytes: bytes of their payloads.
         produced: messages the device must have produced, as the sequence numbers tell.
-        unpublished: messages that arrived but that ROS did not take.
+        unpublished: messages that arrived but that ROS, or the recording, did not take.
     """
 
     def __init__(self) -> None:

@@ -7,11 +7,13 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 _PATIENCE_S = 20.0
+_POLL_S = 0.01
 _HERE = Path(__file__).parent
 _DOMAINS = 100  # from 101 on, ports of domains may be those the system gives to connections
 
@@ -90,6 +92,13 @@ class Child:
             return False
         return True
 
+    def await_error(self, text: str, timeout_s: float = _PATIENCE_S) -> None:
+        """Until a line of standard error has this text."""
+        deadline_s = time.monotonic() + timeout_s
+        while not any(text in line for line in self.errors):
+            assert time.monotonic() < deadline_s, self.errors
+            time.sleep(_POLL_S)
+
     def end(self, number: int = signal.SIGINT) -> int:
         """The exit code after a signal."""
         self.process.send_signal(number)
@@ -110,6 +119,16 @@ class Receiver(Child):
         listen = ("--config", str(config), "--listen", "127.0.0.1:0")
         super().__init__("-m", "ml2_receiver", "run", *listen, *options)
         self.address = self.line().removeprefix("listening on ")
+
+
+class Recording(Child):
+    """`ml2-receiver record` into a folder, as Receiver."""
+
+    def __init__(self, folder: Path, config: Path, *options: str) -> None:
+        listen = ("--config", str(config), "--listen", "127.0.0.1:0")
+        super().__init__("-m", "ml2_receiver", "record", str(folder), *listen, *options)
+        self.address = self.line().removeprefix("listening on ")
+        assert self.line() == f"recording into {folder} until Ctrl-C"
 
 
 class Subscriber(Child):

@@ -1,22 +1,10 @@
 """ml2-receiver run: publishes what a headset sends."""
 
 import argparse
-import os
-import signal
-import socket
-import sys
-import threading
-from pathlib import Path
 
-from ..config_file import ConfigFile
-from ..errors import RosError
-from ..fastdds import apply_default_profile
-from ..generated.version import VERSION
-from ..server import Server, listen
-from ..table import load_table
+from ..server import listen
 from .config import Subparsers
-
-_DEFAULT_ADDRESS = ("127.0.0.1", 7755)
+from .receiving import add_options, config_file, make_node, serving, stop_signal
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -26,66 +14,26 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog="Whatever follows --ros-args goes to ROS 2.",
     )
     parser.add_argument(
-        "--config",
-        type=Path,
-        metavar="FILE",
-        help="default: ~/.config/ml2_receiver/config.yaml, or where there is none the packaged one",
-    )
-    parser.add_argument(
-        "--listen",
-        type=_address,
-        default=_DEFAULT_ADDRESS,
-        metavar="HOST:PORT",
-        help="default: 127.0.0.1:7755; port 0 lets the system choose",
-    )
-    parser.add_argument(
         "--start-paused",
         action="store_true",
         help="headsets send nothing until service ~/start is called",
     )
-    parser.add_argument("--insecure", action="store_true", help="without effect so far")
-    parser.add_argument("--insecure-eye-images", action="store_true", help="without effect so far")
-    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    add_options(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
-    file = ConfigFile(options.config) if options.config else ConfigFile.of_user()
+    stopping = stop_signal()
+    file = config_file(options)
     config = file.load()
-    table = load_table()
     listener = listen(options.listen)
-    warning = apply_default_profile(os.environ)
-    if warning is not None:
-        print(f"WARNING: {warning}", file=sys.stderr)
-    try:
-        from ..ros import RosNode  # reads the profile
-    except ModuleNotFoundError as error:
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    node = RosNode(table, config, ["--ros-args", *options.ros_args])
-    server = Server(
-        listener,
-        table,
-        node.config.requests,
-        node,
-        name=socket.gethostname(),
-        software=f"ml2-receiver {VERSION}",
-        is_paused=options.start_paused,
-        idle=node.idle_streams,
-    )
-    node.serve(server, file)
-    print(f"listening on {server.address}", flush=True)
-    print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
-    stopping.wait()
-    server.stop()
+    node = make_node(config, options)
+    with serving(
+        listener, node.config, node, is_paused=options.start_paused, idle=node.idle_streams
+    ) as server:
+        node.serve(server, file)
+        print(f"listening on {server.address}", flush=True)
+        print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
+        stopping.wait()
     node.close()
     return 0
-
-
-def _address(text: str) -> tuple[str, int]:
-    host, colon, port = text.rpartition(":")
-    if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
-        raise argparse.ArgumentTypeError(f"expected HOST:PORT, found {text!r}")
-    return host.removeprefix("[").removesuffix("]"), int(port)

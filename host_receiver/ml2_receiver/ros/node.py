@@ -14,6 +14,7 @@ from std_msgs.msg import String
 
 from ..config import Config
 from ..config_file import ConfigFile
+from ..config_topic import config_text
 from ..control import Control
 from ..diagnostics import Diagnostics
 from ..errors import ConfigError, PublishError, RosError
@@ -21,11 +22,11 @@ from ..report import Report
 from ..settings import Settings
 from ..sink import Applied, Publish
 from ..table import StreamTable, Topic
-from .messages import applied_message, status_array
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray
 from .services import add_services
+from .status_array import status_array
 
 _DIAGNOSTICS_PERIOD_S = 1.0
 
@@ -117,7 +118,7 @@ class RosNode:
 
     def configured(self, applied: Applied) -> None:
         self._publishers.keep_only(applied.topics)
-        self._own["config"].publish(applied_message(applied, self._prefix))
+        self._own["config"].publish(String(data=config_text(applied, self._prefix)))
 
     def event(self, text: str) -> None:
         self._node.get_logger().info(text)

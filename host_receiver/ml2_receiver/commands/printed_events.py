@@ -1,0 +1,23 @@
+"""Tells events on a terminal where no ROS log does."""
+
+import sys
+
+from ..report import Report
+from ..sink import Applied, Publish
+from ..table import Topic
+
+
+class PrintedEvents:
+    """A Sink that prints events to stderr and nothing else."""
+
+    def open(self, topic: Topic) -> Publish:
+        return lambda _: None
+
+    def configured(self, applied: Applied) -> None:
+        """Its events tell."""
+
+    def event(self, text: str) -> None:
+        print(text, file=sys.stderr, flush=True)
+
+    def session_ended(self, report: Report) -> None:
+        """Its event tells."""

@@ -1,0 +1,105 @@
+"""What the commands that act as the receiver share."""
+
+import argparse
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..config import Config
+from ..config_file import ConfigFile
+from ..errors import RosError
+from ..fastdds import apply_default_profile
+from ..generated.version import VERSION
+from ..server import Server
+from ..sink import Sink
+from ..table import load_table
+
+if TYPE_CHECKING:
+    from ..ros import RosNode
+
+DEFAULT_ADDRESS = ("127.0.0.1", 7755)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """--config, --listen and what goes to ROS."""
+    parser.add_argument(
+        "--config",
+        type=Path,
+        metavar="FILE",
+        help="default: ~/.config/ml2_receiver/config.yaml, or where there is none the packaged one",
+    )
+    parser.add_argument(
+        "--listen",
+        type=address,
+        default=DEFAULT_ADDRESS,
+        metavar="HOST:PORT",
+        help="default: 127.0.0.1:7755; port 0 lets the system choose",
+    )
+    parser.add_argument("--insecure", action="store_true", help="without effect so far")
+    parser.add_argument("--insecure-eye-images", action="store_true", help="without effect so far")
+    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+
+
+def address(text: str) -> tuple[str, int]:
+    """HOST:PORT, for argparse."""
+    host, colon, port = text.rpartition(":")
+    if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
+        raise argparse.ArgumentTypeError(f"expected HOST:PORT, found {text!r}")
+    return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+def stop_signal() -> threading.Event:
+    """Set by Ctrl-C and by SIGTERM."""
+    stopping = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopping.set())
+    return stopping
+
+
+def config_file(options: argparse.Namespace) -> ConfigFile:
+    """That of --config, or the user's own."""
+    return ConfigFile(options.config) if options.config else ConfigFile.of_user()
+
+
+def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
+    """The ROS node, with enough shared memory for images."""
+    warning = apply_default_profile(os.environ)
+    if warning is not None:
+        print(f"WARNING: {warning}", file=sys.stderr)
+    try:
+        from ..ros import RosNode  # reads the profile
+    except ModuleNotFoundError as error:
+        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
+    return RosNode(load_table(), config, ["--ros-args", *options.ros_args])
+
+
+@contextmanager
+def serving(
+    listener: socket.socket,
+    config: Config,
+    sink: Sink,
+    *,
+    is_paused: bool = False,
+    idle: Callable[[], Collection[str]] = tuple,
+) -> Iterator[Server]:
+    """A server that listens until left; its last arguments are as the Server's."""
+    server = Server(
+        listener,
+        load_table(),
+        config.requests,
+        sink,
+        name=socket.gethostname(),
+        software=f"ml2-receiver {VERSION}",
+        is_paused=is_paused,
+        idle=idle,
+    )
+    try:
+        yield server
+    finally:
+        server.stop()

@@ -1,0 +1,242 @@
+"""One session of a recording with a receiver."""
+
+import struct
+import threading
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+
+from ..errors import PlaybackError, ProtocolError
+from ..frame import VERSION as PROTOCOL_VERSION
+from ..frame import Kind
+from ..generated.version import VERSION
+from ..messages import (
+    Bye,
+    Capabilities,
+    Channel,
+    ChannelEnd,
+    ChannelStatus,
+    ClockStatus,
+    Configure,
+    Configured,
+    Error,
+    Hello,
+    Join,
+    Joined,
+    Start,
+    Status,
+    Welcome,
+)
+from ..recording.bag_reader import BagReader
+from ..table import StreamTable, Topic
+from .answers import announced, answer, recorded_streams
+from .lane import Lane
+
+_STATUS_PERIOD_S = 1.0
+_ROUND_TRIPS = 15  # one per STATUS: those of the last 15 s
+_FAREWELL_S = 1.0
+_TIME = struct.Struct("<q")
+
+
+class Session:
+    """From HELLO to BYE; finish() must be called.
+
+    A thread answers what the receiver asks, another tells it each second how things stand.
+    There is no clock to estimate, the stamps are those of the recording: the time lane carries
+    one exchange per second, for the round trip.
+
+    Args:
+        over: set when the receiver has ended the session; `reason` says why.
+
+    Attributes:
+        started: set by START.
+        epoch: of the stamps; to be counted up when they begin again.
+
+    Raises:
+        PlaybackError: no receiver, or it does not want a session.
+    """
+
+    def __init__(
+        self,
+        address: tuple[str, int],
+        reader: BagReader,
+        table: StreamTable,
+        over: threading.Event,
+    ) -> None:
+        self.started = threading.Event()
+        self.epoch = 0
+        self.reason: str | None = None
+        self._address, self._reader, self._table, self._over = address, reader, table, over
+        self._began_s = time.monotonic()
+        self._finishing = threading.Event()
+        self._lanes: dict[str, Lane] = {}
+        self._ids: dict[Topic, int] = {}
+        self._sent: dict[Topic, int] = {}
+        self._announced: frozenset[Topic] = frozenset()
+        self._live: frozenset[Topic] = frozenset()
+        self._request = 0
+        self._round_trips_ns: deque[int] = deque(maxlen=_ROUND_TRIPS)
+        self._control = self._lanes["control"] = Lane(address, "control")
+        try:
+            self._welcome = self._greet()
+            for lane in ("time", "sensors"):
+                self._join(lane)
+        except BaseException:
+            self._close()
+            raise
+        self._threads = [
+            threading.Thread(target=self._guard, args=[work], name=work.__name__)
+            for work in (self._listen, self._tell)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def is_wanted(self, topic: Topic) -> bool:
+        """Whether the receiver has asked for it and is ready."""
+        return topic in self._live
+
+    def send(self, topic: Topic, payload: bytes, capture_ns: int) -> None:
+        """One message, unchanged; waits for the receiver to take it."""
+        sequence = self._sent.get(topic, 0)
+        self._lanes[topic.lane].send(
+            Kind.DATA,
+            payload,
+            channel=self._ids[topic],
+            sequence=sequence,
+            capture_ns=capture_ns,
+            send_ns=time.time_ns(),
+        )
+        self._sent[topic] = sequence + 1
+
+    def finish(self) -> None:
+        """The final STATUS and BYE, if there is still someone to hear them."""
+        self._finishing.set()
+        self._threads[1].join()
+        with suppress(PlaybackError, OSError):
+            for lane in self._lanes.values():
+                if lane is not self._control:
+                    lane.end_output()
+            self._status(is_final=True)
+            self._control.set_timeout(_FAREWELL_S)
+            self._control.send(Kind.BYE, Bye("the recording has ended"))
+            self._control.end_output()
+        self._threads[0].join()
+        self._close()
+
+    def _greet(self) -> Welcome:
+        name = self._reader.config.headset
+        self._control.send(
+            Kind.HELLO,
+            Hello(
+                versions=[PROTOCOL_VERSION],
+                device_id=f"recording of {name}",
+                instance_id=uuid.uuid4().hex,
+                name=name,
+                software=f"ml2-receiver play {VERSION}",
+                capabilities=Capabilities(recorded_streams(self._reader, self._table)),
+                permissions={},
+            ),
+        )
+        welcome = Welcome.parse(self._control.expect(Kind.WELCOME))
+        self._control.set_timeout(welcome.timeouts.dead_s)
+        return welcome
+
+    def _join(self, name: str) -> None:
+        lane = self._lanes[name] = Lane(self._address, name)
+        ticket = self._welcome.tickets.get(name, "")
+        lane.send(Kind.JOIN, Join(self._welcome.session, ticket, name))
+        Joined.parse(lane.expect(Kind.JOINED))
+        lane.set_timeout(self._welcome.timeouts.dead_s)
+
+    def _guard(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except (PlaybackError, ProtocolError) as error:
+            self._end(str(error))
+
+    def _end(self, reason: str) -> None:
+        if not self._finishing.is_set() and self.reason is None:
+            self.reason = reason
+        self._finishing.set()
+        self._over.set()
+
+    def _listen(self) -> None:
+        while (frame := self._control.receive()) is not None:
+            match frame.header.kind:
+                case Kind.CONFIGURE:
+                    self._configure(Configure.parse(frame.payload))
+                case Kind.START:
+                    if Start.parse(frame.payload).request == self._request:
+                        self._live = self._announced
+                        self.started.set()
+                case Kind.PING:
+                    self._control.send(Kind.PONG)
+                case Kind.BYE:
+                    self._end(f"the receiver says goodbye: {Bye.parse(frame.payload).reason}")
+                case Kind.ERROR:
+                    error = Error.parse(frame.payload)
+                    self._end(f"the receiver reports {error.code}: {error.message}")
+        self._end("the receiver has ended the session")
+
+    def _configure(self, configure: Configure) -> None:
+        wanted = announced(configure.streams, self._reader, self._table)
+        self._live &= frozenset(wanted)
+        for topic in self._announced - set(wanted):
+            self._control.send(Kind.CHANNEL_END, ChannelEnd(self._ids[topic]))
+        for topic in wanted:
+            if topic not in self._announced:
+                self._announce(topic)
+        self._announced = frozenset(wanted)
+        self._request = configure.request
+        answers = answer(configure.streams, self._reader, self._table)
+        self._control.send(Kind.CONFIGURED, Configured(configure.request, answers))
+
+    def _announce(self, topic: Topic) -> None:
+        if topic.lane not in self._lanes:
+            self._join(topic.lane)
+        id = self._ids.setdefault(topic, len(self._ids) + 1)
+        self._control.send(
+            Kind.CHANNEL,
+            Channel(
+                id,
+                topic.stream,
+                topic.role,
+                topic.name,
+                topic.type,
+                topic.qos,
+                topic.frame,
+                topic.lane,
+            ),
+        )
+
+    def _tell(self) -> None:
+        """STATUS each second, and PING between, so that no side thinks the other dead."""
+        status_s = self._began_s
+        while not self._finishing.wait(self._welcome.timeouts.ping_s):
+            if time.monotonic() >= status_s:
+                status_s += _STATUS_PERIOD_S
+                self._measure()
+                self._status(is_final=False)
+            else:
+                self._control.send(Kind.PING)
+
+    def _measure(self) -> None:
+        sent_ns = time.time_ns()
+        lane = self._lanes["time"]
+        lane.send(Kind.TIME_REQUEST, _TIME.pack(sent_ns))
+        lane.expect(Kind.TIME_REPLY)
+        self._round_trips_ns.append(time.time_ns() - sent_ns)
+
+    def _status(self, *, is_final: bool) -> None:
+        counts = {topic.name: self._sent.get(topic, 0) for topic in self._ids.copy()}
+        channels = {name: ChannelStatus(count, count, {}) for name, count in counts.items()}
+        round_trip_ns = min(self._round_trips_ns, default=0)
+        clock = ClockStatus("frozen", 0, round_trip_ns // 2, round_trip_ns, epoch=self.epoch)
+        uptime_s = time.monotonic() - self._began_s
+        self._control.send(Kind.STATUS, Status(is_final, uptime_s, channels, clock))
+
+    def _close(self) -> None:
+        for lane in self._lanes.values():
+            lane.close()

@@ -1,0 +1,39 @@
+"""The folder of a recording."""
+
+import shutil
+from pathlib import Path
+
+from ..errors import RecordingError
+
+METADATA = "metadata.yaml"
+
+
+def make_folder(folder: Path, *, is_overwriting: bool) -> None:
+    """Makes an empty folder, if need be in place of an earlier recording.
+
+    Raises:
+        RecordingError: it exists, or is something else than a recording.
+    """
+    try:
+        if folder.exists() or folder.is_symlink():
+            if not is_overwriting:
+                raise RecordingError(f"{folder} exists: choose another, or add --overwrite")
+            _check_replaceable(folder)
+            shutil.rmtree(folder)
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise RecordingError(f"cannot record into {folder}: {error.strerror}") from error
+
+
+def _check_replaceable(folder: Path) -> None:
+    others = (
+        [file.name for file in folder.iterdir() if not _is_ours(file)]
+        if folder.is_dir() and not folder.is_symlink()
+        else [folder.name]
+    )
+    if others:
+        raise RecordingError(f"{folder} is not just a recording, found {sorted(others)[0]!r}")
+
+
+def _is_ours(file: Path) -> bool:
+    return file.is_file() and (file.suffix == ".mcap" or file.name.startswith(METADATA))

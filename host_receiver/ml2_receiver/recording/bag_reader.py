@@ -1,0 +1,153 @@
+"""Reads the recordings of this receiver, also those that a kill has cut off."""
+
+import io
+import struct
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+from ..config_topic import ConfigText
+from ..errors import ProtocolError, RecordingError
+from ..frame import Kind
+from ..string_message import decode_string
+
+# A chunk of ours ends with the message that makes it larger than 4 MiB.
+_MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
+_CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
+_BROKEN = (McapError, ValueError, KeyError, struct.error, zstandard.ZstdError)
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """`time_ns` is when it was received; `payload` is as it was sent."""
+
+    topic: str
+    time_ns: int
+    payload: bytes
+
+
+class BagReader:
+    """One recording.
+
+    Args:
+        path: the folder, or the .mcap file in it.
+
+    Attributes:
+        types: the type of each topic, by its absolute name.
+        config: what the headset made of the first configuration.
+        prefix: of the headset's topics.
+
+    Raises:
+        RecordingError: it cannot be read, or `ml2-receiver record` has not written it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = _file(path)
+        self.types = self._read_types()
+        configs = [
+            name
+            for name, type in self.types.items()
+            if name.endswith(_CONFIG_SUFFIX) and type == _STRING
+        ]
+        if len(configs) != 1:
+            raise RecordingError(f"{path} is not of ml2-receiver: it has no topic .../config")
+        self.prefix = configs[0].removesuffix(_CONFIG_SUFFIX)
+        self.config = self._read_config(configs[0])
+
+    def messages(self) -> Iterator[BagMessage]:
+        """All of them in the order of the file, that of their arrival, with CRCs checked.
+
+        Raises:
+            RecordingError: the file is broken before its end; a mere end is none.
+        """
+        names: dict[int, str] = {}
+        for record in self._records():
+            if isinstance(record, Channel):
+                names[record.id] = record.topic
+            elif isinstance(record, Message):
+                if record.channel_id not in names:
+                    raise RecordingError(f"{self._path}: message of an unknown channel")
+                yield BagMessage(names[record.channel_id], record.log_time, record.data)
+
+    def _read_types(self) -> Mapping[str, str]:
+        """From the index or, where that is missing, from all of the file."""
+        records: list[McapRecord] = []
+        with _opened(self._path) as file, suppress(*_BROKEN, OSError):
+            summary = SeekingReader(file, record_size_limit=_MAX_RECORD_BYTES).get_summary()
+            if summary is not None:
+                records = [*summary.schemas.values(), *summary.channels.values()]
+        schemas: dict[int, str] = {}
+        types = {}
+        for record in records or self._records():
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                types[record.topic] = schemas.get(record.schema_id, "")
+        return types
+
+    def _read_config(self, topic: str) -> ConfigText:
+        for message in self.messages():
+            if message.topic == topic:
+                try:
+                    return ConfigText.parse(decode_string(message.payload))
+                except (ValueError, ProtocolError) as error:
+                    raise RecordingError(f"{self._path}: {topic}: {error}") from error
+        raise RecordingError(f"{self._path} has nothing of a headset")
+
+    def _records(self) -> Iterator[McapRecord]:
+        with _opened(self._path) as file:
+            reader = StreamReader(
+                file,
+                emit_chunks=True,
+                validate_crcs=True,
+                record_size_limit=_MAX_RECORD_BYTES,
+            )
+            try:
+                for record in reader.records:
+                    yield from _broken_up(record) if isinstance(record, Chunk) else [record]
+            except _BROKEN as error:
+                if file.tell() < self._path.stat().st_size or file.tell() == 0:
+                    raise RecordingError(f"{self._path} is broken: {error}") from error
+
+
+def _broken_up(chunk: Chunk) -> list[McapRecord]:
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        size = max(size, zstandard.frame_content_size(chunk.data))
+    elif chunk.compression:
+        raise ValueError(f"compression is {chunk.compression!r}, expected 'zstd' or none")
+    if size > _MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk has {size} B, expected at most {_MAX_RECORD_BYTES}")
+    return breakup_chunk(chunk, validate_crc=True)
+
+
+def _file(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    files = sorted(path.glob("*.mcap"))
+    if len(files) != 1:
+        raise RecordingError(f"expected one .mcap file in {path}, found {len(files)}")
+    return files[0]
+
+
+class _BoundedFile(io.BufferedReader):
+    """Believes no length that is larger than a record may be."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is None or not 0 <= size <= _MAX_RECORD_BYTES:
+            raise ValueError(f"a length of {size} B")
+        return super().read(size)
+
+
+def _opened(path: Path) -> _BoundedFile:
+    try:
+        return _BoundedFile(io.FileIO(path))
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror}") from error

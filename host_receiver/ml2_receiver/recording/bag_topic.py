@@ -1,0 +1,33 @@
+"""A topic of a recording, and its quality of service as rosbag2 writes it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..table import Qos
+
+_INFINITE = {"sec": 9223372036, "nsec": 854775807}  # RMW_DURATION_INFINITE of rmw/time.h
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """`name` is absolute, `type` as "sensor_msgs/msg/Image"."""
+
+    name: str
+    type: str
+    qos: Qos
+
+    def offered_qos_profiles(self) -> list[dict[str, Any]]:
+        """What metadata of version 9 says of the one publisher: RELIABLE, KEEP_LAST."""
+        return [
+            {
+                "history": "keep_last",
+                "depth": self.qos.depth,
+                "reliability": "reliable",
+                "durability": self.qos.durability,
+                "deadline": _INFINITE,
+                "lifespan": _INFINITE,
+                "liveliness": "automatic",
+                "liveliness_lease_duration": _INFINITE,
+                "avoid_ros_namespace_conventions": False,
+            }
+        ]

@@ -1,0 +1,179 @@
+"""Records what is received, on a thread of its own."""
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+
+from ..config_topic import config_text
+from ..errors import PublishError
+from ..report import Report
+from ..sink import Applied, Publish
+from ..string_message import encode_string
+from ..table import StreamTable, Topic
+from .bag_topic import BagTopic
+from .bag_writer import BagWriter
+
+QUEUE_BYTES = 256 << 20  # one to two seconds of every stream at once
+_MESSAGE_BYTES = 256  # what Python needs for a queued message beside its payload
+# Half of what a kill may cost, so that a write that takes its time does not cost more.
+_FLUSH_PERIOD_S = 0.5
+_METADATA_PERIOD_S = 5.0
+
+type _Job = tuple[BagTopic, int, bytes | None]  # without payload: a new topic
+
+
+@dataclass(frozen=True)
+class Progress:
+    """`file_bytes` are those that a kill would leave."""
+
+    elapsed_s: float
+    file_bytes: int
+    messages: int
+    dropped: int
+
+
+class Recorder:
+    """A Sink that writes a recording; the topics `config` and `log` are recorded too.
+
+    Messages have the time at which they were handed over here, as `log_time` and `publish_time`,
+    like in a bag of ros2 bag. Each payload is copied into a queue, since its buffer is used
+    again; while the queue is full messages are dropped, counted and refused with PublishError.
+    The same happens to all once the disk has failed. close() must be called.
+
+    Args:
+        writer: used by the thread alone from now on.
+        prefix: of the relative topics.
+        on_failure: called once, by the thread, when the disk fails, with what it said.
+    """
+
+    def __init__(
+        self,
+        writer: BagWriter,
+        table: StreamTable,
+        prefix: str,
+        on_failure: Callable[[str], None],
+        queue_bytes: int = QUEUE_BYTES,
+    ) -> None:
+        self.failure: str | None = None
+        self._writer, self._table, self._prefix = writer, table, prefix
+        self._on_failure, self._queue_bytes = on_failure, queue_bytes
+        self._began_s = time.monotonic()
+        self._lock = threading.Lock()
+        self._queued_bytes = self._written = self._flushed = self._dropped = 0
+        self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
+        self._known: set[BagTopic] = set()
+        self._live: frozenset[BagTopic] = frozenset()
+        self._own = {
+            topic.name: self._open(self._bag_topic(f"{prefix}/{topic.name}", topic.type, topic.qos))
+            for topic in table.receiver_topics
+        }
+        self._thread = threading.Thread(target=self._run, name="recorder")
+        self._thread.start()
+
+    @property
+    def progress(self) -> Progress:
+        """As of now; may be asked by any thread."""
+        elapsed_s = time.monotonic() - self._began_s
+        return Progress(elapsed_s, self._writer.flushed_bytes, self._written, self._dropped)
+
+    def close(self) -> None:
+        """Writes what is queued, and the index; nothing may be called after but `progress`."""
+        self._jobs.put(None)
+        self._thread.join()
+
+    def open(self, topic: Topic) -> Publish:
+        return self._open(self._bag_topic(topic.full_name(self._prefix), topic.type, topic.qos))
+
+    def configured(self, applied: Applied) -> None:
+        names = {topic.full_name(self._prefix) for topic in applied.topics}
+        names |= {f"{self._prefix}/{name}" for name in self._own}
+        self._live = frozenset(topic for topic in self._live if topic.name in names)
+        self._say("config", config_text(applied, self._prefix))
+
+    def event(self, text: str) -> None:
+        self._say("log", text)
+
+    def session_ended(self, report: Report) -> None:
+        """Counts are not part of a recording."""
+
+    def _bag_topic(self, name: str, type: str, qos: str) -> BagTopic:
+        return BagTopic(name, type, self._table.qos[qos])
+
+    def _open(self, topic: BagTopic) -> Publish:
+        if topic not in self._known:
+            self._known.add(topic)
+            self._jobs.put((topic, 0, None))
+        self._live |= {topic}
+
+        def publish(payload: bytearray) -> None:
+            if topic in self._live:
+                self._enqueue(topic, time.time_ns(), payload)
+
+        return publish
+
+    def _say(self, name: str, text: str) -> None:
+        with suppress(PublishError):  # it is counted
+            self._own[name](bytearray(encode_string(text)))
+
+    def _enqueue(self, topic: BagTopic, time_ns: int, payload: bytearray) -> None:
+        size = len(payload) + _MESSAGE_BYTES
+        with self._lock:
+            if self.failure is not None or self._queued_bytes + size > self._queue_bytes:
+                self._dropped += 1
+                raise PublishError(self.failure or "the disk is too slow for the recording")
+            self._queued_bytes += size
+        self._jobs.put((topic, time_ns, bytes(payload)))
+
+    def _run(self) -> None:
+        try:
+            self._write_jobs()
+            self._writer.close()
+        except OSError as error:
+            self._fail(error.strerror or str(error))
+        except BaseException as error:
+            self._fail(f"of a fault of ours, {error!r}")
+            raise
+
+    def _write_jobs(self) -> None:
+        flush_s = time.monotonic() + _FLUSH_PERIOD_S
+        metadata_s = 0.0
+        while True:
+            with suppress(Empty):
+                job = self._jobs.get(timeout=max(0.0, flush_s - time.monotonic()))
+                if job is None:
+                    return
+                if job[2] is None:
+                    metadata_s = 0.0
+                self._write(*job)
+            now_s = time.monotonic()
+            if now_s >= flush_s:
+                self._writer.flush()
+                self._flushed = self._written
+                flush_s = now_s + _FLUSH_PERIOD_S
+                if now_s >= metadata_s:
+                    self._writer.write_metadata()
+                    metadata_s = now_s + _METADATA_PERIOD_S
+
+    def _write(self, topic: BagTopic, time_ns: int, payload: bytes | None) -> None:
+        if payload is None:
+            self._writer.add_topic(topic)
+            return
+        self._writer.write(topic, time_ns, payload)
+        self._written += 1
+        with self._lock:
+            self._queued_bytes -= len(payload) + _MESSAGE_BYTES
+
+    def _fail(self, reason: str) -> None:
+        with self._lock:
+            self.failure = reason
+            self._dropped += self._written - self._flushed
+            self._written = self._flushed
+        self._writer.abandon()
+        with suppress(Empty):
+            while True:
+                job = self._jobs.get_nowait()
+                self._dropped += job is not None and job[2] is not None
+        self._on_failure(reason)

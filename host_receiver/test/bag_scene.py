@@ -1,0 +1,133 @@
+"""A recording of a scripted device, and the payloads it sent."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.typesys import Stores, get_typestore
+
+from fake_sink import FakeSink
+from ml2_receiver.fan_out import FanOut
+from ml2_receiver.recording.bag_folder import make_folder
+from ml2_receiver.recording.bag_topic import BagTopic
+from ml2_receiver.recording.bag_writer import BagWriter
+from ml2_receiver.recording.recorder import Recorder
+from ml2_receiver.server import Server, listen
+from ml2_receiver.streams import Request
+from ml2_receiver.string_message import encode_string
+from ml2_receiver.table import load_table
+from mock_device import MockDevice
+
+TYPES = get_typestore(Stores.ROS2_JAZZY)
+PREFIX = "/magic_leap2"
+CONFIG = '{"headset": "h", "session": "s", "streams": {}}'
+REQUEST: Request = {"world_left": {"stream": 0}, "battery": {}, "tf": {"layout": "flat"}}
+
+
+def image(number: int) -> bytes:
+    """A mono8 Image of 64 x 48 random pixels, stamped with its number of seconds."""
+    pixels = np.random.default_rng(number).integers(0, 256, 64 * 48, np.uint8)
+    message = TYPES.types["sensor_msgs/msg/Image"](
+        _header(number, "world_left_optical_frame"), 48, 64, "mono8", 0, 64, pixels
+    )
+    return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/Image"))
+
+
+def battery(number: int) -> bytes:
+    message = TYPES.types["sensor_msgs/msg/BatteryState"](
+        _header(number, "head_frame"),
+        *(4.2, 30.0, 1.5, 0.5, 1.0, 1.0, 0.5, 2, 1, 2, True),
+        np.array([4.1, 4.2], np.float32),
+        np.array([], np.float32),
+        "compute pack, Gürtel",
+        "1",
+    )
+    return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/BatteryState"))
+
+
+def tf(number: int) -> bytes:
+    kinds = TYPES.types
+    transform = kinds["geometry_msgs/msg/Transform"](
+        kinds["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0),
+        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+    )
+    stamped = kinds["geometry_msgs/msg/TransformStamped"](
+        _header(number, "magicleap_world"), "head_frame", transform
+    )
+    message = kinds["tf2_msgs/msg/TFMessage"]([stamped])
+    return bytes(TYPES.serialize_cdr(message, "tf2_msgs/msg/TFMessage"))
+
+
+def _header(number: int, frame: str) -> Any:
+    time = TYPES.types["builtin_interfaces/msg/Time"](number, 5)
+    return TYPES.types["std_msgs/msg/Header"](time, frame)
+
+
+SENT: dict[str, tuple[str, Callable[[int], bytes]]] = {
+    "world_left/image_raw": ("sensor_msgs/msg/Image", image),
+    "battery": ("sensor_msgs/msg/BatteryState", battery),
+    "/tf": ("tf2_msgs/msg/TFMessage", tf),
+}
+
+
+def absolute(topic: str) -> str:
+    return topic if topic.startswith("/") else f"{PREFIX}/{topic}"
+
+
+def payloads(count: int) -> dict[str, list[bytes]]:
+    """What send() sends, by absolute name."""
+    return {
+        absolute(name): [make(number) for number in range(count)]
+        for name, (_, make) in SENT.items()
+    }
+
+
+def send(device: MockDevice, count: int) -> None:
+    for number in range(count):
+        for name, (_, make) in SENT.items():
+            device.publish(name, make(number))
+
+
+def record(folder: Path, count: int, compression: str = "none") -> None:
+    """A whole session of a device."""
+    make_folder(folder, is_overwriting=False)
+    failures: list[str] = []
+    writer = BagWriter(folder, compression)
+    recorder = Recorder(writer, load_table(), PREFIX, failures.append)
+    sink = FakeSink()
+    server = Server(
+        listen(("127.0.0.1", 0)),
+        load_table(),
+        REQUEST,
+        FanOut([sink, recorder]),
+        name="test",
+        software="test",
+    )
+    try:
+        with MockDevice(server.address, says_ping=True) as device:
+            device.start()
+            send(device, count)
+            device.leave()
+        sink.await_report()
+    finally:
+        server.stop()
+        recorder.close()
+    assert failures == []
+
+
+def written(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
+    """A recording of these topics, times in s and payloads, after the configuration."""
+    make_folder(folder, is_overwriting=False)
+    writer = BagWriter(folder, "none")
+    table = load_table()
+    topics = {"/p/config": BagTopic("/p/config", "std_msgs/msg/String", table.qos["latched"])}
+    for name, _, _ in messages:
+        topics[name] = BagTopic(name, "sensor_msgs/msg/BatteryState", table.qos["sensor"])
+    for topic in topics.values():
+        writer.add_topic(topic)
+    writer.write(topics["/p/config"], 0, encode_string(CONFIG))
+    for name, time_s, payload in messages:
+        writer.write(topics[name], time_s * 10**9, payload)
+    writer.close()
+    return folder

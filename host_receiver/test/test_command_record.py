@@ -1,0 +1,234 @@
+"""`ml2-receiver record` as a process: killed, on a full disk, with ROS and without."""
+
+import itertools
+import os
+import pty
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+import bag_scene
+from bag_readers import (
+    digest,
+    mcap_file,
+    with_javascript_sequentially,
+    with_mcap,
+    with_mcap_sequentially,
+    with_rosbags,
+)
+from ml2_receiver.cli import main
+from ml2_receiver.recording.bag_reader import BagReader
+from mock_device import MockDevice
+from ros_processes import Child, Recording, Subscriber, environment
+
+CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
+IMAGE = "world_left/image_raw"
+_PERIOD_S = 0.005
+_PATIENCE_S = 20.0
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    return file
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "walk"
+
+
+@contextmanager
+def streaming(device: MockDevice) -> Iterator[list[float]]:
+    """Image by image, until the receiver is gone; when each was sent."""
+    sent_s: list[float] = []
+    ended = threading.Event()
+
+    def stream() -> None:
+        with suppress(OSError):
+            while not ended.wait(_PERIOD_S):
+                device.publish(IMAGE, bag_scene.image(len(sent_s)))
+                sent_s.append(time.monotonic())
+
+    thread = threading.Thread(target=stream)
+    thread.start()
+    try:
+        yield sent_s
+    finally:
+        ended.set()
+        thread.join()
+
+
+def await_bytes(folder: Path, count: int) -> None:
+    deadline_s = time.monotonic() + _PATIENCE_S
+    while mcap_file(folder).stat().st_size < count:
+        assert time.monotonic() < deadline_s
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("flushed_bytes", [10_000, 2_000_000])
+def test_a_kill_costs_the_last_second_at_most(
+    folder: Path, config: Path, flushed_bytes: int
+) -> None:
+    with (
+        Recording(folder, config, "--no-ros") as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        with streaming(device) as sent_s:
+            await_bytes(folder, flushed_bytes)
+            killed_s = time.monotonic()
+            recording.process.kill()
+            recording.wait()
+    due = sum(sent < killed_s - 1 for sent in sent_s)
+    expected = [digest(bag_scene.image(number)) for number in range(len(sent_s) + 1)]
+    for read in (with_javascript_sequentially, with_mcap_sequentially):
+        found = [seen.sha256 for seen in read(folder) if seen.topic.endswith(IMAGE)]
+        assert found == expected[: len(found)]
+        assert len(found) >= max(due, 1)
+    reader = BagReader(folder)
+    assert [digest(m.payload) for m in reader.messages() if m.topic.endswith(IMAGE)] == found
+    assert "/magic_leap2/battery" in (folder / "metadata.yaml").read_text()
+
+
+def publish_until_seen(device: MockDevice, subscriber: Subscriber) -> int:
+    """How many it took; those before subscriber and publisher knew each other are lost."""
+    for number in itertools.count():
+        device.publish("battery", bag_scene.battery(number))
+        if subscriber.has_line(0.1):
+            break
+    return number + 1
+
+
+def test_it_publishes_what_it_records(folder: Path, config: Path) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    with (
+        Recording(folder, config) as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
+            published = publish_until_seen(device, subscriber)
+        device.leave()
+        assert recording.end() == 0
+        assert recording.line().startswith("recorded ")
+    for read in (with_rosbags, with_mcap):
+        found = [seen.sha256 for seen in read(folder) if seen.topic.endswith("battery")]
+        assert found == [digest(bag_scene.battery(number)) for number in range(published)]
+
+
+def test_without_ros_it_says_who_came_and_what_runs(folder: Path, config: Path) -> None:
+    with Recording(folder, config, "--no-ros") as recording:
+        with MockDevice(recording.address) as device:
+            device.start(refused={"world_left": "no permission"})
+            device.leave()
+        assert recording.end(signal.SIGTERM) == 0
+        assert recording.line().endswith(f"0 dropped into {folder}")
+    said = "\n".join(recording.errors)
+    assert "world_left refused: 'no permission'" in said
+    assert "streams: battery, tf" in said
+
+
+WITHOUT_ROS = """
+import sys
+from ml2_receiver.cli import main
+print(main(sys.argv[1:]), [name for name in sys.modules if name.startswith("rclpy")])
+"""
+
+
+def test_without_ros_nothing_of_ros_is_needed(folder: Path, config: Path) -> None:
+    options = (str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0")
+    with Child("-c", WITHOUT_ROS, "record", *options) as child:
+        address = child.line().removeprefix("listening on ")
+        with MockDevice(address) as device:
+            device.start()
+            device.publish("battery", bag_scene.battery(0))
+            device.leave()
+        child.end()
+        lines = [child.line() for _ in range(3)]
+    assert lines[-1] == "0 []"
+    assert any(seen.topic.endswith("battery") for seen in with_mcap(folder))
+
+
+def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
+    terminal, output = pty.openpty()
+    options = [str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ml2_receiver", "record", *options],
+        stdout=output,
+        env={**environment(), "TERM": "xterm"},
+    )
+    os.close(output)
+    shown = b""
+    try:
+        while b"MB/s" not in shown:
+            shown += os.read(terminal, 1024)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(_PATIENCE_S) == 0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(terminal)
+
+
+def limit_files(process: int, size: int) -> None:
+    """As a disk that is full at this size of a file; needs no disk of its own."""
+    resource.prlimit(process, resource.RLIMIT_FSIZE, (size, size))
+
+
+def test_on_a_full_disk_the_recording_ends_and_the_topics_go_on(folder: Path, config: Path) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    with (
+        Recording(folder, config) as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
+            limit_files(recording.process.pid, 200_000)
+            with streaming(device):
+                recording.await_error("the recording has ended: File too large")
+            publish_until_seen(device, subscriber)
+        device.leave()
+        assert recording.end() == 2
+    found = with_javascript_sequentially(folder)
+    images = [seen.sha256 for seen in found if seen.topic.endswith(IMAGE)]
+    assert images == [digest(bag_scene.image(number)) for number in range(len(images))]
+
+
+def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
+    with (
+        Recording(folder, config, "--no-ros") as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        limit_files(recording.process.pid, 100_000)
+        with streaming(device):
+            assert recording.wait() == 2
+        assert "the recording has ended: File too large" in recording.errors[-1]
+        assert mcap_file(folder).stat().st_size < 100_000
+
+
+def test_an_existing_folder_is_refused_before_anything_else(
+    folder: Path, config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder.mkdir()
+    command = ["record", str(folder), "--no-ros", "--config", str(config)]
+    assert main([*command, "--listen", "127.0.0.1:0"]) == 2
+    assert f"{folder} exists: choose another, or add --overwrite" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_made_is_an_error(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["record", str(config / "walk"), "--no-ros", "--config", str(config)]
+    assert main([*command, "--listen", "127.0.0.1:0"]) == 2
+    assert "cannot record into" in capsys.readouterr().err

@@ -1,0 +1,29 @@
+import pytest
+
+from fake_sink import FakeSink
+from ml2_receiver.errors import PublishError
+from ml2_receiver.fan_out import FanOut
+from ml2_receiver.sink import Applied
+from ml2_receiver.table import load_table
+
+BATTERY = load_table().streams["battery"].topics[0]
+
+
+def test_every_sink_is_told_everything() -> None:
+    sinks = [FakeSink(), FakeSink()]
+    all_of_them = FanOut(sinks)
+    applied = Applied("headset", "session", {}, [])
+    all_of_them.open(BATTERY)(bytearray(b"payload"))
+    all_of_them.configured(applied)
+    all_of_them.event("event")
+    for sink in sinks:
+        assert sink.payloads == {"battery": [b"payload"]}
+        assert (sink.opened, sink.applied, sink.events) == ([BATTERY], [applied], ["event"])
+
+
+def test_what_one_refuses_the_others_get_and_the_caller_learns_of_it() -> None:
+    sinks = [FakeSink(), FakeSink()]
+    sinks[0].refuses = {"battery"}
+    with pytest.raises(PublishError):
+        FanOut(sinks).open(BATTERY)(bytearray(b"payload"))
+    assert sinks[1].payloads == {"battery": [b"payload"]}

@@ -1,0 +1,192 @@
+"""Recordings played to receivers, and files that are none."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import bag_scene
+from bag_readers import digest, mcap_file, with_mcap
+from fake_sink import FakeSink
+from ml2_receiver.cli import main
+from ml2_receiver.fan_out import FanOut
+from ml2_receiver.messages import ChannelStatus
+from ml2_receiver.playback.session import Session
+from ml2_receiver.recording.bag_folder import make_folder
+from ml2_receiver.recording.bag_reader import BagReader
+from ml2_receiver.recording.bag_writer import BagWriter
+from ml2_receiver.recording.recorder import Recorder
+from ml2_receiver.server import Server, listen
+from ml2_receiver.sink import Sink
+from ml2_receiver.streams import Request
+from ml2_receiver.table import load_table
+from ros_processes import Child
+
+COUNT = 30
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("bags") / "walk"
+    bag_scene.record(folder, COUNT, "zstd")
+    return folder
+
+
+@contextmanager
+def receiving(sink: Sink, request: Request = bag_scene.REQUEST) -> Iterator[Server]:
+    listener = listen(("127.0.0.1", 0))
+    server = Server(listener, load_table(), request, sink, name="test", software="test")
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+def play(bag: Path, server: Server, *options: str) -> int:
+    return main(["play", str(bag), "--receiver", server.address, *options])
+
+
+def test_it_sends_what_was_recorded(bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink) as server:
+        assert play(bag, server) == 0
+        report = sink.await_report()
+    assert {bag_scene.absolute(name): sent for name, sent in sink.payloads.items()} == (
+        bag_scene.payloads(COUNT)
+    )
+    assert report.is_final
+    for row in report.topics:
+        count = COUNT if row.topic.name in bag_scene.SENT else 0
+        assert row.device == ChannelStatus(count, count, {})
+        captured_ns = row.statistics.times_ns(0, row.statistics.received)[:, 0]
+        assert captured_ns.tolist() == [number * 10**9 + 5 for number in range(count)]
+
+
+def test_it_is_who_was_recorded(bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink) as server:
+        play(bag, server)
+        report = sink.await_report()
+    assert report.headset == "device name"
+    assert report.clock is not None
+    assert report.clock.state == "frozen"
+
+
+def test_only_what_is_asked_for_is_sent_and_what_was_not_recorded_is_refused(bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink, {"battery": {}, "gaze": {"backend": "openxr"}}) as server:
+        assert play(bag, server) == 0
+        sink.await_report()
+    assert sink.payloads.keys() == {"battery"}
+    answers = sink.applied[0].streams
+    assert answers["battery"].result == "applied"
+    assert (answers["gaze"].result, answers["gaze"].reason) == (
+        "refused",
+        "the recording does not have it",
+    )
+
+
+def test_a_stream_that_was_recorded_otherwise_is_adjusted(bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink, {"world_left": {"stream": 1}}) as server:
+        play(bag, server)
+    answer = sink.applied[0].streams["world_left"]
+    assert (answer.result, answer.values) == ("adjusted", {"stream": 0})
+
+
+def test_a_recording_of_a_playback_has_the_same_messages(bag: Path, tmp_path: Path) -> None:
+    sink = FakeSink()
+    make_folder(tmp_path / "again", is_overwriting=False)
+    writer = BagWriter(tmp_path / "again", "none")
+    recorder = Recorder(writer, load_table(), "/again", pytest.fail)
+    with receiving(FanOut([sink, recorder])) as server:
+        play(bag, server)
+        sink.await_report()
+    recorder.close()
+    for name in ("world_left/image_raw", "battery"):
+        assert [
+            [seen.sha256 for seen in with_mcap(folder) if seen.topic.endswith(name)]
+            for folder in (bag, tmp_path / "again")
+        ] == [[digest(bag_scene.SENT[name][1](number)) for number in range(COUNT)]] * 2
+
+
+def test_what_a_kill_has_left_is_played(bag: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "walk"
+    make_folder(folder, is_overwriting=False)
+    file = mcap_file(folder)
+    file.write_bytes(mcap_file(bag).read_bytes()[:-3000])
+    sink = FakeSink()
+    with receiving(sink) as server:
+        assert play(folder, server) == 0
+        sink.await_report()
+    assert sink.payloads["battery"] == bag_scene.payloads(COUNT)["/magic_leap2/battery"]
+
+
+def test_it_plays_again_and_again_until_interrupted(bag: Path) -> None:
+    sink = FakeSink()
+    with (
+        receiving(sink) as server,
+        Child(
+            "-m", "ml2_receiver", "play", str(bag), "--receiver", server.address, "--loop"
+        ) as child,
+    ):
+        sink.await_payloads("battery", 3 * COUNT)
+        assert child.end() == 0
+        assert child.line() == "playing until Ctrl-C"
+        report = sink.await_report()
+    assert report.clock is not None
+    assert (report.clock.epoch or 0) >= 2
+    sent = bag_scene.payloads(COUNT)["/magic_leap2/battery"]
+    assert sink.payloads["battery"][: 3 * COUNT] == 3 * sent
+
+
+def test_a_receiver_that_ends_the_session_ends_the_playback(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sink = FakeSink()
+    with receiving(sink) as server:
+
+        def stop_in_the_middle() -> None:
+            sink.await_payloads("battery", 2 * COUNT)
+            server.stop()
+
+        stopper = threading.Thread(target=stop_in_the_middle)
+        stopper.start()
+        assert play(bag, server, "--loop") == 2
+        stopper.join()
+    assert "the receiver says goodbye" in capsys.readouterr().err
+
+
+def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with receiving(FakeSink()) as server:
+        first = Session(address(server), BagReader(bag), load_table(), threading.Event())
+        table = bag.parent / "other"
+        other = table if table.exists() else bag_scene.written(table, [])
+        assert play(other, server) == 2
+        first.finish()
+    assert "the receiver refuses: busy" in capsys.readouterr().err
+
+
+def address(server: Server) -> tuple[str, int]:
+    host, _, port = server.address.rpartition(":")
+    return host, int(port)
+
+
+def test_without_a_receiver_it_says_what_to_start(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with listen(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    assert main(["play", str(bag), "--receiver", f"127.0.0.1:{port}"]) == 2
+    said = capsys.readouterr().err
+    assert f"no receiver at 127.0.0.1:{port}" in said
+    assert "start `ml2-receiver run`" in said
+
+
+@pytest.mark.parametrize("rate", ["0", "-1", "nan", "inf", "x"])
+def test_a_rate_is_above_zero(rate: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["play", "walk", "--rate", rate])
+    assert f"expected a rate above 0, found {rate!r}" in capsys.readouterr().err
