@@ -202,8 +202,9 @@ class MockDevice:
         }
         for name in self.live - wanted.keys():
             self.wires["control"].send(Kind.CHANNEL_END, ChannelEnd(self.channels[name][0]))
-        for name in wanted.keys() - self.live:
-            self.announce(wanted[name])
+        for name, topic in wanted.items():
+            if name not in self.live:
+                self.announce(topic)
         self.live = set(wanted)
         answers = {
             stream: StreamAnswer("refused", None, refused[stream])

@@ -190,6 +190,7 @@ class Scene:
             topic
             for stream in asked.streams.keys() - refused.keys()
             for topic in load_table().streams[stream].topics
+            if topic.when is None or topic.when.holds(asked.streams[stream])
         }
         for topic in live - wanted:
             self.receive(self.control, Kind.CHANNEL_END, ChannelEnd(self._number(topic)))
