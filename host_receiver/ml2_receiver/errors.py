@@ -7,6 +7,7 @@ ReceiverError
 ├── PublishError    a message that ROS did not take
 ├── RosError        ROS 2 itself
 ├── LatencyError    nothing there to measure, or no plot of it
+├── DiscoveryError  receivers cannot be looked for
 └── ListenError     the address to listen on
 """
 
@@ -84,6 +85,10 @@ class RosError(ReceiverError):
 
 class LatencyError(ReceiverError):
     """There is nothing to measure, or it cannot be plotted."""
+
+
+class DiscoveryError(ReceiverError):
+    """Receivers cannot be looked for by name."""
 
 
 class ListenError(ReceiverError):

@@ -10,6 +10,7 @@ from importlib import resources
 from pathlib import Path
 
 from ..config import load_config
+from ..discovery import Announcement
 from ..errors import RosError
 from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
@@ -61,21 +62,29 @@ def _run(options: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     node = RosNode(table, config.prefix, ["--ros-args", *options.ros_args])
+    name = socket.gethostname()
     server = Server(
         listener,
         table,
         config.requests,
         node,
-        name=socket.gethostname(),
+        name=name,
         software=f"ml2-receiver {VERSION}",
         is_paused=options.start_paused,
     )
     node.serve(server.report, server.begin)
+    announcement = Announcement(name, listener.getsockname(), _warn_unannounced)
     print(f"listening on {server.address}", flush=True)
     stopping.wait()
+    announcement.close()
     server.stop()
     node.close()
     return 0
+
+
+def _warn_unannounced(reason: str) -> None:
+    message = f"WARNING: headsets do not find this receiver by name, give them its address: {reason}"
+    print(message, file=sys.stderr)
 
 
 def _address(text: str) -> tuple[str, int]:
