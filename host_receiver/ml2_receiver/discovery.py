@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -10,7 +11,14 @@ from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
 
 import ifaddr
-from zeroconf import ServiceBrowser, ServiceInfo, ServiceStateChange, Zeroconf
+from zeroconf import (
+    DNSQuestionType,
+    ServiceBrowser,
+    ServiceInfo,
+    ServiceStateChange,
+    Zeroconf,
+)
+from zeroconf.asyncio import AsyncServiceBrowser
 
 from .errors import DiscoveryError
 from .frame import VERSION
@@ -46,7 +54,7 @@ class Announcement:
             port=port,
             properties={"name": name, "version": str(VERSION)},
             # Of this receiver only: a host name's records are replaced as a whole (RFC 6762, 10.2).
-            server=f"{label}-{port}.local.",
+            server=f"{uuid.uuid4().hex}.local.",
             parsed_addresses=announced_hosts(host),
         )
         self._zeroconf: Zeroconf | None = None
@@ -68,7 +76,15 @@ class Announcement:
 
 
 async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
-    await (await zeroconf.async_register_service(info, allow_name_change=True, strict=False))
+    # A probe is answered to the port that all programs of a machine share, so that none may see
+    # the answer; what this browser asks is answered to all.
+    browser = AsyncServiceBrowser(
+        zeroconf, SERVICE_TYPE, [lambda **_: None], question_type=DNSQuestionType.QM
+    )
+    try:
+        await (await zeroconf.async_register_service(info, allow_name_change=True, strict=False))
+    finally:
+        await browser.async_cancel()
 
 
 def _tell(failed: Callable[[str], None], registering: Future[None]) -> None:
@@ -152,7 +168,7 @@ def find_receivers(timeout_s: float, interfaces: list[str] | None = None) -> lis
     every = _multicast_interfaces(IPv4Address(0))
     try:
         with Zeroconf(interfaces=interfaces or every) as zeroconf:
-            ServiceBrowser(zeroconf, SERVICE_TYPE, [changed])
+            ServiceBrowser(zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM)
             threading.Event().wait(timeout_s)
     except OSError as error:
         raise DiscoveryError(f"no multicast: {error.strerror}") from error

@@ -83,7 +83,9 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _warn_unannounced(reason: str) -> None:
-    message = f"WARNING: headsets do not find this receiver by name, give them its address: {reason}"
+    message = (
+        f"WARNING: headsets do not find this receiver by name, give them its address: {reason}"
+    )
     print(message, file=sys.stderr)
 
 
