@@ -18,7 +18,7 @@ from ..server import Server, listen
 from ..table import load_table
 from .config import Subparsers
 
-_DEFAULT_ADDRESS = ("127.0.0.1", 7755)
+DEFAULT_ADDRESS = ("127.0.0.1", 7755)
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -31,7 +31,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--listen",
         type=_address,
-        default=_DEFAULT_ADDRESS,
+        default=DEFAULT_ADDRESS,
         metavar="HOST:PORT",
         help="default: 127.0.0.1:7755; port 0 lets the system choose",
     )

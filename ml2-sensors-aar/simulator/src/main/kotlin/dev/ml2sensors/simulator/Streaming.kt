@@ -82,8 +82,10 @@ private suspend fun Ml2Streamer.narrate(receiver: Receiver, say: (String) -> Uni
 
 private fun StreamerState.inWords(receiver: Receiver): String? = when (this) {
     is StreamerState.Connecting -> "connecting to $receiver" + reason?.let { ": $it" }.orEmpty()
+
     is StreamerState.Connected ->
         if (receiver is ReceiverAddress) "connected to $receiverName at $receiver" else "connected to $receiverName"
+
     is StreamerState.Ended -> null
 }
 
