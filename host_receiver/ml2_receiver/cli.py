@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from .commands import config, doctor, latency, run
+from .commands import config, devices, doctor, latency, run, topics
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -19,9 +19,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--version", action="version", version=VERSION)
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     config.add_parser(subparsers)
+    devices.add_parser(subparsers)
     doctor.add_parser(subparsers)
     latency.add_parser(subparsers)
     run.add_parser(subparsers)
+    topics.add_parser(subparsers)
     options = parser.parse_args(arguments)
     try:
         exit_code: int = options.run(options)

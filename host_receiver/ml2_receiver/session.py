@@ -238,6 +238,10 @@ class Session:
             clock=status.clock if status else None,
             skipped_frames=self.skipped_frames,
             is_final=bool(status and status.final),
+            software=self.hello.software,
+            capabilities=self.hello.capabilities.streams,
+            permissions=self.hello.permissions,
+            answers=self.streams.answers,
             topics=[
                 TopicReport(
                     self.streams.topic(name), counts, status.channels.get(name) if status else None
