@@ -28,7 +28,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "devices",
         help="show the headset, its permissions, and why a stream is unavailable",
         epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--json", action="store_true", help="print one object, or null without headset"

@@ -21,7 +21,7 @@ from ..fastdds import free_shared_memory_bytes
 from ..findings import Finding
 from ..parameter_file import node_names
 from ..process_table import is_listened_on, listener_of, receivers
-from .config import Subparsers
+from .config import Subparsers, add_file
 from .run import DEFAULT_ADDRESS
 
 _LISTEN_S = 1.0
@@ -41,9 +41,8 @@ def add_parser(subparsers: Subparsers) -> None:
         "doctor",
         help="find out why something does not work, and what to do",
         epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="a configuration file")
+    add_file(parser, "file", nargs="?", metavar="FILE", help="a configuration file")
     parser.add_argument("--json", action="store_true", help="print a list of objects")
     parser.set_defaults(run=_run)
 

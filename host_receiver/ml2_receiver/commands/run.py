@@ -7,7 +7,6 @@ import socket
 import sys
 import threading
 from importlib import resources
-from pathlib import Path
 
 from ..config import load_config
 from ..discovery import Announcement
@@ -16,18 +15,27 @@ from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
 from ..server import Server, listen
 from ..table import load_table
-from .config import Subparsers
+from .config import Subparsers, add_file
 
 DEFAULT_ADDRESS = ("127.0.0.1", 7755)
+_EPILOG = """\
+Headsets find it by this machine's name where it listens on the network. Whatever follows
+--ros-args goes to ROS 2.
+
+examples:
+  ml2-receiver run                                     for a simulated headset on this machine
+  ml2-receiver run --listen 0.0.0.0:7755 --config my.yaml
+  ml2-receiver run --ros-args --log-level debug
+"""
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "run",
         help="receive a headset and publish its topics",
-        epilog="Whatever follows --ros-args goes to ROS 2.",
+        epilog=_EPILOG,
     )
-    parser.add_argument("--config", type=Path, metavar="FILE", help="default: the packaged one")
+    add_file(parser, "--config", metavar="FILE", help="default: the packaged one")
     parser.add_argument(
         "--listen",
         type=_address,

@@ -29,7 +29,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "topics",
         help="show rates, losses and latencies of every topic while `run` runs",
         epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--once", action="store_true", help="print them once and end")
     parser.add_argument("--json", action="store_true", help="print them once, as a list of objects")
