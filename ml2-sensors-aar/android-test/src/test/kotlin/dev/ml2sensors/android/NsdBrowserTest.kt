@@ -29,14 +29,14 @@ class NsdBrowserTest {
     private val network = Shadow.extract<FakeNsdManager>(manager)
     private val browser = NsdBrowser(manager, wifi)
     private val desk = "desk" to ReceiverAddress("192.168.1.5", 7755)
-    private val robot = "robot" to ReceiverAddress("fe80::1", 7756)
+    private val robot = "robot" to ReceiverAddress("fd00:0:0:0:0:0:0:7", 7756)
 
     @Test
     fun receiversComeAndGo() = runBlocking {
         browser.receivers().test {
             network.appear("desk", "192.168.1.5", 7755)
             assertEquals(mapOf(desk), awaitItem())
-            network.appear("robot", "fe80::1", 7756)
+            network.appear("robot", "fd00::7", 7756)
             assertEquals(mapOf(desk, robot), awaitItem())
             network.vanish("desk")
             assertEquals(mapOf(robot), awaitItem())
@@ -50,7 +50,7 @@ class NsdBrowserTest {
         network.isSlow = true
         browser.receivers().test {
             network.appear("desk", "192.168.1.5", 7755)
-            network.appear("robot", "fe80::1", 7756)
+            network.appear("robot", "fd00::7", 7756)
             network.resolveNext()
             assertEquals(mapOf(desk), awaitItem())
             network.resolveNext()
@@ -94,7 +94,7 @@ class NsdBrowserTest {
     @Test
     fun aReceiverIsLocatedByItsName() = runBlocking {
         network.appear("desk", "192.168.1.5", 7755)
-        network.appear("robot", "fe80::1", 7756)
+        network.appear("robot", "fd00::7", 7756)
         assertEquals(robot.second, Receiver.discover(browser, "robot").locate())
     }
 }
