@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 
@@ -14,7 +15,7 @@ from .errors import RosError
 from .raw_taker import RawSubscription, RawTaker
 
 _OURS = "ml2_receiver: "
-_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
+
 _DEPTH = 10
 
 type Values = Mapping[str, str]
@@ -36,7 +37,10 @@ class DiagnosticsNode:
         except RuntimeError as error:
             raise RosError(f"ROS 2 does not start: {error}") from error
         self._node = rclpy.create_node("ml2_tools", context=self._context)
-        subscription = RawSubscription(_TYPE, "/diagnostics", _DEPTH, self._diagnosed)
+        type = "diagnostic_msgs/msg/DiagnosticArray"
+        subscription = RawSubscription(
+            type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed
+        )
         self._taker = RawTaker(self._node, [subscription])
 
     def close(self) -> None:
