@@ -14,8 +14,12 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "config", default_value="", description="config.yaml; empty: as `ml2-receiver run`"
             ),
-            DeclareLaunchArgument("name", default_value="ml2_receiver", description="of the node"),
-            DeclareLaunchArgument("namespace", default_value="", description="of the node"),
+            DeclareLaunchArgument(
+                "name", default_value="", description="of the headset, as `ml2-receiver run --name`"
+            ),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="of the node; empty: that of `name`"
+            ),
             DeclareLaunchArgument(
                 "listen", default_value="127.0.0.1:7755", description="HOST:PORT for headsets"
             ),
@@ -29,14 +33,18 @@ def _receiver(context: LaunchContext) -> list[Node]:
         name: LaunchConfiguration(name).perform(context)
         for name in ("config", "name", "namespace", "listen")
     }
-    config = ["--config", arguments["config"]] if arguments["config"] else []
+    given = [
+        word
+        for option in ("config", "name")
+        if arguments[option]
+        for word in (f"--{option}", arguments[option])
+    ]
     return [
         Node(
             package="ml2_receiver",
             executable="ml2-receiver",
-            name=arguments["name"],
             namespace=arguments["namespace"],
-            arguments=["run", "--listen", arguments["listen"], *config],
+            arguments=["run", "--listen", arguments["listen"], *given],
             output="screen",
         )
     ]

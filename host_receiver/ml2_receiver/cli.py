@@ -1,32 +1,65 @@
 """The command ml2-receiver."""
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
+from typing import Any, NoReturn
 
-from .commands import config, latency, play, record, run
+import shtab
+
+from .commands import config, devices, doctor, latency, play, record, run, topics
 from .errors import ReceiverError
 from .generated.version import VERSION
+
+_EPILOG = """\
+examples:
+  ml2-receiver run                    receive on this machine, port 7755
+  ml2-receiver doctor                 find out what is wrong
+  ml2-receiver run --help             what else a command takes
+  eval "$(ml2-receiver --print-completion bash)"
+"""
+_UNKNOWN = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)$")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Keeps the lines of examples, and guesses what a misspelt word was to be."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **options)
+
+    def error(self, message: str) -> NoReturn:
+        if (unknown := _UNKNOWN.search(message)) is not None:
+            choices = re.findall(r"[\w-]+", unknown[2])
+            for close in get_close_matches(unknown[1], choices, 1):
+                message += f"; did you mean {close}?"
+        super().error(message)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one subcommand.
 
     Returns:
-        0 when it did what it was asked to, 2 when it could not, with the reason on stderr.
+        0 when it did what it was asked to, 1 when what it looked at is not well, 2 when it could
+        not, with the reason on stderr.
     """
-    parser = argparse.ArgumentParser(prog="ml2-receiver", description="Magic Leap 2 to ROS 2.")
-    parser.add_argument("--version", action="version", version=VERSION)
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    config.add_parser(subparsers)
-    latency.add_parser(subparsers)
-    play.add_parser(subparsers)
-    record.add_parser(subparsers)
-    run.add_parser(subparsers)
-    options = parser.parse_args(arguments)
+    options = _parser().parse_args(arguments)
     try:
         exit_code: int = options.run(options)
     except ReceiverError as error:
         print(error, file=sys.stderr)
         return 2
     return exit_code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="ml2-receiver", description="Magic Leap 2 to ROS 2.", epilog=_EPILOG)
+    parser.add_argument("--version", action="version", version=VERSION)
+    shtab.add_argument_to(
+        parser, "--print-completion", help="print what completes commands in this shell"
+    )
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    for command in (config, devices, doctor, latency, play, record, run, topics):
+        command.add_parser(subparsers)
+    return parser

@@ -13,15 +13,24 @@ from .table import Stream, load_table
 
 @dataclass(frozen=True)
 class Config:
-    """A valid configuration; `values` has every key, by "section.key"."""
+    """A valid configuration.
+
+    `values` has every key, by "section.key"; `name` is empty, or tells this headset from others.
+    """
 
     values: Values
+    name: str = ""
 
     @property
     def prefix(self) -> str:
-        """Where all relative topics live, "/magic_leap2"."""
-        prefix = str(self.values["general.topic_name"])
-        return prefix if prefix.startswith("/") else f"/{prefix}"
+        """Where all relative topics live, "/magic_leap2" or "/NAME/magic_leap2"."""
+        prefix = str(self.values["general.topic_name"]).removeprefix("/")
+        return f"/{self.name}/{prefix}" if self.name else f"/{prefix}"
+
+    @property
+    def frame_prefix(self) -> str:
+        """What frame ids begin with."""
+        return f"{self.name}/" if self.name else ""
 
     @cached_property
     def requests(self) -> Mapping[str, Values]:

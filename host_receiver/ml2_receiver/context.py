@@ -64,7 +64,8 @@ class Context:
     """What the state machines stand in.
 
     `act` takes what is to be done, in order; `clock` is monotonic time in s; `idle` has the ids of
-    streams that nobody needs at present, which the headset may pause.
+    streams that nobody needs at present, which the headset may pause; `frame_prefix` is what the
+    headset's frame ids are to begin with.
     """
 
     table: StreamTable
@@ -75,6 +76,7 @@ class Context:
     name: str
     software: str
     idle: Callable[[], Collection[str]] = tuple
+    frame_prefix: str = ""
 
 
 def close(context: Context, connection: Connection, ending: Ending) -> None:

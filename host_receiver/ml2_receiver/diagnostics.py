@@ -7,9 +7,10 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .messages import ChannelStatus, ClockStatus
+from .messages import ChannelStatus, ClockStatus, StreamAnswer
 from .report import Report, State, TopicReport
 from .statistics import SHARES, TopicStatistics
+from .table import Scalar
 
 _STALE_AFTER_S = 2.0
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
@@ -82,6 +83,8 @@ class Diagnostics:
             "gaps": str(_gaps(topic, report)),
             "unpublished": str(statistics.unpublished),
         }
+        if (expected_hz := _expected_hz(topic, report)) is not None:
+            values["expected_hz"] = str(expected_hz)
         if device is not None:
             values |= {"produced": str(device.produced), "sent": str(device.sent)}
             dropped = _dropped(topic, device, report)
@@ -129,6 +132,16 @@ def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, st
     return Level.OK, "all that was produced arrived" if topic.is_running else "paused"
 
 
+def _expected_hz(topic: TopicReport, report: Report) -> Scalar | None:
+    """The rate the headset promised; only cameras promise one."""
+    answer = report.answers.get(topic.topic.stream)
+    return (answer.values or {}).get("update_rate") if answer else None
+
+
+def _answer(answer: StreamAnswer) -> str:
+    return answer.result if answer.reason is None else f"{answer.result}: {answer.reason}"
+
+
 def _session(report: Report) -> Row:
     values = {
         "state": report.state.value,
@@ -136,7 +149,13 @@ def _session(report: Report) -> Row:
         "device_id": report.device_id,
         "skipped_frames": str(report.skipped_frames),
         "final": str(report.is_final).lower(),
+        "software": report.software,
+        "capabilities": " ".join(report.capabilities),
     }
+    values |= {
+        f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
+    }
+    values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
     level = Level.ERROR if report.state is State.LOST else Level.OK
     return Row("session", level, f"{report.headset}: {report.state.value}", values)
 

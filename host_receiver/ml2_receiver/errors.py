@@ -9,6 +9,7 @@ ReceiverError
 ├── LatencyError    nothing there to measure, or no plot of it
 ├── RecordingError  a recording that cannot be written or read
 ├── PlaybackError   a receiver that cannot be played to
+├── DiscoveryError  receivers cannot be looked for
 └── ListenError     the address to listen on
 """
 
@@ -94,6 +95,10 @@ class RecordingError(ReceiverError):
 
 class PlaybackError(ReceiverError):
     """There is no receiver to play to, or it ended the session."""
+
+
+class DiscoveryError(ReceiverError):
+    """Receivers cannot be looked for by name."""
 
 
 class ListenError(ReceiverError):

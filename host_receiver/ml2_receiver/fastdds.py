@@ -17,7 +17,7 @@ PROFILES_VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _WORKING_DIRECTORY_PROFILE = Path("DEFAULT_FASTRTPS_PROFILES.xml")
 
 _SHARED_MEMORY = "/dev/shm"
-_NEEDED_BYTES = 80_000_000
+NEEDED_BYTES = 80_000_000
 _DEFAULT_SEGMENT_BYTES = 512 * 1024
 _SEGMENT_SIZE = re.compile(r"(?<=<segment_size>)\d+")
 
@@ -35,8 +35,8 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
     if environ.get(PROFILES_VARIABLE) or _WORKING_DIRECTORY_PROFILE.exists():
         return None
     profile = resources.files(__package__).joinpath("data/fastdds_profile.xml")
-    free_bytes = _free_bytes()
-    if free_bytes >= _NEEDED_BYTES:
+    free_bytes = free_shared_memory_bytes()
+    if free_bytes >= NEEDED_BYTES:
         environ[PROFILES_VARIABLE] = str(profile)
         return None
     # Half, as the subscribers' own Fast DDS needs some too.
@@ -46,13 +46,14 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
     )
     return (
         f"{_SHARED_MEMORY} has {free_bytes / 1e6:.1f} MB free,"
-        f" expected {_NEEDED_BYTES / 1e6:.0f} MB:"
+        f" expected {NEEDED_BYTES / 1e6:.0f} MB:"
         f" Fast DDS gets {segment_bytes / 1e6:.1f} MB and subscribers may miss images."
         " In a container, raise --shm-size."
     )
 
 
-def _free_bytes() -> int:
+def free_shared_memory_bytes() -> int:
+    """What programs can still map; 0 where there is no shared memory."""
     try:
         memory = os.statvfs(_SHARED_MEMORY)
     except FileNotFoundError:

@@ -73,6 +73,15 @@ def read_parameters(data: bytes) -> tuple[dict[str, Parameter], list[Problem]]:
     return parameters, problems
 
 
+def node_names(data: bytes) -> list[str]:
+    """The names of the nodes that the file is for, right or wrong.
+
+    Raises:
+        ConfigError: the file is no YAML mapping at all.
+    """
+    return [_name(node_name) for node_name, _ in _compose(_decode(data)).value]
+
+
 def _decode(data: bytes) -> str:
     if len(data) > MAX_BYTES:
         raise ConfigError([Problem(0, "", "", f"expected at most {MAX_BYTES} bytes")])

@@ -1,10 +1,10 @@
 """How a session stands, for people and diagnostics."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 
-from .messages import ChannelStatus, ClockStatus
+from .messages import ChannelStatus, ClockStatus, StreamAnswer
 from .statistics import TopicStatistics
 from .table import Topic
 
@@ -32,7 +32,11 @@ class TopicReport:
 
 @dataclass(frozen=True)
 class Report:
-    """One session. `clock` is None before the first STATUS; `is_final` after the last one."""
+    """One session. `clock` is None before the first STATUS; `is_final` after the last one.
+
+    `software`, `capabilities` (streams it has) and `permissions` are the headset's own words;
+    `answers` are its last ones, by stream.
+    """
 
     state: State
     headset: str
@@ -41,3 +45,7 @@ class Report:
     skipped_frames: int
     is_final: bool
     topics: Sequence[TopicReport]
+    software: str = ""
+    capabilities: Sequence[str] = ()
+    permissions: Mapping[str, bool] = field(default_factory=dict)
+    answers: Mapping[str, StreamAnswer] = field(default_factory=dict)

@@ -1,5 +1,6 @@
 """Sockets and threads around the Host: one reader per connection, one that accepts, one clock."""
 
+import errno
 import socket
 import struct
 import threading
@@ -14,6 +15,7 @@ from .errors import ListenError, ProtocolError
 from .frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
 from .host import Host
 from .json_body import JsonBody
+from .process_table import listener_of
 from .report import Report
 from .sink import Sink
 from .streams import Request
@@ -56,6 +58,7 @@ class Server:
         listener: what listen() returned; closed by stop().
         request: the streams and values every headset is asked for, until request() changes them.
         name: what headsets are told about who receives.
+        frame_prefix: what their frame ids are to begin with.
         is_paused: START waits for begin().
         idle: the streams that nobody needs at present; called under the lock.
     """
@@ -69,11 +72,14 @@ class Server:
         *,
         name: str,
         software: str,
+        frame_prefix: str = "",
         is_paused: bool = False,
         idle: Callable[[], Collection[str]] = tuple,
         limits: Limits = _LIMITS,
     ) -> None:
-        context = Context(table, sink, limits, self._act, time.monotonic, name, software, idle)
+        context = Context(
+            table, sink, limits, self._act, time.monotonic, name, software, idle, frame_prefix
+        )
         self._host = Host(context, request, is_paused=is_paused)
         self._sink, self._limits = sink, limits
         self._lock = threading.Lock()
@@ -262,7 +268,11 @@ def listen(address: tuple[str, int]) -> socket.socket:
             resolved[:2], family=family, backlog=_BACKLOG, dualstack_ipv6=False
         )
     except OSError as error:
-        raise ListenError(f"cannot listen on {_text(address)}: {error.strerror}") from error
+        reason = f"cannot listen on {_text(address)}: {error.strerror}"
+        if error.errno == errno.EADDRINUSE:
+            holder = listener_of(address[1])
+            reason += f", by {holder or 'a process of another user'}; end it, or --listen elsewhere"
+        raise ListenError(reason) from error
     # Linux gives these to every connection it accepts.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)

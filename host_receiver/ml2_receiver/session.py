@@ -54,7 +54,7 @@ class Session:
         self.hello = hello
         self.id = secrets.token_hex(_TOKEN_BYTES)
         self.state = State.CONNECTED
-        self.streams = Streams(context.table, instance, context.sink)
+        self.streams = Streams(context.table, instance, context.sink, context.frame_prefix)
         self.instance = instance
         self.status: Status | None = None
         self.skipped_frames = 0
@@ -241,6 +241,10 @@ class Session:
             clock=status.clock if status else None,
             skipped_frames=self.skipped_frames,
             is_final=bool(status and status.final),
+            software=self.hello.software,
+            capabilities=self.hello.capabilities.streams,
+            permissions=self.hello.permissions,
+            answers=self.streams.answers,
             topics=[
                 self._topic_report(self.streams.topic(name), counts)
                 for name, counts in list(self.instance.topics.items())

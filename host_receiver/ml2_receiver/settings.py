@@ -3,7 +3,7 @@
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 from .config import Config
@@ -59,7 +59,7 @@ class Settings:
             raise ConfigError(wrong, "")
         waiting = {f"{_section(problem.key)}.{key}" for problem in pending for key in CAMERA_KEYS}
         legal = values | {name: self.config.values[name] for name in waiting}
-        return Settings(values, Config(legal), tuple(pending))
+        return Settings(values, replace(self.config, values=legal), tuple(pending))
 
     def parameters(self) -> dict[str, Scalar]:
         """What ROS shows: `values`, and the mode each camera is configured to."""

@@ -32,11 +32,14 @@ class Streams:
     here, by START.
     """
 
-    def __init__(self, table: StreamTable, instance: Instance, sink: Sink) -> None:
+    def __init__(
+        self, table: StreamTable, instance: Instance, sink: Sink, frame_prefix: str = ""
+    ) -> None:
         self.answers: Mapping[str, StreamAnswer] = {}
         self.routes: dict[str, dict[int, Route]] = {"sensors": {}}
         self.routes |= {lane: {} for lane in table.image_lanes}
         self._instance, self._sink = instance, sink
+        self._frame_prefix = frame_prefix or None
         self._topics = {
             topic.name: topic for stream in table.streams.values() for topic in stream.topics
         }
@@ -88,7 +91,7 @@ class Streams:
         self._requested = streams
         self._runs = self._runs and bool(streams)
         self._is_answered = self._is_started = False
-        return Configure(self._request, streams)
+        return Configure(self._request, streams, self._frame_prefix)
 
     def _start(self) -> Start:
         """From now on the channels of the answered request have routes."""

@@ -1,6 +1,8 @@
+import json
 from pathlib import Path
 
 import pytest
+import yaml
 
 from ml2_receiver.cli import main
 
@@ -49,3 +51,42 @@ def test_a_missing_file_is_one_error(capsys: pytest.CaptureFixture[str]) -> None
     assert (
         capsys.readouterr().err == "/no/such/file.yaml: cannot be read: No such file or directory\n"
     )
+
+
+def test_a_good_file_is_told_to_scripts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "config.yaml"
+    file.write_text("/**: {ros__parameters: {world_left: {enabled: true}}}")
+    assert main(["config", "check", "--json", str(file)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["prefix"] == "/magic_leap2"
+    assert "/magic_leap2/world_left/image_raw" in told["streams"]["world_left"]["topics"]
+    assert told["streams"]["world_left"]["values"]["update_rate"] == 30
+    assert list(told["streams"]) == ["world_left", "tf"]
+
+
+def test_every_stream_of_the_file_is_shown_with_its_legal_values(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["config", "show", "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    file = yaml.safe_load((ROOT / "config/streams.yaml").read_text())
+    assert shown.keys() == file["streams"].keys()
+    assert shown["depth"]["when"] == {
+        "depth_center.enabled": True,
+        "depth_center.format": "Depth32",
+    }
+    assert [mode["update_rates"] for mode in shown["depth"]["modes"]] == [
+        [1, 5],
+        [5, 25, 30, 50, 60],
+    ]
+    assert {mode["stream"] for mode in shown["mixed_reality"]["modes"]} == {1}
+    assert shown["depth"]["keys"]["depth_center.confidence"]["type"] == "bool"
+    assert shown["gyro_left"]["keys"]["imu.angular_velocity_variance"]["minimum"] == 0
+    assert shown["world_left"]["keys"]["world_left.backend"]["allowed"] == ["sdk", "openxr"]
+
+
+def test_people_get_a_table_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["config", "show"]) == 0
+    table = capsys.readouterr().out
+    for word in ("world_left", "1016x1016", "depth_center.radial", "any other runs"):
+        assert word in table

@@ -1,3 +1,4 @@
+import os
 import re
 import signal
 import socket
@@ -79,7 +80,9 @@ def test_a_port_in_use_ends_it(config: Path, capsys: pytest.CaptureFixture[str])
     with socket.create_server(("127.0.0.1", 0)) as taken:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         assert main(["run", "--config", str(config), "--listen", address]) == 2
-    assert f"cannot listen on {address}" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert f"cannot listen on {address}: Address already in use" in error
+    assert f"(pid {os.getpid()})" in error
 
 
 @pytest.mark.parametrize("address", ["7755", "localhost", "localhost:", ":1", "a:65536", "a:-1"])

@@ -5,7 +5,7 @@ import pytest
 
 from ml2_receiver.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.frame import MAGIC, VERSION, Header, Kind
-from ml2_receiver.messages import ChannelStatus, ClockStatus
+from ml2_receiver.messages import ChannelStatus, ClockStatus, StreamAnswer
 from ml2_receiver.report import Report, State, TopicReport
 from ml2_receiver.statistics import TopicStatistics
 from ml2_receiver.table import load_table
@@ -62,6 +62,8 @@ def test_the_session_has_a_row(diagnostics: Diagnostics, statistics: TopicStatis
         "device_id": "id",
         "skipped_frames": "3",
         "final": "true",
+        "software": "",
+        "capabilities": "",
     }
 
 
@@ -238,3 +240,26 @@ def test_a_sensor_that_has_nothing_to_say_is_not_stale(
     for second in range(6):
         row = topic_row(diagnostics, report(statistics, SENT_ALL), float(second))
         assert row.level == Level.OK
+
+
+def test_the_session_tells_what_the_headset_can_and_may_and_answered(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    answers = {
+        "world_left": StreamAnswer("applied", {"update_rate": 30}),
+        "gaze": StreamAnswer("refused", None, "not calibrated"),
+    }
+    told = replace(
+        report(statistics),
+        software="app 1",
+        capabilities=["world_left", "gaze"],
+        permissions={"android.permission.CAMERA": False},
+        answers=answers,
+    )
+    session, _, topic = diagnostics.rows(told, 0.0)
+    assert session.values["software"] == "app 1"
+    assert session.values["capabilities"] == "world_left gaze"
+    assert session.values["permission.android.permission.CAMERA"] == "false"
+    assert session.values["stream.world_left"] == "applied"
+    assert session.values["stream.gaze"] == "refused: not calibrated"
+    assert topic.values["expected_hz"] == "30"

@@ -79,11 +79,11 @@ def test_the_launch_file_passes_its_arguments_on(launch_api: None, config: str) 
     *declared, start = parts
     context = {part.arguments[0]: part.named["default_value"] for part in declared}
     assert set(context) == {"config", "name", "namespace", "listen"}
-    context |= {"config": config, "namespace": "lab", "listen": "0.0.0.0:1"}
+    context |= {"config": config, "name": "robot1", "namespace": "lab", "listen": "0.0.0.0:1"}
     (node,) = start.named["function"](context)
     options = ["--config", config] if config else []
-    assert node.named["arguments"] == ["run", "--listen", "0.0.0.0:1", *options]
-    assert (node.named["name"], node.named["namespace"]) == ("ml2_receiver", "lab")
+    assert node.named["arguments"] == ["run", "--listen", "0.0.0.0:1", *options, "--name", "robot1"]
+    assert node.named["namespace"] == "lab"
     assert (node.named["package"], node.named["executable"]) == ("ml2_receiver", "ml2-receiver")
 
 

@@ -1,37 +1,84 @@
-"""ml2-receiver config: what a configuration file asks the headset for."""
+"""ml2-receiver config: what a configuration can say, and what one asks the headset for."""
 
 import argparse
+import json
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import shtab
 from rich.console import Console
 from rich.table import Table
 
 from ..config import Config, load_config
-from ..table import load_table
+from ..stream_options import options_of, options_table
+from ..table import Topic, load_table
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_CHECK_EPILOG = """\
+Exit code: 0, or 2 with one line per wrong value.
+
+examples:
+  ml2-receiver config check my.yaml
+  ml2-receiver config check my.yaml --json | jq -r '.streams[].topics[]'
+"""
+_SHOW_EPILOG = """\
+examples:
+  ml2-receiver config show
+  ml2-receiver config show --json | jq '.depth.modes'
+"""
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("config", help="work with configuration files")
     actions = parser.add_subparsers(required=True, metavar="ACTION")
-    check = actions.add_parser("check", help="say what is wrong in a file, or what it will start")
-    check.add_argument("file", type=Path, metavar="FILE")
+    check = actions.add_parser(
+        "check", help="say what is wrong in a file, or what it will start", epilog=_CHECK_EPILOG
+    )
+    add_file(check, "file", metavar="FILE")
+    check.add_argument("--json", action="store_true", help="print one object")
     check.set_defaults(run=_check)
+    show = actions.add_parser(
+        "show", help="list every stream with its legal values", epilog=_SHOW_EPILOG
+    )
+    show.add_argument("--json", action="store_true", help="print one object, by stream")
+    show.set_defaults(run=_show)
+
+
+def add_file(parser: argparse.ArgumentParser, *names: str, **options: Any) -> None:
+    """Adds an argument that is a file, which shells then complete."""
+    action = parser.add_argument(*names, type=Path, **options)
+    action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
 def _check(options: argparse.Namespace) -> int:
-    Console().print(_streams(load_config(options.file)))
+    config = load_config(options.file)
+    if options.json:
+        streams = {
+            id: {"values": values, "topics": [it.full_name(config.prefix) for it in topics]}
+            for id, values, topics in _streams(config)
+        }
+        print(json.dumps({"prefix": config.prefix, "streams": streams}, indent=2))
+        return 0
+    table = Table("stream", "topics", title=f"{len(config.requests)} streams", title_justify="left")
+    for id, _, topics in _streams(config):
+        table.add_row(id, "\n".join(it.full_name(config.prefix) for it in topics))
+    Console().print(table)
     return 0
 
 
-def _streams(config: Config) -> Table:
-    table = Table("stream", "topics", title=f"{len(config.requests)} streams", title_justify="left")
+def _streams(config: Config) -> Iterator[tuple[str, dict[str, Any], list[Topic]]]:
+    """Each stream that will run, its values, and its topics."""
     for id, values in config.requests.items():
-        names = [
-            topic.full_name(config.prefix)
-            for topic in load_table().streams[id].topics
-            if topic.when is None or topic.when.holds(values)
-        ]
-        table.add_row(id, "\n".join(names))
-    return table
+        topics = load_table().streams[id].topics
+        yield id, dict(values), [it for it in topics if it.when is None or it.when.holds(values)]
+
+
+def _show(options: argparse.Namespace) -> int:
+    streams = options_of(load_table())
+    if options.json:
+        print(json.dumps(streams, indent=2))
+    else:
+        Console().print(options_table(streams))
+    return 0

@@ -33,9 +33,18 @@ _HINTS = {
 }
 
 
+_EPILOG = """\
+examples:
+  ml2-receiver latency                live, until Ctrl-C
+  ml2-receiver latency --once --duration 5 --plot latency.png
+"""
+
+
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
-        "latency", help="show how long messages take, stage by stage, while `run` runs"
+        "latency",
+        help="show how long messages take, stage by stage, while `run` runs",
+        epilog=_EPILOG,
     )
     parser.add_argument(
         "--duration",

@@ -2,35 +2,39 @@
 
 import argparse
 import os
+import re
 import signal
 import socket
 import sys
 import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..config import Config
 from ..config_file import ConfigFile
+from ..discovery import Announcement
 from ..errors import RosError
 from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
 from ..server import Server
 from ..sink import Sink
 from ..table import load_table
+from .config import add_file
 
 if TYPE_CHECKING:
     from ..ros import RosNode
 
 DEFAULT_ADDRESS = ("127.0.0.1", 7755)
+_ROS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}", re.ASCII)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """--config, --listen and what goes to ROS."""
-    parser.add_argument(
+    add_file(
+        parser,
         "--config",
-        type=Path,
         metavar="FILE",
         help="default: ~/.config/ml2_receiver/config.yaml, or where there is none the packaged one",
     )
@@ -40,6 +44,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=DEFAULT_ADDRESS,
         metavar="HOST:PORT",
         help="default: 127.0.0.1:7755; port 0 lets the system choose",
+    )
+    parser.add_argument(
+        "--name",
+        type=_name,
+        help="tells several headsets apart: node and topics are under /NAME, frame ids begin with"
+        " NAME/, and headsets find this receiver as NAME; default: none, found as this machine's",
     )
     parser.add_argument("--insecure", action="store_true", help="without effect so far")
     parser.add_argument("--insecure-eye-images", action="store_true", help="without effect so far")
@@ -52,6 +62,14 @@ def address(text: str) -> tuple[str, int]:
     if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
         raise argparse.ArgumentTypeError(f"expected HOST:PORT, found {text!r}")
     return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+def _name(text: str) -> str:
+    if not _ROS_NAME.fullmatch(text):
+        raise argparse.ArgumentTypeError(
+            f"expected at most 40 letters, digits and _, not beginning with a digit, found {text!r}"
+        )
+    return text
 
 
 def stop_signal() -> threading.Event:
@@ -67,6 +85,11 @@ def config_file(options: argparse.Namespace) -> ConfigFile:
     return ConfigFile(options.config) if options.config else ConfigFile.of_user()
 
 
+def load(file: ConfigFile, options: argparse.Namespace) -> Config:
+    """What it says, for the headset of --name."""
+    return replace(file.load(), name=options.name or "")
+
+
 def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
     """The ROS node, with enough shared memory for images."""
     warning = apply_default_profile(os.environ)
@@ -76,7 +99,8 @@ def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
         from ..ros import RosNode  # reads the profile
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    return RosNode(load_table(), config, ["--ros-args", *options.ros_args])
+    namespace = ["-r", f"__ns:=/{config.name}"] if config.name else []
+    return RosNode(load_table(), config, ["--ros-args", *options.ros_args, *namespace])
 
 
 @contextmanager
@@ -88,18 +112,29 @@ def serving(
     is_paused: bool = False,
     idle: Callable[[], Collection[str]] = tuple,
 ) -> Iterator[Server]:
-    """A server that listens until left; its last arguments are as the Server's."""
+    """A server that listens, and is announced, until left; the last arguments are the Server's."""
+    name = config.name or socket.gethostname()
     server = Server(
         listener,
         load_table(),
         config.requests,
         sink,
-        name=socket.gethostname(),
+        name=name,
         software=f"ml2-receiver {VERSION}",
+        frame_prefix=config.frame_prefix,
         is_paused=is_paused,
         idle=idle,
     )
+    announcement = Announcement(name, listener.getsockname(), _warn_unannounced)
     try:
         yield server
     finally:
+        announcement.close()
         server.stop()
+
+
+def _warn_unannounced(reason: str) -> None:
+    message = (
+        f"WARNING: headsets do not find this receiver by name, give them its address: {reason}"
+    )
+    print(message, file=sys.stderr)

@@ -19,7 +19,7 @@ from ..sink import Sink
 from ..table import load_table
 from .config import Subparsers
 from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, make_node, serving, stop_signal
+from .receiving import add_options, config_file, load, make_node, serving, stop_signal
 
 _REDRAW_S = 0.5
 _EXAMPLES = """examples:
@@ -54,7 +54,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     file = config_file(options)
-    config = file.load()
+    config = load(file, options)
     with ExitStack() as stack:
         listener = stack.enter_context(listen(options.listen))
         node = None if options.no_ros else make_node(config, options)

@@ -4,14 +4,25 @@ import argparse
 
 from ..server import listen
 from .config import Subparsers
-from .receiving import add_options, config_file, make_node, serving, stop_signal
+from .receiving import add_options, config_file, load, make_node, serving, stop_signal
+
+_EPILOG = """\
+Headsets find it by its name where it listens on the network. Whatever follows --ros-args goes to
+ROS 2.
+
+examples:
+  ml2-receiver run                                     for a simulated headset on this machine
+  ml2-receiver run --listen 0.0.0.0:7755 --config my.yaml
+  ml2-receiver run --listen 0.0.0.0:7756 --name robot1    a second headset, kept apart
+  ml2-receiver run --ros-args --log-level debug
+"""
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "run",
         help="receive a headset and publish its topics",
-        epilog="Whatever follows --ros-args goes to ROS 2.",
+        epilog=_EPILOG,
     )
     parser.add_argument(
         "--start-paused",
@@ -25,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     file = config_file(options)
-    config = file.load()
+    config = load(file, options)
     listener = listen(options.listen)
     node = make_node(config, options)
     with serving(

@@ -1,11 +1,13 @@
 package dev.ml2sensors.session
 
 /** Where a receiver listens. */
-public data class ReceiverAddress(val host: String, val port: Int) {
+public data class ReceiverAddress(val host: String, val port: Int) : Receiver {
     init {
         require(host.isNotEmpty()) { "a receiver's host is empty" }
         require(port in 1..65535) { "a receiver's port is 1 to 65535, not $port" }
     }
+
+    override suspend fun locate(): ReceiverAddress = this
 
     override fun toString(): String = if (':' in host) "[$host]:$port" else "$host:$port"
 }

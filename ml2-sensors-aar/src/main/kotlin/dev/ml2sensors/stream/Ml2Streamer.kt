@@ -2,8 +2,9 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.Version
 import dev.ml2sensors.clock.HostClock
-import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.Session
+import dev.ml2sensors.session.unlessStopped
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.Hello
@@ -31,7 +32,7 @@ import kotlin.time.Duration.Companion.seconds
  */
 public class Ml2Streamer(
     private val headset: Headset,
-    private val receiver: ReceiverAddress,
+    private val receiver: Receiver,
 ) {
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
     private val hostClock = HostClock(headset.clock)
@@ -76,7 +77,8 @@ public class Ml2Streamer(
         var pause = FIRST_PAUSE
         while (!stopReason.isCompleted) {
             try {
-                Session(receiver, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
+                val address = unlessStopped(stopReason) { receiver.locate() } ?: break
+                Session(address, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
                     pause = FIRST_PAUSE
                     mutableState.value = StreamerState.Connected(name)
                 }

@@ -8,15 +8,16 @@ import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.context
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
+import com.github.ajalt.clikt.parameters.options.defaultLazy
 import com.github.ajalt.clikt.parameters.options.flag
 import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
-import com.github.ajalt.clikt.parameters.options.required
 import com.github.ajalt.clikt.parameters.options.versionOption
 import com.github.ajalt.clikt.parameters.types.choice
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
+import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
@@ -43,9 +44,9 @@ internal const val EXIT_USAGE = 2
 
 /** Parses the command line, makes the headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
-    private val receiver by option(metavar = "HOST:PORT", help = "Where the receiver listens.")
-        .convert { address(it) ?: fail("expected HOST:PORT with a port of 1 to 65535, found '$it'") }
-        .required()
+    private val receiver by option(metavar = "NAME|HOST:PORT", help = "Which receiver; default: the one there is.")
+        .convert { receiver(it) ?: fail("expected a name, or HOST:PORT with a port of 1 to 65535, found '$it'") }
+        .defaultLazy { Receiver.discover(MulticastBrowser()) }
     private val source by option(help = "The simulated device (default), or test signals without native code.")
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
@@ -139,6 +140,10 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 }
 
 private val HOST_AND_PORT = Regex("""(?:\[(.+)]|([^:]+)):(\d{1,5})""")
+
+/** A name has no colon. */
+private fun receiver(text: String): Receiver? =
+    if (':' in text || text.isEmpty()) address(text) else Receiver.discover(MulticastBrowser(), text)
 
 private fun address(text: String): ReceiverAddress? {
     val (bracketed, plain, port) = HOST_AND_PORT.matchEntire(text)?.destructured ?: return null

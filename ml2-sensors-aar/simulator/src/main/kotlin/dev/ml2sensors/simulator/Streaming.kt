@@ -1,5 +1,6 @@
 package dev.ml2sensors.simulator
 
+import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
@@ -28,7 +29,7 @@ import kotlin.time.Duration
  */
 internal suspend fun stream(
     headset: Headset,
-    receiver: ReceiverAddress,
+    receiver: Receiver,
     duration: Duration?,
     stop: CompletableDeferred<String>,
     say: (String) -> Unit,
@@ -66,7 +67,7 @@ private class ObservedHeadset(private val headset: Headset, private val hasBegun
 }
 
 /** Says where the streamer is and what became of each stream, whenever that changes, until it has ended. */
-private suspend fun Ml2Streamer.narrate(receiver: ReceiverAddress, say: (String) -> Unit) {
+private suspend fun Ml2Streamer.narrate(receiver: Receiver, say: (String) -> Unit) {
     var lastState: StreamerState? = null
     var lastStreams = emptyMap<String, StreamState>()
     combine(state, streams, ::Pair).first { (state, streams) ->
@@ -79,9 +80,12 @@ private suspend fun Ml2Streamer.narrate(receiver: ReceiverAddress, say: (String)
     }
 }
 
-private fun StreamerState.inWords(receiver: ReceiverAddress): String? = when (this) {
+private fun StreamerState.inWords(receiver: Receiver): String? = when (this) {
     is StreamerState.Connecting -> "connecting to $receiver" + reason?.let { ": $it" }.orEmpty()
-    is StreamerState.Connected -> "connected to $receiverName at $receiver"
+
+    is StreamerState.Connected ->
+        if (receiver is ReceiverAddress) "connected to $receiverName at $receiver" else "connected to $receiverName"
+
     is StreamerState.Ended -> null
 }
 

@@ -1,0 +1,91 @@
+"""ml2-receiver doctor: what keeps a receiver on this machine from working, and what to do."""
+
+import argparse
+import dataclasses
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from .. import findings, machine
+from ..config import load_config
+from ..discovery import FoundReceiver, find_receivers
+from ..errors import DiscoveryError
+from ..fastdds import free_shared_memory_bytes
+from ..findings import Finding
+from ..parameter_file import node_names
+from ..process_table import is_listened_on, listener_of, receivers
+from .config import Subparsers, add_file
+from .receiving import DEFAULT_ADDRESS
+
+_LISTEN_S = 1.0
+_MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
+_EPILOG = """\
+Exit code: 0, or 1 when anything is "wrong"; a "hint" may not matter to you.
+
+examples:
+  ml2-receiver doctor
+  ml2-receiver doctor my.yaml        look at a configuration file, too
+  ml2-receiver doctor --json | jq '.[] | select(.level == "wrong")'
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "doctor",
+        help="find out why something does not work, and what to do",
+        epilog=_EPILOG,
+    )
+    add_file(parser, "file", nargs="?", metavar="FILE", help="a configuration file")
+    parser.add_argument("--json", action="store_true", help="print a list of objects")
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    found = list(_findings(options.file))
+    if options.json:
+        print(json.dumps([dataclasses.asdict(it) for it in found], indent=2))
+    else:
+        Console().print(_table(found))
+    return int(any(it.level == "wrong" for it in found))
+
+
+def _findings(file: Path | None) -> Iterator[Finding]:
+    _, port = DEFAULT_ADDRESS
+    yield findings.python(sys.version_info[:3])
+    yield findings.ros(os.environ.get("ROS_DISTRO"), machine.missing_modules())
+    yield findings.fast_dds_profile(
+        os.environ, is_in_working_directory=Path("DEFAULT_FASTRTPS_PROFILES.xml").exists()
+    )
+    yield findings.shared_memory(free_shared_memory_bytes())
+    yield findings.udp_buffer(machine.kernel_number("net.core.rmem_max"))
+    yield findings.port(port, listener_of(port), is_listened_on=is_listened_on(port))
+    yield findings.firewall(machine.firewall(), port)
+    yield findings.multicast(_announced())
+    with suppress(OSError):  # a sandbox that forbids to ask
+        yield findings.clock(machine.is_clock_synchronised())
+    running = {it.pid: it.environment("ROS_DOMAIN_ID") for it in receivers()}
+    yield findings.domain(os.environ.get("ROS_DOMAIN_ID"), running)
+    if file is not None:
+        load_config(file)
+        yield findings.parameter_file(str(file), node_names(file.read_bytes()))
+
+
+def _announced() -> Sequence[FoundReceiver] | str:
+    try:
+        return find_receivers(_LISTEN_S)
+    except DiscoveryError as error:
+        return str(error)
+
+
+def _table(found: Sequence[Finding]) -> Table:
+    table = Table("", "check", "found", "what to do", box=None)
+    for it in found:
+        table.add_row(_MARKS[it.level], it.check, escape(it.found), escape(it.fix))
+    return table

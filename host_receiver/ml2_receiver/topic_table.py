@@ -1,0 +1,69 @@
+"""Topics as /diagnostics has them, for people and for scripts."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+type Rows = Mapping[str, Mapping[str, str]]
+
+_NUMBERS = {
+    "rate_hz": "Hz",
+    "expected_hz": "expected\nHz",
+    "mbit_per_s": "Mbit/s",
+    "received": "received",
+    "lost": "lost",
+    "latency_p50_ms": "p50\nms",
+    "latency_p99_ms": "p99\nms",
+    "subscribers": "subscribers",
+}
+
+
+def topic_figures(rows: Rows) -> list[dict[str, Any]]:
+    """An object per topic. `lost` counts all drops, here and on the headset; rates and latencies
+    are of the last second; null is what is not known."""
+    return [
+        {"topic": name, "type": values["type"], "state": values["message"]}
+        | {key: _number(values.get(key)) for key in _NUMBERS if key != "lost"}
+        | {"lost": _lost(values), "dropped": _dropped(values)}
+        for name, values in rows.items()
+        if "type" in values
+    ]
+
+
+def topic_table(rows: Rows) -> Table:
+    """A row per topic."""
+    state = rows.get("session", {}).get("message", "")
+    table = Table(title=state, title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("topic", no_wrap=True)
+    for heading in _NUMBERS.values():
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("state")
+    for topic in topic_figures(rows):
+        cells = (_cell(topic[key]) for key in _NUMBERS)
+        table.add_row(topic["topic"], *cells, topic["state"])
+    return table
+
+
+def _dropped(values: Mapping[str, str]) -> dict[str, int]:
+    prefix = "dropped."
+    return {k.removeprefix(prefix): int(v) for k, v in values.items() if k.startswith(prefix)}
+
+
+def _lost(values: Mapping[str, str]) -> int:
+    """A message dropped by the headset is a gap here, too, as soon as a later one arrives."""
+    return max(int(values["gaps"]), sum(_dropped(values).values())) + int(values["unpublished"])
+
+
+def _number(text: str | None) -> float | int | None:
+    if text is None:
+        return None
+    number = float(text)
+    return int(number) if text.isdecimal() else number
+
+
+def _cell(number: float | int | None) -> str:
+    if number is None:
+        return "-"
+    return str(number) if isinstance(number, int) else f"{number:.1f}"

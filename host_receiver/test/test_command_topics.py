@@ -1,0 +1,86 @@
+import json
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mock_device import MockDevice
+from ros_processes import Child, Receiver
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}, world_left: {enabled: true}}}"
+BATTERY = "/magic_leap2/battery"
+
+
+@pytest.fixture
+def receiver(tmp_path: Path) -> Iterator[Receiver]:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    with Receiver(file) as receiver:
+        yield receiver
+
+
+def command(*arguments: str) -> Child:
+    return Child("-m", "ml2_receiver", *arguments)
+
+
+def printed(child: Child) -> Any:
+    """All of its standard output, which is JSON."""
+    text = ""
+    while True:
+        text += child.line()
+        try:
+            return json.loads(text)
+        except json.JSONDecodeError:
+            continue
+
+
+def test_topics_have_their_counts_rates_and_losses(receiver: Receiver) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        for skip in (0, 2, 0):
+            device.publish("battery", skip=skip)
+        device.exchange_time(1)
+        with command("topics", "--json") as child:
+            topics = {each["topic"]: each for each in printed(child)}
+            assert child.wait() == 0
+    assert topics[BATTERY]["received"] == 3
+    assert topics[BATTERY]["lost"] == 2
+    assert topics[BATTERY]["expected_hz"] is None
+    assert topics[BATTERY]["subscribers"] == 0
+    camera = topics["/magic_leap2/world_left/image_raw"]
+    assert (camera["expected_hz"], camera["received"]) == (30, 0)
+
+
+def test_the_live_table_ends_with_an_interrupt(receiver: Receiver) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        with command("topics") as child:
+            assert child.line() == "watching until Ctrl-C"
+            child.process.send_signal(signal.SIGINT)
+            while BATTERY not in child.line():
+                pass
+            assert child.wait() == 0
+
+
+def test_devices_tell_why_a_stream_does_not_run(receiver: Receiver) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start(refused={"world_left": "covered: by a sticker"})
+        with command("devices", "--json") as child:
+            headset: Any = printed(child)
+            assert child.wait() == 0
+    assert (headset["name"], headset["state"]) == ("device name", "connected")
+    streams = {each["stream"]: each for each in headset["streams"]}
+    assert streams["battery"]["state"] == "runs"
+    assert streams["world_left"]["state"] == "unavailable"
+    assert streams["world_left"]["reason"] == "covered: by a sticker"
+
+
+@pytest.mark.parametrize("name", ["topics", "devices"])
+def test_without_a_receiver_it_says_what_to_start(name: str) -> None:
+    with command(name) as child:
+        assert child.wait() == 2
+        assert "start `ml2-receiver run`" in "\n".join(child.errors)

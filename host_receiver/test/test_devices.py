@@ -1,0 +1,44 @@
+from ml2_receiver.devices import DeviceStream, read_device
+from ml2_receiver.table import load_table
+
+SESSION = {
+    "state": "connected",
+    "headset": "Magic Leap 2",
+    "device_id": "id",
+    "software": "ml2-sensors 1",
+    "capabilities": "world_left world_right depth battery",
+    "permission.android.permission.CAMERA": "true",
+    "permission.com.magicleap.permission.DEPTH_CAMERA": "false",
+    "stream.world_left": "applied",
+    "stream.battery": "adjusted: slower",
+}
+
+
+def streams(**changes: str) -> dict[str, DeviceStream]:
+    device = read_device(SESSION | changes, load_table())
+    assert device is not None
+    return {it.stream: it for it in device.streams}
+
+
+def test_every_stream_of_the_table_is_listed() -> None:
+    assert streams().keys() == load_table().streams.keys()
+
+
+def test_each_stream_has_its_state_and_reason() -> None:
+    found = streams()
+    assert found["world_left"] == DeviceStream("world_left", "runs", "")
+    assert found["battery"] == DeviceStream("battery", "runs", "slower")
+    assert found["world_right"].state == "off"
+    assert found["gaze"] == DeviceStream("gaze", "unavailable", "this headset has no such sensor")
+    assert found["depth"].reason == (
+        "permission com.magicleap.permission.DEPTH_CAMERA is not granted"
+    )
+
+
+def test_what_the_headset_answers_is_surer_than_what_can_be_guessed() -> None:
+    found = streams(**{"stream.depth": "refused: hot: 60 degrees"})
+    assert found["depth"] == DeviceStream("depth", "unavailable", "hot: 60 degrees")
+
+
+def test_before_the_first_headset_there_is_none() -> None:
+    assert read_device({"state": "waiting"}, load_table()) is None

@@ -1,0 +1,114 @@
+import queue
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from ml2_receiver.discovery import (
+    Announcement,
+    FoundReceiver,
+    announced_hosts,
+    find_receivers,
+)
+
+LOOPBACK = ["127.0.0.1"]
+GROUP = ("224.0.0.251", 5353)
+
+
+@contextmanager
+def announced(name: str, port: int) -> Iterator[Announcement]:
+    announcement = Announcement(name, ("127.0.0.1", port), pytest.fail)
+    try:
+        yield announcement
+    finally:
+        announcement.close()
+
+
+@contextmanager
+def overheard() -> Iterator[queue.Queue[bytes]]:
+    """Every mDNS packet on loopback, as it is on the wire."""
+    packets: queue.Queue[bytes] = queue.Queue()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        listener.bind(GROUP)
+        member = socket.inet_aton(GROUP[0]) + socket.inet_aton("127.0.0.1")
+        listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
+        listener.settimeout(0.1)
+        ended = threading.Event()
+
+        def listen() -> None:
+            while not ended.is_set():
+                try:
+                    packets.put(listener.recv(9000))
+                except TimeoutError:
+                    continue
+
+        thread = threading.Thread(target=listen)
+        thread.start()
+        yield packets
+        ended.set()
+        thread.join()
+
+
+def found(names: set[str]) -> dict[str, FoundReceiver]:
+    """Those of these names; other tests may announce theirs meanwhile."""
+    for _ in range(10):
+        receivers = {it.name: it for it in find_receivers(1.0, LOOPBACK) if it.name in names}
+        if receivers.keys() == names:
+            return receivers
+    raise AssertionError(f"expected {names}, found {receivers}")
+
+
+def test_receivers_are_found_by_name_with_address_and_port() -> None:
+    with announced("desk-a", 7001), announced("desk-b", 7002):
+        receivers = found({"desk-a", "desk-b"})
+    assert receivers["desk-a"] == FoundReceiver("desk-a", ("127.0.0.1",), 7001)
+    assert receivers["desk-b"].port == 7002
+
+
+def test_a_name_that_is_taken_gets_a_number() -> None:
+    with announced("twin", 7003):
+        found({"twin"})
+        with announced("twin", 7004):
+            assert found({"twin", "twin-2"})["twin-2"].port == 7004
+
+
+def test_one_that_is_closed_says_goodbye() -> None:
+    with overheard() as packets:
+        with announced("leaver", 7005):
+            found({"leaver"})
+        while True:
+            packet = packets.get(timeout=10)
+            record = packet.find(b"\x06leaver", 12)
+            pointer = b"_ml2sensors"
+            is_goodbye = struct.pack(">I", 0) in packet and pointer in packet and record > 0
+            if is_goodbye and struct.unpack_from(">H", packet, 2)[0] & 0x8000:
+                return
+
+
+def test_the_text_record_has_name_and_version_only() -> None:
+    with overheard() as packets, announced("lab.pc", 7006):
+        found({"lab-pc"})
+        said = b"".join(packets.queue)
+    assert b"\x0bname=lab.pc" in said
+    assert b"\x09version=1" in said
+
+
+@pytest.mark.parametrize(("name", "cut"), [("x" * 64, "x" * 59), ("ü" * 40, "ü" * 29)])
+def test_a_long_name_is_cut_to_what_dns_takes(name: str, cut: str) -> None:
+    with announced(name, 7007):
+        assert found({cut})[cut].port == 7007
+
+
+def test_what_is_announced_is_reachable() -> None:
+    assert announced_hosts("127.0.0.1") == ["127.0.0.1"]
+    assert announced_hosts("::1") == ["::1"]
+    hosts = announced_hosts("0.0.0.0")
+    assert hosts
+    for host in hosts:
+        with socket.create_server((host, 0)):
+            pass

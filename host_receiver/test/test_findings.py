@@ -1,0 +1,125 @@
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ml2_receiver import findings
+from ml2_receiver.discovery import FoundReceiver
+from ml2_receiver.fastdds import PROFILES_VARIABLE
+from ml2_receiver.process_table import Process, is_listened_on, is_receiver, listener_of
+from ml2_receiver.process_table import processes as all_processes
+
+RECEIVER = Process(12, "python3", ("python3", "-P", "-m", "ml2_receiver", "run"))
+OTHER = Process(13, "nginx", ("nginx",))
+
+
+@pytest.mark.parametrize(
+    ("found", "level", "fix"),
+    [
+        (findings.python((3, 12, 3)), "ok", ""),
+        (findings.python((3, 10, 12)), "wrong", "Python 3.12"),
+        (findings.ros("jazzy", []), "ok", ""),
+        (findings.ros(None, []), "ok", ""),
+        (findings.ros("jazzy", ["rclpy"]), "wrong", "source /opt/ros/jazzy/setup.bash"),
+        (findings.ros("humble", []), "wrong", "only Jazzy"),
+        (findings.shared_memory(64_000_000), "wrong", "--shm-size"),
+        (findings.shared_memory(80_000_000), "ok", ""),
+        (findings.udp_buffer(212_992), "hint", "sysctl -w net.core.rmem_max=4194304"),
+        (findings.udp_buffer(None), "hint", "sysctl"),
+        (findings.udp_buffer(4_194_304), "ok", ""),
+        (findings.port(7755, None, is_listened_on=False), "ok", ""),
+        (findings.port(7755, RECEIVER, is_listened_on=True), "ok", ""),
+        (findings.port(7755, OTHER, is_listened_on=True), "wrong", "--listen"),
+        (findings.port(7755, None, is_listened_on=True), "wrong", "--listen"),
+        (findings.firewall(None, 7755), "ok", ""),
+        (findings.firewall("ufw", 7755), "hint", "sudo ufw allow 7755/tcp"),
+        (findings.firewall("firewalld", 7755), "hint", "--add-port=7755/tcp"),
+        (findings.multicast([]), "ok", ""),
+        (findings.multicast("no multicast: x"), "wrong", "the address"),
+        (findings.clock(True), "ok", ""),
+        (findings.clock(False), "hint", "timedatectl"),
+        (findings.domain("5", {12: "5"}), "ok", ""),
+        (findings.domain(None, {12: "0"}), "ok", ""),
+        (findings.domain("5", {11: "4", 12: "5"}), "ok", ""),
+        (findings.domain(None, {12: "5"}), "wrong", "export ROS_DOMAIN_ID=5"),
+        (findings.domain("5", {12: None}), "wrong", "export ROS_DOMAIN_ID=0"),
+        (findings.parameter_file("a.yaml", ["/ml2_receiver"]), "ok", ""),
+        (findings.parameter_file("a.yaml", ["/**"]), "ok", ""),
+        (findings.parameter_file("a.yaml", ["config_ML_node"]), "hint", "run --config a.yaml"),
+    ],
+)
+def test_each_finding_has_its_level_and_its_fix(
+    found: findings.Finding, level: str, fix: str
+) -> None:
+    assert found.level == level
+    assert fix in found.fix
+    assert bool(found.fix) == (level != "ok")
+
+
+@pytest.mark.parametrize(
+    ("environment", "is_in_working_directory", "level"),
+    [
+        ({}, False, "ok"),
+        ({PROFILES_VARIABLE: "mine.xml"}, False, "hint"),
+        ({}, True, "hint"),
+        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, False, "hint"),
+    ],
+)
+def test_a_profile_of_the_user_is_named(
+    environment: dict[str, str], is_in_working_directory: bool, level: str
+) -> None:
+    found = findings.fast_dds_profile(environment, is_in_working_directory=is_in_working_directory)
+    assert found.level == level
+    for name in environment.values():
+        assert name in found.found
+
+
+def test_who_has_the_port_is_named() -> None:
+    assert "nginx (pid 13)" in findings.port(7755, OTHER, is_listened_on=True).found
+    assert "another user" in findings.port(7755, None, is_listened_on=True).found
+
+
+def test_found_receivers_are_named() -> None:
+    found = findings.multicast([FoundReceiver("desk", ("192.168.1.5",), 7755)])
+    assert found.found == "desk at 192.168.1.5, port 7755"
+
+
+@pytest.mark.parametrize(
+    ("command", "is_one"),
+    [
+        (("python3", "-P", "-m", "ml2_receiver", "run", "--config", "a"), True),
+        (("/usr/bin/python3", "/opt/bin/ml2-receiver", "run"), True),
+        (("python3", "-m", "ml2_receiver", "doctor"), False),
+        (("less", "run"), False),
+        ((), False),
+    ],
+)
+def test_a_receiver_is_known_by_its_command(command: tuple[str, ...], is_one: bool) -> None:
+    assert is_receiver(command) is is_one
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "::1"])
+def test_the_process_that_listens_is_found(host: str) -> None:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.create_server((host, 0), family=family) as server:
+        port = server.getsockname()[1]
+        assert is_listened_on(port)
+        holder = listener_of(port)
+        assert holder is not None
+        assert holder.pid == os.getpid()
+        assert holder.name == Path("/proc/self/comm").read_text().strip()
+    assert not is_listened_on(port)
+    assert listener_of(port) is None
+
+
+def test_a_process_tells_its_environment() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env={"ROS_DOMAIN_ID": "42"}
+    ) as child:
+        process = next(it for it in all_processes() if it.pid == child.pid)
+        assert process.environment("ROS_DOMAIN_ID") == "42"
+        assert process.environment("ROS_DISTRO") is None
+        child.communicate()

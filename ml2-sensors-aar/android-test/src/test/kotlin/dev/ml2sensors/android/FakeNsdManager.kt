@@ -1,0 +1,92 @@
+package dev.ml2sensors.android
+
+import android.net.nsd.NsdManager
+import android.net.nsd.NsdServiceInfo
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.channels.trySendBlocking
+import org.robolectric.annotation.Implementation
+import org.robolectric.annotation.Implements
+import java.net.InetAddress
+import kotlin.test.assertEquals
+import kotlin.test.assertNull
+import kotlin.test.assertSame
+import kotlin.test.assertTrue
+
+/** A network of services; refuses what Android 10 refuses: a second resolution, and listeners it does not know. */
+@Implements(NsdManager::class)
+class FakeNsdManager {
+    private val services = linkedMapOf<String, NsdServiceInfo>()
+    private val resolutions = Channel<() -> Unit>(Channel.UNLIMITED)
+    private val usedListeners = mutableSetOf<Any>()
+    private var search: NsdManager.DiscoveryListener? = null
+    private var resolving: String? = null
+
+    var type: String? = null
+        private set
+    var refusal: Int? = null
+    var isSlow = false
+    val unresolvable = mutableSetOf<String>()
+    val isSearching: Boolean get() = search != null
+
+    @Synchronized
+    fun appear(name: String, host: String, port: Int) {
+        val service = NsdServiceInfo().also {
+            it.serviceName = name
+            it.host = InetAddress.getByName(host)
+            it.port = port
+        }
+        services[name] = service
+        search?.onServiceFound(unresolved(name))
+    }
+
+    @Synchronized
+    fun vanish(name: String) {
+        services -= name
+        search?.onServiceLost(unresolved(name))
+    }
+
+    /** Answers the oldest resolution, once it is asked for. */
+    suspend fun resolveNext() = resolutions.receive()()
+
+    @Implementation
+    @Synchronized
+    fun discoverServices(serviceType: String, protocol: Int, listener: NsdManager.DiscoveryListener) {
+        assertEquals(NsdManager.PROTOCOL_DNS_SD, protocol)
+        assertNull(search)
+        type = serviceType
+        refusal?.let { return listener.onStartDiscoveryFailed(serviceType, it) }
+        search = listener
+        listener.onDiscoveryStarted(serviceType)
+        services.keys.forEach { listener.onServiceFound(unresolved(it)) }
+    }
+
+    @Implementation
+    @Synchronized
+    fun stopServiceDiscovery(listener: NsdManager.DiscoveryListener) {
+        assertSame(search, listener)
+        search = null
+    }
+
+    @Implementation
+    @Synchronized
+    fun resolveService(service: NsdServiceInfo, listener: NsdManager.ResolveListener) {
+        assertNull(resolving, "FAILURE_ALREADY_ACTIVE")
+        assertTrue(usedListeners.add(listener), "listener already in use")
+        resolving = service.serviceName
+        val answer = { answer(service, listener) }
+        if (isSlow) resolutions.trySendBlocking(answer) else answer()
+    }
+
+    @Synchronized
+    private fun answer(service: NsdServiceInfo, listener: NsdManager.ResolveListener) {
+        resolving = null
+        val whole = services[service.serviceName].takeUnless { service.serviceName in unresolvable }
+        if (whole == null) {
+            listener.onResolveFailed(service, NsdManager.FAILURE_INTERNAL_ERROR)
+        } else {
+            listener.onServiceResolved(whole)
+        }
+    }
+
+    private fun unresolved(name: String) = NsdServiceInfo().also { it.serviceName = name }
+}

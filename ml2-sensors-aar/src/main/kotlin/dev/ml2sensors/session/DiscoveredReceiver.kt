@@ -1,0 +1,40 @@
+package dev.ml2sensors.session
+
+import kotlinx.coroutines.FlowPreview
+import kotlinx.coroutines.flow.debounce
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.withTimeoutOrNull
+import java.io.IOException
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
+
+/** The receiver called [name], or the only one. */
+internal class DiscoveredReceiver(private val browser: ReceiverBrowser, private val name: String?) : Receiver {
+    @OptIn(FlowPreview::class)
+    override suspend fun locate(): ReceiverAddress {
+        var found = emptyMap<String, ReceiverAddress>()
+        withTimeoutOrNull(PATIENCE) {
+            val receivers = browser.receivers().onEach { found = it }
+            if (name == null) receivers.debounce(SETTLING).first { it.isNotEmpty() } else receivers.first { name in it }
+        }
+        val address = if (name == null) found.values.singleOrNull() else found[name]
+        return address ?: throw IOException(failure(found.keys.sorted()))
+    }
+
+    private fun failure(found: List<String>): String = when {
+        found.isEmpty() -> "no receiver announces itself here; its address reaches it without"
+        name == null -> "several receivers announce themselves, choose one by its name: ${found.joinToString()}"
+        else -> "no receiver announces itself as '$name', only ${found.joinToString()}"
+    }
+
+    override fun toString(): String = if (name == null) "any receiver" else "receiver '$name'"
+
+    private companion object {
+        /** Sees one that starts meanwhile; then the failure is told. */
+        val PATIENCE = 3.seconds
+
+        /** RFC 6762, 6: answers come within 120 ms. */
+        val SETTLING = 250.milliseconds
+    }
+}
