@@ -6,6 +6,7 @@ ReceiverError
 ├── ProtocolError   what a peer sent
 ├── PublishError    a message that ROS did not take
 ├── RosError        ROS 2 itself
+├── ProductsError   what products are made with is missing
 ├── LatencyError    nothing there to measure, or no plot of it
 └── ListenError     the address to listen on
 """
@@ -80,6 +81,10 @@ class PublishError(ReceiverError):
 
 class RosError(ReceiverError):
     """ROS 2 is missing, or did not take its arguments."""
+
+
+class ProductsError(ReceiverError):
+    """What products are made with is missing."""
 
 
 class LatencyError(ReceiverError):
