@@ -69,7 +69,7 @@ class Lens:
         squared: Floats = x * x + y * y
         if self.model == "plumb_bob":
             k1, k2, p1, p2, k3 = map(np.float32, self.coefficients)
-            radial: Floats = _ONE + squared * (k1 + squared * (k2 + squared * k3))
+            radial: Floats = ((squared * k3 + k2) * squared + k1) * squared + _ONE
             dx, dy = _tangential(x, y, squared, p1, p2)
             u, v = dx + x * radial, dy + y * radial
             is_seen = squared < _reach(self) ** 2
@@ -93,10 +93,11 @@ class Lens:
 def _tangential(
     x: Floats, y: Floats, squared: Floats, p1: np.float32, p2: np.float32
 ) -> tuple[Floats, Floats]:
-    product = _TWO * x * y
-    dx: Floats = p1 * product + p2 * (squared + _TWO * x * x)
-    dy: Floats = p1 * (squared + _TWO * y * y) + p2 * product
-    return dx, dy
+    product = _TWO * (x * y)
+    return (
+        np.add(product * p1, (squared + _TWO * (x * x)) * p2, dtype=np.float32),
+        np.add((squared + _TWO * (y * y)) * p1, product * p2, dtype=np.float32),
+    )
 
 
 @functools.lru_cache(_CACHED_LENSES)

@@ -47,7 +47,6 @@ class ProductsNode:
 
     def __init__(self, prefix: str, arguments: Sequence[str]) -> None:
         self._table, self._prefix = load_table(), prefix
-        self._cameras = {stream.frame: id for id, stream in self._table.streams.items()}
         self._context = Context()
         try:
             rclpy.init(
@@ -60,6 +59,8 @@ class ProductsNode:
         self._node = rclpy.create_node("ml2_products", context=self._context)
         self._shared = Shared()
         self._products = all_products(self._shared)
+        cameras = {camera for product in self._products for camera in product.inputs}
+        self._cameras = {self._table.streams[camera].frame: camera for camera in cameras}
         self._published: Counter[str] = Counter()
         self._busy_s: defaultdict[str, float] = defaultdict(float)
         self._subscriptions: dict[str, Subscription] = {}
