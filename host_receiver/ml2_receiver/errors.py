@@ -2,6 +2,7 @@
 
 ReceiverError
 ├── ConfigError     the user's configuration file
+├── CalibrationError  a camera calibration of the user's
 ├── TableError      the stream table, config/streams.yaml
 ├── ProtocolError   what a peer sent
 ├── PublishError    a message that ROS did not take
@@ -47,6 +48,10 @@ class ConfigError(ReceiverError):
     def __init__(self, problems: Sequence[Problem], file: str = "configuration") -> None:
         self.problems = tuple(problems)
         super().__init__("\n".join(problem.located_in(file) for problem in problems))
+
+
+class CalibrationError(ReceiverError):
+    """A camera calibration that cannot be used."""
 
 
 class TableError(ReceiverError):

@@ -93,7 +93,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Key:
-    """One key of a section. `type` is "bool", "integer", "number", "text" or "topic"."""
+    """One key of a section. `type` is "bool", "file", "integer", "number", "text" or "topic"."""
 
     name: str
     type: str

@@ -9,6 +9,7 @@ import threading
 from importlib import resources
 from pathlib import Path
 
+from ..calibrated_sink import CalibratedSink
 from ..config import load_config
 from ..errors import RosError
 from ..fastdds import apply_default_profile
@@ -65,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
         listener,
         table,
         config.requests,
-        node,
+        CalibratedSink(node, config.calibrations),
         name=socket.gethostname(),
         software=f"ml2-receiver {VERSION}",
         is_paused=options.start_paused,
