@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from .commands import config, latency, products, run
+from .commands import config, export, latency, products, run
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -19,6 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--version", action="version", version=VERSION)
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     config.add_parser(subparsers)
+    export.add_parser(subparsers)
     latency.add_parser(subparsers)
     products.add_parser(subparsers)
     run.add_parser(subparsers)

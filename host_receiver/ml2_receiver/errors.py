@@ -8,6 +8,7 @@ ReceiverError
 ├── PublishError    a message that ROS did not take
 ├── RosError        ROS 2 itself
 ├── ProductsError   what products are made with is missing
+├── ExportError     nothing there to export, or not in that format
 ├── LatencyError    nothing there to measure, or no plot of it
 └── ListenError     the address to listen on
 """
@@ -90,6 +91,10 @@ class RosError(ReceiverError):
 
 class ProductsError(ReceiverError):
     """What products are made with is missing."""
+
+
+class ExportError(ReceiverError):
+    """There is nothing to export, or the format cannot express it."""
 
 
 class LatencyError(ReceiverError):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import pickle
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,22 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from beside import collect, streaming
 from capture_stamps import stamp_ns
 from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
-from processes import (
-    PATHS,
-    PREFIX,
-    RECEIVER,
-    Received,
-    headset_command,
-    isolated_environment,
-    line_with,
-    listening_address,
-    process,
-    receive_command,
-)
+from processes import RECEIVER, Received, process
 from room import Room, simulated_room
 from transforms import transforms
 
@@ -39,7 +27,6 @@ CONFIG = """
     picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
     depth_center: {enabled: true, stream: 0, update_rate: 5, radial: RADIAL}
 """
-SIMULATION = {"tangential": "0.001", "depth_noise_m": "0", "loop_seconds": "2"}
 COUNT = 6
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 TOPICS = {
@@ -68,36 +55,17 @@ def products(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 
 def receive_products(config: Path, folder: Path) -> Received:
-    environment = isolated_environment()
-    output = folder / "products.pickle"
-    types = {name if name[0] == "/" else f"{PREFIX}/{name}": type for name, type in TOPICS.items()}
-    script = Path(__file__).with_name("products_subscriber.py")
-    subscribe: list[str | Path] = [sys.executable, script, json.dumps(types), str(COUNT), output]
-    options = [f"{key}={value}" for key, value in SIMULATION.items()]
-    simulate = [word for option in options for word in ("--simulate", option)]
     with (
-        process(
-            receive_command(config, "127.0.0.1:0", "--start-paused"),
-            environment,
-            folder / "receiver.log",
-        ) as receiver,
-        process([RECEIVER, "products"], environment, folder / "products.log") as making,
-        process(subscribe, environment | PATHS, folder / "subscriber.log") as subscriber,
+        streaming(
+            config, folder, tangential="0.001", depth_noise_m="0", loop_seconds="2"
+        ) as domain,
+        process([RECEIVER, "products"], domain, folder / "products.log") as making,
     ):
-        address = listening_address(receiver)
-        line_with(making, "ready")
-        line_with(subscriber, "subscribed")
-        headset = headset_command(address, "--duration", "60", *simulate)
-        with process(headset, environment, folder / "headset.log"):
-            assert subscriber.wait(90) == 0, (folder / "subscriber.log").read_text()
+        received = collect(TOPICS, COUNT, domain, folder)
         making.terminate()
         assert making.wait(10) == 0
-    assert not (folder / "products.log").read_text().count("Traceback")
-    topics = pickle.loads(output.read_bytes())
-    assert all(len(payloads) >= COUNT for _, payloads in topics.values()), {
-        name: len(payloads) for name, (_, payloads) in topics.items()
-    }
-    return Received({}, {}, topics, [], {}, {})
+    assert "Traceback" not in (folder / "products.log").read_text()
+    return received
 
 
 @pytest.fixture(scope="module")

@@ -23,8 +23,9 @@ from std_msgs.msg import String
 
 from ..errors import RosError
 from ..message_types import message_class
+from ..pose import pose_of
 from ..table import Topic, load_table
-from .camera import metadata_stamp_ns, pose_of
+from .camera import metadata_stamp_ns
 from .product import Points, Product, Shared, all_products
 
 _PERIOD_S = 1.0

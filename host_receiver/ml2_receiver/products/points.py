@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..pose import Pose
 from .lens import Floats, Lens, rays
-
-type Pose = NDArray[np.float64]
 
 
 def points_of(z: Floats, lens: Lens) -> Floats:

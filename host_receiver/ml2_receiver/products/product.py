@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from ..pose import Pose
 from .camera import camera_of
 from .captures import Captures
 from .lens import Floats, Lens, z_per_distance
 from .messages import JpegDecoder, cloud_message, image_message, pixels_of
-from .points import Pose, colours_of, points_of
+from .points import colours_of, points_of
 from .rectification import rectify, rectify_depth
 from .registration import register
 

@@ -8,8 +8,9 @@ import math
 import cv2
 import numpy as np
 
+from ..pose import Pose
 from .lens import Floats, Lens
-from .points import Pose, flat_index, points_of, seen_by
+from .points import flat_index, points_of, seen_by
 
 
 def register(z: Floats, lens: Lens, source_to_target: Pose, target: Lens) -> Floats:
