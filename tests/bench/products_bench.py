@@ -6,6 +6,7 @@ or published. Medians of the repetitions; maps that are made once per calibratio
 
 from __future__ import annotations
 
+import functools
 import json
 import statistics
 import time
@@ -60,7 +61,7 @@ def main() -> None:
     }
     results: dict[str, float | int] = {}
     for name, (product, feed) in products.items():
-        wall_ms, cpu_ms = measure(lambda number, it=product, by=feed: by(it, number))
+        wall_ms, cpu_ms = measure(functools.partial(feed, product))
         results |= {f"{name}_ms": wall_ms, f"{name}_cpu_ms": cpu_ms}
     results |= {"opencv_threads": cv2.getNumThreads(), "repetitions": REPETITIONS}
     RESULTS.parent.mkdir(parents=True, exist_ok=True)
@@ -106,7 +107,7 @@ def feed_world_and_depth(product: Product, number: int) -> None:
 
 def feed(product: Product, camera: str, number: int, **parts: Any) -> None:
     metadata = json.dumps({"intrinsics": WORLD_METADATA})
-    made = {}
+    made: dict[str, Any] = {}
     for part, value in {**parts, "metadata": metadata, "transform": np.eye(4)}.items():
         made |= product.add(camera, part, number * FRAME_NS, value)
     last = list(product.inputs)[0 if "depth" in product.inputs else -1]
