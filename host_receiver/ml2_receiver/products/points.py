@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from ..pose import Pose
 from .lens import Floats, Lens, rays
 
+_BLOCK_POINTS = 16384
+
 
 def points_of(z: Floats, lens: Lens) -> Floats:
     """height x width x 3 in the optical frame; NaN where `z` is.
@@ -32,12 +34,19 @@ def seen_by(points: Floats, source_to_target: Pose, lens: Lens) -> tuple[Floats,
 
     Columns and rows may lie outside of its image. Nothing hides anything.
     """
-    moved = points.reshape(-1, 3) @ source_to_target[:3, :3].T.astype(np.float32)
-    moved += source_to_target[:3, 3].astype(np.float32)
-    z = moved[:, 2]
-    z[~(z > 0)] = np.nan
-    inverse: Floats = np.reciprocal(z)
-    u, v = lens.project(moved[:, 0] * inverse, moved[:, 1] * inverse)
+    rotation = source_to_target[:3, :3].T.astype(np.float32)
+    shift = source_to_target[:3, 3].astype(np.float32)
+    flat = points.reshape(-1, 3)
+    u, v, z = np.empty((3, len(flat)), np.float32)
+    # In blocks whose temporary arrays stay in the cache: half the time of one pass over all.
+    for start in range(0, len(flat), _BLOCK_POINTS):
+        block = slice(start, start + _BLOCK_POINTS)
+        moved = flat[block] @ rotation + shift
+        depth = moved[:, 2]
+        depth[~(depth > 0)] = np.nan
+        inverse: Floats = np.reciprocal(depth)
+        u[block], v[block] = lens.project(moved[:, 0] * inverse, moved[:, 1] * inverse)
+        z[block] = depth
     return u, v, z
 
 
