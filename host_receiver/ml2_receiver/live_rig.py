@@ -148,7 +148,7 @@ class _Observer:
 
     def _transformed(self, message: TFMessage) -> None:
         for it in message.transforms:
-            if it.header.frame_id != self._world:
+            if not it.header.frame_id.endswith(self._world):
                 continue
             stamp = it.header.stamp.sec, it.header.stamp.nanosec
             try:

@@ -36,6 +36,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="of the topics; default: /magic_leap2"
     )
+    parser.add_argument(
+        "--frame-prefix", default="", help="of the frame ids, where the receiver has one"
+    )
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
     parser.set_defaults(run=_run)
 
@@ -56,7 +59,7 @@ def _run(options: argparse.Namespace) -> int:
                 " or pip install 'ml2-receiver[products]'"
             ) from error
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    node = ProductsNode(options.prefix, ["--ros-args", *options.ros_args])
+    node = ProductsNode(options.prefix, options.frame_prefix, ["--ros-args", *options.ros_args])
     print(f"ready to make products of {options.prefix}", flush=True)
     node.spin(stopping)
     return 0

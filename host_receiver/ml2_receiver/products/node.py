@@ -20,17 +20,18 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from ..errors import RosError
 from ..message_types import message_class
-from ..pose import pose_of
 from ..table import Topic, load_table
 from .camera import metadata_stamp_ns
 from .product import Points, Product, Shared, all_products
+from .tree import Tree
 
 _PERIOD_S = 1.0
 _WAIT_S = 0.1
-_TF = "/tf"
+_TF, _TF_STATIC = "/tf", "/tf_static"
 
 
 class ProductsNode:
@@ -40,13 +41,14 @@ class ProductsNode:
 
     Args:
         prefix: of the receiver's topics, and of these.
+        frame_prefix: of the headset's frame ids.
         arguments: for ROS, as `["--ros-args", ...]`.
 
     Raises:
         RosError: ROS does not take them.
     """
 
-    def __init__(self, prefix: str, arguments: Sequence[str]) -> None:
+    def __init__(self, prefix: str, frame_prefix: str, arguments: Sequence[str]) -> None:
         self._table, self._prefix = load_table(), prefix
         self._context = Context()
         try:
@@ -61,7 +63,11 @@ class ProductsNode:
         self._shared = Shared()
         self._products = all_products(self._shared)
         cameras = {camera for product in self._products for camera in product.inputs}
-        self._cameras = {self._table.streams[camera].frame: camera for camera in cameras}
+        self._tree = Tree(
+            {frame_prefix + self._table.streams[camera].frame: camera for camera in cameras},
+            frame_prefix + self._table.world_frame,
+            frame_prefix + self._table.head_frame,
+        )
         self._published: Counter[str] = Counter()
         self._busy_s: defaultdict[str, float] = defaultdict(float)
         self._subscriptions: dict[str, Subscription] = {}
@@ -76,6 +82,7 @@ class ProductsNode:
             reliability=ReliabilityPolicy.RELIABLE,
         )
         self._node.create_subscription(String, f"{prefix}/config", self._configured, latched)
+        self._node.create_subscription(TFMessage, _TF_STATIC, self._stood, latched)
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._node.create_timer(_PERIOD_S, self._tick)
 
@@ -126,9 +133,9 @@ class ProductsNode:
         for name in sources.keys() - self._subscriptions.keys():
             self._subscriptions[name] = self._subscription(name, *sources[name])
         if needs_tf and _TF not in self._subscriptions:
-            (tf,) = self._table.streams["tf"].topics
+            depth = self._table.qos["tf"].depth
             self._subscriptions[_TF] = self._node.create_subscription(
-                message_class(tf.type), _TF, self._transformed, self._table.qos[tf.qos].depth
+                TFMessage, _TF, self._transformed, depth
             )
 
     def _topic(self, camera: str, role: str) -> Topic:
@@ -155,16 +162,17 @@ class ProductsNode:
         return take
 
     def _transformed(self, message: Any) -> None:
-        for it in message.transforms:
-            camera = self._cameras.get(it.child_frame_id)
-            if camera is None or it.header.frame_id != self._table.world_frame:
-                continue
-            try:
-                pose = pose_of(it.transform)
-            except ValueError as error:
-                self._shared.losses[f"{camera}: transform: {error}"] += 1
-                continue
-            self._arrived(camera, "transform", _stamp_ns(it.header), pose)
+        try:
+            for camera, stamp_ns, pose in self._tree.poses(message):
+                self._arrived(camera, "transform", stamp_ns, pose)
+        except ValueError as error:
+            self._shared.losses[f"{_TF}: {error}"] += 1
+
+    def _stood(self, message: Any) -> None:
+        try:
+            self._tree.stand(message)
+        except ValueError as error:
+            self._shared.losses[f"{_TF_STATIC}: {error}"] += 1
 
     def _arrived(self, camera: str, part: str, stamp_ns: int, value: Any) -> None:
         for product in self._active():
