@@ -16,7 +16,7 @@ def transform(
     parent: str, child: str, x: float, stamp_s: int = 0, w: float = 1
 ) -> TransformStamped:
     it = TransformStamped(child_frame_id=child)
-    it.header.frame_id, it.header.stamp.sec = parent, at_s
+    it.header.frame_id, it.header.stamp.sec = parent, stamp_s
     it.transform.translation.x, it.transform.rotation.w = x, w
     return it
 

@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 import rclpy
+from rclpy.qos import QoSProfile
 
 from ml2_receiver.raw_taker import RawSubscription, RawTaker
 
@@ -28,7 +29,8 @@ def main(types: dict[str, str], count: int, output: Path) -> None:
     node = rclpy.create_node("topics_subscriber")
     taken: dict[str, list[bytes]] = {topic: [] for topic in types}
     subscriptions = [
-        RawSubscription(type, topic, _DEPTH, taken[topic].append) for topic, type in types.items()
+        RawSubscription(type, topic, QoSProfile(depth=_DEPTH), taken[topic].append)
+        for topic, type in types.items()
     ]
     taker = RawTaker(node, subscriptions)
     deadline_s = time.monotonic() + _PATIENCE_S
