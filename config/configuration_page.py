@@ -91,6 +91,8 @@ def _keys(table: StreamTable) -> Iterator[tuple[str, ...]]:
 def _allowed(key: Key) -> str:
     if key.type == "bool":
         return "true, false"
+    if key.type == "file":
+        return "the name of a file, or nothing"
     if key.type == "topic":
         return "a ROS 2 topic name"
     if key.allowed:

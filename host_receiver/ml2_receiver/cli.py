@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import shtab
 
-from .commands import config, devices, doctor, latency, play, record, run, topics
+from .commands import config, devices, doctor, export, latency, play, products, record, run, topics
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -60,6 +60,17 @@ def _parser() -> argparse.ArgumentParser:
         parser, "--print-completion", help="print what completes commands in this shell"
     )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (config, devices, doctor, latency, play, record, run, topics):
+    for command in (
+        config,
+        devices,
+        doctor,
+        export,
+        latency,
+        play,
+        products,
+        record,
+        run,
+        topics,
+    ):
         command.add_parser(subparsers)
     return parser

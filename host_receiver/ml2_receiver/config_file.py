@@ -54,8 +54,8 @@ class ConfigFile:
         path = self.path.resolve()
         try:
             data = _packaged() if self.is_packaged else path.read_bytes()
-            data = _edited(data, config.values)
-            if parse_config(data) != config:
+            data = _edited(data, path.parent, config.values)
+            if parse_config(data, path.parent).values != config.values:
                 raise _unwritable(self.path, "expected one place for each key")
             path.parent.mkdir(parents=True, exist_ok=True)
             _replace(path, data)
@@ -73,12 +73,12 @@ def _unwritable(path: Path, reason: str | None) -> ConfigError:
     return ConfigError([Problem(0, "", "", f"cannot be written: {reason}")], str(path))
 
 
-def _edited(data: bytes, values: Values) -> bytes:
+def _edited(data: bytes, folder: Path, values: Values) -> bytes:
     """The file with other values; keys that it does not have are added where they are not as
     the table has them."""
     from ruamel.yaml import YAML  # takes as long to import as the rest
 
-    before = parse_config(data).values
+    before = parse_config(data, folder).values
     yaml = YAML()
     yaml.preserve_quotes = True
     yaml.width = _WIDE

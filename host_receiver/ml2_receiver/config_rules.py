@@ -109,6 +109,8 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
             if isinstance(value, bool) or not isinstance(value, int | float):
                 return False
             return (-math.inf if key.minimum is None else key.minimum) <= value < math.inf
+        case "file":
+            return isinstance(value, str) and value.isprintable()
         case "topic":
             return isinstance(value, str) and _TOPIC.fullmatch(value) is not None
         case _:
@@ -122,6 +124,8 @@ def expected(key: Key) -> str:
             return "true or false"
         case "number":
             return "a number" if key.minimum is None else f"a number of at least {key.minimum}"
+        case "file":
+            return "the name of a file, or nothing"
         case "topic":
             return f"a topic name such as {key.default}"
         case _:

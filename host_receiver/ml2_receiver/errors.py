@@ -2,10 +2,13 @@
 
 ReceiverError
 ├── ConfigError     the user's configuration file
+├── CalibrationError  a camera calibration of the user's
 ├── TableError      the stream table, config/streams.yaml
 ├── ProtocolError   what a peer sent
 ├── PublishError    a message that ROS or the recording did not take
 ├── RosError        ROS 2 itself
+├── ProductsError   what products are made with is missing
+├── ExportError     nothing there to export, or not in that format
 ├── LatencyError    nothing there to measure, or no plot of it
 ├── RecordingError  a recording that cannot be written or read
 ├── PlaybackError   a receiver that cannot be played to
@@ -51,6 +54,10 @@ class ConfigError(ReceiverError):
         super().__init__("\n".join(problem.located_in(file) for problem in problems))
 
 
+class CalibrationError(ReceiverError):
+    """A camera calibration that cannot be used."""
+
+
 class TableError(ReceiverError):
     """The stream table contradicts itself."""
 
@@ -83,6 +90,14 @@ class PublishError(ReceiverError):
 
 class RosError(ReceiverError):
     """ROS 2 is missing, or did not take its arguments."""
+
+
+class ProductsError(ReceiverError):
+    """What products are made with is missing."""
+
+
+class ExportError(ReceiverError):
+    """There is nothing to export, or the format cannot express it."""
 
 
 class LatencyError(ReceiverError):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
-from .config import Config
+from .config import Config, read_calibrations
 from .config_rules import Values, camera_problems, key_problems, read_values
 from .errors import ConfigError, Problem
 from .parameter_file import MAX_SHOWN, Parameter
@@ -59,7 +59,12 @@ class Settings:
             raise ConfigError(wrong, "")
         waiting = {f"{_section(problem.key)}.{key}" for problem in pending for key in CAMERA_KEYS}
         legal = values | {name: self.config.values[name] for name in waiting}
-        return Settings(values, replace(self.config, values=legal), tuple(pending))
+        cameras, mistakes = read_calibrations(legal, self.config.folder, touched)
+        if mistakes:
+            raise ConfigError(list(mistakes.values()), "")
+        others = {id: it for id, it in self.config.cameras.items() if id not in touched}
+        config = replace(self.config, values=legal, cameras=others | cameras)
+        return Settings(values, config, tuple(pending))
 
     def parameters(self) -> dict[str, Scalar]:
         """What ROS shows: `values`, and the mode each camera is configured to."""

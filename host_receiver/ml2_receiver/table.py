@@ -93,9 +93,10 @@ class Mode:
 
 @dataclass(frozen=True)
 class Key:
-    """One key of a section. `type` is "bool", "integer", "number", "text" or "topic".
+    """One key of a section.
 
-    `read_only`: it cannot change while the receiver runs.
+    `type` is "bool", "file", "integer", "number", "text" or "topic". `read_only`: it cannot change
+    while the receiver runs.
     """
 
     name: str

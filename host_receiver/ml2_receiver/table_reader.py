@@ -23,7 +23,7 @@ from .table import (
 
 Row = Mapping[str, Any]
 
-_KEY_TYPES = ("bool", "number", "topic")
+_KEY_TYPES = ("bool", "file", "number", "topic")
 _MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
 
 

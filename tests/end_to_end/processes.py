@@ -29,7 +29,7 @@ _LISTENING = "listening on "
 _TIMEOUT_S = 60
 # More than is ever under way, so that the subscriber loses nothing that was published.
 _DEPTH = 1000
-_PATHS = {
+PATHS = {
     "PYTHONPATH": os.pathsep.join(
         [str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")]
     )
@@ -139,7 +139,7 @@ def subscribing(
 ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
     """The subscriber as a process; its result() is in `folder`."""
     command = subscribe_command(folder / "received.pickle")
-    return process(command, environment | _PATHS, folder / "subscriber.log")
+    return process(command, environment | PATHS, folder / "subscriber.log")
 
 
 def lines(child: subprocess.Popen[str]) -> IO[str]:

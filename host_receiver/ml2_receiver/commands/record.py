@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.live import Live
 
+from ..calibrated_sink import CalibratedSink
 from ..errors import RecordingError
 from ..fan_out import FanOut
 from ..recording.bag_folder import make_folder
@@ -64,9 +65,10 @@ def _run(options: argparse.Namespace) -> int:
         recorder = _recorder(options, config.prefix, stopping)
         stack.callback(recorder.close)
         sinks: Sequence[Sink] = [PrintedEvents() if node is None else node, recorder]
-        with serving(listener, config, FanOut(sinks)) as server:
+        sink = CalibratedSink(FanOut(sinks), config.calibrations)
+        with serving(listener, config, sink) as server:
             if node is not None:
-                node.serve(server, file)
+                node.serve(server, file, sink.use)
             print(f"listening on {server.address}", flush=True)
             print(f"recording into {options.out} until Ctrl-C", flush=True)
             _wait(recorder, stopping)

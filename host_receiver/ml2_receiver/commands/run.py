@@ -2,6 +2,7 @@
 
 import argparse
 
+from ..calibrated_sink import CalibratedSink
 from ..server import listen
 from .config import Subparsers
 from .receiving import add_options, config_file, load, make_node, serving, stop_signal
@@ -39,10 +40,11 @@ def _run(options: argparse.Namespace) -> int:
     config = load(file, options)
     listener = listen(options.listen)
     node = make_node(config, options)
+    sink = CalibratedSink(node, node.config.calibrations)
     with serving(
-        listener, node.config, node, is_paused=options.start_paused, idle=node.idle_streams
+        listener, node.config, sink, is_paused=options.start_paused, idle=node.idle_streams
     ) as server:
-        node.serve(server, file)
+        node.serve(server, file, sink.use)
         print(f"listening on {server.address}", flush=True)
         print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
         stopping.wait()

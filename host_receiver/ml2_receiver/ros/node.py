@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -12,6 +12,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import String
 
+from ..calibration import Calibration
 from ..config import Config
 from ..config_file import ConfigFile
 from ..config_topic import config_text
@@ -73,6 +74,7 @@ class RosNode:
         self._reporting = threading.Lock()
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._control: Control | None = None
+        self._calibrate: Callable[[Mapping[str, Calibration]], None] = lambda _: None
         self._publishers = Publishers(
             self._node,
             table,
@@ -92,9 +94,18 @@ class RosNode:
         """The configuration in force."""
         return self._node.config
 
-    def serve(self, control: Control, file: ConfigFile) -> None:
-        """Answers services and parameters, and publishes the report once per second."""
-        self._control = control
+    def serve(
+        self,
+        control: Control,
+        file: ConfigFile,
+        calibrate: Callable[[Mapping[str, Calibration]], None],
+    ) -> None:
+        """Answers services and parameters, and publishes the report once per second.
+
+        Args:
+            calibrate: takes the user's calibrations by stream, whenever settings change.
+        """
+        self._control, self._calibrate = control, calibrate
         add_services(self._node, control, file)
         self._node.on_change(self._settings_changed)
         self._node.create_timer(_DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
@@ -138,6 +149,7 @@ class RosNode:
     def _settings_changed(self, settings: Settings) -> None:
         for problem in settings.pending:
             self.event(f"{problem.located_in('')}: waiting")
+        self._calibrate(settings.config.calibrations)
         if self._control is not None:
             self._control.request(settings.config.requests)
 

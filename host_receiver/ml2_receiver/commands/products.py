@@ -1,0 +1,65 @@
+"""ml2-receiver products: clouds, registered depth and rectified images."""
+
+import argparse
+import os
+import signal
+import sys
+import threading
+
+from ..errors import ProductsError, RosError
+from ..fastdds import apply_default_profile
+from .config import Subparsers
+
+_EPILOG = """\
+Beside a running `ml2-receiver run`, or a bag that is played; each topic is made only while
+somebody subscribes to it:
+  PREFIX/depth/points                    PointCloud2, coloured while the colour camera runs
+  PREFIX/depth/image_rect                depth without distortion
+  PREFIX/CAMERA/image_rect               color, world_left, world_center, world_right
+  PREFIX/aligned_depth_to_CAMERA/image_raw, camera_info    depth in the pixels of CAMERA
+
+examples:
+  ml2-receiver products
+  ml2-receiver products --prefix /lab/magic_leap2
+
+Whatever follows --ros-args goes to ROS 2.
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "products",
+        help="make point clouds, registered depth and rectified images",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--prefix", default="/magic_leap2", help="of the topics; default: /magic_leap2"
+    )
+    parser.add_argument(
+        "--frame-prefix", default="", help="of the frame ids, where the receiver has one"
+    )
+    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    stopping = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopping.set())
+    warning = apply_default_profile(os.environ)
+    if warning is not None:
+        print(f"WARNING: {warning}", file=sys.stderr)
+    try:
+        from ..products.node import ProductsNode  # reads the profile
+    except ModuleNotFoundError as error:
+        if error.name == "cv2":
+            raise ProductsError(
+                "products need OpenCV: apt install python3-opencv,"
+                " or pip install 'ml2-receiver[products]'"
+            ) from error
+        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
+    node = ProductsNode(options.prefix, options.frame_prefix, ["--ros-args", *options.ros_args])
+    print(f"ready to make products of {options.prefix}", flush=True)
+    node.spin(stopping)
+    return 0

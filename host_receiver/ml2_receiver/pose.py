@@ -1,0 +1,30 @@
+"""Transforms of ROS as matrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+type Pose = NDArray[np.float64]
+
+
+def pose_of(transform: Any) -> Pose:
+    """A geometry_msgs/Transform as a 4x4 matrix.
+
+    Raises:
+        ValueError: it is none.
+    """
+    t, r = transform.translation, transform.rotation
+    x, y, z, w = q = np.array([r.x, r.y, r.z, r.w])
+    if not abs(np.linalg.norm(q) - 1) < 1e-3 or not np.isfinite([t.x, t.y, t.z]).all():
+        raise ValueError(f"expected a unit quaternion and finite metres, found {q}")
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    pose[:3, 3] = t.x, t.y, t.z
+    return pose

@@ -1,0 +1,93 @@
+from pathlib import Path
+
+import pytest
+
+from calibrations import calibration_yaml
+from ml2_receiver.calibration import load_calibration
+from ml2_receiver.config import load_config
+from ml2_receiver.errors import CalibrationError, ConfigError
+
+CONFIG = """/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true, calibration: left.yaml}
+    depth_center: {enabled: true}
+"""
+
+
+def test_a_file_of_camera_calibration_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "left.yaml"
+    file.write_text(calibration_yaml())
+    found = load_calibration(file)
+    assert (found.width, found.height, found.model) == (1016, 1016, "equidistant")
+    assert found.d == (0.1, -0.02, 3e-3, -4e-4)
+    assert found.k == (580.5, 0, 507, 0, 581, 508, 0, 0, 1)
+    assert found.r == (1, 0, 0, 0, 1, 0, 0, 0, 1)
+    assert found.p == (400, 0, 500, 0, 0, 401, 501, 0, 0, 0, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "expected a mapping"),
+        ("- 1", "expected a mapping"),
+        ("{", "expected"),
+        ("[" * 10_000, "recursion"),
+        ("x: " + "y" * 70_000, "expected at most 65536 bytes"),
+        (calibration_yaml(image_width=None), "image_width is missing"),
+        (calibration_yaml(image_width="wide"), "image_width: expected pixels, found wide"),
+        (calibration_yaml(image_height=0), "image_height: expected pixels, found 0"),
+        (calibration_yaml(image_width=True), "image_width: expected pixels, found True"),
+        (
+            calibration_yaml(distortion_model="kannala_brandt"),
+            "distortion_model: expected one of plumb_bob, rational_polynomial, equidistant, found",
+        ),
+        (calibration_yaml(distortion_model=[1]), "unhashable"),
+        (
+            calibration_yaml(distortion_model="plumb_bob"),
+            "distortion_coefficients: expected 1x5 numbers, found 1x4 with 4",
+        ),
+        (calibration_yaml(camera_matrix=5), "camera_matrix: expected rows, cols and data"),
+        (calibration_yaml(camera_matrix={"rows": 3, "cols": 3}), "data is missing"),
+        (
+            calibration_yaml(camera_matrix={"rows": 3, "cols": 3, "data": [0] * 9}),
+            "camera_matrix: expected focal lengths above 0",
+        ),
+        (
+            calibration_yaml(camera_matrix={"rows": 3, "cols": 3, "data": [float("nan")] * 9}),
+            "camera_matrix: expected finite numbers",
+        ),
+        (
+            calibration_yaml(camera_matrix={"rows": 3, "cols": 3, "data": ["a"] * 9}),
+            "could not convert",
+        ),
+    ],
+)
+def test_what_is_no_calibration_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "left.yaml"
+    file.write_text(text)
+    with pytest.raises(CalibrationError, match=f"left.yaml.*{message}"):
+        load_calibration(file)
+
+
+def test_the_configuration_names_a_file_beside_itself(tmp_path: Path) -> None:
+    (tmp_path / "left.yaml").write_text(calibration_yaml())
+    (tmp_path / "config.yaml").write_text(CONFIG)
+    config = load_config(tmp_path / "config.yaml")
+    assert set(config.calibrations) == {"world_left"}
+    assert config.calibrations["world_left"].k[0] == 580.5
+    assert "calibration" not in config.requests["world_left"], "it stays on this side"
+
+
+def test_a_file_that_is_not_there_is_a_wrong_value(tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text(CONFIG)
+    with pytest.raises(
+        ConfigError, match=r"config.yaml:3: world_left.calibration: .*left.yaml cannot be read"
+    ):
+        load_config(tmp_path / "config.yaml")
+
+
+def test_a_calibration_for_another_resolution_is_a_wrong_value(tmp_path: Path) -> None:
+    (tmp_path / "left.yaml").write_text(calibration_yaml(image_width=508))
+    (tmp_path / "config.yaml").write_text(CONFIG)
+    with pytest.raises(ConfigError, match="expected a calibration for 1016x1016, found 508x1016"):
+        load_config(tmp_path / "config.yaml")

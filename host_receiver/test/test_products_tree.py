@@ -1,0 +1,60 @@
+"""The two layouts of the transform tree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+from ml2_receiver.products.tree import Tree
+
+TREE = {"world": "magicleap_world", "head": "head_frame"}
+
+
+def transform(
+    parent: str, child: str, x: float, stamp_s: int = 0, w: float = 1
+) -> TransformStamped:
+    it = TransformStamped(child_frame_id=child)
+    it.header.frame_id, it.header.stamp.sec = parent, stamp_s
+    it.transform.translation.x, it.transform.rotation.w = x, w
+    return it
+
+
+def tree() -> Tree:
+    return Tree({"color_optical_frame": "color"}, **TREE)
+
+
+def found(tree: Tree, *transforms: TransformStamped) -> list[tuple[str, int, float]]:
+    poses = tree.poses(TFMessage(transforms=list(transforms)))
+    return [(camera, stamp_ns, float(pose[0, 3])) for camera, stamp_ns, pose in poses]
+
+
+def test_a_camera_is_a_child_of_the_world() -> None:
+    seen = transform("magicleap_world", "color_optical_frame", 3, 7)
+    others = [
+        transform("magicleap_world", "color_frame", 1),
+        transform("odom", "color_optical_frame", 1),
+        transform("magicleap_world", "head_frame", 1),
+    ]
+    assert found(tree(), *others, seen) == [("color", 7_000_000_000, 3)]
+
+
+def test_a_camera_of_a_rig_is_where_the_head_is() -> None:
+    rig = tree()
+    mounting = [
+        transform("head_frame", "color_frame", 1),
+        transform("color_frame", "color_optical_frame", 0.5),
+    ]
+    rig.stand(TFMessage(transforms=mounting))
+    assert found(rig, transform("magicleap_world", "head_frame", 3, 7)) == [
+        ("color", 7_000_000_000, 4.5)
+    ]
+    rig.stand(TFMessage())
+    assert not found(rig, transform("magicleap_world", "head_frame", 3, 7))
+
+
+def test_what_is_no_rotation_is_refused() -> None:
+    wrong = transform("magicleap_world", "color_optical_frame", 0, w=np.nan)
+    with pytest.raises(ValueError, match="unit quaternion"):
+        found(tree(), wrong)

@@ -1,0 +1,51 @@
+"""A headset that streams to a receiver, and what other programs get beside them."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import pickle
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from processes import (
+    PATHS,
+    PREFIX,
+    Received,
+    headset_command,
+    isolated_environment,
+    listening_address,
+    process,
+    receive_command,
+)
+
+_TIMEOUT_S = 90
+
+
+@contextlib.contextmanager
+def streaming(config: Path, folder: Path, **simulation: str) -> Iterator[dict[str, str]]:
+    """Streams for a minute, or until left; the variables of their ROS domain."""
+    environment = isolated_environment()
+    options = [word for it in simulation.items() for word in ("--simulate", "=".join(it))]
+    receive = receive_command(config, "127.0.0.1:0")
+    with process(receive, environment, folder / "receiver.log") as receiver:
+        headset = headset_command(listening_address(receiver), "--duration", "60", *options)
+        with process(headset, environment, folder / "headset.log"):
+            yield environment
+
+
+def collect(
+    types: Mapping[str, str], count: int, environment: dict[str, str], folder: Path
+) -> Received:
+    """At least `count` messages of each topic, relative to the prefix or global, by its type."""
+    names = {name if name[0] == "/" else f"{PREFIX}/{name}": type for name, type in types.items()}
+    output = folder / "topics.pickle"
+    script = Path(__file__).with_name("topics_subscriber.py")
+    command: list[str | Path] = [sys.executable, script, json.dumps(names), str(count), output]
+    subprocess.run(command, env=environment | PATHS, timeout=_TIMEOUT_S, check=True)
+    topics = pickle.loads(output.read_bytes())
+    counts = {name: len(payloads) for name, (_, payloads) in topics.items()}
+    assert min(counts.values()) >= count, counts
+    return Received({}, {}, topics, [], {}, {})

@@ -1,0 +1,236 @@
+"""What `ml2-receiver products` makes of a rendered room, compared with the room itself."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from beside import collect, streaming
+from capture_stamps import stamp_ns
+from euroc import Matrix
+from lenses import project_device, project_ros
+from markers import corners
+from processes import RECEIVER, Received, process
+from room import Room, simulated_room
+from transforms import transforms
+
+CONFIG = """
+/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true}
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
+    depth_center: {enabled: true, stream: 0, update_rate: 5, radial: RADIAL}
+"""
+COUNT = 6
+IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
+TOPICS = {
+    "depth/points": "sensor_msgs/msg/PointCloud2",
+    "depth/image_rect": IMAGE,
+    "color/image_rect": IMAGE,
+    "world_left/image_rect": IMAGE,
+    "aligned_depth_to_color/image_raw": IMAGE,
+    "aligned_depth_to_color/camera_info": INFO,
+    "aligned_depth_to_world_left/image_raw": IMAGE,
+    "aligned_depth_to_world_left/camera_info": INFO,
+    "depth/camera_info": INFO,
+    "color/camera_info": INFO,
+    "world_left/camera_info": INFO,
+    "world_left/metadata": "std_msgs/msg/String",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+
+
+@pytest.fixture(scope="module", params=["false", "true"], ids=["z", "radial"])
+def products(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Received:
+    folder = tmp_path_factory.mktemp("products")
+    config = folder / "config.yaml"
+    config.write_text(CONFIG.replace("RADIAL", request.param))
+    return receive_products(config, folder)
+
+
+def receive_products(config: Path, folder: Path) -> Received:
+    with (
+        streaming(
+            config, folder, tangential="0.001", depth_noise_m="0", loop_seconds="2"
+        ) as domain,
+        process([RECEIVER, "products"], domain, folder / "products.log") as making,
+    ):
+        received = collect(TOPICS, COUNT, domain, folder)
+        making.terminate()
+        assert making.wait(10) == 0
+    assert "Traceback" not in (folder / "products.log").read_text()
+    return received
+
+
+@pytest.fixture(scope="module")
+def tree(products: Received) -> dict[tuple[str, int], Matrix]:
+    return transforms(products)
+
+
+@pytest.fixture(scope="module")
+def room() -> Room:
+    return simulated_room()
+
+
+def located(
+    products: Received, tree: dict[tuple[str, int], Matrix], topic: str
+) -> list[tuple[Any, Matrix]]:
+    """The messages of a topic with the pose of their frame at their stamp."""
+    messages = products.messages(topic)
+    known = [
+        (it, tree[it.header.frame_id, stamp_ns(it)])
+        for it in messages
+        if (it.header.frame_id, stamp_ns(it)) in tree
+    ]
+    assert len(known) >= COUNT // 2
+    return known
+
+
+def assert_on_walls(points: NDArray[np.float64], pose: Matrix, room: Room) -> None:
+    """Points in the frame at `pose` are on walls or, fewer, on what stands in the room."""
+    into_room_m = (points @ pose[:3, :3].T + pose[:3, 3]) @ room.normals.T - room.offsets_m
+    assert into_room_m.min() > -0.01, "nothing is behind a wall"
+    assert (into_room_m.min(axis=1) < 0.01).mean() > 0.6
+
+
+def floats(image: Any) -> NDArray[np.float32]:
+    assert image.encoding == "32FC1"
+    return np.frombuffer(bytes(image.data), np.float32).reshape(image.height, image.width)
+
+
+def test_points_are_on_the_walls(
+    products: Received, tree: dict[tuple[str, int], Matrix], room: Room
+) -> None:
+    for cloud, pose in located(products, tree, "depth/points"):
+        assert (cloud.width, cloud.height, cloud.is_dense) == (544, 480, False)
+        rows = np.frombuffer(bytes(cloud.data), np.float32).reshape(-1, cloud.point_step // 4)
+        points = rows[:, :3].astype(np.float64)
+        points = points[~np.isnan(points[:, 2])]
+        assert len(points) > 50_000
+        assert_on_walls(points, pose, room)
+
+
+def test_points_have_the_colour_of_the_room(
+    products: Received, tree: dict[tuple[str, int], Matrix], room: Room
+) -> None:
+    """Of the fiducials that stand out of the room: white beside black."""
+    clouds = [it for it in products.messages("depth/points") if len(it.fields) == 4]
+    assert len(clouds) >= COUNT // 2
+    contrasts = []
+    for cloud in clouds:
+        at = ("depth_optical_frame", stamp_ns(cloud))
+        if at not in tree:
+            continue
+        rows = np.frombuffer(bytes(cloud.data), np.float32).reshape(-1, 4)
+        pose = tree[at]
+        points = rows[:, :3].astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
+        packed = np.ascontiguousarray(rows[:, 3]).view(np.uint32)
+        grey = (packed >> 8 & 0xFF).astype(float)
+        for tag in room.tags.values():
+            border, around = tag_parts(points, tag)
+            border, around = (it & (packed != 0) for it in (border, around))
+            if border.sum() > 20 and around.sum() > 20:
+                contrasts.append(np.median(grey[around]) - np.median(grey[border]))
+    assert len(contrasts) >= 5
+    assert min(contrasts) > 40, "the black border is not beside its place"
+
+
+def tag_parts(
+    points: NDArray[np.float64], tag: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which points are in the middle of a marker's black border, and which on the white around."""
+    origin, right, _, down = tag
+    across, along = right - origin, down - origin
+    side_m = float(np.linalg.norm(across))
+    away = np.abs((points - origin) @ np.cross(across, along)) / side_m**2
+    u = (points - origin) @ across / side_m**2
+    v = (points - origin) @ along / side_m**2
+    from_centre = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5))
+    is_near = away < 0.02
+    cell = 1 / 6
+    border = is_near & (from_centre < 0.5 - 0.3 * cell) & (from_centre > 0.5 - 0.7 * cell)
+    return border, is_near & (from_centre > 0.5 + 0.3 * cell) & (from_centre < 0.5 + 0.7 * cell)
+
+
+def test_rectified_depth_is_on_the_walls_by_p_alone(
+    products: Received, tree: dict[tuple[str, int], Matrix], room: Room
+) -> None:
+    (p, *_) = {tuple(it.p) for it in products.messages("depth/camera_info")}
+    for image, pose in located(products, tree, "depth/image_rect"):
+        assert_on_walls(by_pinhole(floats(image), p), pose, room)
+
+
+def by_pinhole(z: NDArray[np.float32], p: tuple[float, ...]) -> NDArray[np.float64]:
+    rows, columns = np.nonzero(~np.isnan(z))
+    depth = z[rows, columns].astype(np.float64)
+    x, y = (columns - p[2]) / p[0] * depth, (rows - p[6]) / p[5] * depth
+    # The nearest measurement is half a pixel off at most: 5 mm on a wall seen at 45 degrees.
+    return np.stack([x, y, depth], axis=1)
+
+
+@pytest.mark.parametrize("camera", ["color", "world_left"])
+def test_corners_in_a_rectified_image_are_where_p_puts_them(
+    products: Received, tree: dict[tuple[str, int], Matrix], room: Room, camera: str
+) -> None:
+    (p, *_) = {tuple(it.p) for it in products.messages(f"{camera}/camera_info")}
+    matrix = np.array(p).reshape(3, 4)
+    count = 0
+    for image, pose in located(products, tree, f"{camera}/image_rect")[::3]:
+        channels = {"mono8": 1, "bgr8": 3}[image.encoding]
+        data = np.frombuffer(bytes(image.data), np.uint8)
+        pixels = data.reshape(image.height, image.width, channels)
+        grey = pixels[..., 0] if channels == 1 else cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)
+        seen = corners(np.ascontiguousarray(grey, dtype=np.uint8))
+        count += len(seen)
+        for tag, corner, pixel in seen:
+            point = np.linalg.inv(pose) @ [*room.tags[tag][corner], 1]
+            expected = matrix @ [*point[:3], 1]
+            assert np.abs(pixel - expected[:2] / expected[2]).max() < 0.5
+    assert count > 50
+
+
+@pytest.mark.parametrize("camera", ["color", "world_left"])
+def test_registered_depth_is_on_the_walls_as_the_other_camera_sees_them(
+    products: Received, tree: dict[tuple[str, int], Matrix], room: Room, camera: str
+) -> None:
+    """Wall points that the camera sees are projected by its exact model and looked up."""
+    topic = f"aligned_depth_to_{camera}"
+    infos = {stamp_ns(it): it for it in products.messages(f"{topic}/camera_info")}
+    metadata = {
+        stamp_ns(it): json.loads(it.data)["intrinsics"]
+        for it in products.messages("world_left/metadata")
+    }
+    originals = {stamp_ns(it) for it in products.messages(f"{camera}/camera_info")}
+    errors = []
+    for image, pose in located(products, tree, f"{topic}/image_raw"):
+        at = stamp_ns(image)
+        assert image.header.frame_id == f"{camera}_optical_frame"
+        assert at in originals, "it is stamped as an image of that camera"
+        z, info = floats(image), infos[at]
+        assert (info.width, info.height) == (image.width, image.height)
+        for corners_m in room.tags.values():
+            centre = np.linalg.inv(pose) @ [*corners_m.mean(axis=0), 1]
+            if centre[2] < 0.6:
+                continue
+            point = centre[None, :3]
+            pixel = (
+                project_ros(info, point)
+                if camera == "color"
+                else project_device(metadata[at], point)
+            )[0]
+            column, row = np.round(pixel).astype(int)
+            if (
+                0 <= row < image.height
+                and 0 <= column < image.width
+                and not np.isnan(z[row, column])
+            ):
+                errors.append(z[row, column] - centre[2])
+    assert len(errors) >= 10
+    assert np.median(np.abs(errors)) < 0.01
+    assert max(errors) < 0.03, "nothing is seen through a wall"

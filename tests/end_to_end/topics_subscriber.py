@@ -1,0 +1,47 @@
+"""A subscriber in a process of its own that keeps the payloads of given topics.
+
+Usage: topics_subscriber.py TOPICS COUNT OUTPUT. TOPICS is JSON, types by full topic name. When
+each topic has brought COUNT messages, or after its patience, it pickles {topic: (type, [payload,
+...])}.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+import threading
+import time
+from pathlib import Path
+
+import rclpy
+from rclpy.qos import QoSProfile
+
+from ml2_receiver.raw_taker import RawSubscription, RawTaker
+
+_PATIENCE_S = 40.0
+_POLL_S = 0.1
+_DEPTH = 1000
+
+
+def main(types: dict[str, str], count: int, output: Path) -> None:
+    rclpy.init()
+    node = rclpy.create_node("topics_subscriber")
+    taken: dict[str, list[bytes]] = {topic: [] for topic in types}
+    subscriptions = [
+        RawSubscription(type, topic, QoSProfile(depth=_DEPTH), taken[topic].append)
+        for topic, type in types.items()
+    ]
+    taker = RawTaker(node, subscriptions)
+    deadline_s = time.monotonic() + _PATIENCE_S
+    pause = threading.Event()
+    while min(map(len, taken.values())) < count and time.monotonic() < deadline_s:
+        pause.wait(_POLL_S)
+    taker.stop()
+    output.write_bytes(pickle.dumps({name: (types[name], taken[name]) for name in types}))
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))
