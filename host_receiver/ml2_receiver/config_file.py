@@ -43,7 +43,11 @@ class ConfigFile:
         Raises:
             ConfigError: as load_config.
         """
-        return parse_config(_packaged()) if self.is_packaged else load_config(self.path)
+        return (
+            parse_config(_packaged(), self.path.parent)
+            if self.is_packaged
+            else load_config(self.path)
+        )
 
     def save(self, config: Config) -> None:
         """Writes `config` to it, all or nothing; its comments and order stay.

@@ -3,7 +3,7 @@
 import asyncio
 import threading
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
@@ -58,21 +58,35 @@ class Announcement:
             parsed_addresses=announced_hosts(host),
         )
         self._zeroconf: Zeroconf | None = None
+        self._registering: asyncio.Task[None] | None = None
         try:
             self._zeroconf = Zeroconf(interfaces=_multicast_interfaces(ip_address(host)))
         except OSError as error:
             failed(str(error))
             return
-        assert self._zeroconf.loop is not None
-        registering = asyncio.run_coroutine_threadsafe(
-            _register(self._zeroconf, info), self._zeroconf.loop
-        )
-        registering.add_done_callback(partial(_tell, failed))
+        self._call(self._register(info)).add_done_callback(partial(_tell, failed))
 
     def close(self) -> None:
         """Says that the receiver is gone."""
         if self._zeroconf is not None:
+            self._call(self._end_registering()).result()
             self._zeroconf.close()
+
+    def _call(self, work: Coroutine[None, None, None]) -> Future[None]:
+        assert self._zeroconf is not None
+        assert self._zeroconf.loop is not None
+        return asyncio.run_coroutine_threadsafe(work, self._zeroconf.loop)
+
+    async def _register(self, info: ServiceInfo) -> None:
+        assert self._zeroconf is not None
+        self._registering = asyncio.current_task()
+        await _register(self._zeroconf, info)
+
+    async def _end_registering(self) -> None:
+        """Zeroconf.close() would leave it behind, with a warning to the user."""
+        if self._registering is not None:
+            self._registering.cancel()
+            await asyncio.wait([self._registering])
 
 
 async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:

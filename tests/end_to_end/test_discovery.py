@@ -49,7 +49,7 @@ def test_a_headset_finds_the_receiver_of_a_name_also_when_it_moves(tmp_path: Pat
         environment = isolated_environment()
         chosen = start(process(run, environment, logs["chosen"]))
         name = announced(listening_address(chosen)).name
-        command = [HEADSET, "--receiver", name, "--source", "test-signal"]
+        command: list[str | Path] = [HEADSET, "--receiver", name, "--source", "test-signal"]
         headset = start(process(command, environment | ON_LOOPBACK, logs["headset"]))
         line_with(headset, "connected to")
         chosen.terminate()

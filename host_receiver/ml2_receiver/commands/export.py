@@ -34,7 +34,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "export",
         help="write cameras and their places as Kalibr YAML",
         epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--kalibr",

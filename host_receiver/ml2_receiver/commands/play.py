@@ -33,7 +33,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "play",
         help="send a recording to a receiver as a headset would",
         epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder that `record` made")
     parser.add_argument(

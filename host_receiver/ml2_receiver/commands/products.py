@@ -31,7 +31,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "products",
         help="make point clouds, registered depth and rectified images",
         epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="of the topics; default: /magic_leap2"

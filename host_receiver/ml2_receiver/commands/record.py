@@ -40,7 +40,6 @@ def add_parser(subparsers: Subparsers) -> None:
         "record",
         help="receive a headset and record it as a rosbag2",
         epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
     parser.add_argument("--no-ros", action="store_true", help="record without publishing")

@@ -98,7 +98,7 @@ class RosNode:
         self,
         control: Control,
         file: ConfigFile,
-        calibrate: Callable[[Mapping[str, Calibration]], None],
+        calibrate: Callable[[Mapping[str, Calibration]], None] = lambda _: None,
     ) -> None:
         """Answers services and parameters, and publishes the report once per second.
 
