@@ -34,6 +34,7 @@ from std_srvs.srv import Trigger
 from contact_sheet import write_contact_sheet
 from ml2_receiver.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.stamps import stamp_reader
+from ml2_receiver.status_name import status_name
 
 RECEIVER_NODE = "/ml2_receiver"
 
@@ -82,7 +83,11 @@ class Observer(Node):
     """Subscribes to what the receiver says it publishes; one thread spins it."""
 
     def __init__(
-        self, prefix: str, qos_depths: dict[str, int], observed: type[Observed] = Observed
+        self,
+        prefix: str,
+        qos_depths: dict[str, int],
+        observed: type[Observed] = Observed,
+        receiver: str = "",
     ) -> None:
         super().__init__("ml2_observer")
         self._qos_depths = qos_depths
@@ -101,7 +106,9 @@ class Observer(Node):
         )
         self.create_subscription(String, f"{prefix}/config", self._configure, latched)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._diagnose, 10)
-        self._start = self.create_client(Trigger, f"{RECEIVER_NODE}/start")
+        self._receiver = receiver
+        node = f"/{receiver}{RECEIVER_NODE}" if receiver else RECEIVER_NODE
+        self._start = self.create_client(Trigger, f"{node}/start")
 
     def is_matched(self) -> bool:
         """Whether every publisher is known here, and knows this subscriber."""
@@ -111,7 +118,7 @@ class Observer(Node):
         )
 
     def _of(self, topic: str) -> dict[str, str]:
-        return self.diagnostics.get(f"ml2_receiver: {topic}", {})
+        return self.diagnostics.get(status_name(self._receiver, topic), {})
 
     def start_headset(self) -> None:
         """Asks the receiver to let the headset begin."""
@@ -150,12 +157,12 @@ class Observer(Node):
     @property
     def session(self) -> dict[str, str]:
         """The latest diagnostics of the session."""
-        return self.diagnostics.get("ml2_receiver: session", {})
+        return self._of("session")
 
     @property
     def clock(self) -> dict[str, str]:
         """The latest diagnostics of the headset's clock, empty before the first."""
-        return self.diagnostics.get("ml2_receiver: clock", {})
+        return self._of("clock")
 
     def snapshot(self, final: bool) -> dict[str, Any]:
         """Everything seen so far, for the demo's table and report."""
@@ -204,12 +211,15 @@ def main() -> int:
 
 @contextmanager
 def spun_observer(
-    prefix: str, qos_depths: dict[str, int], observed: type[Observed] = Observed
+    prefix: str,
+    qos_depths: dict[str, int],
+    observed: type[Observed] = Observed,
+    receiver: str = "",
 ) -> Iterator[Observer]:
     """An observer that a thread spins; the process ends when any of its threads fails."""
     threading.excepthook = _end_process
     rclpy.init()
-    observer = Observer(prefix, qos_depths, observed)
+    observer = Observer(prefix, qos_depths, observed, receiver)
     executor = SingleThreadedExecutor()
     executor.add_node(observer)
     spinner = threading.Thread(target=executor.spin)

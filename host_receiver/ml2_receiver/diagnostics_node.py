@@ -13,8 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from .errors import RosError
 from .raw_taker import RawSubscription, RawTaker
-
-_OURS = "ml2_receiver: "
+from .status_name import split_status_name
 
 _DEPTH = 10
 
@@ -22,7 +21,7 @@ type Values = Mapping[str, str]
 
 
 class DiagnosticsNode:
-    """The node `ml2_tools`: keeps the last /diagnostics of a receiver. close() ends it.
+    """The node `ml2_tools`: keeps the last /diagnostics of each receiver. close() ends it.
 
     Raises:
         RosError: ROS does not start.
@@ -30,7 +29,7 @@ class DiagnosticsNode:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._rows: dict[str, Values] = {}
+        self._rows: dict[str, dict[str, Values]] = {}
         self._context = Context()
         try:
             rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
@@ -49,16 +48,23 @@ class DiagnosticsNode:
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
-    def rows(self, timeout_s: float) -> dict[str, Values]:
+    def rows(self, receiver: str, timeout_s: float) -> dict[str, Values]:
         """The values by row ("session", "clock", and the topics), and the row's own words as
         "message"; waits for the first.
 
+        Args:
+            receiver: as in its --name, or empty.
+
         Raises:
-            RosError: no receiver says anything.
+            RosError: this receiver says nothing.
         """
         with self._changed:
-            if self._changed.wait_for(lambda: self._rows, timeout_s):
-                return self._rows
+            if self._changed.wait_for(lambda: receiver in self._rows, timeout_s):
+                return self._rows[receiver]
+            others = sorted(self._rows)
+        if others:
+            names = ", ".join(f"--name {name}" if name else "no --name" for name in others)
+            raise RosError(f"no such receiver in this ROS domain, but with {names}")
         domain = os.environ.get("ROS_DOMAIN_ID", "0")
         raise RosError(
             f"no receiver in ROS domain {domain}: start `ml2-receiver run`, or see"
@@ -66,13 +72,12 @@ class DiagnosticsNode:
         )
 
     def _diagnosed(self, payload: bytes) -> None:
-        rows: dict[str, Values] = {
-            status.name.removeprefix(_OURS): {pair.key: pair.value for pair in status.values}
-            | {"message": status.message}
-            for status in deserialize_message(payload, DiagnosticArray).status
-            if status.name.startswith(_OURS)
-        }
-        if rows:
-            with self._changed:
-                self._rows = rows
-                self._changed.notify_all()
+        rows: dict[str, dict[str, Values]] = {}
+        for status in deserialize_message(payload, DiagnosticArray).status:
+            if (name := split_status_name(status.name)) is not None:
+                receiver, row = name
+                values = {pair.key: pair.value for pair in status.values}
+                rows.setdefault(receiver, {})[row] = values | {"message": status.message}
+        with self._changed:
+            self._rows |= rows
+            self._changed.notify_all()

@@ -15,8 +15,8 @@ from .errors import RosError
 from .latency import Breakdown, TopicLatency
 from .raw_taker import RawSubscription, RawTaker
 from .stamps import stamp_reader
+from .status_name import split_status_name
 
-_OURS = "ml2_receiver: "
 # As many as a window has: on a busy machine this subscriber is late, which it is to show, and must
 # not lose messages instead. Only those that wait take memory.
 _DEPTH = 512
@@ -28,14 +28,15 @@ class LatencyNode:
     One thread takes, and any may ask. close() ends it.
 
     Args:
+        receiver: as in its --name, or empty.
         windows: see TopicLatency.
 
     Raises:
         RosError: ROS does not start.
     """
 
-    def __init__(self, windows: int) -> None:
-        self._windows = windows
+    def __init__(self, receiver: str, windows: int) -> None:
+        self._receiver, self._windows = receiver, windows
         self._lock = threading.Lock()
         self._topics: dict[str, TopicLatency] = {}
         self._session: Mapping[str, str] = {}
@@ -74,9 +75,9 @@ class LatencyNode:
 
     def _diagnosed(self, payload: bytes) -> None:
         for status in deserialize_message(payload, DiagnosticArray).status:
-            if not status.name.startswith(_OURS):
+            receiver, name = split_status_name(status.name) or (None, "")
+            if receiver != self._receiver:
                 continue
-            name = status.name.removeprefix(_OURS)
             values = {pair.key: pair.value for pair in status.values}
             with self._lock:
                 if name == "session":

@@ -135,10 +135,10 @@ def receive(
 
 
 def subscribing(
-    environment: dict[str, str], folder: Path
+    environment: dict[str, str], folder: Path, receiver: str = ""
 ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
     """The subscriber as a process; its result() is in `folder`."""
-    command = subscribe_command(folder / "received.pickle")
+    command = subscribe_command(folder / "received.pickle", receiver)
     return process(command, environment | PATHS, folder / "subscriber.log")
 
 
@@ -175,8 +175,9 @@ def headset_command(address: str, *options: str) -> list[str | Path]:
     return [HEADSET, "--receiver", address, *options]
 
 
-def subscribe_command(output: Path) -> list[str | Path]:
-    """The subscriber, which writes what it got to `output`."""
+def subscribe_command(output: Path, receiver: str) -> list[str | Path]:
+    """The subscriber of a receiver of that name, which writes what it got to `output`."""
     depths = dict.fromkeys(load_table().qos, _DEPTH)
     script = Path(__file__).with_name("subscriber.py")
-    return [sys.executable, script, PREFIX, json.dumps(depths), output]
+    prefix = f"/{receiver}{PREFIX}" if receiver else PREFIX
+    return [sys.executable, script, prefix, json.dumps(depths), output, receiver]

@@ -1,9 +1,9 @@
 """A subscriber in a process of its own that keeps every payload, for the tests to look at.
 
-Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT. It does what the demo's observer does, and at the
-end pickles {"snapshot": ..., "qos": {topic: {(reliability, durability)}}, "topics": {topic: (type,
-[payload, ...])}, "graph": [every topic there is], "arrivals_s": {topic: [monotonic clock, ...]},
-"publishers": {topic: {id of each publisher there ever was}}}.
+Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT [RECEIVER]. It does what the demo's observer does, and
+at the end pickles {"snapshot": ..., "qos": {topic: {(reliability, durability)}}, "topics": {topic:
+(type, [payload, ...])}, "graph": [every topic there is], "arrivals_s": {topic: [monotonic clock,
+...]}, "publishers": {topic: {id of each publisher there ever was}}}.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Kept(Observed):
         self.arrivals_s.append(time.monotonic())
 
 
-def main(prefix: str, qos_depths: str, output: Path) -> None:
+def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None:
     """Runs until the headset has said goodbye."""
-    with spun_observer(prefix, json.loads(qos_depths), Kept) as observer:
+    with spun_observer(prefix, json.loads(qos_depths), Kept, receiver) as observer:
         observer.is_configured.wait()
         publishers: dict[str, set[bytes]] = {name: set() for name in observer.topics}
         observe(observer, lambda: note_publishers(observer, publishers))
@@ -64,4 +64,4 @@ def _qos(observer: Observer, topic: str) -> set[tuple[str, str]]:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]))
+    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), *sys.argv[4:])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import time
 from pathlib import Path
@@ -25,7 +26,7 @@ ON_LOOPBACK = {"JDK_JAVA_OPTIONS": "-Dnet.mdns.interface=127.0.0.1"}
 
 
 def announced(address: str) -> FoundReceiver:
-    """The announcement of the receiver that listens there; both receivers are called the same."""
+    """The announcement of the receiver that listens there."""
     deadline_s = time.monotonic() + FOUND_S
     while time.monotonic() < deadline_s:
         for receiver in find_receivers(0.5, ["127.0.0.1"]):
@@ -41,20 +42,28 @@ def connected_from(log: Path) -> bool:
 def test_a_headset_finds_the_receiver_of_a_name_also_when_it_moves(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(CONFIG)
-    run = receive_command(config, "127.0.0.1:0")
+    # Others on this machine may run the same test.
+    names = {name: f"{name}{os.getpid()}" for name in ("other", "chosen")}
+    runs = {
+        name: receive_command(config, "127.0.0.1:0", "--name", unique)
+        for name, unique in names.items()
+    }
     logs = {name: tmp_path / f"{name}.log" for name in ("other", "chosen", "moved", "headset")}
     with contextlib.ExitStack() as stack:
         start = stack.enter_context
-        announced(listening_address(start(process(run, isolated_environment(), logs["other"]))))
+        announced(
+            listening_address(start(process(runs["other"], isolated_environment(), logs["other"])))
+        )
         environment = isolated_environment()
-        chosen = start(process(run, environment, logs["chosen"]))
+        chosen = start(process(runs["chosen"], environment, logs["chosen"]))
         name = announced(listening_address(chosen)).name
+        assert name == names["chosen"]
         command: list[str | Path] = [HEADSET, "--receiver", name, "--source", "test-signal"]
         headset = start(process(command, environment | ON_LOOPBACK, logs["headset"]))
         line_with(headset, "connected to")
         chosen.terminate()
         chosen.wait()
-        moved = start(process(run, environment, logs["moved"]))
+        moved = start(process(runs["chosen"], environment, logs["moved"]))
         assert announced(listening_address(moved)).name == name
         announced_s = time.monotonic()
         line_with(headset, "connected to")

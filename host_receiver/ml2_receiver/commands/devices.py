@@ -12,6 +12,7 @@ from ..devices import Device, read_device
 from ..table import load_table
 from .config import Subparsers
 from .live import PATIENCE_S, diagnostics_node
+from .options import add_name
 
 _EPILOG = """\
 A headset connects to a receiver, so this asks the one that runs in this ROS domain. Exit code: 0,
@@ -32,12 +33,13 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--json", action="store_true", help="print one object, or null without headset"
     )
+    add_name(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     with diagnostics_node() as node:
-        session = node.rows(PATIENCE_S).get("session", {})
+        session = node.rows(options.name, PATIENCE_S).get("session", {})
     device = read_device(session, load_table())
     if options.json:
         print(json.dumps(None if device is None else dataclasses.asdict(device), indent=2))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import math
-import signal
 import sys
 import threading
 import time
@@ -18,6 +17,8 @@ from rich.live import Live
 from ..errors import LatencyError, RosError
 from ..latency_table import latency_table, write_plot
 from .config import Subparsers
+from .options import add_name
+from .stopping import stop_signal
 
 if TYPE_CHECKING:
     from ..latency_node import LatencyNode
@@ -55,20 +56,19 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--once", action="store_true", help="print them once and end")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the last ones, as a .png")
+    add_name(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     if options.plot is not None and importlib.util.find_spec("matplotlib") is None:
         raise LatencyError("--plot needs matplotlib: pip install matplotlib")
-    stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
+    stopping = stop_signal()
     try:
         from ..latency_node import LatencyNode
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    node = LatencyNode(windows=math.ceil(options.duration))
+    node = LatencyNode(options.name, windows=math.ceil(options.duration))
     try:
         _await_messages(node, stopping)
         if stopping.is_set():

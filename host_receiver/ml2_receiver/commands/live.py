@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,14 +12,6 @@ if TYPE_CHECKING:
     from ..diagnostics_node import DiagnosticsNode
 
 PATIENCE_S = 10.0
-
-
-def stopped_by_signals() -> threading.Event:
-    """Set by SIGINT and SIGTERM, which then end nothing by themselves."""
-    stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
-    return stopping
 
 
 @contextmanager

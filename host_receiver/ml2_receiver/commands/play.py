@@ -15,7 +15,8 @@ from ..playback.session import Session
 from ..recording.bag_reader import BagReader
 from ..table import load_table
 from .config import Subparsers
-from .receiving import DEFAULT_ADDRESS, address, stop_signal
+from .receiving import DEFAULT_ADDRESS, address
+from .stopping import stop_signal
 
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1

@@ -2,13 +2,13 @@
 
 import argparse
 import os
-import signal
 import sys
-import threading
 
 from ..errors import ProductsError, RosError
 from ..fastdds import apply_default_profile
 from .config import Subparsers
+from .options import add_name
+from .stopping import stop_signal
 
 _EPILOG = """\
 Beside a running `ml2-receiver run`, or a bag that is played; each topic is made only while
@@ -20,7 +20,7 @@ somebody subscribes to it:
 
 examples:
   ml2-receiver products
-  ml2-receiver products --prefix /lab/magic_leap2
+  ml2-receiver products --name robot1        of a receiver with that name
 
 Whatever follows --ros-args goes to ROS 2.
 """
@@ -33,19 +33,15 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog=_EPILOG,
     )
     parser.add_argument(
-        "--prefix", default="/magic_leap2", help="of the topics; default: /magic_leap2"
+        "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
     )
-    parser.add_argument(
-        "--frame-prefix", default="", help="of the frame ids, where the receiver has one"
-    )
+    add_name(parser)
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
+    stopping = stop_signal()
     warning = apply_default_profile(os.environ)
     if warning is not None:
         print(f"WARNING: {warning}", file=sys.stderr)
@@ -58,7 +54,11 @@ def _run(options: argparse.Namespace) -> int:
                 " or pip install 'ml2-receiver[products]'"
             ) from error
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    node = ProductsNode(options.prefix, options.frame_prefix, ["--ros-args", *options.ros_args])
-    print(f"ready to make products of {options.prefix}", flush=True)
+    prefix, frame_prefix, namespace = options.prefix, "", []
+    if options.name:
+        prefix, frame_prefix = f"/{options.name}{prefix}", f"{options.name}/"
+        namespace = ["-r", f"__ns:=/{options.name}"]
+    node = ProductsNode(prefix, frame_prefix, ["--ros-args", *options.ros_args, *namespace])
+    print(f"ready to make products of {prefix}", flush=True)
     node.spin(stopping)
     return 0

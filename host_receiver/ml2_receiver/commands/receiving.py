@@ -2,11 +2,8 @@
 
 import argparse
 import os
-import re
-import signal
 import socket
 import sys
-import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -22,12 +19,12 @@ from ..server import Server
 from ..sink import Sink
 from ..table import load_table
 from .config import add_file
+from .options import name
 
 if TYPE_CHECKING:
     from ..ros import RosNode
 
 DEFAULT_ADDRESS = ("127.0.0.1", 7755)
-_ROS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}", re.ASCII)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +44,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--name",
-        type=_name,
+        type=name,
+        default="",
         help="tells several headsets apart: node and topics are under /NAME, frame ids begin with"
         " NAME/, and headsets find this receiver as NAME; default: none, found as this machine's",
     )
@@ -64,22 +62,6 @@ def address(text: str) -> tuple[str, int]:
     return host.removeprefix("[").removesuffix("]"), int(port)
 
 
-def _name(text: str) -> str:
-    if not _ROS_NAME.fullmatch(text):
-        raise argparse.ArgumentTypeError(
-            f"expected at most 40 letters, digits and _, not beginning with a digit, found {text!r}"
-        )
-    return text
-
-
-def stop_signal() -> threading.Event:
-    """Set by Ctrl-C and by SIGTERM."""
-    stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
-    return stopping
-
-
 def config_file(options: argparse.Namespace) -> ConfigFile:
     """That of --config, or the user's own."""
     return ConfigFile(options.config) if options.config else ConfigFile.of_user()
@@ -87,7 +69,7 @@ def config_file(options: argparse.Namespace) -> ConfigFile:
 
 def load(file: ConfigFile, options: argparse.Namespace) -> Config:
     """What it says, for the headset of --name."""
-    return replace(file.load(), name=options.name or "")
+    return replace(file.load(), name=options.name)
 
 
 def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
@@ -113,19 +95,19 @@ def serving(
     idle: Callable[[], Collection[str]] = tuple,
 ) -> Iterator[Server]:
     """A server that listens, and is announced, until left; the last arguments are the Server's."""
-    name = config.name or socket.gethostname()
+    announced = config.name or socket.gethostname()
     server = Server(
         listener,
         load_table(),
         config.requests,
         sink,
-        name=name,
+        name=announced,
         software=f"ml2-receiver {VERSION}",
         frame_prefix=config.frame_prefix,
         is_paused=is_paused,
         idle=idle,
     )
-    announcement = Announcement(name, listener.getsockname(), _warn_unannounced)
+    announcement = Announcement(announced, listener.getsockname(), _warn_unannounced)
     try:
         yield server
     finally:

@@ -20,7 +20,8 @@ from ..sink import Sink
 from ..table import load_table
 from .config import Subparsers
 from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, load, make_node, serving, stop_signal
+from .receiving import add_options, config_file, load, make_node, serving
+from .stopping import stop_signal
 
 _REDRAW_S = 0.5
 _EXAMPLES = """examples:

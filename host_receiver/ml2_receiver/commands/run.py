@@ -5,7 +5,8 @@ import argparse
 from ..calibrated_sink import CalibratedSink
 from ..server import listen
 from .config import Subparsers
-from .receiving import add_options, config_file, load, make_node, serving, stop_signal
+from .receiving import add_options, config_file, load, make_node, serving
+from .stopping import stop_signal
 
 _EPILOG = """\
 Headsets find it by its name where it listens on the network. Whatever follows --ros-args goes to

@@ -9,7 +9,9 @@ from rich.live import Live
 
 from ..topic_table import topic_figures, topic_table
 from .config import Subparsers
-from .live import PATIENCE_S, diagnostics_node, stopped_by_signals
+from .live import PATIENCE_S, diagnostics_node
+from .options import add_name
+from .stopping import stop_signal
 
 _REDRAW_S = 0.5
 _WIDTH = 150
@@ -32,14 +34,15 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--once", action="store_true", help="print them once and end")
     parser.add_argument("--json", action="store_true", help="print them once, as a list of objects")
+    add_name(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    stopping = stopped_by_signals()
+    stopping = stop_signal()
     console = Console(width=None if sys.stdout.isatty() else _WIDTH)
     with diagnostics_node() as node:
-        rows = node.rows(PATIENCE_S)
+        rows = node.rows(options.name, PATIENCE_S)
         if options.json:
             print(json.dumps(topic_figures(rows), indent=2))
         elif options.once:
@@ -48,5 +51,5 @@ def _run(options: argparse.Namespace) -> int:
             print("watching until Ctrl-C", flush=True)
             with Live(topic_table(rows), console=console, auto_refresh=False) as live:
                 while not stopping.wait(_REDRAW_S):
-                    live.update(topic_table(node.rows(PATIENCE_S)), refresh=True)
+                    live.update(topic_table(node.rows(options.name, PATIENCE_S)), refresh=True)
     return 0

@@ -161,7 +161,7 @@ class RosNode:
             for topic, count in self._publishers.subscribers().items()
         }
         stamp = self._node.get_clock().now().to_msg()
-        self._statuses.publish(status_array(rows, more, stamp))
+        self._statuses.publish(status_array(self.config.name, rows, more, stamp))
 
 
 def _refuse(_: bytearray) -> None:

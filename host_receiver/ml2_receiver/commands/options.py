@@ -1,0 +1,20 @@
+"""Options that several commands have."""
+
+import argparse
+import re
+
+_NAME = re.compile(r"([A-Za-z][A-Za-z0-9_]{0,39})?", re.ASCII)
+
+
+def add_name(parser: argparse.ArgumentParser) -> None:
+    """--name of a command that watches a receiver."""
+    parser.add_argument("--name", type=name, default="", help="of the receiver, where that has one")
+
+
+def name(text: str) -> str:
+    """Nothing, or a part of topic names, for argparse."""
+    if not _NAME.fullmatch(text):
+        raise argparse.ArgumentTypeError(
+            f"expected at most 40 letters, digits and _, not beginning with a digit, found {text!r}"
+        )
+    return text

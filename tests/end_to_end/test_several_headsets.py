@@ -1,0 +1,83 @@
+"""Four headsets at once in one ROS domain, each with topics, frames and counts of its own."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+
+from processes import (
+    PREFIX,
+    Received,
+    headset_command,
+    isolated_environment,
+    lines,
+    listening_address,
+    process,
+    receive_command,
+    result,
+    subscribing,
+)
+
+NAMES = ["robot1", "robot2", "robot3", "robot4"]
+CONFIG = """
+/**:
+  ros__parameters:
+    world_left: {enabled: true}
+    head_pose: {enabled: true}
+"""
+
+
+@pytest.fixture(scope="module")
+def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
+    folder = tmp_path_factory.mktemp("several")
+    config = folder / "config.yaml"
+    config.write_text(CONFIG)
+    environment = isolated_environment()
+    found = {}
+    with contextlib.ExitStack() as stack:
+        subscribers = {}
+        for seed, name in enumerate(NAMES):
+            place = folder / name
+            place.mkdir()
+            command = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name)
+            receiver = stack.enter_context(process(command, environment, place / "receiver.log"))
+            subscribers[name] = stack.enter_context(subscribing(environment, place, name))
+            headset = headset_command(
+                listening_address(receiver),
+                *("--source", "test-signal", "--seed", f"{seed}", "--duration", "4"),
+            )
+            stack.enter_context(process(headset, environment, place / "headset.log"))
+        for name, subscriber in subscribers.items():
+            for _ in lines(subscriber):
+                pass
+            found[name] = result(subscriber, folder / name)
+    return found
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_has_topics_of_its_own_and_loses_nothing(
+    received: dict[str, Received], name: str
+) -> None:
+    its = received[name]
+    for topic in ("world_left/image_raw", "head_pose"):
+        full = f"/{name}{PREFIX}/{topic}"
+        assert len(its.topics[full][1]) > 20
+        books = its.books(full)
+        assert int(books["received"]) == len(its.topics[full][1])
+        assert int(books["produced"]) == int(books["received"]) + int(books["gaps"])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_has_frames_of_its_own(received: dict[str, Received], name: str) -> None:
+    its = received[name]
+    image = its.messages(f"/{name}{PREFIX}/world_left/image_raw")[-1]
+    assert image.header.frame_id == f"{name}/world_left_optical_frame"
+    frames = {
+        frame
+        for message in its.messages("/tf")
+        for it in message.transforms
+        for frame in (it.header.frame_id, it.child_frame_id)
+    }
+    assert f"{name}/world_left_frame" in frames
+    assert all(frame.startswith(tuple(NAMES)) for frame in frames)
