@@ -91,7 +91,8 @@ internal class ActiveStreams(
                     accepted[checkNotNull(StreamTable.byId(id))] = it
                 }
             }
-            running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }.forEach { (spec, it) ->
+            val changed = running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }
+            changed.forEach { (spec, it) ->
                 it.job.cancelAndJoin()
                 forget(spec)
             }
