@@ -108,8 +108,11 @@ $(ktlint_jar):
 bench: build ## Measure sender and receiver against bare loops; results in build/bench
 	$(run) tests/bench/run.sh
 
+soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
+	PYTHONPATH=host_receiver:tests/end_to_end $(run) python3 tests/bench/soak.py $(DURATION)
+
 clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup native build aar demo test test-python test-native test-kotlin test-conformance test-aar test-e2e lint format bench clean
+.PHONY: help setup native build aar demo test test-python test-native test-kotlin test-conformance test-aar test-e2e lint format bench soak clean

@@ -198,8 +198,11 @@ def main() -> int:
     parser.add_argument("--prefix", required=True)
     parser.add_argument("--qos-depths", type=json.loads, required=True)
     parser.add_argument("--pictures", type=Path, required=True)
+    parser.add_argument("--receiver", default="", help="its --name")
     arguments = parser.parse_args()
-    with spun_observer(arguments.prefix, arguments.qos_depths) as observer:
+    with spun_observer(
+        arguments.prefix, arguments.qos_depths, receiver=arguments.receiver
+    ) as observer:
         observe(observer)
         write_contact_sheet(
             {name: (o.type, o.last_payload) for name, o in observer.topics.items() if o.count},

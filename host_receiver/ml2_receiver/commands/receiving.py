@@ -49,6 +49,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="tells several headsets apart: node and topics are under /NAME, frame ids begin with"
         " NAME/, and headsets find this receiver as NAME; default: none, found as this machine's",
     )
+    parser.add_argument(
+        "--start-paused",
+        action="store_true",
+        help="headsets send nothing until service ~/start is called",
+    )
     parser.add_argument("--insecure", action="store_true", help="without effect so far")
     parser.add_argument("--insecure-eye-images", action="store_true", help="without effect so far")
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)

@@ -66,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
         stack.callback(recorder.close)
         sinks: Sequence[Sink] = [PrintedEvents() if node is None else node, recorder]
         sink = CalibratedSink(FanOut(sinks), config.calibrations)
-        with serving(listener, config, sink) as server:
+        with serving(listener, config, sink, is_paused=options.start_paused) as server:
             if node is not None:
                 node.serve(server, file, sink.use)
             print(f"listening on {server.address}", flush=True)

@@ -26,11 +26,6 @@ def add_parser(subparsers: Subparsers) -> None:
         help="receive a headset and publish its topics",
         epilog=_EPILOG,
     )
-    parser.add_argument(
-        "--start-paused",
-        action="store_true",
-        help="headsets send nothing until service ~/start is called",
-    )
     add_options(parser)
     parser.set_defaults(run=_run)
 

@@ -1,0 +1,40 @@
+"""What a receiver still holds after many headsets have come and gone."""
+
+from pathlib import Path
+
+import pytest
+
+from mock_device import MockDevice
+from ros_processes import Receiver
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+WARM_UP = 20
+RECONNECTS = 200
+
+
+def held(process: int) -> tuple[int, int]:
+    """Threads and open files."""
+    folder = Path(f"/proc/{process}")
+    return len(list((folder / "task").iterdir())), len(list((folder / "fd").iterdir()))
+
+
+def reconnect(receiver: Receiver, times: int) -> None:
+    for _ in range(times):
+        with MockDevice(receiver.address, says_ping=True) as device:
+            device.start()
+            device.leave()
+
+
+def test_threads_and_files_do_not_grow_with_reconnects(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(CONFIG)
+    with Receiver(config) as receiver:
+        reconnect(receiver, WARM_UP)
+        threads, files = held(receiver.process.pid)
+        reconnect(receiver, RECONNECTS)
+        threads_after, files_after = held(receiver.process.pid)
+    # The last device's connections may still be closing, four of them
+    assert threads_after <= threads + 4
+    assert files_after <= files + 4

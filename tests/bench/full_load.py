@@ -1,0 +1,66 @@
+"""The load of config/demo.yaml: every sensor at once, for DURATION seconds, to a raw subscriber.
+
+Usage: full_load.py DURATION. Writes full_load.json, full_load_recorded.json (the same with a
+recording on) and four_headsets.json (a quarter of the time, one camera and all small streams each)
+in build/bench. CPU is in percent of one processor; headsets play looped films.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from load_run import Loaded, load_run
+from processes import ROOT
+
+RESULTS = ROOT / "build" / "bench"
+DEMO = ROOT / "config" / "demo.yaml"
+NAMES = ("robot1", "robot2", "robot3", "robot4")
+ONE_CAMERA = """
+/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true}
+    other_sensors: {enabled: true}
+    head_pose: {enabled: true}
+"""
+
+
+def main(duration_s: float) -> None:
+    with tempfile.TemporaryDirectory(prefix="ml2_load") as name:
+        folder = Path(name)
+        logs = RESULTS / "full_load"
+        (loaded,) = load_run(DEMO, logs, duration_s)
+        _write("full_load", _summary(loaded))
+        (loaded,) = load_run(DEMO, logs, duration_s, record=folder / "recording")
+        recorded_bytes = sum(file.stat().st_size for file in (folder / "recording").iterdir())
+        rate = recorded_bytes / 1e6 / loaded.duration_s
+        _write("full_load_recorded", _summary(loaded) | {"recorded_mb_per_s": rate})
+        config = folder / "one_camera.yaml"
+        config.write_text(ONE_CAMERA)
+        each = load_run(config, logs, duration_s / 4, NAMES, "test-signal")
+        _write(
+            "four_headsets",
+            {f"seed {len(n)}": _summary(it) for n, it in zip(NAMES, each, strict=True)},
+        )
+
+
+def _summary(loaded: Loaded) -> dict[str, Any]:
+    return {
+        "drops": loaded.drops,
+        "latency_ms": loaded.latency_ms,
+        "cpu_percent": {role: usage.cpu_percent for role, usage in loaded.usage.items()},
+        "tls": False,
+        "duration_s": loaded.duration_s,
+    }
+
+
+def _write(name: str, results: dict[str, Any]) -> None:
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    (RESULTS / f"{name}.json").write_text(json.dumps(results, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]))

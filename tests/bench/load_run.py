@@ -1,0 +1,167 @@
+"""Headsets, their receivers and raw subscribers as processes, at full load, and what that costs."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ml2_receiver.table import load_table
+from processes import (
+    PREFIX,
+    ROOT,
+    headset_command,
+    isolated_environment,
+    lines,
+    listening_address,
+    process,
+    receive_command,
+)
+
+OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
+RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
+_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+# More than is ever under way, so that what is missing was lost before the subscriber.
+_DEPTH = 1000
+_PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+
+
+@dataclass
+class Usage:
+    """CPU time and memory of one process, sampled about once per second while messages flow."""
+
+    pid: int
+    times_s: list[float] = field(default_factory=list)
+    cpu_s: list[float] = field(default_factory=list)
+    rss_bytes: list[int] = field(default_factory=list)
+    threads: list[int] = field(default_factory=list)
+    files: list[int] = field(default_factory=list)
+
+    def sample(self) -> None:
+        folder = Path(f"/proc/{self.pid}")
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it has ended
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+            if fields[0] == "Z":
+                return
+            pages = int((folder / "statm").read_text().split()[1])
+            files = len(list((folder / "fd").iterdir()))
+            self.times_s.append(time.monotonic())
+            self.cpu_s.append((int(fields[11]) + int(fields[12])) / _TICKS_PER_S)
+            self.rss_bytes.append(pages * _PAGE_BYTES)
+            self.threads.append(int(fields[17]))
+            self.files.append(files)
+
+    @property
+    def cpu_percent(self) -> float:
+        """Of one processor."""
+        return 100 * (self.cpu_s[-1] - self.cpu_s[0]) / (self.times_s[-1] - self.times_s[0])
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What one headset's subscriber saw in the end, and what its processes used."""
+
+    final: dict[str, Any]
+    usage: dict[str, Usage]
+
+    @property
+    def drops(self) -> int:
+        """Messages that the headset produced and the subscriber did not get, of all topics."""
+        return sum(
+            int(seen["diagnostics"].get("produced", seen["count"])) - int(seen["count"])
+            for seen in self.final["topics"].values()
+        )
+
+    @property
+    def duration_s(self) -> float:
+        topics = [seen for seen in self.final["topics"].values() if seen["count"]]
+        return max(float(seen["last_s"]) - float(seen["first_s"]) for seen in topics)
+
+    @property
+    def latency_ms(self) -> dict[str, dict[str, float]]:
+        """From capture to subscriber; of each stream, its slowest topic."""
+        slowest: dict[str, dict[str, float]] = {}
+        for seen in self.final["topics"].values():
+            if seen["count"]:
+                known = slowest.setdefault(seen["stream"], seen["latency_ms"])
+                slowest[seen["stream"]] = max(known, seen["latency_ms"], key=lambda it: it["p99"])
+        return slowest
+
+
+def load_run(
+    config: Path,
+    folder: Path,
+    duration_s: float,
+    names: tuple[str, ...] = ("",),
+    source: str = "simulated",
+    record: Path | None = None,
+) -> list[Loaded]:
+    """Runs one headset for each name, empty for none, all at once.
+
+    Args:
+        folder: for logs.
+        source: of the headsets, as in their option.
+        record: where the receiver, which is one then, also writes a recording.
+    """
+    environment = isolated_environment()
+    with contextlib.ExitStack() as stack:
+        started = [
+            _start(stack, environment, config, folder / (name or "one"), name, options, record)
+            for seed, name in enumerate(names, start=1)
+            for options in [
+                ("--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source)
+            ]
+        ]
+        # All at once, or the observers of the last ones would wait to be read
+        with ThreadPoolExecutor(len(started)) as pool:
+            return list(pool.map(_watched, *zip(*started, strict=True)))
+
+
+def _start(
+    stack: contextlib.ExitStack,
+    environment: dict[str, str],
+    config: Path,
+    folder: Path,
+    name: str,
+    headset_options: tuple[str, ...],
+    record: Path | None,
+) -> tuple[subprocess.Popen[str], dict[str, Usage]]:
+    folder.mkdir(parents=True, exist_ok=True)
+    receive = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name)
+    if record is not None:
+        receive = [RECEIVER, "record", record, *receive[2:]]
+    receiver = stack.enter_context(process(receive, environment, folder / "receiver.log"))
+    observe: list[str | Path] = [
+        *(sys.executable, OBSERVER, "--prefix", f"/{name}{PREFIX}" if name else PREFIX),
+        *("--qos-depths", json.dumps(dict.fromkeys(load_table().qos, _DEPTH))),
+        *("--pictures", folder / "streams.png", "--receiver", name),
+    ]
+    observer = stack.enter_context(process(observe, environment, folder / "observer.log"))
+    send = headset_command(listening_address(receiver), *headset_options)
+    headset = stack.enter_context(process(send, environment, folder / "headset.log"))
+    children = {"receiver": receiver, "headset": headset, "subscriber": observer}
+    return observer, {role: Usage(child.pid) for role, child in children.items()}
+
+
+def _watched(observer: subprocess.Popen[str], usage: dict[str, Usage]) -> Loaded:
+    final = None
+    for snapshot in _snapshots(observer):
+        for each in usage.values():
+            each.sample()
+        final = snapshot if snapshot["final"] else None
+    if final is None:
+        raise SystemExit("a process ended early")
+    return Loaded(final, usage)
+
+
+def _snapshots(observer: subprocess.Popen[str]) -> Iterator[dict[str, Any]]:
+    for line in lines(observer):
+        yield json.loads(line)

@@ -1,0 +1,44 @@
+"""Does anything grow? Full load for DURATION seconds.
+
+Usage: soak.py DURATION. Writes build/bench/soak.json: the slope of resident memory of each process
+over the last three quarters of the time, in MB per hour, and threads and open files at a quarter
+of it and at the end.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+import numpy as np
+
+from full_load import DEMO, RESULTS
+from load_run import Usage, load_run
+
+
+def main(duration_s: float) -> None:
+    (loaded,) = load_run(DEMO, RESULTS / "soak", duration_s)
+    results = {
+        "duration_s": loaded.duration_s,
+        "drops": loaded.drops,
+        "processes": {role: _growth(usage) for role, usage in loaded.usage.items()},
+    }
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    (RESULTS / "soak.json").write_text(json.dumps(results, indent=2) + "\n")
+
+
+def _growth(usage: Usage) -> dict[str, Any]:
+    since = len(usage.times_s) // 4
+    hours = np.array(usage.times_s[since:]) / 3600
+    slope = float(np.polyfit(hours, np.array(usage.rss_bytes[since:]) / 1e6, 1)[0])
+    return {
+        "rss_mb_per_hour": slope,
+        "rss_mb": [usage.rss_bytes[since] / 1e6, usage.rss_bytes[-1] / 1e6],
+        "threads": [usage.threads[since], usage.threads[-1]],
+        "files": [usage.files[since], usage.files[-1]],
+    }
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]))
