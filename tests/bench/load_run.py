@@ -116,13 +116,15 @@ def load_run(
         started = [
             _start(stack, environment, config, folder / (name or "one"), name, options, record)
             for seed, name in enumerate(names, start=1)
-            for options in [
-                ("--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source)
-            ]
+            for options in [_headset_options(duration_s, seed, source)]
         ]
         # All at once, or the observers of the last ones would wait to be read
         with ThreadPoolExecutor(len(started)) as pool:
             return list(pool.map(_watched, *zip(*started, strict=True)))
+
+
+def _headset_options(duration_s: float, seed: int, source: str) -> tuple[str, ...]:
+    return "--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source
 
 
 def _start(
