@@ -26,6 +26,7 @@ import kotlinx.coroutines.Job
 import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.launch
+import kotlinx.coroutines.selects.select
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
@@ -91,8 +92,8 @@ internal class Session(
         part(control) { timeLane.run() }
         part(control) { control.keepAlive(welcome.timeouts) }
         part(control) { reportFailures(control) }
-        part(control) { for (event in streams.events) control.write(FrameKind.EVENT, event) }
         val drained = CompletableDeferred<Unit>()
+        val telling = part(control) { reportEvents(control, drained) }
         val statusing = part(control) { reportStatus(control, drained) }
         val reading = part(control) {
             while (true) handle(control.read(IN_SESSION) ?: break, control, lanes)
@@ -101,6 +102,7 @@ internal class Session(
         streams.stopSources()
         lanes.finish(streams.drainLimit)
         drained.complete(Unit)
+        telling.join()
         statusing.join()
         control.finish(reason)
         withTimeoutOrNull(ControlLane.FAREWELL_LIMIT) { reading.join() }
@@ -153,6 +155,17 @@ internal class Session(
     private suspend fun reportStatus(control: ControlLane, drained: Deferred<Unit>) {
         while (withTimeoutOrNull(STATUS_INTERVAL) { drained.await() } == null) writeStatus(control, final = false)
         writeStatus(control, final = true)
+    }
+
+    /** Until all is [drained], and with it the events, which come first when both are there. */
+    private suspend fun reportEvents(control: ControlLane, drained: Deferred<Unit>) {
+        while (true) {
+            val event = select {
+                streams.events.onReceive { it }
+                drained.onAwait { null }
+            }
+            control.write(FrameKind.EVENT, event ?: return)
+        }
     }
 
     private suspend fun reportFailures(control: ControlLane) {
