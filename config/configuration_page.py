@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from ml2_receiver.table import Key, Scalar, Section, Stream, StreamTable, Topic
+from ml2_receiver.configuration.table import Key, Scalar, Section, Stream, StreamTable, Topic
 
 _INTRODUCTION = """# Configuration
 

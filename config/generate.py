@@ -17,7 +17,7 @@ from c_table import c_table  # noqa: E402
 from configuration_page import configuration_page  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
 from message_definitions import message_definitions  # noqa: E402
-from ml2_receiver.table import load_table  # noqa: E402
+from ml2_receiver.configuration.table import load_table  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
 PYTHON = ROOT / "host_receiver/ml2_receiver"

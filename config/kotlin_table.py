@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ml2_receiver.table import Mode, Scalar, Stream, StreamTable, Topic
+from ml2_receiver.configuration.table import Mode, Scalar, Stream, StreamTable, Topic
 
 _MAX_LINE = 120
 _INDENT = " " * 4

@@ -16,9 +16,9 @@ from typing import IO, Any
 from rich.console import Console
 
 from live_table import LiveTable
-from ml2_receiver.config import load_config
+from ml2_receiver.configuration.config import load_config
+from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ConfigError
-from ml2_receiver.table import load_table
 from report import build_report, verdict
 
 ROOT = Path(__file__).resolve().parents[2]

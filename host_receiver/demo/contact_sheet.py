@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 
-from ml2_receiver.message_types import message_class
+from ml2_receiver.topics.message_types import message_class
 
 _TILE = (400, 300)
 _LABEL_HEIGHT = 28

@@ -34,7 +34,7 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
         return None
     if environ.get(PROFILES_VARIABLE) or _WORKING_DIRECTORY_PROFILE.exists():
         return None
-    profile = resources.files(__package__).joinpath("data/fastdds_profile.xml")
+    profile = resources.files("ml2_receiver").joinpath("data/fastdds_profile.xml")
     free_bytes = free_shared_memory_bytes()
     if free_bytes >= NEEDED_BYTES:
         environ[PROFILES_VARIABLE] = str(profile)

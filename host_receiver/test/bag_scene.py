@@ -8,15 +8,15 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from fake_sink import FakeSink
-from ml2_receiver.fan_out import FanOut
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.streams import Request
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
-from ml2_receiver.server import Server, listen
-from ml2_receiver.streams import Request
-from ml2_receiver.string_message import encode_string
-from ml2_receiver.table import load_table
+from ml2_receiver.topics.fan_out import FanOut
+from ml2_receiver.topics.string_message import encode_string
 from mock_device import MockDevice
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)

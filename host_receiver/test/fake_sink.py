@@ -3,10 +3,10 @@
 import threading
 from collections import defaultdict
 
+from ml2_receiver.configuration.table import Topic
 from ml2_receiver.errors import PublishError
-from ml2_receiver.report import Report
-from ml2_receiver.sink import Applied, Publish
-from ml2_receiver.table import Topic
+from ml2_receiver.link.report import Report
+from ml2_receiver.topics.sink import Applied, Publish
 
 _PATIENCE_S = 10.0
 

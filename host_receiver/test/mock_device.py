@@ -8,10 +8,11 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
-from ml2_receiver.frame import CDR_ENCAPSULATION, Frame, FrameParser, Kind, LaneKind, Side
-from ml2_receiver.frame import encode_frame as encode
-from ml2_receiver.json_body import JsonBody
-from ml2_receiver.messages import (
+from ml2_receiver.configuration.table import Topic, load_table
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser, Kind, LaneKind, Side
+from ml2_receiver.wire.frame import encode_frame as encode
+from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,
     Channel,
@@ -29,7 +30,6 @@ from ml2_receiver.messages import (
     StreamAnswer,
     Welcome,
 )
-from ml2_receiver.table import Topic, load_table
 
 PAYLOAD = CDR_ENCAPSULATION + bytes(4)
 _TIMEOUT_S = 5.0

@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from fake_sink import FakeSink
-from ml2_receiver.connection import Connection
-from ml2_receiver.context import Action, Close, Context, Ending, Limits, Send
-from ml2_receiver.frame import MAGIC, VERSION, Frame, Header, Kind
-from ml2_receiver.host import Host
-from ml2_receiver.json_body import JsonBody
-from ml2_receiver.messages import (
+from ml2_receiver.configuration.table import Topic, load_table
+from ml2_receiver.link.connection import Connection
+from ml2_receiver.link.context import Action, Close, Context, Ending, Limits, Send
+from ml2_receiver.link.host import Host
+from ml2_receiver.link.streams import Request
+from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, Header, Kind
+from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.messages import (
     Capabilities,
     Channel,
     ChannelEnd,
@@ -22,8 +24,6 @@ from ml2_receiver.messages import (
     StreamAnswer,
     Welcome,
 )
-from ml2_receiver.streams import Request
-from ml2_receiver.table import Topic, load_table
 
 REQUEST: Request = {
     "world_left": {

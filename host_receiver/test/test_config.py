@@ -7,7 +7,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ml2_receiver.config import Config, load_config, parse_config
+from ml2_receiver.configuration.config import Config, load_config, parse_config
 from ml2_receiver.errors import ConfigError, Problem
 
 ROOT = Path(__file__).resolve().parents[2]

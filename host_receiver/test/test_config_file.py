@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pytest
 
-from ml2_receiver.config import Config, load_config, parse_config
-from ml2_receiver.config_file import ConfigFile
+from ml2_receiver.configuration.config import Config, load_config, parse_config
+from ml2_receiver.configuration.config_file import ConfigFile
+from ml2_receiver.configuration.settings import Settings
 from ml2_receiver.errors import ConfigError
-from ml2_receiver.settings import Settings
 
 TEXT = """\
 # The laboratory's

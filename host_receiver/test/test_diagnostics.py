@@ -3,12 +3,12 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.diagnostics import Diagnostics, Level, Row
-from ml2_receiver.frame import MAGIC, VERSION, Header, Kind
-from ml2_receiver.messages import ChannelStatus, ClockStatus, StreamAnswer
-from ml2_receiver.report import Report, State, TopicReport
-from ml2_receiver.statistics import TopicStatistics
-from ml2_receiver.table import load_table
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.report import Report, State, TopicReport
+from ml2_receiver.link.statistics import TopicStatistics
+from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
+from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
+from ml2_receiver.wire.messages import ChannelStatus, ClockStatus, StreamAnswer
 
 TOPIC = load_table().streams["world_left"].topics[0]
 MS = 1_000_000

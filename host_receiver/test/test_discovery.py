@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from ml2_receiver.discovery import (
+from ml2_receiver.link.discovery import (
     Announcement,
     FoundReceiver,
     announced_hosts,

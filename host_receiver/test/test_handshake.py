@@ -1,9 +1,9 @@
 import pytest
 
-from ml2_receiver.context import Ending
-from ml2_receiver.frame import Kind
-from ml2_receiver.messages import Bye, Configure, Error, Joined
-from ml2_receiver.table import load_table
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.context import Ending
+from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.messages import Bye, Configure, Error, Joined
 from scene import REQUEST, Scene, data, hello
 
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.json_body import JsonBody
-from ml2_receiver.messages import (
+from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,
     Channel,

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from ml2_receiver.configuration.table import load_table
 from ml2_receiver.generated.version import VERSION
-from ml2_receiver.table import load_table
 
 RECEIVER = Path(__file__).resolve().parents[1]
 

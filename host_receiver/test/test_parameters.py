@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.config import load_config
-from ml2_receiver.frame import Kind
-from ml2_receiver.table import load_table
+from ml2_receiver.configuration.config import load_config
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.wire.frame import Kind
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver, Subscriber
 
@@ -221,10 +221,10 @@ def test_only_with_lazy_streams_without_subscribers_pause(
 MATCHED = """
 import queue, rclpy
 from pathlib import Path
-from ml2_receiver.config import parse_config
-from ml2_receiver.config_file import ConfigFile
+from ml2_receiver.configuration.config import parse_config
+from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.ros import RosNode
-from ml2_receiver.table import load_table
+from ml2_receiver.configuration.table import load_table
 
 class Control:
     def __init__(self): self.updates = queue.Queue()

@@ -11,17 +11,17 @@ import bag_scene
 from bag_readers import digest, mcap_file, with_mcap
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
-from ml2_receiver.fan_out import FanOut
-from ml2_receiver.messages import ChannelStatus
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.streams import Request
 from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_reader import BagReader
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
-from ml2_receiver.server import Server, listen
-from ml2_receiver.sink import Sink
-from ml2_receiver.streams import Request
-from ml2_receiver.table import load_table
+from ml2_receiver.topics.fan_out import FanOut
+from ml2_receiver.topics.sink import Sink
+from ml2_receiver.wire.messages import ChannelStatus
 from ros_processes import Child
 
 COUNT = 30

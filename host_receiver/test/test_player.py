@@ -11,10 +11,10 @@ from mcap.writer import Writer
 import bag_scene
 from bag_readers import mcap_file
 from ml2_receiver.cli import main
+from ml2_receiver.configuration.table import Topic, load_table
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.playback.player import Player
 from ml2_receiver.recording.bag_reader import BagReader
-from ml2_receiver.table import Topic, load_table
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
-from ml2_receiver.pose import pose_of
+from ml2_receiver.export.pose import pose_of
 from ml2_receiver.products.camera import metadata_stamp_ns
 from ml2_receiver.products.captures import Captures
 from ml2_receiver.products.messages import pixels_of

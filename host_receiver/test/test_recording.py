@@ -14,16 +14,16 @@ from rosbags.rosbag2 import Reader
 
 import bag_scene
 from bag_readers import READERS, Seen, digest, mcap_file, with_javascript, with_mcap
+from ml2_receiver.configuration.table import Qos, load_table
 from ml2_receiver.errors import PublishError, RecordingError
 from ml2_receiver.generated.message_definitions import HASHES
-from ml2_receiver.messages import StreamAnswer
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_reader import BagReader
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import QUEUE_BYTES, Recorder
-from ml2_receiver.sink import Applied
-from ml2_receiver.table import Qos, load_table
+from ml2_receiver.topics.sink import Applied
+from ml2_receiver.wire.messages import StreamAnswer
 
 COUNT = 40
 BATTERY = load_table().streams["battery"].topics[0]

@@ -1,8 +1,8 @@
 """What a headset is asked for while it runs: other values, a pause, streams that are idle."""
 
-from ml2_receiver.frame import Kind
-from ml2_receiver.messages import Configure, Configured, Start, StreamAnswer
-from ml2_receiver.streams import Request
+from ml2_receiver.link.streams import Request
+from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.messages import Configure, Configured, Start, StreamAnswer
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene
 
 FASTER: Request = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 5}}

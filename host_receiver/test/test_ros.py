@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from ml2_receiver.frame import Kind
-from ml2_receiver.messages import Start
+from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.messages import Start
 from mock_device import MockDevice
 from ros_processes import Child, Receiver, Subscriber
 

@@ -10,12 +10,12 @@ from typing import NoReturn
 import pytest
 
 from fake_sink import FakeSink
-from ml2_receiver.context import Limits
+from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ListenError
-from ml2_receiver.frame import CDR_ENCAPSULATION, Kind, encode_frame
-from ml2_receiver.report import State
-from ml2_receiver.server import Server, listen
-from ml2_receiver.table import load_table
+from ml2_receiver.link.context import Limits
+from ml2_receiver.link.report import State
+from ml2_receiver.link.server import Server, listen
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.config import parse_config
+from ml2_receiver.configuration.config import parse_config
+from ml2_receiver.configuration.settings import Settings
 from ml2_receiver.errors import ConfigError
-from ml2_receiver.settings import Settings
 
 COLOR = "picture_center"
 

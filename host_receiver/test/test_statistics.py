@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ml2_receiver.connection import Route
-from ml2_receiver.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header, Kind
-from ml2_receiver.statistics import Instance, Latency, TopicStatistics
+from ml2_receiver.link.connection import Route
+from ml2_receiver.link.statistics import Instance, Latency, TopicStatistics
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header, Kind
 
 WRAP = 1 << 32
 MS = 1_000_000

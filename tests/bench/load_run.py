@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ml2_receiver.table import load_table
+from ml2_receiver.configuration.table import load_table
 from processes import (
     PREFIX,
     ROOT,

@@ -21,12 +21,12 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from ml2_receiver.config import parse_config
-from ml2_receiver.config_file import ConfigFile
+from ml2_receiver.configuration.config import parse_config
+from ml2_receiver.configuration.config_file import ConfigFile
+from ml2_receiver.configuration.table import load_table
 from ml2_receiver.fastdds import apply_default_profile
-from ml2_receiver.frame import CDR_ENCAPSULATION, HEADER_BYTES, Kind, encode_frame
-from ml2_receiver.server import Server, listen
-from ml2_receiver.table import load_table
+from ml2_receiver.link.server import Server, listen
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, HEADER_BYTES, Kind, encode_frame
 from mock_device import MockDevice
 
 RESULTS = Path(__file__).resolve().parents[2] / "build" / "bench" / "receiver.json"

@@ -11,11 +11,11 @@ import pytest
 
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
 from frame_bytes import frame
-from ml2_receiver.context import Limits
-from ml2_receiver.report import Report
-from ml2_receiver.server import Server, listen
-from ml2_receiver.sink import Applied, Publish
-from ml2_receiver.table import Topic, load_table
+from ml2_receiver.configuration.table import Topic, load_table
+from ml2_receiver.link.context import Limits
+from ml2_receiver.link.report import Report
+from ml2_receiver.link.server import Server, listen
+from ml2_receiver.topics.sink import Applied, Publish
 from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
 
 VECTORS = Path(__file__).parent / "vectors" / "malformed"

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from frame_bytes import json_bytes
-from ml2_receiver import messages
-from ml2_receiver.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+from ml2_receiver.wire import messages
+from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
 
 VECTORS = Path(__file__).parent / "vectors" / "wire"
 CASES = sorted(path.stem for path in VECTORS.glob("*.json"))

@@ -15,8 +15,8 @@ from typing import IO, Any
 
 from rclpy.serialization import deserialize_message
 
-from ml2_receiver.message_types import message_class
-from ml2_receiver.table import load_table
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.topics.message_types import message_class
 from proxy import Proxy
 from ros_domain import reserve_domain
 

@@ -10,9 +10,9 @@ import shtab
 from rich.console import Console
 from rich.table import Table
 
-from ..config import Config, load_config
-from ..stream_options import options_of, options_table
-from ..table import Topic, load_table
+from ..configuration.config import Config, load_config
+from ..configuration.stream_options import options_of, options_table
+from ..configuration.table import Topic, load_table
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 

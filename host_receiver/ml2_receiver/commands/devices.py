@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..devices import Device, read_device
-from ..table import load_table
+from ..configuration.table import load_table
+from ..watch.devices import Device, read_device
 from .config import Subparsers
 from .live import PATIENCE_S, diagnostics_node
 from .options import add_name

@@ -13,14 +13,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from .. import findings, machine
-from ..config import load_config
-from ..discovery import FoundReceiver, find_receivers
+from ..configuration.config import load_config
+from ..configuration.parameter_file import node_names
+from ..doctor import findings, machine
+from ..doctor.findings import Finding
+from ..doctor.process_table import is_listened_on, listener_of, receivers
 from ..errors import DiscoveryError
 from ..fastdds import free_shared_memory_bytes
-from ..findings import Finding
-from ..parameter_file import node_names
-from ..process_table import is_listened_on, listener_of, receivers
+from ..link.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
 from .receiving import DEFAULT_ADDRESS
 

@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
+from ..configuration.table import load_table
 from ..errors import ExportError, RosError
-from ..kalibr import CAMERAS, ImuNoise, camchain, imu
-from ..table import load_table
+from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from .config import Subparsers
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
@@ -62,7 +62,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     noise = _noise(options)
     try:
-        from ..live_rig import look
+        from ..export.live_rig import look
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     rig = look(options.prefix, options.cameras, options.imu, _PATIENCE_S)

@@ -15,13 +15,13 @@ from rich.console import Console
 from rich.live import Live
 
 from ..errors import LatencyError, RosError
-from ..latency_table import latency_table, write_plot
+from ..watch.latency_table import latency_table, write_plot
 from .config import Subparsers
 from .options import add_name
 from .stopping import stop_signal
 
 if TYPE_CHECKING:
-    from ..latency_node import LatencyNode
+    from ..watch.latency_node import LatencyNode
 
 _PATIENCE_S = 10.0
 _POLL_S = 0.1
@@ -65,7 +65,7 @@ def _run(options: argparse.Namespace) -> int:
         raise LatencyError("--plot needs matplotlib: pip install matplotlib")
     stopping = stop_signal()
     try:
-        from ..latency_node import LatencyNode
+        from ..watch.latency_node import LatencyNode
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     node = LatencyNode(options.name, windows=math.ceil(options.duration))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..errors import RosError
 
 if TYPE_CHECKING:
-    from ..diagnostics_node import DiagnosticsNode
+    from ..watch.diagnostics_node import DiagnosticsNode
 
 PATIENCE_S = 10.0
 
@@ -22,7 +22,7 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
         RosError: ROS is missing or does not start.
     """
     try:
-        from ..diagnostics_node import DiagnosticsNode
+        from ..watch.diagnostics_node import DiagnosticsNode
     except ModuleNotFoundError as error:
         raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     node = DiagnosticsNode()

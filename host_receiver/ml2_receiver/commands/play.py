@@ -9,11 +9,11 @@ from pathlib import Path
 
 from rich.live import Live
 
+from ..configuration.table import load_table
 from ..errors import PlaybackError
 from ..playback.player import Player
 from ..playback.session import Session
 from ..recording.bag_reader import BagReader
-from ..table import load_table
 from .config import Subparsers
 from .receiving import DEFAULT_ADDRESS, address
 from .stopping import stop_signal

@@ -2,9 +2,9 @@
 
 import sys
 
-from ..report import Report
-from ..sink import Applied, Publish
-from ..table import Topic
+from ..configuration.table import Topic
+from ..link.report import Report
+from ..topics.sink import Applied, Publish
 
 
 class PrintedEvents:

@@ -9,15 +9,15 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..config import Config
-from ..config_file import ConfigFile
-from ..discovery import Announcement
+from ..configuration.config import Config
+from ..configuration.config_file import ConfigFile
+from ..configuration.table import load_table
 from ..errors import RosError
 from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
-from ..server import Server
-from ..sink import Sink
-from ..table import load_table
+from ..link.discovery import Announcement
+from ..link.server import Server
+from ..topics.sink import Sink
 from .config import add_file
 from .options import name
 

@@ -9,15 +9,15 @@ from pathlib import Path
 
 from rich.live import Live
 
-from ..calibrated_sink import CalibratedSink
+from ..configuration.table import load_table
 from ..errors import RecordingError
-from ..fan_out import FanOut
+from ..link.server import listen
 from ..recording.bag_folder import make_folder
 from ..recording.bag_writer import COMPRESSIONS, BagWriter
 from ..recording.recorder import Progress, Recorder
-from ..server import listen
-from ..sink import Sink
-from ..table import load_table
+from ..topics.calibrated_sink import CalibratedSink
+from ..topics.fan_out import FanOut
+from ..topics.sink import Sink
 from .config import Subparsers
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving

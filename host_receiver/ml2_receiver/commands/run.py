@@ -2,8 +2,8 @@
 
 import argparse
 
-from ..calibrated_sink import CalibratedSink
-from ..server import listen
+from ..link.server import listen
+from ..topics.calibrated_sink import CalibratedSink
 from .config import Subparsers
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal

@@ -7,7 +7,7 @@ import sys
 from rich.console import Console
 from rich.live import Live
 
-from ..topic_table import topic_figures, topic_table
+from ..watch.topic_table import topic_figures, topic_table
 from .config import Subparsers
 from .live import PATIENCE_S, diagnostics_node
 from .options import add_name

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 
-from ..messages import StreamAnswer
+from ..configuration.table import Scalar, Stream, StreamTable, Topic
+from ..link.streams import Request
 from ..recording.bag_reader import BagReader
-from ..streams import Request
-from ..table import Scalar, Stream, StreamTable, Topic
+from ..wire.messages import StreamAnswer
 
 _MISSING = StreamAnswer("refused", None, "the recording does not have it")
 _DIFFERENT = "recorded so"

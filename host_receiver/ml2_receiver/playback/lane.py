@@ -4,9 +4,9 @@ import socket
 import threading
 
 from ..errors import ErrorCode, PlaybackError, ProtocolError
-from ..frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
-from ..json_body import JsonBody
-from ..messages import Error
+from ..wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+from ..wire.json_body import JsonBody
+from ..wire.messages import Error
 
 _CONNECT_S = 5.0
 

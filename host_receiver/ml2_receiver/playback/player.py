@@ -4,11 +4,11 @@ import struct
 import threading
 import time
 
+from ..configuration.table import StreamTable, Topic
 from ..errors import RecordingError
-from ..frame import CDR_ENCAPSULATION, LaneKind, max_data_bytes
 from ..recording.bag_reader import BagMessage, BagReader
-from ..stamps import stamp_reader
-from ..table import StreamTable, Topic
+from ..topics.stamps import stamp_reader
+from ..wire.frame import CDR_ENCAPSULATION, LaneKind, max_data_bytes
 from .session import Session
 
 

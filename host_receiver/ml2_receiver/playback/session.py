@@ -8,11 +8,13 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 
+from ..configuration.table import StreamTable, Topic
 from ..errors import PlaybackError, ProtocolError
-from ..frame import VERSION as PROTOCOL_VERSION
-from ..frame import Kind
 from ..generated.version import VERSION
-from ..messages import (
+from ..recording.bag_reader import BagReader
+from ..wire.frame import VERSION as PROTOCOL_VERSION
+from ..wire.frame import Kind
+from ..wire.messages import (
     Bye,
     Capabilities,
     Channel,
@@ -29,8 +31,6 @@ from ..messages import (
     Status,
     Welcome,
 )
-from ..recording.bag_reader import BagReader
-from ..table import StreamTable, Topic
 from .answers import announced, answer, recorded_streams
 from .lane import Lane
 

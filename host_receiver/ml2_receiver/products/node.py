@@ -22,9 +22,9 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from ..configuration.table import Topic, load_table
 from ..errors import RosError
-from ..message_types import message_class
-from ..table import Topic, load_table
+from ..topics.message_types import message_class
 from .camera import metadata_stamp_ns
 from .product import Points, Product, Shared, all_products
 from .tree import Tree

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..pose import Pose
+from ..export.pose import Pose
 from .lens import Floats, Lens, rays
 
 _BLOCK_POINTS = 16384

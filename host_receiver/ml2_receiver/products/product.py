@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..pose import Pose
+from ..export.pose import Pose
 from .camera import camera_of
 from .captures import Captures
 from .lens import Floats, Lens, z_per_distance

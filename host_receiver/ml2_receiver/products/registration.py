@@ -8,7 +8,7 @@ import math
 import cv2
 import numpy as np
 
-from ..pose import Pose
+from ..export.pose import Pose
 from .lens import Floats, Lens
 from .points import flat_index, points_of, seen_by
 

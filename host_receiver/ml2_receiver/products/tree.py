@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..pose import Pose, pose_of
+from ..export.pose import Pose, pose_of
 
 
 class Tree:

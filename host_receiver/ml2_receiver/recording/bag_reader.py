@@ -13,10 +13,10 @@ from mcap.reader import SeekingReader
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from ..config_topic import ConfigText
 from ..errors import ProtocolError, RecordingError
-from ..frame import Kind
-from ..string_message import decode_string
+from ..topics.config_topic import ConfigText
+from ..topics.string_message import decode_string
+from ..wire.frame import Kind
 
 # A chunk of ours ends with the message that makes it larger than 4 MiB.
 _MAX_RECORD_BYTES = 4 * Kind.DATA.max_length

@@ -7,12 +7,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
-from ..config_topic import config_text
+from ..configuration.table import StreamTable, Topic
 from ..errors import PublishError
-from ..report import Report
-from ..sink import Applied, Publish
-from ..string_message import encode_string
-from ..table import StreamTable, Topic
+from ..link.report import Report
+from ..topics.config_topic import config_text
+from ..topics.sink import Applied, Publish
+from ..topics.string_message import encode_string
 from .bag_topic import BagTopic
 from .bag_writer import BagWriter
 

@@ -12,17 +12,17 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import String
 
-from ..calibration import Calibration
-from ..config import Config
-from ..config_file import ConfigFile
-from ..config_topic import config_text
-from ..control import Control
-from ..diagnostics import Diagnostics
+from ..configuration.calibration import Calibration
+from ..configuration.config import Config
+from ..configuration.config_file import ConfigFile
+from ..configuration.settings import Settings
+from ..configuration.table import StreamTable, Topic
 from ..errors import ConfigError, PublishError, RosError
-from ..report import Report
-from ..settings import Settings
-from ..sink import Applied, Publish
-from ..table import StreamTable, Topic
+from ..link.report import Report
+from ..topics.config_topic import config_text
+from ..topics.control import Control
+from ..topics.diagnostics import Diagnostics
+from ..topics.sink import Applied, Publish
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray

@@ -15,11 +15,11 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..config import Config
-from ..config_rules import expected
+from ..configuration.config import Config
+from ..configuration.config_rules import expected
+from ..configuration.settings import Settings, cameras, mode_name
+from ..configuration.table import CAMERA_KEYS, Key, Scalar, Section, load_table
 from ..errors import ConfigError
-from ..settings import Settings, cameras, mode_name
-from ..table import CAMERA_KEYS, Key, Scalar, Section, load_table
 
 # Declared by rclpy, by it or for publishers.
 _OF_ROS = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..*")

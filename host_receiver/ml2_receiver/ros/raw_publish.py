@@ -9,7 +9,7 @@ from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
 from ..errors import PublishError
-from ..sink import Publish
+from ..topics.sink import Publish
 
 
 def takes_bytearray(publisher: Publisher, message: Any) -> bool:

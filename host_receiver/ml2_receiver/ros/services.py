@@ -6,10 +6,10 @@ from typing import Any
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from ..config_file import ConfigFile
-from ..control import Control
+from ..configuration.config_file import ConfigFile
+from ..configuration.table import load_table
 from ..errors import ConfigError
-from ..table import load_table
+from ..topics.control import Control
 from .parameters import ParameterNode
 
 # Whether it was done, and what there is to say of it.

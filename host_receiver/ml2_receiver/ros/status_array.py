@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from ..diagnostics import Row
-from ..status_name import status_name
+from ..topics.diagnostics import Row
+from ..topics.status_name import status_name
 
 
 def status_array(

@@ -1,0 +1,1 @@
+"""The stream table, and what the user asks for."""

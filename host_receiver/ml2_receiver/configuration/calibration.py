@@ -1,0 +1,95 @@
+"""Reads camera calibrations as ROS's camera_calibration writes them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import CalibrationError
+
+_MAX_BYTES = 64 * 1024
+# sensor_msgs/distortion_models.hpp, and how many coefficients ROS programs read for each.
+_MODELS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What CameraInfo says beyond its header; matrices row by row, lengths in pixels."""
+
+    width: int
+    height: int
+    model: str
+    d: tuple[float, ...]
+    k: tuple[float, ...]
+    r: tuple[float, ...]
+    p: tuple[float, ...]
+
+
+def load_calibration(path: Path) -> Calibration:
+    """Reads a file in the format of camera_info_manager.
+
+    Raises:
+        CalibrationError: it cannot be read, or is no calibration; says what was expected.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise CalibrationError(f"{path} cannot be read: {reason}") from error
+    if len(data) > _MAX_BYTES:
+        raise CalibrationError(f"{path}: expected at most {_MAX_BYTES} bytes")
+    try:
+        return _calibration(yaml.safe_load(data))
+    except KeyError as error:
+        raise CalibrationError(f"{path}: {error.args[0]} is missing") from error
+    except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:
+        raise CalibrationError(f"{path}: {' '.join(str(error).split())}") from error
+
+
+def _calibration(document: Any) -> Calibration:
+    if not isinstance(document, Mapping):
+        raise TypeError("expected a mapping with image_width, camera_matrix and so on")
+    model = document["distortion_model"]
+    if model not in _MODELS:
+        raise ValueError(f"distortion_model: expected one of {', '.join(_MODELS)}, found {model}")
+    calibration = Calibration(
+        _size(document, "image_width"),
+        _size(document, "image_height"),
+        model,
+        _matrix(document, "distortion_coefficients", 1, _MODELS[model]),
+        _matrix(document, "camera_matrix", 3, 3),
+        _matrix(document, "rectification_matrix", 3, 3),
+        _matrix(document, "projection_matrix", 3, 4),
+    )
+    for name, fx, fy in (
+        ("camera_matrix", calibration.k[0], calibration.k[4]),
+        ("projection_matrix", calibration.p[0], calibration.p[5]),
+    ):
+        if fx <= 0 or fy <= 0:
+            raise ValueError(f"{name}: expected focal lengths above 0, found {fx} and {fy}")
+    return calibration
+
+
+def _size(document: Mapping[str, Any], key: str) -> int:
+    value = document[key]
+    if type(value) is not int or not 0 < value < 1 << 16:
+        raise ValueError(f"{key}: expected pixels, found {value}")
+    return value
+
+
+def _matrix(document: Mapping[str, Any], key: str, rows: int, columns: int) -> tuple[float, ...]:
+    matrix = document[key]
+    if not isinstance(matrix, Mapping):
+        raise TypeError(f"{key}: expected rows, cols and data, found {matrix}")
+    size = (matrix["rows"], matrix["cols"], len(matrix["data"]))
+    if size != (rows, columns, rows * columns):
+        found = f"{size[0]}x{size[1]} with {size[2]}"
+        raise ValueError(f"{key}: expected {rows}x{columns} numbers, found {found}")
+    numbers = tuple(map(float, matrix["data"]))
+    if not all(map(isfinite, numbers)):
+        raise ValueError(f"{key}: expected finite numbers, found {numbers}")
+    return numbers

@@ -1,0 +1,131 @@
+"""Reads config.yaml: which streams shall run, and how."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+from ..errors import CalibrationError, ConfigError, Problem
+from .calibration import Calibration, load_calibration
+from .config_rules import Values, camera_problems, key_problems, read_values
+from .parameter_file import MAX_BYTES, read_parameters
+from .table import Stream, load_table
+
+
+@dataclass(frozen=True)
+class Config:
+    """A valid configuration.
+
+    Attributes:
+        values: every key, by "section.key".
+        name: empty, or tells this headset from others.
+        folder: what the names of files are relative to.
+        cameras: the user's calibrations by section.
+    """
+
+    values: Values
+    name: str = ""
+    folder: Path = Path()
+    cameras: Mapping[str, Calibration] = field(default_factory=dict)
+
+    @property
+    def prefix(self) -> str:
+        """Where all relative topics live, "/magic_leap2" or "/NAME/magic_leap2"."""
+        prefix = str(self.values["general.topic_name"]).removeprefix("/")
+        return f"/{self.name}/{prefix}" if self.name else f"/{prefix}"
+
+    @property
+    def frame_prefix(self) -> str:
+        """What frame ids begin with."""
+        return f"{self.name}/" if self.name else ""
+
+    @cached_property
+    def requests(self) -> Mapping[str, Values]:
+        """For each stream that shall run, in the order of the table, what CONFIGURE carries."""
+        streams = load_table().streams.values()
+        running = [stream for stream in streams if stream.when and _runs(stream, self.values)]
+        if running:
+            running += [stream for stream in streams if stream.when is None]
+        return {stream.id: _request(stream, self.values) for stream in running}
+
+    @property
+    def calibrations(self) -> Mapping[str, Calibration]:
+        """The user's calibrations by stream, of those that shall run."""
+        streams = load_table().streams
+        return {
+            id: self.cameras[streams[id].section]
+            for id in self.requests
+            if streams[id].section in self.cameras
+        }
+
+
+def load_config(path: Path) -> Config:
+    """Reads a ROS 2 parameter file; keys that are not in it have the table's defaults.
+
+    Raises:
+        ConfigError: with everything that is wrong in it, in the order of its lines.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+        return parse_config(data, path.parent)
+    except OSError as error:
+        problem = Problem(0, "", "", f"cannot be read: {error.strerror}")
+        raise ConfigError([problem], str(path)) from error
+    except ConfigError as error:
+        raise ConfigError(error.problems, str(path)) from error
+
+
+def parse_config(data: bytes, folder: Path = Path()) -> Config:
+    """As load_config, from the bytes of the file; `folder` is where files it names are."""
+    table = load_table()
+    parameters, problems = read_parameters(data)
+    problems += key_problems(parameters, table.sections)
+    values = read_values(parameters, table.sections)
+    for section in table.sections.values():
+        problems += camera_problems(section, parameters, values)
+    cameras, mistakes = read_calibrations(values, folder, table.sections)
+    for section_id, mistake in mistakes.items():
+        parameter = parameters[f"{section_id}.calibration"]
+        problems.append(replace(mistake, line=parameter.line, value=parameter.text))
+    if problems:
+        raise ConfigError(sorted(problems, key=lambda problem: problem.line))
+    return Config(values, folder=folder, cameras=cameras)
+
+
+def read_calibrations(
+    values: Values, folder: Path, sections: Collection[str]
+) -> tuple[dict[str, Calibration], dict[str, Problem]]:
+    """The user's calibrations of some cameras, and what is wrong with others, by section."""
+    calibrations: dict[str, Calibration] = {}
+    problems: dict[str, Problem] = {}
+    for section in sections:
+        name = f"{section}.calibration"
+        if file := str(values.get(name) or ""):
+            try:
+                calibrations[section] = _calibration(
+                    section, folder / Path(file).expanduser(), values
+                )
+            except CalibrationError as error:
+                problems[section] = Problem(0, name, file, str(error))
+    return calibrations, problems
+
+
+def _calibration(section: str, path: Path, values: Values) -> Calibration:
+    """For the size that images are asked for in."""
+    calibration = load_calibration(path)
+    expected = tuple(values.get(f"{section}.resolution_{it}") for it in ("width", "height"))
+    if (calibration.width, calibration.height) != expected:
+        found = f"{calibration.width}x{calibration.height}"
+        wanted = "x".join(map(str, expected))
+        raise CalibrationError(f"{path}: expected a calibration for {wanted}, found {found}")
+    return calibration
+
+
+def _runs(stream: Stream, values: Values) -> bool:
+    when = stream.when or {}
+    return all(values[f"{stream.section}.{key}"] == value for key, value in when.items())
+
+
+def _request(stream: Stream, values: Values) -> Values:
+    return {name.rpartition(".")[2]: values[name] for name in stream.values}

@@ -1,0 +1,138 @@
+"""The user's config.yaml: where it is, and how the present configuration is written to it."""
+
+import io
+import os
+import stat
+import tempfile
+from collections.abc import Iterator, Mapping, MutableMapping
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any, Self
+
+from ..errors import ConfigError, Problem
+from .config import Config, load_config, parse_config
+from .config_rules import Values
+
+_INDENT = {"mapping": 2, "sequence": 4, "offset": 2}
+_WIDE = 4096  # so that ruamel breaks no line of the user's
+
+
+@dataclass(frozen=True)
+class ConfigFile:
+    """`path` is read, or, where an `is_optional` one is not there, the packaged file."""
+
+    path: Path
+    is_optional: bool = False
+
+    @classmethod
+    def of_user(cls) -> Self:
+        """`ml2_receiver/config.yaml` in XDG_CONFIG_HOME, or ~/.config."""
+        home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+        return cls(Path(home, "ml2_receiver", "config.yaml"), is_optional=True)
+
+    @property
+    def is_packaged(self) -> bool:
+        """Whether the packaged file stands in."""
+        return self.is_optional and not self.path.exists()
+
+    def load(self) -> Config:
+        """Reads it.
+
+        Raises:
+            ConfigError: as load_config.
+        """
+        return (
+            parse_config(_packaged(), self.path.parent)
+            if self.is_packaged
+            else load_config(self.path)
+        )
+
+    def save(self, config: Config) -> None:
+        """Writes `config` to it, all or nothing; its comments and order stay.
+
+        Raises:
+            ConfigError: it cannot be written, or what stands there now is no configuration.
+        """
+        path = self.path.resolve()
+        try:
+            data = _packaged() if self.is_packaged else path.read_bytes()
+            data = _edited(data, path.parent, config.values)
+            if parse_config(data, path.parent).values != config.values:
+                raise _unwritable(self.path, "expected one place for each key")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _replace(path, data)
+        except OSError as error:
+            raise _unwritable(self.path, error.strerror) from error
+        except ConfigError as error:
+            raise ConfigError(error.problems, str(self.path)) from error
+
+
+def _packaged() -> bytes:
+    return resources.files("ml2_receiver").joinpath("data/config.yaml").read_bytes()
+
+
+def _unwritable(path: Path, reason: str | None) -> ConfigError:
+    return ConfigError([Problem(0, "", "", f"cannot be written: {reason}")], str(path))
+
+
+def _edited(data: bytes, folder: Path, values: Values) -> bytes:
+    """The file with other values; keys that it does not have are added where they are not as
+    the table has them."""
+    from ruamel.yaml import YAML  # takes as long to import as the rest
+
+    before = parse_config(data, folder).values
+    yaml = YAML()
+    yaml.preserve_quotes = True
+    yaml.width = _WIDE
+    yaml.indent(**_INDENT)
+    document = yaml.load(data)
+    for name, value in values.items():
+        if value == before[name]:
+            continue
+        keys, key = next(_places(document, name), (None, ""))
+        if keys is None:
+            keys, key = _new_place(document, name)
+        keys[key] = value
+    text = io.BytesIO()
+    yaml.dump(document, text)
+    return text.getvalue()
+
+
+def _places(
+    document: Mapping[str, Any], name: str
+) -> Iterator[tuple[MutableMapping[str, Any], str]]:
+    """Where a key stands: under its section, or with a dot."""
+    section, _, key = name.partition(".")
+    for node in document.values():
+        sections = node["ros__parameters"]
+        if name in sections:
+            yield sections, name
+        elif key in sections.get(section, {}):
+            yield sections[section], key
+
+
+def _new_place(document: Mapping[str, Any], name: str) -> tuple[MutableMapping[str, Any], str]:
+    section, _, key = name.partition(".")
+    sections = next(iter(document.values()))["ros__parameters"]
+    return sections.setdefault(section, {}), key
+
+
+def _replace(path: Path, data: bytes) -> None:
+    """Puts a whole new file in the place of the old one, with its permissions."""
+    mode = path.stat().st_mode if path.exists() else 0o644
+    if not mode & stat.S_IWUSR:  # replacing needs no permission to write it
+        raise PermissionError(0, "it is read-only")
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(name).chmod(stat.S_IMODE(mode))
+        Path(name).replace(path)
+    except OSError:
+        with suppress(OSError):
+            Path(name).unlink()
+        raise

@@ -1,0 +1,136 @@
+"""What a configuration may say, and how it is told that it may not."""
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TypeGuard
+
+from ..errors import Problem
+from .parameter_file import Parameter, expected_one_of
+from .table import Key, Mode, Scalar, Section
+
+type Parameters = Mapping[str, Parameter]
+type Values = Mapping[str, Scalar]
+
+# https://design.ros2.org/articles/topic_and_service_names.html; the bound leaves room for the
+# longest relative topic in the 247 bytes of RMW_TOPIC_MAX_NAME_LENGTH.
+_TOPIC = re.compile(r"(?=.{1,200}$)(?!.*__)/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
+
+# What a mode allows for a camera's keys; each narrows the choice for the next.
+_STEPS: Mapping[tuple[str, ...], Callable[[Mode], Sequence[tuple[Scalar, ...]]]] = {
+    ("stream",): lambda mode: [(mode.stream,)],
+    ("resolution_width", "resolution_height"): lambda mode: mode.resolutions,
+    ("update_rate",): lambda mode: [(rate,) for rate in mode.rates],
+    ("format",): lambda mode: [(format,) for format in mode.formats],
+}
+
+
+def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Iterator[Problem]:
+    """Unknown sections, once each, unknown keys, and values their key cannot have at all."""
+    unknown_sections = set()
+    for name, parameter in parameters.items():
+        section, _, key = name.partition(".")
+        if section not in sections:
+            if section not in unknown_sections:
+                message = f"unknown section; {expected_one_of(sections, section)}"
+                yield Problem(parameter.line, section, parameter.text, message)
+            unknown_sections.add(section)
+        elif not key:
+            message = f"expected keys under it, found {parameter.text}"
+            yield Problem(parameter.line, name, parameter.text, message)
+        elif key not in sections[section].keys:
+            known = expected_one_of(sections[section].keys, key)
+            message = f"unknown key with value {parameter.text}; {known}"
+            yield Problem(parameter.line, name, parameter.text, message)
+        elif not _accepts(parameter.value, sections[section].keys[key]):
+            message = f"expected {expected(sections[section].keys[key])}, found {parameter.text}"
+            yield Problem(parameter.line, name, parameter.text, message)
+
+
+def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict[str, Scalar]:
+    """All values by "section.key", defaults included; those the key cannot have are left out."""
+    values: dict[str, Scalar] = {}
+    for section in sections.values():
+        for key in section.keys.values():
+            name = f"{section.id}.{key.name}"
+            value: object = parameters[name].value if name in parameters else key.default
+            if _accepts(value, key):
+                values[name] = value
+    return values
+
+
+def camera_problems(section: Section, parameters: Parameters, values: Values) -> Iterator[Problem]:
+    """Values of a camera that are not legal together, each against those before it."""
+    modes = section.modes
+    context: list[str] = []
+    seen: list[str] = []
+    for keys, choices in _STEPS.items() if modes else ():
+        names = [f"{section.id}.{key}" for key in keys]
+        seen = names + seen
+        if any(name not in values for name in names):
+            continue
+        value = tuple(values[name] for name in names)
+        fitting = tuple(mode for mode in modes if value in choices(mode))
+        if fitting:
+            modes = fitting
+            context.append(f"{keys[0]} {_text(value)}" if len(keys) == 1 else _text(value))
+        else:
+            allowed = dict.fromkeys(_text(choice) for mode in modes for choice in choices(mode))
+            message = f"expected {' x '.join(keys)} to be one of {', '.join(allowed)}"
+            message += f" with {', '.join(context)}" if context else ""
+            yield _camera_problem(names, seen, parameters, value, message)
+
+
+def _camera_problem(
+    names: list[str],
+    seen: list[str],
+    parameters: Parameters,
+    value: tuple[Scalar, ...],
+    message: str,
+) -> Problem:
+    """On the line of the value or, where that is a default, of one it does not go with."""
+    given = [name for name in names if name in parameters]
+    blamed = next(name for name in [*given, *seen] if name in parameters)
+    found = "x".join(
+        parameters[name].text if name in parameters else str(default)
+        for name, default in zip(names, value, strict=True)
+    )
+    found += "" if given else " (the default)"
+    return Problem(parameters[blamed].line, (given or names)[0], found, f"{message}, found {found}")
+
+
+def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
+    match key.type:
+        case "bool":
+            return isinstance(value, bool)
+        case "integer":  # of a camera: whether it is legal depends on the others
+            return type(value) is int
+        case "number":
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                return False
+            return (-math.inf if key.minimum is None else key.minimum) <= value < math.inf
+        case "file":
+            return isinstance(value, str) and value.isprintable()
+        case "topic":
+            return isinstance(value, str) and _TOPIC.fullmatch(value) is not None
+        case _:
+            return isinstance(value, str) and value in key.allowed
+
+
+def expected(key: Key) -> str:
+    """The values of a key, in words."""
+    match key.type:
+        case "bool":
+            return "true or false"
+        case "number":
+            return "a number" if key.minimum is None else f"a number of at least {key.minimum}"
+        case "file":
+            return "the name of a file, or nothing"
+        case "topic":
+            return f"a topic name such as {key.default}"
+        case _:
+            return f"one of {', '.join(map(str, key.allowed))}"
+
+
+def _text(choice: tuple[Scalar, ...]) -> str:
+    return "x".join(map(str, choice))

@@ -1,0 +1,181 @@
+"""Reads ROS 2 parameter files and remembers on which line each value stands."""
+
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
+
+import yaml
+from yaml.composer import ComposerError
+from yaml.constructor import SafeConstructor
+from yaml.nodes import MappingNode, Node, ScalarNode
+from yaml.reader import ReaderError
+
+from ..errors import ConfigError, Problem
+
+MAX_BYTES = 64 * 1024
+
+# This receiver, the configuration node of the system it replaces, and ROS's wildcard.
+_NODE_NAMES = ("ml2_receiver", "config_ML_node", "**")
+MAX_SHOWN = 60
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One value of the file: its line, the Python value, and the text to show for it."""
+
+    line: int
+    value: object
+    text: str
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML 1.1 with the differences ROS's own parser has: no aliases, and 1e-3 is a number."""
+
+    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+        if self.check_event(yaml.AliasEvent):
+            mark = self.get_event().start_mark  # type: ignore[no-untyped-call]
+            raise ComposerError(None, None, "found an alias, which ROS 2 does not read", mark)
+        return super().compose_node(parent, index)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+$"), list("-+0123456789")
+)
+
+
+def expected_one_of(names: Collection[str], found: str) -> str:
+    """ "expected one of ..." for an unknown name, with the likeliest one picked out."""
+    close = get_close_matches(found, names, 1)
+    return f"expected one of {', '.join(names)}" + (f"; did you mean {close[0]}?" if close else "")
+
+
+def read_parameters(data: bytes) -> tuple[dict[str, Parameter], list[Problem]]:
+    """The parameters by "section.key", and what is wrong around them.
+
+    A section that has no keys, but a value, stands under its own name.
+
+    Raises:
+        ConfigError: the file is no YAML mapping at all.
+    """
+    parameters: dict[str, Parameter] = {}
+    problems: list[Problem] = []
+    for found in _entries(_compose(_decode(data))):
+        if isinstance(found, Problem):
+            problems.append(found)
+            continue
+        name, parameter = found
+        first = parameters.setdefault(name, parameter)
+        if first is not parameter:
+            message = f"found {parameter.text}, but it is already given on line {first.line}"
+            problems.append(Problem(parameter.line, name, parameter.text, message))
+    return parameters, problems
+
+
+def node_names(data: bytes) -> list[str]:
+    """The names of the nodes that the file is for, right or wrong.
+
+    Raises:
+        ConfigError: the file is no YAML mapping at all.
+    """
+    return [_name(node_name) for node_name, _ in _compose(_decode(data)).value]
+
+
+def _decode(data: bytes) -> str:
+    if len(data) > MAX_BYTES:
+        raise ConfigError([Problem(0, "", "", f"expected at most {MAX_BYTES} bytes")])
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        found = f"0x{data[error.start]:02x}"
+        message = f"expected UTF-8, found the byte {found}"
+        raise ConfigError([Problem(line, "", found, message)]) from error
+
+
+def _compose(text: str) -> MappingNode:
+    try:
+        root = yaml.compose(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        reason = ", ".join(filter(None, (error.context, error.problem)))
+        raise _invalid(mark.line + 1 if mark else 0, reason) from error
+    except ReaderError as error:
+        raise _invalid(text.count("\n", 0, error.position) + 1, error.reason) from error
+    except RecursionError as error:
+        raise _invalid(0, "nested too deeply") from error
+    except (ValueError, OverflowError) as error:  # from escapes such as "\UFFFFFFFF"
+        raise _invalid(0, error) from error
+    if not isinstance(root, MappingNode) or not root.value:
+        found = "an empty file" if root is None else _text(root)
+        message = f"expected /{_NODE_NAMES[0]}: with ros__parameters: under it, found {found}"
+        raise ConfigError([Problem(1, "", found, message)])
+    return root
+
+
+def _invalid(line: int, reason: object) -> ConfigError:
+    return ConfigError([Problem(line, "", "", f"not valid YAML: {reason}")])
+
+
+def _entries(root: MappingNode) -> Iterator[Problem | tuple[str, Parameter]]:
+    for node_name, node in root.value:
+        if _name(node_name).removeprefix("/") not in _NODE_NAMES:
+            message = expected_one_of(_NODE_NAMES, _name(node_name))
+            yield _wrong(node_name, node, f"unknown node; {message}")
+        elif not isinstance(node, MappingNode) or not node.value:
+            message = f"expected ros__parameters: under it, found {_text(node)}"
+            yield _wrong(node_name, node, message)
+        else:
+            for name, sections in node.value:
+                yield from _node_entries(name, sections)
+
+
+def _node_entries(name: Node, sections: Node) -> Iterator[Problem | tuple[str, Parameter]]:
+    if _name(name) != "ros__parameters":
+        yield _wrong(name, sections, "expected ros__parameters")
+    elif not isinstance(sections, MappingNode):
+        yield _wrong(name, sections, f"expected sections under it, found {_text(sections)}")
+    else:
+        for section, keys in sections.value:
+            if isinstance(keys, MappingNode):
+                for key, value in keys.value:
+                    yield f"{_name(section)}.{_name(key)}", _parameter(key, value)
+            else:  # ROS's flat spelling, general.topic_name: ...
+                yield _name(section), _parameter(section, keys)
+
+
+def _wrong(key: Node, value: Node, message: str) -> Problem:
+    return Problem(key.start_mark.line + 1, _name(key), _text(value), message)
+
+
+def _parameter(key: Node, value: Node) -> Parameter:
+    return Parameter(key.start_mark.line + 1, _value(value), _text(value))
+
+
+def _value(node: Node) -> object:
+    """The value of a scalar; None for what no key can have."""
+    if not isinstance(node, ScalarNode):
+        return None
+    try:
+        return SafeConstructor().construct_object(node)
+    except (yaml.YAMLError, ValueError, KeyError, IndexError):  # such as !!bool maybe
+        return None
+
+
+def _name(key: Node) -> str:
+    return _printable(key.value) if isinstance(key, ScalarNode) else _text(key)
+
+
+def _text(node: Node) -> str:
+    if not isinstance(node, ScalarNode):
+        kind = "mapping" if isinstance(node, MappingNode) else "list"
+        return f"a {kind}" if node.value else f"an empty {kind}"
+    text = _printable(node.value)
+    if len(text) > MAX_SHOWN:
+        text = text[:MAX_SHOWN] + "..."
+    return f'"{text}"' if node.style else text or "nothing"
+
+
+def _printable(text: str) -> str:
+    return text if text.isprintable() else ascii(text)[1:-1]

@@ -1,0 +1,117 @@
+"""The configuration as it changes while the receiver runs."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Self
+
+from ..errors import ConfigError, Problem
+from .config import Config, read_calibrations
+from .config_rules import Values, camera_problems, key_problems, read_values
+from .parameter_file import MAX_SHOWN, Parameter
+from .table import CAMERA_KEYS, Scalar, Section, load_table
+
+_MODE = re.compile(r"(\d{1,6})x(\d{1,6})@(\d{1,6})", re.ASCII)
+_MODE_KEYS = ("resolution_width", "resolution_height", "update_rate")
+_EXAMPLE = "1280x720@30"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What was set, key by key, and the configuration that comes of it.
+
+    `values` has every key as it was set last. Where those of a camera are not legal together, its
+    last legal ones stay in `config`, and `pending` says what is missing.
+    """
+
+    values: Values
+    config: Config
+    pending: tuple[Problem, ...] = ()
+
+    @classmethod
+    def of(cls, config: Config) -> Self:
+        return cls(config.values, config)
+
+    def changed(self, changes: Mapping[str, object], *, may_wait: bool = False) -> "Settings":
+        """The settings with some keys changed; `<camera>.mode`, "1280x720@30", stands for three.
+
+        Args:
+            may_wait: a value that is legal, but not with the camera's others, waits for them.
+
+        Raises:
+            ConfigError: with what config check would say.
+        """
+        changed = dict(_keys(changes))
+        shown = {name: _parameter(value) for name, value in {**self.values, **changed}.items()}
+        sections = load_table().sections
+        if problems := list(key_problems(shown, sections)):
+            raise ConfigError(problems, "")
+        values = read_values(shown, sections)
+        pending = [
+            problem
+            for section in sections.values()
+            for problem in camera_problems(section, shown, values)
+        ]
+        touched = {_section(name) for name in changed}
+        wrong = [problem for problem in pending if _section(problem.key) in touched]
+        if wrong and not (may_wait and all(_is_ever_legal(name, values[name]) for name in changed)):
+            raise ConfigError(wrong, "")
+        waiting = {f"{_section(problem.key)}.{key}" for problem in pending for key in CAMERA_KEYS}
+        legal = values | {name: self.config.values[name] for name in waiting}
+        cameras, mistakes = read_calibrations(legal, self.config.folder, touched)
+        if mistakes:
+            raise ConfigError(list(mistakes.values()), "")
+        others = {id: it for id, it in self.config.cameras.items() if id not in touched}
+        config = replace(self.config, values=legal, cameras=others | cameras)
+        return Settings(values, config, tuple(pending))
+
+    def parameters(self) -> dict[str, Scalar]:
+        """What ROS shows: `values`, and the mode each camera is configured to."""
+        return {**self.values, **{mode_name(camera): self._mode(camera) for camera in cameras()}}
+
+    def _mode(self, camera: Section) -> str:
+        width, height, rate = (self.config.values[f"{camera.id}.{key}"] for key in _MODE_KEYS)
+        return f"{width}x{height}@{rate}"
+
+
+def cameras() -> list[Section]:
+    """The sections that have a mode."""
+    return [section for section in load_table().sections.values() if section.modes]
+
+
+def mode_name(camera: Section) -> str:
+    return f"{camera.id}.mode"
+
+
+def _keys(changes: Mapping[str, object]) -> Iterator[tuple[str, object]]:
+    """The changes with modes taken apart."""
+    modes = {mode_name(camera): camera.id for camera in cameras()}
+    for name, value in changes.items():
+        if name not in modes:
+            yield name, value
+            continue
+        mode = _MODE.fullmatch(value) if isinstance(value, str) else None
+        if mode is None:
+            text = _parameter(value).text
+            message = f"expected WIDTHxHEIGHT@RATE such as {_EXAMPLE}, found {text}"
+            raise ConfigError([Problem(0, name, text, message)], "")
+        for key, number in zip(_MODE_KEYS, mode.groups(), strict=True):
+            yield f"{modes[name]}.{key}", int(number)
+
+
+def _is_ever_legal(name: str, value: Scalar) -> bool:
+    section, _, key = name.partition(".")
+    allowed = load_table().sections[section].keys[key].allowed
+    return not allowed or value in allowed
+
+
+def _section(name: str) -> str:
+    return name.partition(".")[0]
+
+
+def _parameter(value: object) -> Parameter:
+    """As if it had been read from a file."""
+    if isinstance(value, bool | int | float | str):
+        return Parameter(0, value, json.dumps(value, ensure_ascii=False)[:MAX_SHOWN])
+    return Parameter(0, None, "nothing" if value is None else "a list")

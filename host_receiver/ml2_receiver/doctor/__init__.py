@@ -1,0 +1,1 @@
+"""What keeps a receiver on this machine from working."""

@@ -1,0 +1,1 @@
+"""Calibration for programs that do not read ROS topics."""

@@ -1,0 +1,189 @@
+"""Receivers are announced and found by name: DNS-SD (RFC 6763) over mDNS (RFC 6762)."""
+
+import asyncio
+import threading
+import uuid
+from collections.abc import Callable, Coroutine, Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
+from ipaddress import IPv4Address, IPv6Address, ip_address
+from pathlib import Path
+
+import ifaddr
+from zeroconf import (
+    DNSQuestionType,
+    ServiceBrowser,
+    ServiceInfo,
+    ServiceStateChange,
+    Zeroconf,
+)
+from zeroconf.asyncio import AsyncServiceBrowser
+
+from ..errors import DiscoveryError
+from ..wire.frame import VERSION
+
+type Address = IPv4Address | IPv6Address
+
+SERVICE_TYPE = "_ml2sensors._tcp.local."
+
+_LOOPBACK = "127.0.0.1"
+# RFC 1035, less the number that tells a second receiver of the same name from the first.
+_MAX_NAME_BYTES = 63 - len("-999")
+_INTERFACES = Path("/sys/class/net")
+_RESOLVE_MS = 1000
+
+
+class Announcement:
+    """Announces a receiver until close().
+
+    One that listens on loopback is announced there only. Multicast goes over IPv4.
+
+    Args:
+        name: tells receivers apart; where it is taken, a number is appended.
+        address: what is listened on, as socket.getsockname() has it.
+        failed: is told why nobody finds it, at once or by another thread.
+    """
+
+    def __init__(self, name: str, address: tuple[str, int], failed: Callable[[str], None]) -> None:
+        host, port = address[:2]
+        label = _label(name)
+        info = ServiceInfo(
+            SERVICE_TYPE,
+            f"{label}.{SERVICE_TYPE}",
+            port=port,
+            properties={"name": name, "version": str(VERSION)},
+            # Of this receiver only: a host name's records are replaced as a whole (RFC 6762, 10.2).
+            server=f"{uuid.uuid4().hex}.local.",
+            parsed_addresses=announced_hosts(host),
+        )
+        self._zeroconf: Zeroconf | None = None
+        self._registering: asyncio.Task[None] | None = None
+        try:
+            self._zeroconf = Zeroconf(interfaces=_multicast_interfaces(ip_address(host)))
+        except OSError as error:
+            failed(str(error))
+            return
+        self._call(self._register(info)).add_done_callback(partial(_tell, failed))
+
+    def close(self) -> None:
+        """Says that the receiver is gone."""
+        if self._zeroconf is not None:
+            self._call(self._end_registering()).result()
+            self._zeroconf.close()
+
+    def _call(self, work: Coroutine[None, None, None]) -> Future[None]:
+        assert self._zeroconf is not None
+        assert self._zeroconf.loop is not None
+        return asyncio.run_coroutine_threadsafe(work, self._zeroconf.loop)
+
+    async def _register(self, info: ServiceInfo) -> None:
+        assert self._zeroconf is not None
+        self._registering = asyncio.current_task()
+        await _register(self._zeroconf, info)
+
+    async def _end_registering(self) -> None:
+        """Zeroconf.close() would leave it behind, with a warning to the user."""
+        if self._registering is not None:
+            self._registering.cancel()
+            await asyncio.wait([self._registering])
+
+
+async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
+    # A probe is answered to the port that all programs of a machine share, so that none may see
+    # the answer; what this browser asks is answered to all.
+    browser = AsyncServiceBrowser(
+        zeroconf, SERVICE_TYPE, [lambda **_: None], question_type=DNSQuestionType.QM
+    )
+    try:
+        await (await zeroconf.async_register_service(info, allow_name_change=True, strict=False))
+    finally:
+        await browser.async_cancel()
+
+
+def _tell(failed: Callable[[str], None], registering: Future[None]) -> None:
+    if not registering.cancelled() and (error := registering.exception()) is not None:
+        failed(str(error) or type(error).__name__)
+
+
+def _label(name: str) -> str:
+    """`name` as one DNS label."""
+    return name.replace(".", "-").encode()[:_MAX_NAME_BYTES].decode(errors="ignore")
+
+
+def announced_hosts(host: str) -> list[str]:
+    """Where a receiver that listens on `host` is reached.
+
+    For a wildcard these are the machine's addresses, without those of bridges and tunnels, which
+    others seldom reach, unless there are no others.
+    """
+    listening = ip_address(host)
+    if not listening.is_unspecified:
+        return [host]
+    reachable = [
+        (adapter, address)
+        for adapter, address in _addresses()
+        if address.version == listening.version
+        and not (address.is_loopback or address.is_link_local)
+    ]
+    physical = [(adapter, it) for adapter, it in reachable if _is_physical(adapter)]
+    loopback = _LOOPBACK if listening.version == 4 else "::1"
+    return [str(address) for _, address in physical or reachable] or [loopback]
+
+
+def _addresses() -> Iterator[tuple[str, Address]]:
+    """The name of every interface with each of its addresses."""
+    for adapter in ifaddr.get_adapters():
+        for ip in adapter.ips:
+            yield adapter.name, ip_address(ip.ip if isinstance(ip.ip, str) else ip.ip[0])
+
+
+def _is_physical(adapter: str) -> bool:
+    return (_INTERFACES / adapter / "device").exists()
+
+
+def _multicast_interfaces(listening: Address) -> list[str]:
+    """The IPv4 addresses of the interfaces on which `listening` is reached, and loopback."""
+    adapters = {
+        name for name, address in _addresses() if listening.is_unspecified or address == listening
+    }
+    reached = [str(it) for name, it in _addresses() if name in adapters and it.version == 4]
+    return list(dict.fromkeys([*reached, _LOOPBACK]))
+
+
+@dataclass(frozen=True)
+class FoundReceiver:
+    """An announced receiver; `addresses` are its hosts, the surest first."""
+
+    name: str
+    addresses: tuple[str, ...]
+    port: int
+
+
+def find_receivers(timeout_s: float, interfaces: list[str] | None = None) -> list[FoundReceiver]:
+    """Listens for `timeout_s` for receivers, by name; on all interfaces unless some are given.
+
+    Raises:
+        DiscoveryError: there is no multicast.
+    """
+    found: dict[str, FoundReceiver] = {}
+
+    def changed(
+        zeroconf: Zeroconf, service_type: str, name: str, state_change: ServiceStateChange
+    ) -> None:
+        found.pop(name, None)
+        if state_change is ServiceStateChange.Removed:
+            return
+        info = zeroconf.get_service_info(service_type, name, _RESOLVE_MS)
+        if info is not None and info.port:
+            label = name.removesuffix(f".{service_type}")
+            found[name] = FoundReceiver(label, tuple(info.parsed_addresses()), info.port)
+
+    every = _multicast_interfaces(IPv4Address(0))
+    try:
+        with Zeroconf(interfaces=interfaces or every) as zeroconf:
+            ServiceBrowser(zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM)
+            threading.Event().wait(timeout_s)
+    except OSError as error:
+        raise DiscoveryError(f"no multicast: {error.strerror}") from error
+    return sorted(found.values(), key=lambda receiver: receiver.name)

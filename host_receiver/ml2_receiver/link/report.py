@@ -1,0 +1,51 @@
+"""How a session stands, for people and diagnostics."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+from ..configuration.table import Topic
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+from .statistics import TopicStatistics
+
+
+class State(Enum):
+    """ENDED had its BYE, LOST had not."""
+
+    CONNECTED = "connected"
+    ENDED = "ended"
+    LOST = "lost"
+
+
+@dataclass(frozen=True)
+class TopicReport:
+    """One topic; `statistics` goes on counting, `device` is as of the last STATUS.
+
+    `is_running`: the headset is asked for its stream at present.
+    """
+
+    topic: Topic
+    statistics: TopicStatistics
+    device: ChannelStatus | None
+    is_running: bool = True
+
+
+@dataclass(frozen=True)
+class Report:
+    """One session. `clock` is None before the first STATUS; `is_final` after the last one.
+
+    `software`, `capabilities` (streams it has) and `permissions` are the headset's own words;
+    `answers` are its last ones, by stream.
+    """
+
+    state: State
+    headset: str
+    device_id: str
+    clock: ClockStatus | None
+    skipped_frames: int
+    is_final: bool
+    topics: Sequence[TopicReport]
+    software: str = ""
+    capabilities: Sequence[str] = ()
+    permissions: Mapping[str, bool] = field(default_factory=dict)
+    answers: Mapping[str, StreamAnswer] = field(default_factory=dict)

@@ -1,0 +1,128 @@
+"""Puts the user's calibration in the place of the device's."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+from ..configuration.calibration import Calibration
+from ..configuration.table import Topic
+from ..errors import PublishError
+from ..link.report import Report
+from ..wire.frame import CDR_ENCAPSULATION
+from .sink import Applied, Publish, Sink
+
+_TIME_BYTES = 8
+_UINT32 = struct.Struct("<I")
+_SIZE = struct.Struct("<II")
+
+
+class CalibratedSink:
+    """A Sink before another one: camera_info of some streams have other values, all else passes.
+
+    Header and sequence of such a message stay; nothing else of the payload is decoded. Where the
+    headset runs in another resolution than the calibration is for, its own values stay, and an
+    event says so. Threads as Sink has them; use() may be called by any.
+
+    Args:
+        calibrations: by stream.
+    """
+
+    def __init__(self, sink: Sink, calibrations: Mapping[str, Calibration]) -> None:
+        self._sink = sink
+        self.use(calibrations)
+
+    def use(self, calibrations: Mapping[str, Calibration]) -> None:
+        """Has these in place from the next message on."""
+        self._overrides = {stream: CameraInfoOverride(it) for stream, it in calibrations.items()}
+
+    def open(self, topic: Topic) -> Publish:
+        publish = self._sink.open(topic)
+        if topic.role != "camera_info":
+            return publish
+
+        def publish_calibrated(payload: bytearray) -> None:
+            override = self._overrides.get(topic.stream)
+            publish(payload if override is None else override.apply(payload))
+
+        return publish_calibrated
+
+    def configured(self, applied: Applied) -> None:
+        self._sink.configured(applied)
+        for stream, override in self._overrides.items():
+            answer = applied.streams.get(stream)
+            if answer is None or answer.values is None or answer.result == "refused":
+                continue
+            values = answer.values
+            found = values.get("resolution_width"), values.get("resolution_height")
+            if found != override.size:
+                self._sink.event(
+                    f"{stream}: the calibration is for {override.size[0]}x{override.size[1]}, but"
+                    f" the headset sends {found[0]}x{found[1]}: its own camera_info is published"
+                )
+
+    def event(self, text: str) -> None:
+        self._sink.event(text)
+
+    def session_ended(self, report: Report) -> None:
+        self._sink.session_ended(report)
+
+
+class CameraInfoOverride:
+    """Replaces what follows the header in CDR payloads of sensor_msgs/CameraInfo.
+
+    Attributes:
+        size: width and height, in pixels, of the images it is for.
+    """
+
+    def __init__(self, calibration: Calibration) -> None:
+        self.size = calibration.width, calibration.height
+        self._calibration = calibration
+        self._rest: dict[int, bytes] = {}
+
+    def apply(self, payload: bytearray) -> bytearray:
+        """A new payload, or the same where images have another size.
+
+        Raises:
+            PublishError: `payload` is too short for a CameraInfo.
+        """
+        try:
+            start = _after_header(payload)
+            height, width = _SIZE.unpack_from(payload, start)
+        except struct.error as error:
+            raise PublishError(f"camera_info of {len(payload)} bytes") from error
+        if (width, height) != self.size:
+            return payload
+        rest = self._rest.get(start)
+        if rest is None:
+            rest = _rest(self._calibration, start)
+            self._rest = {start: rest}
+        return payload[:start] + rest
+
+
+def _after_header(payload: bytearray) -> int:
+    """Where height stands: a header is a time and a string."""
+    text = len(CDR_ENCAPSULATION) + _TIME_BYTES
+    (length,) = _UINT32.unpack_from(payload, text)
+    return _aligned(text + _UINT32.size + int(length), 4)
+
+
+def _aligned(position: int, size: int) -> int:
+    """CDR aligns from the end of the encapsulation."""
+    return position + (len(CDR_ENCAPSULATION) - position) % size
+
+
+def _rest(calibration: Calibration, start: int) -> bytes:
+    """height to roi.do_rectify, for a message in which height stands at `start`."""
+    model = calibration.model.encode() + b"\0"
+    rest = _SIZE.pack(calibration.height, calibration.width) + _UINT32.pack(len(model)) + model
+    rest = _padded(rest, start, 4) + _UINT32.pack(len(calibration.d))
+    doubles = (*calibration.d, *calibration.k, *calibration.r, *calibration.p)
+    rest = _padded(rest, start, 8) + struct.pack(f"<{len(doubles)}d", *doubles)
+    no_binning_whole_image = bytes(6 * _UINT32.size + 1)
+    return rest + no_binning_whole_image
+
+
+def _padded(rest: bytes, start: int, size: int) -> bytes:
+    end = start + len(rest)
+    return rest + bytes(_aligned(end, size) - end)

@@ -1,0 +1,44 @@
+"""The text of the topic `config`: what the headset made of the configuration."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..configuration.table import Scalar
+from ..wire.json_body import JsonBody
+from .sink import Applied
+
+
+@dataclass(frozen=True)
+class TopicEntry:
+    topic: str
+    type: str
+    qos: str
+    role: str
+
+
+@dataclass(frozen=True)
+class StreamEntry:
+    result: str
+    values: Mapping[str, Scalar] | None
+    reason: str | None
+    topics: list[TopicEntry]
+
+
+@dataclass(frozen=True)
+class ConfigText(JsonBody):
+    headset: str
+    session: str
+    streams: Mapping[str, StreamEntry]
+
+
+def config_text(applied: Applied, prefix: str) -> str:
+    """JSON; topics with their full names."""
+    topics: dict[str, list[TopicEntry]] = {stream: [] for stream in applied.streams}
+    for topic in applied.topics:
+        entry = TopicEntry(topic.full_name(prefix), topic.type, topic.qos, topic.role)
+        topics[topic.stream].append(entry)
+    streams = {
+        stream: StreamEntry(answer.result, answer.values, answer.reason, topics[stream])
+        for stream, answer in applied.streams.items()
+    }
+    return ConfigText(applied.headset, applied.session, streams).to_bytes().decode()

@@ -1,0 +1,25 @@
+"""What ROS can ask of the rest of the receiver."""
+
+from typing import Protocol
+
+from ..link.report import Report
+from ..link.streams import Request
+
+
+class Control(Protocol):
+    """The Server, as the node sees it. Thread-safe."""
+
+    def report(self) -> Report | None:
+        """The session there is, or the last one."""
+
+    def begin(self) -> None:
+        """Lets the streams run, now or as soon as a headset is ready for it."""
+
+    def pause(self) -> None:
+        """Stops all streams until begin(); the headset stays connected."""
+
+    def request(self, request: Request) -> None:
+        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+
+    def update(self) -> None:
+        """Which streams are idle has changed."""

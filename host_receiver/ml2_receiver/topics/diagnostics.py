@@ -1,0 +1,195 @@
+"""Turns reports into the rows of /diagnostics."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..configuration.table import Scalar
+from ..link.report import Report, State, TopicReport
+from ..link.statistics import SHARES, TopicStatistics
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+
+_STALE_AFTER_S = 2.0
+# A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
+_UNCERTAIN_NS = 5_000_000
+
+
+class Level(IntEnum):
+    """As in diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class Row:
+    """One DiagnosticStatus, without the name of the node."""
+
+    name: str
+    level: Level
+    message: str
+    values: dict[str, str]
+
+
+@dataclass
+class _Past:
+    """A topic at the last call, and when it last got something."""
+
+    statistics: TopicStatistics
+    time_s: float
+    heard_s: float
+    received: int = 0
+    received_bytes: int = 0
+    produced_by_device: int = 0
+
+
+class Diagnostics:
+    """Rates are over the time since the last call of rows(). Not thread-safe.
+
+    Args:
+        prefix: of the relative topics.
+    """
+
+    def __init__(self, prefix: str) -> None:
+        self._prefix = prefix
+        self._past: dict[str, _Past] = {}
+
+    def rows(self, report: Report | None, now_s: float) -> list[Row]:
+        """One row for the session, one for its clock and one for each topic it has had."""
+        if report is None:
+            return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
+        clock = [] if report.clock is None else [_clock(report.clock)]
+        topics = [self._topic(topic, report, now_s) for topic in report.topics]
+        return [_session(report), *clock, *topics]
+
+    def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Row:
+        statistics, device = topic.statistics, topic.device
+        name = topic.topic.full_name(self._prefix)
+        past = self._past.get(name)
+        if past is None or past.statistics is not statistics:
+            past = self._past[name] = _Past(statistics, now_s, now_s)
+        elapsed_s = now_s - past.time_s
+        received, received_bytes = statistics.received, statistics.received_bytes
+        values = {
+            "stream": topic.topic.stream,
+            "type": topic.topic.type,
+            "rate_hz": _per_second(received - past.received, elapsed_s),
+            "mbit_per_s": _per_second((received_bytes - past.received_bytes) * 8e-6, elapsed_s),
+            "received": str(received),
+            "gaps": str(_gaps(topic, report)),
+            "unpublished": str(statistics.unpublished),
+        }
+        if (expected_hz := _expected_hz(topic, report)) is not None:
+            values["expected_hz"] = str(expected_hz)
+        if device is not None:
+            values |= {"produced": str(device.produced), "sent": str(device.sent)}
+            dropped = _dropped(topic, device, report)
+            values |= {f"dropped.{reason}": str(n) for reason, n in dropped.items()}
+        if (latency := statistics.latency()) is not None:
+            values |= {
+                "latency_p50_ms": f"{latency.p50_ms:.3f}",
+                "latency_p99_ms": f"{latency.p99_ms:.3f}",
+                "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
+            }
+        values |= _window(statistics.times_ns(past.received, received))
+        produced = device.produced if device else 0
+        if received > past.received or produced <= past.produced_by_device:
+            past.heard_s, past.produced_by_device = now_s, produced
+        past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
+        is_stale = report.state is State.LOST or now_s - past.heard_s > _STALE_AFTER_S
+        return Row(name, *_judgement(topic, _gaps(topic, report), is_stale), values)
+
+
+def _gaps(topic: TopicReport, report: Report) -> int:
+    """Messages that never arrived; those after the last that did are known at the end only."""
+    if topic.device is not None and _is_over(report):
+        return topic.device.produced - topic.statistics.received
+    return topic.statistics.gaps
+
+
+def _dropped(topic: TopicReport, device: ChannelStatus, report: Report) -> Mapping[str, int]:
+    """By reason; in the end, as the device would learn by WELCOME, what was sent in vain too."""
+    missing = device.sent - topic.statistics.received
+    if missing == 0 or not _is_over(report):
+        return device.dropped
+    return {**device.dropped, "link_down": device.dropped.get("link_down", 0) + missing}
+
+
+def _is_over(report: Report) -> bool:
+    return report.is_final and report.state is not State.CONNECTED
+
+
+def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, str]:
+    dropped = sum(topic.device.dropped.values()) if topic.device else 0
+    if is_stale:
+        return Level.ERROR, "nothing arrives"
+    if dropped or gaps or topic.statistics.unpublished:
+        return Level.WARN, f"lost messages: {max(dropped, gaps)}"
+    return Level.OK, "all that was produced arrived" if topic.is_running else "paused"
+
+
+def _expected_hz(topic: TopicReport, report: Report) -> Scalar | None:
+    """The rate the headset promised; only cameras promise one."""
+    answer = report.answers.get(topic.topic.stream)
+    return (answer.values or {}).get("update_rate") if answer else None
+
+
+def _answer(answer: StreamAnswer) -> str:
+    return answer.result if answer.reason is None else f"{answer.result}: {answer.reason}"
+
+
+def _session(report: Report) -> Row:
+    values = {
+        "state": report.state.value,
+        "headset": report.headset,
+        "device_id": report.device_id,
+        "skipped_frames": str(report.skipped_frames),
+        "final": str(report.is_final).lower(),
+        "software": report.software,
+        "capabilities": " ".join(report.capabilities),
+    }
+    values |= {
+        f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
+    }
+    values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
+    level = Level.ERROR if report.state is State.LOST else Level.OK
+    return Row("session", level, f"{report.headset}: {report.state.value}", values)
+
+
+def _clock(clock: ClockStatus) -> Row:
+    values = {
+        "state": clock.state,
+        "offset_ns": str(clock.offset_ns),
+        "uncertainty_ns": str(clock.uncertainty_ns),
+        "round_trip_ns": str(clock.round_trip_ns),
+    }
+    optional = {"skew_ppm": clock.skew_ppm, "steps": clock.steps, "epoch": clock.epoch}
+    values |= {key: str(value) for key, value in optional.items() if value is not None}
+    values |= {f"bases.{stream}": base for stream, base in (clock.bases or {}).items()}
+    is_vague = clock.uncertainty_ns > _UNCERTAIN_NS
+    level = Level.WARN if is_vague or clock.state == "holdover" else Level.OK
+    message = f"{clock.state}, stamps within {clock.uncertainty_ns / 1e6:.3f} ms of the capture"
+    return Row("clock", level, message, values)
+
+
+def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:
+    """What `ml2-receiver latency` needs of the messages since the last call."""
+    values = {"window.messages": str(len(times_ns))}
+    if not len(times_ns):
+        return values
+    values["window.first_capture_ns"] = str(times_ns[0, 0])
+    values["window.last_capture_ns"] = str(times_ns[-1, 0])
+    if times_ns[:, 1].all():  # 0 is from a device that does not know ROS time yet
+        shares_ms = np.diff(times_ns).mean(axis=0) / 1e6
+        values |= {
+            f"window.{share}_ms": f"{ms:.3f}" for share, ms in zip(SHARES, shares_ms, strict=True)
+        }
+    return values
+
+
+def _per_second(amount: float, elapsed_s: float) -> str:
+    return f"{amount / elapsed_s:.2f}" if elapsed_s > 0 else "0.00"

@@ -1,0 +1,44 @@
+"""What the receiver needs of the place its topics go to."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..configuration.table import Topic
+from ..link.report import Report
+from ..wire.messages import StreamAnswer
+
+type Publish = Callable[[bytearray], None]
+
+
+@dataclass(frozen=True)
+class Applied:
+    """The answer of a headset to the configuration; `topics` are the announced ones."""
+
+    headset: str
+    session: str
+    streams: Mapping[str, StreamAnswer]
+    topics: Sequence[Topic]
+
+
+class Sink(Protocol):
+    """Takes topics, payloads and events: ROS, or a recording.
+
+    All but the functions that open() returns are called by one thread at a time. None may block.
+    """
+
+    def open(self, topic: Topic) -> Publish:
+        """A function that publishes one payload of the topic, which may be open already.
+
+        The function is called by one thread at a time, must not keep the payload, and raises
+        PublishError when it cannot take it. Once the topic has ended it does nothing.
+        """
+
+    def configured(self, applied: Applied) -> None:
+        """The headset has answered the configuration; topics that are not `applied`'s end."""
+
+    def event(self, text: str) -> None:
+        """Something a user wants to read happened."""
+
+    def session_ended(self, report: Report) -> None:
+        """A session is over and its counts are final."""

@@ -1,0 +1,27 @@
+"""std_msgs/String to and from plain CDR, for where there is no ROS."""
+
+import struct
+
+from ..wire.frame import CDR_ENCAPSULATION
+
+_LENGTH = struct.Struct("<I")
+_TEXT = len(CDR_ENCAPSULATION) + _LENGTH.size
+
+
+def encode_string(text: str) -> bytes:
+    """The payload of a String."""
+    data = text.encode() + b"\0"
+    return CDR_ENCAPSULATION + _LENGTH.pack(len(data)) + data
+
+
+def decode_string(payload: bytes) -> bytes:
+    """The UTF-8 text in the payload of a String.
+
+    Raises:
+        ValueError: it is not such a payload.
+    """
+    if len(payload) >= _TEXT and payload.startswith(CDR_ENCAPSULATION):
+        (length,) = _LENGTH.unpack_from(payload, len(CDR_ENCAPSULATION))
+        if 1 <= length <= len(payload) - _TEXT:
+            return payload[_TEXT : _TEXT + length - 1]
+    raise ValueError("not a std_msgs/String")

@@ -1,0 +1,1 @@
+"""What other commands see of a running receiver."""

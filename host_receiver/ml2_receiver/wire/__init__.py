@@ -1,0 +1,1 @@
+"""Bytes <-> frames and control bodies, as PROTOCOL.md has them."""

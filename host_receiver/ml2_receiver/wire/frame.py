@@ -1,0 +1,265 @@
+"""Frames: the 32-byte header, the kinds, and a parser that reads them without doing I/O."""
+
+import struct
+from enum import Enum, Flag, IntEnum, auto
+from typing import NamedTuple, Self
+
+from ..errors import ErrorCode, ProtocolError
+
+MAGIC = 0x324D
+VERSION = 1
+CDR_ENCAPSULATION = b"\x00\x01\x00\x00"
+
+_LAYOUT = struct.Struct("<HBBHHIIqq")
+HEADER_BYTES = _LAYOUT.size
+_KIB, _MIB = 1 << 10, 1 << 20
+_UNKNOWN_KIND_BYTES = 64 * _KIB
+_SENSORS_DATA_BYTES = 64 * _KIB
+# A claimed length is believed this far ahead of the bytes that have arrived.
+_GROWTH_BYTES = _MIB
+_ZEROS = memoryview(bytes(_GROWTH_BYTES))
+
+
+class Side(Flag):
+    """Who sends a frame."""
+
+    DEVICE = auto()
+    RECEIVER = auto()
+    BOTH = DEVICE | RECEIVER
+
+
+class LaneKind(Flag):
+    """What a connection carries; it is OPENING until HELLO or JOIN has said which it is."""
+
+    OPENING = auto()
+    CONTROL = auto()
+    TIME = auto()
+    SENSORS = auto()
+    IMAGE = auto()
+    OTHER = TIME | SENSORS | IMAGE
+    ANY = OPENING | CONTROL | OTHER
+
+    @staticmethod
+    def of(lane: str) -> "LaneKind":
+        """The kind of the lane with this name; an image lane is named by its stream's id."""
+        return _LANE_KINDS.get(lane, LaneKind.IMAGE)
+
+
+_LANE_KINDS = {
+    "control": LaneKind.CONTROL,
+    "time": LaneKind.TIME,
+    "sensors": LaneKind.SENSORS,
+}
+
+
+class Body(Enum):
+    """What follows the header."""
+
+    JSON = auto()
+    PAYLOAD = auto()
+    TIMES = auto()
+    EMPTY = auto()
+
+
+class Kind(IntEnum):
+    """The kinds of frames: number, sender, lanes, greatest length of the body, body.
+
+    DATA has a smaller bound on the sensors lane, see FrameParser.
+    """
+
+    sender: Side
+    lanes: LaneKind
+    max_length: int
+    body: Body
+
+    def __new__(
+        cls, number: int, sender: Side, lanes: LaneKind, max_length: int, body: Body
+    ) -> Self:
+        kind = int.__new__(cls, number)
+        kind._value_ = number
+        kind.sender, kind.lanes, kind.max_length, kind.body = sender, lanes, max_length, body
+        return kind
+
+    HELLO = 1, Side.DEVICE, LaneKind.OPENING, 64 * _KIB, Body.JSON
+    WELCOME = 2, Side.RECEIVER, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    JOIN = 3, Side.DEVICE, LaneKind.OPENING, 4 * _KIB, Body.JSON
+    JOINED = 4, Side.RECEIVER, LaneKind.OTHER, 4 * _KIB, Body.JSON
+    CONFIGURE = 5, Side.RECEIVER, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    CONFIGURED = 6, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    CHANNEL = 7, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    CHANNEL_END = 8, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    START = 9, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    DATA = 16, Side.DEVICE, LaneKind.SENSORS | LaneKind.IMAGE, 16 * _MIB, Body.PAYLOAD
+    TIME_REQUEST = 32, Side.DEVICE, LaneKind.TIME, 8, Body.TIMES
+    TIME_REPLY = 33, Side.RECEIVER, LaneKind.TIME, 24, Body.TIMES
+    STATUS = 48, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    PING = 49, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
+    PONG = 50, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
+    ERROR = 51, Side.BOTH, LaneKind.ANY, 4 * _KIB, Body.JSON
+    BYE = 52, Side.BOTH, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    EVENT = 53, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+
+
+_KINDS = {int(kind): kind for kind in Kind}
+_FIXED = {int(kind) for kind in Kind if kind.body is Body.TIMES}
+
+
+class Header(NamedTuple):
+    """The fields of PROTOCOL.md's frame header; times are ROS time in ns."""
+
+    magic: int
+    version: int
+    kind: int
+    flags: int
+    channel: int
+    sequence: int
+    length: int
+    capture_ns: int
+    send_ns: int
+
+
+class Frame(NamedTuple):
+    """A complete frame. `payload` is the parser's own buffer, see FrameParser."""
+
+    header: Header
+    payload: bytearray
+
+
+def max_data_bytes(lane: LaneKind) -> int:
+    """The greatest payload of a lane that carries DATA."""
+    return _SENSORS_DATA_BYTES if lane is LaneKind.SENSORS else Kind.DATA.max_length
+
+
+def encode_frame(
+    kind: Kind,
+    body: bytes = b"",
+    *,
+    channel: int = 0,
+    sequence: int = 0,
+    capture_ns: int = 0,
+    send_ns: int = 0,
+) -> bytes:
+    """Header and body as they go on the wire."""
+    if len(body) > kind.max_length:
+        raise ValueError(f"{kind.name} takes {kind.max_length} B, got {len(body)}")
+    fields = (MAGIC, VERSION, kind, 0, channel, sequence, len(body), capture_ns, send_ns)
+    return _LAYOUT.pack(*fields) + body
+
+
+class FrameParser:
+    """Turns the bytes of one connection into frames, like asyncio.BufferedProtocol.
+
+    Receive into get_buffer(), then say how many bytes came with buffer_updated(), which returns
+    the frame they completed, or None. A frame's payload is one bytearray that is reused: it has
+    exactly the body's length and holds it until the next get_buffer(). Its memory follows the
+    bytes that arrived, not the length that was claimed, and is kept for the next frame.
+
+    Not thread-safe. After a ProtocolError the parser is of no further use.
+
+    Args:
+        sender: the side that writes these bytes.
+        lane: what the connection carries; set `lane` again when that becomes known.
+    """
+
+    def __init__(self, sender: Side, lane: LaneKind = LaneKind.OPENING) -> None:
+        self._sender = sender
+        self.lane = lane
+        self._head = bytearray(HEADER_BYTES)
+        self._body = bytearray()
+        self._header: Header | None = None
+        self._view = memoryview(b"")
+        self._filled = 0
+
+    @property
+    def lane(self) -> LaneKind:
+        return self._lane
+
+    @lane.setter
+    def lane(self, lane: LaneKind) -> None:
+        self._lane = lane
+        self._limits = {
+            int(kind): kind.max_length
+            for kind in Kind
+            if kind.sender & self._sender and kind.lanes & lane
+        }
+        if Kind.DATA in self._limits:
+            self._limits[Kind.DATA] = max_data_bytes(lane)
+
+    @property
+    def is_between_frames(self) -> bool:
+        """Whether the bytes so far end where a frame ends."""
+        return self._header is None and self._filled == 0
+
+    def get_buffer(self) -> memoryview:
+        """Where the next bytes must be received, never empty; valid until buffer_updated()."""
+        target = self._head if self._header is None else self._body
+        self._view = memoryview(target)[self._filled :]
+        return self._view
+
+    def buffer_updated(self, count: int) -> Frame | None:
+        """`count` bytes were received into the last buffer.
+
+        Raises:
+            ProtocolError: `version`, `malformed`, `unexpected` or `too_large`.
+        """
+        self._view.release()
+        self._filled += count
+        header = self._header
+        if header is None:
+            if self._filled < HEADER_BYTES:
+                return None
+            header = self._header = self._checked(Header._make(_LAYOUT.unpack(self._head)))
+            self._filled = 0
+            self._fit(header.length)
+        if self._filled < header.length:
+            if self._filled == len(self._body):
+                self._grow(header.length)
+            return None
+        self._header, self._filled = None, 0
+        return Frame(header, self._body)
+
+    def _checked(self, header: Header) -> Header:
+        if header.magic != MAGIC:
+            raise ProtocolError(
+                ErrorCode.MALFORMED, f"expected magic {MAGIC:#06x}, found {header.magic:#06x}"
+            )
+        if header.version != VERSION:
+            raise ProtocolError(
+                ErrorCode.VERSION, f"expected version {VERSION}, found {header.version}"
+            )
+        limit = self._limits.get(header.kind)
+        bound = _length_bound(header.kind) if limit is None else limit
+        if header.length > bound:
+            raise ProtocolError(
+                ErrorCode.TOO_LARGE,
+                f"{kind_name(header.kind)} takes {bound} B, its header says {header.length}",
+            )
+        if limit is None and (header.kind in _KINDS or self._lane is LaneKind.OPENING):
+            lane = (
+                "a new connection" if self._lane is LaneKind.OPENING else f"lane {self._lane.name}"
+            )
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"{kind_name(header.kind)} on {lane}")
+        if header.length < bound and header.kind in _FIXED:
+            raise ProtocolError(
+                ErrorCode.MALFORMED,
+                f"{kind_name(header.kind)} has {bound} B, its header says {header.length}",
+            )
+        return header
+
+    def _fit(self, length: int) -> None:
+        if length <= len(self._body):
+            del self._body[length:]
+        else:
+            self._grow(length)
+
+    def _grow(self, length: int) -> None:
+        self._body += _ZEROS[: length - len(self._body)]
+
+
+def _length_bound(kind: int) -> int:
+    return _KINDS[kind].max_length if kind in _KINDS else _UNKNOWN_KIND_BYTES
+
+
+def kind_name(kind: int) -> str:
+    """The kind as people know it."""
+    return _KINDS[kind].name if kind in _KINDS else f"kind {kind}"

@@ -1,0 +1,168 @@
+"""The JSON bodies of frames; PROTOCOL.md says what their keys mean."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from ..configuration.table import Scalar
+from .json_body import JsonBody
+
+ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
+TimestampBase = Literal["boottime", "monotonic"]
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    streams: list[str]
+
+
+@dataclass(frozen=True)
+class Hello(JsonBody):
+    versions: list[int]
+    device_id: str
+    instance_id: str
+    name: str
+    software: str
+    capabilities: Capabilities
+    permissions: Mapping[str, bool]
+
+
+@dataclass(frozen=True)
+class PeerLimits:
+    data_bytes: int
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    handshake_s: float
+    ping_s: float
+    dead_s: float
+
+
+@dataclass(frozen=True)
+class Welcome(JsonBody):
+    version: int
+    session: str
+    name: str
+    software: str
+    tickets: Mapping[str, str]
+    received: Mapping[str, int] | None
+    limits: PeerLimits
+    timeouts: Timeouts
+
+
+@dataclass(frozen=True)
+class Join(JsonBody):
+    session: str
+    ticket: str
+    lane: str
+
+
+@dataclass(frozen=True)
+class Joined(JsonBody):
+    lane: str
+
+
+@dataclass(frozen=True)
+class Configure(JsonBody):
+    request: int
+    streams: Mapping[str, Mapping[str, Scalar]]
+    frame_prefix: str | None = None
+
+
+@dataclass(frozen=True)
+class StreamAnswer:
+    result: Literal["applied", "adjusted", "refused"]
+    values: Mapping[str, Scalar] | None = None
+    reason: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.values is None and self.result != "refused":
+            raise ValueError(f"values: missing although {self.result}")
+        if self.reason is None and self.result != "applied":
+            raise ValueError(f"reason: missing although {self.result}")
+
+
+@dataclass(frozen=True)
+class Configured(JsonBody):
+    request: int
+    streams: Mapping[str, StreamAnswer]
+
+
+@dataclass(frozen=True)
+class Channel(JsonBody):
+    id: int
+    stream: str
+    role: str
+    topic: str
+    type: str
+    qos: str
+    frame_id: str
+    lane: str
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.id <= 0xFFFF:
+            raise ValueError(f"id: expected 1 to 65535, found {self.id}")
+
+
+@dataclass(frozen=True)
+class ChannelEnd(JsonBody):
+    id: int
+
+
+@dataclass(frozen=True)
+class Start(JsonBody):
+    request: int
+
+
+@dataclass(frozen=True)
+class ChannelStatus:
+    produced: int
+    sent: int
+    dropped: Mapping[str, int]
+
+    def __post_init__(self) -> None:
+        if min(self.produced, self.sent, *self.dropped.values()) < 0:
+            raise ValueError("counts are not negative")
+
+
+@dataclass(frozen=True)
+class ClockStatus:
+    state: ClockState
+    offset_ns: int
+    uncertainty_ns: int
+    round_trip_ns: int
+    skew_ppm: float | None = None
+    steps: int | None = None
+    epoch: int | None = None
+    bases: Mapping[str, TimestampBase] | None = None
+
+    def __post_init__(self) -> None:
+        if min(self.steps or 0, self.epoch or 0) < 0:
+            raise ValueError("counts are not negative")
+
+
+@dataclass(frozen=True)
+class Status(JsonBody):
+    final: bool
+    uptime_s: float
+    channels: Mapping[str, ChannelStatus]
+    clock: ClockStatus
+
+
+@dataclass(frozen=True)
+class Event(JsonBody):
+    event: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Error(JsonBody):
+    code: str
+    message: str
+    fatal: bool
+
+
+@dataclass(frozen=True)
+class Bye(JsonBody):
+    reason: str
