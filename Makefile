@@ -109,7 +109,7 @@ bench: build ## Measure sender and receiver against bare loops; results in build
 	$(run) tests/bench/run.sh
 
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
-	PYTHONPATH=host_receiver:tests/end_to_end $(run) python3 tests/bench/soak.py $(DURATION)
+	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
 clean: ## Remove everything that was made, the Python environment included
 	rm -rf build

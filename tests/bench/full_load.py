@@ -41,10 +41,8 @@ def main(duration_s: float) -> None:
         config = folder / "one_camera.yaml"
         config.write_text(ONE_CAMERA)
         each = load_run(config, logs, duration_s / 4, NAMES, "test-signal")
-        _write(
-            "four_headsets",
-            {f"seed {len(n)}": _summary(it) for n, it in zip(NAMES, each, strict=True)},
-        )
+        results = {name: _summary(it) for name, it in zip(NAMES, each, strict=True)}
+        _write("four_headsets", results)
 
 
 def _summary(loaded: Loaded) -> dict[str, Any]:

@@ -69,15 +69,20 @@ class Usage:
 class Loaded:
     """What one headset's subscriber saw in the end, and what its processes used."""
 
+    name: str
     final: dict[str, Any]
     usage: dict[str, Usage]
 
     @property
     def drops(self) -> int:
-        """Messages that the headset produced and the subscriber did not get, of all topics."""
+        """Messages that the headset produced and the subscriber did not get, of all topics.
+
+        With several headsets /tf is everybody's, and left out.
+        """
         return sum(
             int(seen["diagnostics"].get("produced", seen["count"])) - int(seen["count"])
-            for seen in self.final["topics"].values()
+            for topic, seen in self.final["topics"].items()
+            if topic.startswith(f"/{self.name}")
         )
 
     @property
@@ -120,7 +125,7 @@ def load_run(
         ]
         # All at once, or the observers of the last ones would wait to be read
         with ThreadPoolExecutor(len(started)) as pool:
-            return list(pool.map(_watched, *zip(*started, strict=True)))
+            return list(pool.map(_watched, names, *zip(*started, strict=True)))
 
 
 def _headset_options(duration_s: float, seed: int, source: str) -> tuple[str, ...]:
@@ -153,7 +158,7 @@ def _start(
     return observer, {role: Usage(child.pid) for role, child in children.items()}
 
 
-def _watched(observer: subprocess.Popen[str], usage: dict[str, Usage]) -> Loaded:
+def _watched(name: str, observer: subprocess.Popen[str], usage: dict[str, Usage]) -> Loaded:
     final = None
     for snapshot in _snapshots(observer):
         for each in usage.values():
@@ -161,7 +166,7 @@ def _watched(observer: subprocess.Popen[str], usage: dict[str, Usage]) -> Loaded
         final = snapshot if snapshot["final"] else None
     if final is None:
         raise SystemExit("a process ended early")
-    return Loaded(final, usage)
+    return Loaded(name, final, usage)
 
 
 def _snapshots(observer: subprocess.Popen[str]) -> Iterator[dict[str, Any]]:
