@@ -4,9 +4,10 @@ import argparse
 from pathlib import Path
 
 from ..configuration.table import load_table
-from ..errors import ExportError, RosError
+from ..errors import ExportError
 from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from .config import Subparsers
+from .ros_start import ros_needed
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
 _PATIENCE_S = 10.0
@@ -61,10 +62,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     noise = _noise(options)
-    try:
+    with ros_needed():
         from ..export.live_rig import look
-    except ModuleNotFoundError as error:
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     rig = look(options.prefix, options.cameras, options.imu, _PATIENCE_S)
     texts = {"camchain.yaml": camchain(rig.cameras)}
     if noise is not None and rig.imu_rate_hz is not None:

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.live import Live
 
-from ..errors import LatencyError, RosError
+from ..errors import LatencyError
 from ..watch.latency_table import latency_table, write_plot
 from .config import Subparsers
 from .options import add_name
+from .ros_start import ros_needed
 from .stopping import stop_signal
 
 if TYPE_CHECKING:
@@ -64,10 +65,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot is not None and importlib.util.find_spec("matplotlib") is None:
         raise LatencyError("--plot needs matplotlib: pip install matplotlib")
     stopping = stop_signal()
-    try:
+    with ros_needed():
         from ..watch.latency_node import LatencyNode
-    except ModuleNotFoundError as error:
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     node = LatencyNode(options.name, windows=math.ceil(options.duration))
     try:
         _await_messages(node, stopping)

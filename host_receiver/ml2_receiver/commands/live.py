@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ..errors import RosError
+from .ros_start import ros_needed
 
 if TYPE_CHECKING:
     from ..watch.diagnostics_node import DiagnosticsNode
@@ -21,10 +21,8 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
     Raises:
         RosError: ROS is missing or does not start.
     """
-    try:
+    with ros_needed():
         from ..watch.diagnostics_node import DiagnosticsNode
-    except ModuleNotFoundError as error:
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
     node = DiagnosticsNode()
     try:
         yield node

@@ -1,13 +1,11 @@
 """ml2-receiver products: clouds, registered depth and rectified images."""
 
 import argparse
-import os
-import sys
 
-from ..errors import ProductsError, RosError
-from ..fastdds import apply_default_profile
+from ..errors import ProductsError
 from .config import Subparsers
 from .options import add_name
+from .ros_start import node_arguments, ros_needed, use_profile
 from .stopping import stop_signal
 
 _EPILOG = """\
@@ -42,23 +40,21 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    warning = apply_default_profile(os.environ)
-    if warning is not None:
-        print(f"WARNING: {warning}", file=sys.stderr)
-    try:
-        from ..products.node import ProductsNode  # reads the profile
-    except ModuleNotFoundError as error:
-        if error.name == "cv2":
+    use_profile()
+    with ros_needed():
+        try:
+            from ..products.node import ProductsNode  # reads the profile
+        except ModuleNotFoundError as error:
+            if error.name != "cv2":
+                raise
             raise ProductsError(
                 "products need OpenCV: apt install python3-opencv,"
                 " or pip install 'ml2-receiver[products]'"
             ) from error
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    prefix, frame_prefix, namespace = options.prefix, "", []
-    if options.name:
-        prefix, frame_prefix = f"/{options.name}{prefix}", f"{options.name}/"
-        namespace = ["-r", f"__ns:=/{options.name}"]
-    node = ProductsNode(prefix, frame_prefix, ["--ros-args", *options.ros_args, *namespace])
+    name = options.name
+    prefix = f"/{name}{options.prefix}" if name else options.prefix
+    frame_prefix = f"{name}/" if name else ""
+    node = ProductsNode(prefix, frame_prefix, node_arguments(options.ros_args, name))
     print(f"ready to make products of {prefix}", flush=True)
     node.spin(stopping)
     return 0

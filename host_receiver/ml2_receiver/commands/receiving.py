@@ -1,7 +1,6 @@
 """What the commands that act as the receiver share."""
 
 import argparse
-import os
 import socket
 import sys
 from collections.abc import Callable, Collection, Iterator
@@ -12,14 +11,13 @@ from typing import TYPE_CHECKING
 from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.table import load_table
-from ..errors import RosError
-from ..fastdds import apply_default_profile
 from ..generated.version import VERSION
 from ..link.discovery import Announcement
 from ..link.server import Server
 from ..topics.sink import Sink
 from .config import add_file
 from .options import name
+from .ros_start import node_arguments, ros_needed, use_profile
 
 if TYPE_CHECKING:
     from ..ros import RosNode
@@ -79,15 +77,10 @@ def load(file: ConfigFile, options: argparse.Namespace) -> Config:
 
 def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
     """The ROS node, with enough shared memory for images."""
-    warning = apply_default_profile(os.environ)
-    if warning is not None:
-        print(f"WARNING: {warning}", file=sys.stderr)
-    try:
+    use_profile()
+    with ros_needed():
         from ..ros import RosNode  # reads the profile
-    except ModuleNotFoundError as error:
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
-    namespace = ["-r", f"__ns:=/{config.name}"] if config.name else []
-    return RosNode(load_table(), config, ["--ros-args", *options.ros_args, *namespace])
+    return RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
 
 
 @contextmanager

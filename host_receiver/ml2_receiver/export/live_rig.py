@@ -14,14 +14,14 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from ..configuration.calibration import Calibration
 from ..configuration.table import load_table
-from ..errors import ExportError, RosError
+from ..errors import ExportError
+from ..ros_context import start_ros
 from .kalibr import CAMERAS, RigCamera
 from .pose import Pose, pose_of
 
@@ -49,11 +49,7 @@ def look(prefix: str, cameras: Sequence[str], imu: str | None, patience_s: float
         ExportError: something does not come; says what.
         RosError: ROS does not start.
     """
-    context = Context()
-    try:
-        rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
-        raise RosError(f"ROS 2 does not start: {error}") from error
+    context = start_ros()
     executor = SingleThreadedExecutor(context=context)
     observer = _Observer(prefix, context)
     executor.add_node(observer.node)

@@ -11,19 +11,17 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.context import Context
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from ..configuration.table import Topic, load_table
-from ..errors import RosError
+from ..ros_context import start_ros
 from ..topics.message_types import message_class
 from .camera import metadata_stamp_ns
 from .product import Points, Product, Shared, all_products
@@ -50,15 +48,7 @@ class ProductsNode:
 
     def __init__(self, prefix: str, frame_prefix: str, arguments: Sequence[str]) -> None:
         self._table, self._prefix = load_table(), prefix
-        self._context = Context()
-        try:
-            rclpy.init(
-                args=["ml2-receiver", *arguments],
-                context=self._context,
-                signal_handler_options=SignalHandlerOptions.NO,
-            )
-        except RuntimeError as error:
-            raise RosError(f"ROS 2 does not start: {error}") from error
+        self._context = start_ros(arguments)
         self._node = rclpy.create_node("ml2_products", context=self._context)
         self._shared = Shared()
         self._products = all_products(self._shared)

@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import String
 
@@ -17,8 +15,9 @@ from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.settings import Settings
 from ..configuration.table import StreamTable, Topic
-from ..errors import ConfigError, PublishError, RosError
+from ..errors import ConfigError, PublishError
 from ..link.report import Report
+from ..ros_context import start_ros
 from ..topics.config_topic import config_text
 from ..topics.control import Control
 from ..topics.diagnostics import Diagnostics
@@ -49,15 +48,7 @@ class RosNode:
     """
 
     def __init__(self, table: StreamTable, config: Config, arguments: Sequence[str]) -> None:
-        self._context = Context()
-        try:
-            rclpy.init(
-                args=["ml2-receiver", *arguments],
-                context=self._context,
-                signal_handler_options=SignalHandlerOptions.NO,
-            )
-        except RuntimeError as error:
-            raise RosError(f"ROS 2 does not start: {error}") from error
+        self._context = start_ros(arguments)
         try:
             self._node = ParameterNode("ml2_receiver", self._context, config)
         except ConfigError:

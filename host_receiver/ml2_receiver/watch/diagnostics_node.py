@@ -6,12 +6,11 @@ from collections.abc import Mapping
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.context import Context
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
-from rclpy.signals import SignalHandlerOptions
 
 from ..errors import RosError
+from ..ros_context import start_ros
 from ..topics.status_name import split_status_name
 from .raw_taker import RawSubscription, RawTaker
 
@@ -30,11 +29,7 @@ class DiagnosticsNode:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._rows: dict[str, dict[str, Values]] = {}
-        self._context = Context()
-        try:
-            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        except RuntimeError as error:
-            raise RosError(f"ROS 2 does not start: {error}") from error
+        self._context = start_ros()
         self._node = rclpy.create_node("ml2_tools", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
         subscription = RawSubscription(

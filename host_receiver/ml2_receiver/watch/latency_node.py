@@ -6,12 +6,11 @@ from collections.abc import Mapping
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.context import Context
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
-from rclpy.signals import SignalHandlerOptions
 
 from ..errors import RosError
+from ..ros_context import start_ros
 from ..topics.stamps import stamp_reader
 from ..topics.status_name import split_status_name
 from .latency import Breakdown, TopicLatency
@@ -40,11 +39,7 @@ class LatencyNode:
         self._lock = threading.Lock()
         self._topics: dict[str, TopicLatency] = {}
         self._session: Mapping[str, str] = {}
-        self._context = Context()
-        try:
-            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        except RuntimeError as error:
-            raise RosError(f"ROS 2 does not start: {error}") from error
+        self._context = start_ros()
         self._node = rclpy.create_node("ml2_latency", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed)

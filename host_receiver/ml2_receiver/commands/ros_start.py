@@ -1,0 +1,35 @@
+"""What commands do before they make a node."""
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from ..errors import RosError
+from ..fastdds import apply_default_profile
+
+
+@contextmanager
+def ros_needed() -> Iterator[None]:
+    """Around imports of what needs ROS.
+
+    Raises:
+        RosError: it is not there.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
+
+
+def use_profile() -> None:
+    """Enough shared memory for images, before anything imports rclpy."""
+    warning = apply_default_profile(os.environ)
+    if warning is not None:
+        print(f"WARNING: {warning}", file=sys.stderr)
+
+
+def node_arguments(ros_args: Sequence[str], name: str) -> list[str]:
+    """The user's, and the namespace of --name."""
+    namespace = ["-r", f"__ns:=/{name}"] if name else []
+    return ["--ros-args", *ros_args, *namespace]
