@@ -14,7 +14,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_msgs.msg import String
 
 from ros_processes import Child, environment
 
@@ -87,17 +89,20 @@ def test_it_subscribes_only_while_somebody_subscribes_to_it(graph: Graph, produc
 
 
 def test_what_it_cannot_use_is_counted_in_diagnostics(graph: Graph, products: Child) -> None:
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    configs = graph.node.create_publisher(String, f"{PREFIX}/config", latched)
     images = graph.node.create_publisher(Image, f"{PREFIX}/depth/image_raw", 5)
     infos = graph.node.create_publisher(CameraInfo, f"{PREFIX}/depth/camera_info", 5)
     graph.node.create_subscription(PointCloud2, f"{PREFIX}/depth/points", lambda _: None, 5)
-    graph.await_that(lambda: images.get_subscription_count() and infos.get_subscription_count())
-    images.publish(Image(width=4, height=4, encoding="32FC1", step=16, data=b"short"))
-    infos.publish(CameraInfo())
-    graph.await_that(
-        lambda: any(
-            key.startswith("depth/points: expected") for key in graph.statuses.get("losses", ())
-        )
-    )
+    configs.publish(String(data='{"streams": {}}'))
+
+    def is_counted_when_sent() -> bool:
+        images.publish(Image(width=4, height=4, encoding="32FC1", step=16, data=b"short"))
+        infos.publish(CameraInfo())
+        losses = graph.statuses.get("losses", {})
+        return any(key.startswith("depth/points: expected") for key in losses)
+
+    graph.await_that(is_counted_when_sent)
     assert products.end() == 0
 
 

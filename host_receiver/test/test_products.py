@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from ml2_receiver.export.pose import pose_of
 from ml2_receiver.products.camera import metadata_stamp_ns
 from ml2_receiver.products.captures import Captures
+from ml2_receiver.products.losses import Losses
 from ml2_receiver.products.messages import pixels_of
 from ml2_receiver.products.product import Points, Registered, Shared
 
@@ -81,7 +82,9 @@ def cloud(message: PointCloud2) -> np.ndarray:
 
 
 def test_a_cloud_without_colours_needs_no_transform() -> None:
-    made = add(Points(Shared()), "depth", 5, image=depth(5), camera_info=info(5, "depth"))
+    made = add(
+        Points(Shared(is_radial=False)), "depth", 5, image=depth(5), camera_info=info(5, "depth")
+    )
     points = cloud(made["depth/points"])
     assert points.dtype.names == ("x", "y", "z")
     assert made["depth/points"].header == header(5, "depth")
@@ -89,7 +92,7 @@ def test_a_cloud_without_colours_needs_no_transform() -> None:
 
 
 def test_a_coloured_cloud_has_the_colours_of_the_nearest_image() -> None:
-    product = Points(Shared())
+    product = Points(Shared(is_radial=False))
     product.colour(True)
     for stamp_ns, bgr in [(10 * MS, (0, 0, 255)), (40 * MS, (255, 0, 0))]:
         parts = {"image": jpeg(stamp_ns, bgr), "camera_info": info(stamp_ns, "color")}
@@ -102,12 +105,17 @@ def test_a_coloured_cloud_has_the_colours_of_the_nearest_image() -> None:
 
 
 def test_a_cloud_goes_out_uncoloured_and_counted_when_no_image_is_near() -> None:
-    shared = Shared()
+    shared = Shared(is_radial=False)
     product = Points(shared)
     product.colour(True)
     parts = {"transform": STILL, "camera_info": info(0, "depth"), "image": depth(0)}
     assert cloud(add(product, "depth", 0, **parts)["depth/points"]).dtype.names == ("x", "y", "z")
-    assert sum(shared.losses.values()) == 1
+    assert sum(shared.losses.counts().values()) == 1
+
+
+def test_nothing_is_made_of_depth_before_the_settings_say_what_it_is() -> None:
+    with pytest.raises(ValueError, match="nothing came on config"):
+        add(Points(Shared()), "depth", 0, image=depth(0), camera_info=info(0, "depth"))
 
 
 def test_radial_depth_becomes_z() -> None:
@@ -119,7 +127,7 @@ def test_radial_depth_becomes_z() -> None:
 
 
 def test_registered_depth_has_the_stamp_and_camera_info_of_the_other_camera() -> None:
-    product = Registered(Shared(), "color", ("camera_info", "transform"))
+    product = Registered(Shared(is_radial=False), "color", ("camera_info", "transform"))
     add(product, "color", 7 * MS, camera_info=info(7 * MS, "color"), transform=STILL)
     at = 9 * MS
     parts = {"transform": STILL, "camera_info": info(at, "depth"), "image": depth(at)}
@@ -131,7 +139,7 @@ def test_registered_depth_has_the_stamp_and_camera_info_of_the_other_camera() ->
 
 
 def test_an_image_gets_registered_depth_once() -> None:
-    shared = Shared()
+    shared = Shared(is_radial=False)
     product = Registered(shared, "color", ("camera_info", "transform"))
     add(product, "color", 7, camera_info=info(7, "color"), transform=STILL)
     made = [
@@ -139,12 +147,12 @@ def test_an_image_gets_registered_depth_once() -> None:
         for at in (8, 9)
     ]
     assert [bool(it) for it in made] == [True, False]
-    assert sum(shared.losses.values()) == 1
+    assert sum(shared.losses.counts().values()) == 1
 
 
 def test_motion_between_two_captures_is_taken_out() -> None:
     """The other camera is 0.25 m to the right by the time of its capture: 1 px at 2 m."""
-    product = Registered(Shared(), "color", ("camera_info", "transform"))
+    product = Registered(Shared(is_radial=False), "color", ("camera_info", "transform"))
     moved = np.eye(4)
     moved[0, 3] = 0.25
     add(product, "color", 7, camera_info=info(7, "color"), transform=moved)
@@ -161,19 +169,29 @@ def test_motion_between_two_captures_is_taken_out() -> None:
 
 
 def test_captures_that_stay_incomplete_are_counted_by_what_was_missing() -> None:
-    shared = Shared()
+    shared = Shared(is_radial=False)
     captures = Captures("color", ("image", "transform"), shared.losses)
     for stamp_ns in range(100):
         captures.add("image", stamp_ns, object())
-    assert shared.losses == {"color: no transform for an image": 100 - 64}
+    assert shared.losses.counts() == {"color: no transform for an image": 100 - 64}
 
 
 def test_transforms_that_no_image_has_are_no_loss() -> None:
-    shared = Shared()
+    shared = Shared(is_radial=False)
     captures = Captures("color", ("image", "transform"), shared.losses)
     for stamp_ns in range(1000):
         captures.add("transform", stamp_ns, object())
-    assert not shared.losses
+    assert not shared.losses.counts()
+
+
+def test_losses_are_bounded_in_number_and_length() -> None:
+    losses = Losses()
+    for reason in range(1000):
+        losses.add(f"{reason} " + "x" * 10_000)
+    counts = losses.counts()
+    assert len(counts) == 101
+    assert counts[Losses.OTHER] == 900
+    assert max(map(len, counts)) == 200
 
 
 @pytest.mark.parametrize(
@@ -194,7 +212,7 @@ def test_images_that_contradict_themselves_are_refused(
     for name, value in change.items():
         setattr(image, name, value)
     with pytest.raises(ValueError, match=message):
-        add(Points(Shared()), "depth", 0, image=image, camera_info=info(0, "depth"))
+        add(Points(Shared(is_radial=False)), "depth", 0, image=image, camera_info=info(0, "depth"))
 
 
 def test_padded_rows_are_left_out() -> None:
@@ -205,7 +223,7 @@ def test_padded_rows_are_left_out() -> None:
 @pytest.mark.parametrize("data", [b"", b"no picture", b"\xff\xd8\xff"])
 def test_what_is_no_jpeg_is_refused(data: bytes) -> None:
     with pytest.raises(ValueError, match="expected a JPEG"):
-        Shared().decode(CompressedImage(data=data))
+        Shared(is_radial=False).decode(CompressedImage(data=data))
 
 
 @pytest.mark.parametrize(

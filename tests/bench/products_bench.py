@@ -43,7 +43,7 @@ WORLD_METADATA = {
 
 def main() -> None:
     """Runs each product and writes build/bench/products.json."""
-    shared = Shared()
+    shared = Shared(is_radial=False)
     coloured = Points(shared)
     coloured.colour(True)
     exact = ("camera_info", "metadata", "transform")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter, OrderedDict
+from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
+
+from .losses import Losses
 
 # Transforms and images of two thirds of a second.
 _MOST_STAMPS = 64
@@ -18,7 +20,7 @@ class Captures:
         losses: is told, by missing part, of captures that were given up for newer ones.
     """
 
-    def __init__(self, camera: str, parts: tuple[str, ...], losses: Counter[str]) -> None:
+    def __init__(self, camera: str, parts: tuple[str, ...], losses: Losses) -> None:
         self.parts = parts
         self._camera, self._losses = camera, losses
         self._pending: OrderedDict[int, dict[str, Any]] = OrderedDict()
@@ -33,5 +35,5 @@ class Captures:
             _, oldest = self._pending.popitem(last=False)
             if self.parts[0] in oldest:
                 missing = [part for part in self.parts if part not in oldest]
-                self._losses[f"{self._camera}: no {' or '.join(missing)} for an image"] += 1
+                self._losses.add(f"{self._camera}: no {' or '.join(missing)} for an image")
         return None

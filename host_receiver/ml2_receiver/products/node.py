@@ -145,7 +145,7 @@ class ProductsNode:
             try:
                 stamp_ns = metadata_stamp_ns(message.data)
             except ValueError as error:
-                self._shared.losses[f"{camera}: {error}"] += 1
+                self._shared.losses.add(f"{camera}: {error}")
                 return
             self._arrived(camera, "metadata", stamp_ns, message.data)
 
@@ -156,13 +156,13 @@ class ProductsNode:
             for camera, stamp_ns, pose in self._tree.poses(message):
                 self._arrived(camera, "transform", stamp_ns, pose)
         except ValueError as error:
-            self._shared.losses[f"{_TF}: {error}"] += 1
+            self._shared.losses.add(f"{_TF}: {error}")
 
     def _stood(self, message: Any) -> None:
         try:
             self._tree.stand(message)
         except ValueError as error:
-            self._shared.losses[f"{_TF_STATIC}: {error}"] += 1
+            self._shared.losses.add(f"{_TF_STATIC}: {error}")
 
     def _arrived(self, camera: str, part: str, stamp_ns: int, value: Any) -> None:
         for product in self._active():
@@ -170,7 +170,7 @@ class ProductsNode:
             try:
                 messages = product.add(camera, part, stamp_ns, value)
             except ValueError as error:
-                self._shared.losses[f"{next(iter(product.types))}: {error}"] += 1
+                self._shared.losses.add(f"{next(iter(product.types))}: {error}")
                 continue
             for topic, message in messages.items():
                 self._publishers[topic].publish(message)
@@ -182,7 +182,7 @@ class ProductsNode:
             depth = json.loads(message.data)["streams"].get("depth", {"values": {}})
             self._shared.is_radial = bool(depth["values"].get("radial", False))
         except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
-            self._shared.losses[f"config: {type(error).__name__}: {error}"[:200]] += 1
+            self._shared.losses.add(f"config: {type(error).__name__}: {error}")
 
     def _tick(self) -> None:
         self._subscribe()
@@ -200,7 +200,7 @@ class ProductsNode:
         return _diagnostic(f"{self._prefix}/{topic}", "made" if is_wanted else "idle", values)
 
     def _losses(self) -> DiagnosticStatus:
-        losses = {reason: str(count) for reason, count in self._shared.losses.most_common()}
+        losses = {reason: str(count) for reason, count in self._shared.losses.counts().items()}
         status = _diagnostic("losses", "since the start", losses)
         status.level = DiagnosticStatus.WARN if losses else DiagnosticStatus.OK
         return status

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +15,7 @@ from ..export.pose import Pose
 from .camera import camera_of
 from .captures import Captures
 from .lens import Floats, Lens, z_per_distance
+from .losses import Losses
 from .messages import JpegDecoder, cloud_message, image_message, pixels_of
 from .points import colours_of, points_of
 from .rectification import rectify, rectify_depth
@@ -29,14 +30,20 @@ _REMEMBERED = 8
 
 @dataclass
 class Shared:
-    """What products have in common; `is_radial` says that depth is the distance from the camera."""
+    """What products have in common.
 
-    is_radial: bool = False
-    losses: Counter[str] = field(default_factory=Counter)
+    `is_radial` says whether depth is the distance from the camera or z; None until the headset's
+    settings are known, and until then nothing is made of depth.
+    """
+
+    is_radial: bool | None = None
+    losses: Losses = field(default_factory=Losses)
     decode: JpegDecoder = field(default_factory=JpegDecoder)
 
     def depth(self, capture: Capture, lens: Lens) -> Floats:
         """z of a depth capture."""
+        if self.is_radial is None:
+            raise ValueError("whether depth is radial is not known yet: nothing came on config")
         z: Floats = pixels_of(capture["image"])
         if not self.is_radial:
             return z
@@ -166,7 +173,7 @@ class Points(_WithOther):
             between = _between(capture["transform"], color["transform"])
             rgb = colours_of(points, between, camera_of(color["camera_info"]).lens, bgr)
         elif self.inputs is self._COLOURED:
-            self._shared.losses["depth/points: no image of color near, so without colours"] += 1
+            self._shared.losses.add("depth/points: no image of color near, so without colours")
         return {"depth/points": cloud_message(capture["image"].header, points, rgb)}
 
 
@@ -185,11 +192,11 @@ class Registered(_WithOther):
     def of_depth(self, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
         near = self.nearest(stamp_ns)
         if near is None:
-            self._shared.losses[f"{self._topic}: no image of that camera near"] += 1
+            self._shared.losses.add(f"{self._topic}: no image of that camera near")
             return {}
         target_ns, other = near
         if target_ns == self._last_ns:
-            self._shared.losses[f"{self._topic}: that image has a depth image already"] += 1
+            self._shared.losses.add(f"{self._topic}: that image has a depth image already")
             return {}
         self._last_ns = target_ns
         info = other["camera_info"]
