@@ -18,7 +18,7 @@ from ..config_file import ConfigFile
 from ..config_topic import config_text
 from ..control import Control
 from ..diagnostics import Diagnostics
-from ..errors import ConfigError, PublishError, RosError
+from ..errors import ConfigError, RosError
 from ..report import Report
 from ..settings import Settings
 from ..sink import Applied, Publish
@@ -121,11 +121,7 @@ class RosNode:
         rclpy.shutdown(context=self._context)
 
     def open(self, topic: Topic) -> Publish:
-        try:
-            return self._publishers.open(topic)
-        except PublishError as error:
-            self.event(str(error))
-            return _refuse
+        return self._publishers.open(topic)
 
     def configured(self, applied: Applied) -> None:
         self._publishers.keep_only(applied.topics)
@@ -162,7 +158,3 @@ class RosNode:
         }
         stamp = self._node.get_clock().now().to_msg()
         self._statuses.publish(status_array(self.config.name, rows, more, stamp))
-
-
-def _refuse(_: bytearray) -> None:
-    raise PublishError("the topic could not be made")
