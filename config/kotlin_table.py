@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ml2_receiver.configuration.table import Mode, Scalar, Stream, StreamTable, Topic
+from ml2_receiver.configuration.table import CustomTopics, Mode, Scalar, Stream, StreamTable, Topic
 
 _MAX_LINE = 120
 _INDENT = " " * 4
@@ -30,6 +30,7 @@ class Call:
 
 def kotlin_table(table: StreamTable) -> str:
     properties = [_property(table, stream) for stream in table.streams.values()]
+    custom = table.custom_topics
     names = _list(_camel(id) for id in table.streams).render(_INDENT * 2)
     return f"""package dev.ml2sensors.table
 
@@ -46,6 +47,10 @@ public object StreamTable {{
 
 {"\n\n".join(properties)}
 
+    /** Of the topics of [{_camel(custom.stream)}]. */
+    public val customTopics: CustomTopicsSpec =
+        {_custom(custom)}
+
     /** In the order of the file. */
     public val all: List<StreamSpec> =
         {names}
@@ -53,6 +58,11 @@ public object StreamTable {{
     public fun byId(id: String): StreamSpec? = all.firstOrNull {{ it.id == id }}
 }}
 """
+
+
+def _custom(custom: CustomTopics) -> str:
+    texts = map(_text, (custom.role, custom.lane, custom.qos))
+    return Call("CustomTopicsSpec", (*texts, str(custom.max_topics))).on_one_line()
 
 
 def _property(table: StreamTable, stream: Stream) -> str:

@@ -12,7 +12,9 @@ _PATIENCE_S = 10.0
 
 
 class FakeSink:
-    """Keeps everything; `refuses` has the topics whose messages it does not take."""
+    """Keeps everything; `refuses` has the topics whose messages it does not take, `unmakeable` the
+    types it cannot make topics of.
+    """
 
     def __init__(self) -> None:
         self.payloads: dict[str, list[bytes]] = defaultdict(list)
@@ -21,9 +23,12 @@ class FakeSink:
         self.events: list[str] = []
         self.reports: list[Report] = []
         self.refuses: set[str] = set()
+        self.unmakeable: set[str] = set()
         self._changed = threading.Condition()
 
     def open(self, topic: Topic) -> Publish:
+        if topic.type in self.unmakeable:
+            raise PublishError(f"there is no {topic.type}")
         self.opened.append(topic)
 
         def publish(payload: bytearray) -> None:

@@ -91,7 +91,7 @@ def test_the_default_file_shows_every_key() -> None:
 def test_the_demo_file_starts_everything_that_goes_together() -> None:
     requests = load_config(ROOT / "config/demo.yaml").requests
     table = yaml.safe_load((ROOT / "config/streams.yaml").read_text("utf-8"))
-    assert set(table["streams"]) - set(requests) == {"mixed_reality", "infra"}
+    assert set(table["streams"]) - set(requests) == {"mixed_reality", "infra", "custom"}
     assert requests["color"]["resolution_height"] == 1080
     assert requests["depth"]["format"] == "Depth32"
     assert (requests["depth"]["stream"], requests["depth"]["update_rate"]) == (1, 30)

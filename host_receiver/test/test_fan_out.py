@@ -27,3 +27,18 @@ def test_what_one_refuses_the_others_get_and_the_caller_learns_of_it() -> None:
     with pytest.raises(PublishError):
         FanOut(sinks).open(BATTERY)(bytearray(b"payload"))
     assert sinks[1].payloads == {"battery": [b"payload"]}
+
+
+def test_a_topic_that_one_cannot_make_the_others_do_and_the_user_learns_of_it() -> None:
+    sinks = [FakeSink(), FakeSink()]
+    sinks[0].unmakeable = {BATTERY.type}
+    FanOut(sinks).open(BATTERY)(bytearray(b"payload"))
+    assert sinks[1].payloads == {"battery": [b"payload"]}
+    assert sinks[0].events == sinks[1].events == [f"there is no {BATTERY.type}"]
+
+
+def test_a_topic_that_none_can_make_is_refused() -> None:
+    sink = FakeSink()
+    sink.unmakeable = {BATTERY.type}
+    with pytest.raises(PublishError):
+        FanOut([sink]).open(BATTERY)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from mcap.reader import make_reader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 from rosbags.rosbag2 import Reader
 
@@ -108,6 +109,22 @@ def test_static_transforms_stay_for_late_subscribers(tmp_path: Path) -> None:
     with Reader(tmp_path / "walk") as reader:
         (qos,) = reader.connections[0].ext.offered_qos_profiles  # type: ignore[union-attr]
     assert qos.durability == QosDurability.TRANSIENT_LOCAL
+
+
+def test_a_type_without_a_known_definition_is_recorded_all_the_same(tmp_path: Path) -> None:
+    make_folder(tmp_path / "walk", is_overwriting=False)
+    writer = BagWriter(tmp_path / "walk", "none")
+    custom = BagTopic("/magic_leap2/custom/thing", "my_msgs/msg/Thing", load_table().qos["sensor"])
+    writer.add_topic(custom)
+    writer.write(custom, 7, b"\0\1\0\0payload!")
+    writer.close()
+    with mcap_file(tmp_path / "walk").open("rb") as file:
+        ((schema, channel, message),) = make_reader(file).iter_messages()
+    assert schema is not None
+    assert (schema.name, schema.encoding, schema.data) == ("my_msgs/msg/Thing", "", b"")
+    assert (channel.topic, message.data) == (custom.name, b"\0\1\0\0payload!")
+    with Reader(tmp_path / "walk") as reader:
+        assert [found.msgtype for found in reader.connections] == ["my_msgs/msg/Thing"]
 
 
 def test_type_hashes_are_those_of_the_installed_ros() -> None:

@@ -10,7 +10,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import Start
+from ml2_receiver.wire.messages import Error, Start
 from mock_device import MockDevice
 from ros_processes import Child, Receiver, Subscriber
 
@@ -233,7 +233,10 @@ def test_a_topic_with_a_wrong_override_is_not_published_and_the_others_are(confi
         Receiver(config, "--ros-args", "-p", override) as receiver,
         MockDevice(receiver.address, says_ping=True) as device,
     ):
-        device.start()
+        request = device.configure()
+        told = Error.parse(device.wires["control"].expect(Kind.ERROR))
+        assert (told.fatal, told.channel) == (False, device.channels["world_left/image_raw"][0])
+        device.expect_start(request)
         with Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber:
             device.publish("world_left/image_raw")
             while (found := rows(subscriber.message())[IMAGE])["received"] == "0":

@@ -33,5 +33,6 @@ typedef enum ml2s_stream {
     ML2S_STREAM_HAND_RIGHT = 28,
     ML2S_STREAM_BATTERY = 29,
     ML2S_STREAM_TF = 30,
-    ML2S_STREAM_COUNT = 31,
+    ML2S_STREAM_CUSTOM = 31,
+    ML2S_STREAM_COUNT = 32,
 } ml2s_stream;

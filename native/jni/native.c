@@ -127,6 +127,30 @@ static void provide(JNIEnv *env, jclass class, jint stream, jobject memory, jint
     failure_throw(env, ml2s_provide((uint32_t)stream, slots, (uint32_t)count), NULL);
 }
 
+static jint take(JNIEnv *env, jclass class, jint stream) {
+    (void)class;
+    uint32_t slot;
+    ml2s_memory memory;
+    ml2s_result result = ml2s_take((uint32_t)stream, &slot, &memory);
+    return result == ML2S_ALL_SLOTS_LEASED || failure_throw(env, result, NULL) ? -1 : (jint)slot;
+}
+
+static void publish(JNIEnv *env, jclass class, jobject frames, jint index) {
+    (void)class;
+    void *memory;
+    uint32_t count = room(env, frames, sizeof(ml2s_frame), &memory);
+    ml2s_frame *frame = (uint32_t)index < count ? (ml2s_frame *)memory + index : NULL;
+    if (frame) {
+        frame->struct_size = sizeof *frame;
+    }
+    failure_throw(env, ml2s_publish(frame), NULL);
+}
+
+static void unpublish(JNIEnv *env, jclass class, jint stream) {
+    (void)class;
+    failure_throw(env, ml2s_unpublish((uint32_t)stream), NULL);
+}
+
 static void release(JNIEnv *env, jclass class, jint stream, jint slot) {
     (void)class;
     failure_throw(env, ml2s_release((uint32_t)stream, (uint32_t)slot), NULL);
@@ -171,6 +195,9 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("close", "(J)V", close),
         METHOD("addressOf", "(Ljava/nio/ByteBuffer;)J", address_of),
         METHOD("provide", "(ILjava/nio/ByteBuffer;II)V", provide),
+        METHOD("take", "(I)I", take),
+        METHOD("publish", "(Ljava/nio/ByteBuffer;I)V", publish),
+        METHOD("unpublish", "(I)V", unpublish),
         METHOD("release", "(II)V", release),
         METHOD("useOpenXr", "(Ljava/lang/String;Ljava/lang/Object;)V", use_openxr),
     };

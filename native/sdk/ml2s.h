@@ -231,6 +231,9 @@ ML2S_API ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *mem
 /** Makes frame, in the taken slot frame->slot, the latest of its stream; the writer keeps its own lease. */
 ML2S_API ml2s_result ml2s_publish(const ml2s_frame *frame);
 
+/** No frame of the stream is the latest any more; its slot is free once its leases have ended. */
+ML2S_API ml2s_result ml2s_unpublish(uint32_t stream);
+
 /** Leases the latest frame of a stream that was captured after after_nanos; ML2S_TIMEOUT when there is none. */
 ML2S_API ml2s_result ml2s_acquire_latest(uint32_t stream, int64_t after_nanos, ml2s_frame *frame);
 

@@ -5,6 +5,7 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
+#include "../sdk/lock.h"
 #include "../sdk/ml2s.h"
 
 enum {
@@ -104,6 +105,14 @@ ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *memory) {
     return ML2S_ALL_SLOTS_LEASED;
 }
 
+/** Makes latest, 1 + slot or 0, the latest, instead of the one that was. */
+static void succeed(struct pool *pool, uint32_t latest) {
+    uint32_t previous = atomic_exchange(&pool->latest, latest);
+    if (previous) {
+        atomic_fetch_and(&pool->slots[previous - 1].state, ~(uint32_t)LATEST);
+    }
+}
+
 ml2s_result ml2s_publish(const ml2s_frame *frame) {
     if (!frame || frame->struct_size < sizeof *frame || !is_slot(frame->stream, frame->slot)) {
         return ML2S_INVALID_ARGUMENT;
@@ -118,10 +127,19 @@ ml2s_result ml2s_publish(const ml2s_frame *frame) {
     slot->frame.data = slot->memory.data;
     while (!exchange(slot, &seen, (seen & ~WRITING) | LATEST)) {
     }
-    uint32_t previous = atomic_exchange(&pool->latest, frame->slot + 1);
-    if (previous) {
-        atomic_fetch_and(&pool->slots[previous - 1].state, ~(uint32_t)LATEST);
+    succeed(pool, frame->slot + 1);
+    return ML2S_OK;
+}
+
+ml2s_result ml2s_unpublish(uint32_t stream) {
+    if (stream >= ML2S_STREAM_COUNT) {
+        return ML2S_INVALID_ARGUMENT;
     }
+    // Who takes slots back relies on what is the latest
+    struct pool *pool = &pools[stream];
+    lock(&pool->providing);
+    succeed(pool, 0);
+    unlock(&pool->providing);
     return ML2S_OK;
 }
 

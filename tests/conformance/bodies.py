@@ -47,7 +47,7 @@ WORLD_CAMERA: Body = {
 
 CONFIGURE: Body = {
     "request": 1,
-    "streams": {"battery": {}, "world_left": WORLD_CAMERA, "tf": {"layout": "flat"}},
+    "streams": {"battery": {}, "world_left": WORLD_CAMERA, "tf": {"layout": "flat"}, "custom": {}},
 }
 
 CONFIGURED: Body = {
@@ -60,6 +60,7 @@ CONFIGURED: Body = {
             "reason": "recorded at 20 Hz",
         },
         "tf": {"result": "refused", "reason": "not in this recording"},
+        "custom": {"result": "applied", "values": {}},
     },
 }
 
@@ -103,6 +104,11 @@ CHANNELS = [
         10, "world_left", "metadata", "world_left/metadata", "std_msgs/msg/String", **WORLD_LEFT
     ),
 ]
+
+# Named by the device.
+CUSTOM = channel(
+    40, "custom", "custom", "custom/room_temperature", "sensor_msgs/msg/Temperature", frame_id=""
+)
 
 STATUS: Body = {
     "final": False,

@@ -173,6 +173,10 @@ def bodies() -> dict[str, Case]:
         sent = body_frame("CONFIGURE", {"request": 1, "streams": streams} | other)
         return Case("joined", "control", sent, MALFORMED, why)
 
+    def start_channels(why: str, channels: Any) -> Case:
+        sent = json_frame("START", START | {"channels": channels})
+        return Case("configured", "control", sent, MALFORMED, why)
+
     return {
         "WelcomeOtherVersion": welcome("Was not offered.", "version", version=2),
         "WelcomeVersionHuge": Case(
@@ -196,6 +200,9 @@ def bodies() -> dict[str, Case]:
         "ConfigureFramePrefixNumber": configure("It is a string.", {}, frame_prefix=1),
         "ConfigureFramePrefixSpace": configure("No frame id.", {}, frame_prefix="robot 1/"),
         "ConfigureFramePrefixLong": configure("At most 64.", {}, frame_prefix="a" * 65),
+        "StartChannelsText": start_channels("It is a number.", "5"),
+        "StartChannelsFraction": start_channels("It counts.", 1.5),
+        "StartChannelsNegative": start_channels("Counts are not negative.", -1),
         "TimeReplyShort": Case(
             "joined", "time", frame("TIME_REPLY", bytes(23)), MALFORMED, "t1, t2, t3 have 24 bytes."
         ),

@@ -1,13 +1,20 @@
 """Bytes that break the protocol, and what has to come of them: vectors/malformed."""
 
 import malformed_bodies
+import malformed_custom
 import malformed_data
 import malformed_device
 import malformed_places
 import malformed_receiver
 
 SIDES = {
-    "receiver": (malformed_receiver, malformed_places, malformed_bodies, malformed_data),
+    "receiver": (
+        malformed_receiver,
+        malformed_places,
+        malformed_bodies,
+        malformed_custom,
+        malformed_data,
+    ),
     "device": (malformed_device,),
 }
 

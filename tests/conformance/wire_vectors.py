@@ -9,6 +9,7 @@ from bodies import (
     CLOCK_DETAILS,
     CONFIGURE,
     CONFIGURED,
+    CUSTOM,
     EVENT,
     HELLO,
     JOIN,
@@ -119,6 +120,34 @@ def kinds() -> dict[str, Case]:
             "control",
             "Frame ids of several headsets told apart.",
             [read("CONFIGURE", json=CONFIGURE | {"frame_prefix": "robot1/"})],
+        ),
+        "ChannelCustom": (
+            "device",
+            "control",
+            "A topic that the device has named.",
+            [read("CHANNEL", json=CUSTOM)],
+        ),
+        "StartChannels": (
+            "receiver",
+            "control",
+            "How many CHANNELs had been seen.",
+            [read("START", json={"request": 1, "channels": 5})],
+        ),
+        "ErrorOfChannel": (
+            "receiver",
+            "control",
+            "A topic whose type is not there; the session goes on.",
+            [
+                read(
+                    "ERROR",
+                    json={
+                        "code": "channel",
+                        "message": "there is no package my_msgs",
+                        "fatal": False,
+                        "channel": 40,
+                    },
+                )
+            ],
         ),
         "StatusClockDetails": (
             "device",

@@ -5,6 +5,7 @@ immutable and may be shared between threads.
 """
 
 import functools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -13,6 +14,10 @@ from typing import NamedTuple
 import yaml
 
 type Scalar = bool | int | float | str
+
+MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+_CUSTOM_NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
+_MAX_NAME, _MAX_TYPE = 64, 128
 
 # The keys of every camera section beside `enabled`; legal together when one of its modes has them.
 CAMERA_KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
@@ -66,6 +71,27 @@ class Topic:
 
     def full_name(self, prefix: str) -> str:
         return self.name if self.name.startswith("/") else f"{prefix}/{self.name}"
+
+
+@dataclass(frozen=True)
+class CustomTopics:
+    """The topics `<stream>/<name>` that the device names, `max_topics` per run of its app."""
+
+    stream: str
+    role: str
+    lane: str
+    qos: str
+    max_topics: int
+
+    def topic(self, name: str, type: str) -> Topic | None:
+        """The row that such a topic has; None for a name or a type that ROS forbids."""
+        folder, _, own = name.partition("/")
+        is_name = folder == self.stream and len(own) <= _MAX_NAME and _CUSTOM_NAME.fullmatch(own)
+        if not is_name or len(type) > _MAX_TYPE or not MESSAGE_TYPE.fullmatch(type):
+            return None
+        return Topic(
+            self.stream, self.role, name, type, self.lane, self.qos, None, when=None, frame=""
+        )
 
 
 @dataclass(frozen=True)
@@ -152,6 +178,7 @@ class StreamTable:
     qos: Mapping[str, Qos]
     lanes: Mapping[str, Lane]
     image_lanes: tuple[str, ...]
+    custom_topics: CustomTopics
     receiver_topics: tuple[ReceiverTopic, ...]
     world_frame: str
     head_frame: str

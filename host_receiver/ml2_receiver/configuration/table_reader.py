@@ -1,6 +1,5 @@
 """Reads the stream table and proves that it is consistent."""
 
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -8,7 +7,9 @@ from typing import Any
 from ..errors import TableError
 from .table import (
     CAMERA_KEYS,
+    MESSAGE_TYPE,
     Condition,
+    CustomTopics,
     Key,
     Lane,
     Mode,
@@ -24,7 +25,6 @@ from .table import (
 Row = Mapping[str, Any]
 
 _KEY_TYPES = ("bool", "file", "number", "topic")
-_MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
 
 
 def read_table(document: Row) -> StreamTable:
@@ -50,6 +50,7 @@ def read_table(document: Row) -> StreamTable:
                 for stream in streams.values()
                 if any(topic.lane == stream.id for topic in stream.topics)
             ),
+            custom_topics=_custom_topics(document["custom_topics"], document),
             receiver_topics=tuple(ReceiverTopic(**row) for row in document["receiver_topics"]),
             world_frame=document["frames"]["world"],
             head_frame=document["frames"]["head"],
@@ -194,6 +195,13 @@ def _condition(when: Row, section: Section) -> Mapping[str, Scalar]:
     return MappingProxyType(dict(when))
 
 
+def _custom_topics(row: Row, document: Row) -> CustomTopics:
+    _one_of("stream", row["stream"], document["streams"])
+    _one_of("lane", row["lane"], document["lanes"])
+    _one_of("qos", row["qos"], document["qos"])
+    return CustomTopics(**row)
+
+
 def _switch(when: Row, row: Row) -> Condition:
     ((key, value),) = when.items()
     _one_of("when", key, row.get("values", ()))
@@ -203,7 +211,7 @@ def _switch(when: Row, row: Row) -> Condition:
 def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
     _one_of("lane", topic["lane"], document["lanes"])
     _one_of("qos", topic["qos"], document["qos"])
-    if not _MESSAGE_TYPE.fullmatch(topic["type"]):
+    if not MESSAGE_TYPE.fullmatch(topic["type"]):
         raise ValueError(f"type: expected <package>/msg/<Name>, found {topic['type']}")
     suffix = topic.get("suffix", "")
     return Topic(

@@ -2,6 +2,7 @@
 
 import secrets
 from collections.abc import Callable
+from dataclasses import replace
 
 from ..configuration.table import Topic
 from ..errors import ErrorCode, ProtocolError
@@ -70,7 +71,7 @@ class Session:
         self._lane_ended_s: float | None = None
         self._bye_s: float | None = None
         self._handlers: dict[int, Callable[[bytearray], None]] = {
-            Kind.CHANNEL: lambda body: self.streams.announce(Channel.parse(body)),
+            Kind.CHANNEL: lambda body: self._channel(Channel.parse(body)),
             Kind.CHANNEL_END: lambda body: self.streams.end(ChannelEnd.parse(body)),
             Kind.CONFIGURED: lambda body: self._configured(Configured.parse(body)),
             Kind.STATUS: self._status,
@@ -145,6 +146,15 @@ class Session:
         else:
             self.skipped_frames += 1
 
+    def _channel(self, channel: Channel) -> None:
+        refusal = self.streams.announce(channel)
+        if refusal is not None:
+            self._event(str(refusal))
+            error = error_body(ProtocolError(ErrorCode.CHANNEL, str(refusal)))
+            self.send(Kind.ERROR, replace(error, fatal=False, channel=channel.id))
+        if self.streams.is_answered:
+            self._apply()
+
     def _configured(self, configured: Configured) -> None:
         known = self.streams.answers
         self.streams.answer(configured)
@@ -153,6 +163,9 @@ class Session:
                 self._event(f"{id} {answer.result}: {answer.reason!r}")
         running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
         self._event(f"streams: {', '.join(running) or 'none'}")
+        self._apply()
+
+    def _apply(self) -> None:
         self._context.sink.configured(
             Applied(self.hello.name, self.id, self.streams.answers, self.streams.topics)
         )

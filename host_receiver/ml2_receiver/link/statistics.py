@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..configuration.table import Topic
 from ..wire.frame import Header
 
 # The shares of a message's latency, between the columns of TopicStatistics.times_ns().
@@ -95,7 +96,8 @@ class TopicStatistics:
 
 @dataclass(frozen=True)
 class Instance:
-    """One run of a device's app; `topics` is keyed as the stream table names topics.
+    """One run of a device's app; `topics` is keyed as the stream table names topics, `custom` has
+    the rows of those that the device has named itself.
 
     Instances are equal when they are the same run.
     """
@@ -103,6 +105,7 @@ class Instance:
     device_id: str
     instance_id: str
     topics: dict[str, TopicStatistics] = field(default_factory=dict, compare=False)
+    custom: dict[str, Topic] = field(default_factory=dict, compare=False)
 
     def received(self) -> dict[str, int]:
         """Messages that arrived, by topic."""

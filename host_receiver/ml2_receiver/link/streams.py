@@ -4,8 +4,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ..configuration.table import Scalar, StreamTable, Topic
-from ..errors import ErrorCode, ProtocolError
-from ..topics.sink import Sink
+from ..errors import ErrorCode, ProtocolError, PublishError
+from ..topics.sink import Publish, Sink
 from ..wire.messages import Channel, ChannelEnd, Configure, Configured, Start, StreamAnswer
 from .connection import Route
 from .statistics import Instance, TopicStatistics
@@ -38,15 +38,17 @@ class Streams:
         self.answers: Mapping[str, StreamAnswer] = {}
         self.routes: dict[str, dict[int, Route]] = {"sensors": {}}
         self.routes |= {lane: {} for lane in table.image_lanes}
-        self._instance, self._sink = instance, sink
+        self._table, self._instance, self._sink = table, instance, sink
         self._frame_prefix = frame_prefix or None
         self._topics = {
             topic.name: topic for stream in table.streams.values() for topic in stream.topics
         }
+        self._announced = 0
         self._live: dict[int, Topic] = {}
         self._unrouted: dict[int, tuple[str, Route]] = {}
         self._request = 0
         self._requested: Request = {}
+        self._requested_before: Request = {}
         self._negotiated: Request | None = None
         self._offered: list[Topic] = []
         self._is_answered = self._is_started = self._has_started = self._runs = False
@@ -56,13 +58,18 @@ class Streams:
         """Those of all streams that were negotiated and not refused, running or not."""
         return [topic for topic in self._offered if self.answers[topic.stream].result != "refused"]
 
+    @property
+    def is_answered(self) -> bool:
+        """Whether the device has answered all that it was asked."""
+        return self._is_answered
+
     def is_running(self, stream: str) -> bool:
         """Whether the device is asked for it at present."""
         return stream in self._requested
 
     def topic(self, name: str) -> Topic:
-        """The row of the stream table."""
-        return self._topics[name]
+        """The row of the stream table, or of a topic that the device has named."""
+        return self._topics.get(name) or self._instance.custom[name]
 
     def due(self, demand: Demand) -> Configure | Start | None:
         """What to send next; None when nothing, or while an answer is outstanding.
@@ -88,7 +95,7 @@ class Streams:
 
     def _configure(self, streams: Request) -> Configure:
         self._request += 1
-        self._requested = streams
+        self._requested_before, self._requested = self._requested, streams
         self._runs = self._runs and bool(streams)
         self._is_answered = self._is_started = False
         return Configure(self._request, streams, self._frame_prefix)
@@ -99,10 +106,11 @@ class Streams:
             self.routes[lane][channel] = route
         self._unrouted.clear()
         self._is_started = self._has_started = self._runs = True
-        return Start(self._request)
+        is_open = self._table.custom_topics.stream in self._requested
+        return Start(self._request, self._announced if is_open else None)
 
-    def announce(self, channel: Channel) -> None:
-        """CHANNEL opens its topic."""
+    def announce(self, channel: Channel) -> PublishError | None:
+        """CHANNEL opens its topic, or the error says why its DATA goes nowhere."""
         if not self._request:
             raise ProtocolError(ErrorCode.UNEXPECTED, "CHANNEL before CONFIGURE")
         topic = self._checked(channel)
@@ -111,10 +119,24 @@ class Streams:
                 ErrorCode.CHANNEL, f"channel {channel.id}, {topic.name}, is announced already"
             )
         statistics = self._instance.topics.setdefault(topic.name, TopicStatistics())
+        publish, refusal = self._open(topic)
         self._live[channel.id] = topic
-        self._unrouted[channel.id] = topic.lane, Route(self._sink.open(topic), statistics)
+        self._unrouted[channel.id] = topic.lane, Route(publish, statistics)
+        self._announced += 1
+        self._is_started = False
+        if self._is_answered and topic not in self._offered:
+            self._offered.append(topic)
+        return refusal
+
+    def _open(self, topic: Topic) -> tuple[Publish, PublishError | None]:
+        try:
+            return self._sink.open(topic), None
+        except PublishError as error:
+            return _refuse, error
 
     def _checked(self, channel: Channel) -> Topic:
+        if channel.stream == self._table.custom_topics.stream:
+            return self._checked_custom(channel)
         topic = self._topics.get(channel.topic)
         found = (channel.stream, channel.role, channel.type, channel.qos, channel.lane)
         if topic is None or found != (topic.stream, topic.role, topic.type, topic.qos, topic.lane):
@@ -125,6 +147,29 @@ class Streams:
         if values is None or (topic.when is not None and not topic.when.holds(values)):
             raise ProtocolError(ErrorCode.CHANNEL, f"{topic.name} was not asked for")
         return topic
+
+    def _checked_custom(self, channel: Channel) -> Topic:
+        rules, known = self._table.custom_topics, self._instance.custom
+        topic = rules.topic(channel.topic, channel.type)
+        found = (channel.role, channel.qos, channel.lane)
+        if topic is None or found != (rules.role, rules.qos, rules.lane):
+            raise ProtocolError(
+                ErrorCode.CHANNEL, f"no custom topic can be {channel.topic!r}: {channel!r}"
+            )
+        # Announced by itself, it may cross the CONFIGURE that no longer wants it.
+        if rules.stream not in self._requested and (
+            self._is_answered or rules.stream not in self._requested_before
+        ):
+            raise ProtocolError(ErrorCode.CHANNEL, f"{topic.name} was not asked for")
+        if known.get(topic.name, topic) != topic:
+            raise ProtocolError(
+                ErrorCode.CHANNEL, f"{topic.name} is {known[topic.name].type}, not {topic.type}"
+            )
+        if topic.name not in known and len(known) >= rules.max_topics:
+            raise ProtocolError(
+                ErrorCode.CHANNEL, f"{topic.name} is one more than {rules.max_topics} custom topics"
+            )
+        return known.setdefault(topic.name, topic)
 
     def end(self, end: ChannelEnd) -> None:
         """CHANNEL_END; the route stays for what is under way."""
@@ -159,3 +204,7 @@ class Streams:
         if channel in self._unrouted or not self._has_started:
             return ProtocolError(ErrorCode.UNEXPECTED, f"DATA of channel {channel} before START")
         return ProtocolError(ErrorCode.CHANNEL, f"DATA of channel {channel}, unknown on this lane")
+
+
+def _refuse(_: bytearray) -> None:
+    raise PublishError("the topic could not be made")

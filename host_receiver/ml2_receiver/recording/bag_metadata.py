@@ -68,7 +68,7 @@ def _topic(topic: BagTopic) -> dict[str, Any]:
         "type": topic.type,
         "serialization_format": "cdr",
         "offered_qos_profiles": topic.offered_qos_profiles(),
-        "type_description_hash": HASHES[topic.type],
+        "type_description_hash": HASHES.get(topic.type, ""),
     }
 
 

@@ -40,10 +40,12 @@ class BagWriter:
         self.write_metadata()
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Announces a topic, once."""
+        """Announces a topic, once; of types that no stream has the definition stays empty."""
         if topic.type not in self._schemas:
+            definition = DEFINITIONS.get(topic.type, "")
+            encoding = SchemaEncoding.ROS2 if definition else SchemaEncoding.SelfDescribing
             self._schemas[topic.type] = self._writer.register_schema(
-                topic.type, SchemaEncoding.ROS2, DEFINITIONS[topic.type].encode()
+                topic.type, encoding, definition.encode()
             )
         self._channels[topic] = self._writer.register_channel(
             topic.name,
@@ -51,7 +53,7 @@ class BagWriter:
             self._schemas[topic.type],
             {
                 "offered_qos_profiles": to_yaml(topic.offered_qos_profiles()).rstrip(),
-                "topic_type_hash": HASHES[topic.type],
+                "topic_type_hash": HASHES.get(topic.type, ""),
             },
         )
         self.metadata.message_counts[topic] = 0

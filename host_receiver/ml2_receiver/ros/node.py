@@ -15,7 +15,7 @@ from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.settings import Settings
 from ..configuration.table import StreamTable, Topic
-from ..errors import ConfigError, PublishError
+from ..errors import ConfigError
 from ..link.report import Report
 from ..ros_context import start_ros
 from ..topics.config_topic import config_text
@@ -112,11 +112,7 @@ class RosNode:
         rclpy.shutdown(context=self._context)
 
     def open(self, topic: Topic) -> Publish:
-        try:
-            return self._publishers.open(topic)
-        except PublishError as error:
-            self.event(str(error))
-            return _refuse
+        return self._publishers.open(topic)
 
     def configured(self, applied: Applied) -> None:
         self._publishers.keep_only(applied.topics)
@@ -153,7 +149,3 @@ class RosNode:
         }
         stamp = self._node.get_clock().now().to_msg()
         self._statuses.publish(status_array(self.config.name, rows, more, stamp))
-
-
-def _refuse(_: bytearray) -> None:
-    raise PublishError("the topic could not be made")

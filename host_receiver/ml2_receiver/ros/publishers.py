@@ -44,7 +44,7 @@ class Publishers:
         """What publishes payloads of the topic.
 
         Raises:
-            PublishError: QoS overrides of the user are wrong.
+            PublishError: its type is not installed, or QoS overrides of the user are wrong.
         """
         with self._lock:
             if topic not in self._publishers:
@@ -52,7 +52,7 @@ class Publishers:
                 qos = self._table.qos[topic.qos]
                 try:
                     publisher = create_publisher(self._node, name, topic.type, qos, self._matched)
-                except (ParameterException, RuntimeError) as error:
+                except (ImportError, ParameterException, RuntimeError) as error:
                     raise PublishError(f"{name} is not published: {error}") from error
                 self._publishers[topic] = publisher
             return raw_publish(self._publishers[topic], self._takes_bytearray)

@@ -15,17 +15,28 @@ class FanOut:
         self._sinks = sinks
 
     def open(self, topic: Topic) -> Publish:
-        publishers = [sink.open(topic) for sink in self._sinks]
+        """As far as some sink can make the topic; events say why others cannot."""
+        publishers: list[Publish] = []
+        refusals: list[PublishError] = []
+        for sink in self._sinks:
+            try:
+                publishers.append(sink.open(topic))
+            except PublishError as error:
+                refusals.append(error)
+        if not publishers:
+            raise refusals[0]
+        for refusal in refusals:
+            self.event(str(refusal))
 
         def publish(payload: bytearray) -> None:
-            refusal: PublishError | None = None
+            last: PublishError | None = None
             for publish_one in publishers:
                 try:
                     publish_one(payload)
                 except PublishError as error:
-                    refusal = error
-            if refusal is not None:
-                raise refusal
+                    last = error
+            if last is not None:
+                raise last
 
         return publish
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 
@@ -10,7 +12,21 @@ def message_class(name: str) -> Any:
     """The Python class of a type such as `sensor_msgs/msg/Image`.
 
     Raises:
-        ImportError: its package is not installed.
+        ImportError: its package is not installed, has no such type, or is not one of ROS messages
+            and therefore is not run.
     """
     package, _, message = name.partition("/msg/")
-    return getattr(importlib.import_module(f"{package}.msg"), message)
+    if not _has_messages(package):
+        raise ImportError(f"there is no package {package} of ROS messages here")
+    found = getattr(importlib.import_module(f"{package}.msg"), message, None)
+    if found is None:
+        raise ImportError(f"package {package} has no message {message}")
+    return found
+
+
+def _has_messages(package: str) -> bool:
+    """Whether rosidl made the package; tells without importing it."""
+    spec = find_spec(package)
+    folders = (spec and spec.submodule_search_locations) or ()
+    made = f"{package}_s__rosidl_typesupport_c*.so"
+    return any(next(Path(folder).glob(made), None) is not None for folder in folders)

@@ -30,6 +30,7 @@ class Sink(Protocol):
     def open(self, topic: Topic) -> Publish:
         """A function that publishes one payload of the topic, which may be open already.
 
+        Raises PublishError when the topic cannot be made, which is told to the user.
         The function is called by one thread at a time, must not keep the payload, and raises
         PublishError when it cannot take it. Once the topic has ended it does nothing.
         """

@@ -113,6 +113,7 @@ class ChannelEnd(JsonBody):
 @dataclass(frozen=True)
 class Start(JsonBody):
     request: int
+    channels: int | None = None
 
 
 @dataclass(frozen=True)
@@ -161,6 +162,7 @@ class Error(JsonBody):
     code: str
     message: str
     fatal: bool
+    channel: int | None = None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
 // ml2sim.h for Kotlin: the functions of the test object dev.ml2sensors.capture.Simulation.
+#include <dlfcn.h>
 #include <jni.h>
 #include <stddef.h>
 
+#include "../../sdk/ml2s.h"
 #include "ml2sim.h"
 
 static jstring set(JNIEnv *env, jclass class, jstring key, jstring value) {
@@ -60,6 +62,17 @@ static jdoubleArray true_pose(JNIEnv *env, jclass class, jint camera, jlong boot
     return values;
 }
 
+/** Reaches the library that is loaded already as P/Invoke does, by its name. */
+static jboolean acquire_latest(JNIEnv *env, jclass class, jint stream, jlong after_nanos, jobject frame) {
+    (void)class;
+    ml2s_result (*acquire)(uint32_t, int64_t, ml2s_frame *) = NULL;
+    void *library = dlopen("libml2sensors.so", RTLD_NOW | RTLD_NOLOAD);
+    *(void **)&acquire = library ? dlsym(library, "ml2s_acquire_latest") : NULL;
+    ml2s_frame *memory = (*env)->GetDirectBufferAddress(env, frame);
+    memory->struct_size = sizeof *memory;
+    return acquire && acquire((uint32_t)stream, after_nanos, memory) == ML2S_OK;
+}
+
 #define METHOD(name, signature, function)                                                                              \
     { (char *)(name), (char *)(signature), (void *)(function) }
 
@@ -71,6 +84,7 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("advance", "(J)V", advance),
         METHOD("openHandles", "()I", open_handles),
         METHOD("lastMisuse", "()Ljava/lang/String;", last_misuse),
+        METHOD("acquireLatest", "(IJLjava/nio/ByteBuffer;)Z", acquire_latest),
         METHOD("mlTime", "(J)J", mltime),
         METHOD("truePose", "(IJ)[D", true_pose),
     };

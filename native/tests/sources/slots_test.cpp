@@ -100,6 +100,23 @@ TEST(Slots, ThePublishedFrameIsLeasedWithItsMemoryUntilEveryReaderReleases) {
     EXPECT_EQ(ml2s_release(kStream, second->slot), ML2S_INVALID_ARGUMENT) << "the lease of latest is nobody's to end";
 }
 
+TEST(Slots, AnUnpublishedFrameIsAcquiredNoMoreAndItsReadersKeepIt) {
+    const Slots slots(1);
+    publishOnce(100);
+    const auto leased = acquire(0);
+    ASSERT_TRUE(leased);
+    EXPECT_EQ(ml2s_unpublish(kStream), ML2S_OK);
+    EXPECT_FALSE(acquire(0));
+    EXPECT_FALSE(take()) << "it is being read";
+    EXPECT_EQ(ml2s_release(kStream, leased->slot), ML2S_OK);
+    publishOnce(200);
+    EXPECT_EQ(ml2s_unpublish(kStream), ML2S_OK);
+    EXPECT_EQ(ml2s_unpublish(kStream), ML2S_OK) << "there is none";
+    const auto slot = take();
+    ASSERT_TRUE(slot) << "it is kept for nobody";
+    EXPECT_EQ(ml2s_release(kStream, *slot), ML2S_OK);
+}
+
 TEST(Slots, OnlyNewerFramesAreAcquired) {
     const Slots slots(2);
     publishOnce(100);
@@ -156,6 +173,7 @@ TEST(Slots, MisuseIsRefused) {
     EXPECT_EQ(ml2s_provide(ML2S_STREAM_COUNT, &good, 1), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_take(ML2S_STREAM_COUNT, &slot, &memory), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_publish(&frame), ML2S_INVALID_ARGUMENT);
+    EXPECT_EQ(ml2s_unpublish(ML2S_STREAM_COUNT), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_release(kStream, ML2S_MAX_SLOTS), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_release(kStream, 0), ML2S_INVALID_ARGUMENT);
     frame.struct_size--;

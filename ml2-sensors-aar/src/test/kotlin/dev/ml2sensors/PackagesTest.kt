@@ -73,7 +73,8 @@ class PackagesTest {
             setOf("wire"),
             setOf("session"),
             setOf("stream"),
-            ADAPTERS,
+            setOf("android"),
+            setOf("unity"),
         )
     }
 }

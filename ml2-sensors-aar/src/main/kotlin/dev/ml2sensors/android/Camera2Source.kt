@@ -3,9 +3,11 @@ package dev.ml2sensors.android
 import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraManager
 import android.util.Size
+import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
+import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
@@ -67,7 +69,11 @@ internal class Camera2Source(
             }
         ColorCapture(cameraManager, camera, plan, values.hz, encoder, workers, closed, clocks.boot) { tracker ->
             ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
-        }.deliverTo(this, poses)
+        }.deliverTo({ emit(it.also { sample -> copyToViewers(stream, sample) }) }, poses)
+    }
+
+    private fun copyToViewers(stream: StreamSpec, sample: Sample) {
+        if (sample is ImageSample) LocalFrames.copy(stream, sample)
     }
 
     /** Ends all flows. */

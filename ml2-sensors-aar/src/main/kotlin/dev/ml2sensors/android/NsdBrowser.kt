@@ -17,10 +17,16 @@ import java.io.IOException
  * The receiver that announces itself by [name] on the headset's network, without a name the only one there is; as the
  * other `discover`, by Android's means.
  */
-public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver {
+public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver =
+    discover(nsdBrowser(context), name)
+
+/** Android is asked for its NsdManager only when a search begins. */
+internal fun nsdBrowser(context: Context): ReceiverBrowser {
     val app = context.applicationContext
-    val wifi = app.getSystemService(WifiManager::class.java)
-    return discover(NsdBrowser(app.getSystemService(NsdManager::class.java), wifi), name)
+    return ReceiverBrowser {
+        val wifi = app.getSystemService(WifiManager::class.java)
+        NsdBrowser(app.getSystemService(NsdManager::class.java), wifi).receivers()
+    }
 }
 
 /** Looks with Android's NsdManager, as of API 29. Without a [wifi] there is no filter of multicast to lift. */

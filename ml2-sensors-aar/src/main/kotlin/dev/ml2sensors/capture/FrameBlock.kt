@@ -5,6 +5,7 @@ import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
+import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Intrinsics
 import java.nio.ByteBuffer
 
@@ -76,6 +77,18 @@ internal class Frame(private val memory: ByteBuffer, private val base: Int) {
             if (has(HAS_ILLUMINATION)) ILLUMINATION[int(FrameLayout.illumination)] else null,
         )
 
+    /** Makes it one of the picture of [sample], [sizeBytes] from the start of [slot], without pose and intrinsics. */
+    fun fill(stream: Int, slot: Int, sample: ImageSample, sizeBytes: Int) {
+        memory.putInt(base + FrameLayout.stream, stream)
+        memory.putInt(base + FrameLayout.slot, slot)
+        memory.putLong(base + FrameLayout.frameNumber, sample.frameNumber)
+        memory.putLong(base + FrameLayout.captureNanos, sample.captureNanos)
+        memory.putInt(base + FrameLayout.width, sample.width)
+        memory.putInt(base + FrameLayout.height, sample.height)
+        memory.putInt(plane(IMAGE) + FrameLayout.planeSize + base, sizeBytes)
+        memory.putInt(plane(IMAGE) + FrameLayout.planeStride + base, sample.strideBytes)
+    }
+
     /** From one row to the next of a plane by its ml2s_plane_role. */
     fun strideBytes(role: Int): Int = int(plane(role) + FrameLayout.planeStride)
 
@@ -108,6 +121,9 @@ internal class Frame(private val memory: ByteBuffer, private val base: Int) {
 
     companion object {
         const val NO_SLOT = -1
+
+        /** ML2S_PLANE_IMAGE */
+        const val IMAGE = 0
 
         const val HAS_POSE = 1
         const val HAS_INTRINSICS = 2

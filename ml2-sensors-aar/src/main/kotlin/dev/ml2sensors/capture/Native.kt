@@ -74,6 +74,17 @@ internal object Native {
     @JvmStatic
     external fun provide(stream: Int, memory: ByteBuffer, slotBytes: Int, count: Int)
 
+    /** A free slot to write a frame into; [Frame.NO_SLOT] when all are leased. */
+    @JvmStatic
+    external fun take(stream: Int): Int
+
+    /** Number [index] of the ml2s_frame in [frames], a direct buffer. */
+    @JvmStatic
+    external fun publish(frames: ByteBuffer, index: Int)
+
+    @JvmStatic
+    external fun unpublish(stream: Int)
+
     @JvmStatic
     external fun release(stream: Int, slot: Int)
 

@@ -5,11 +5,21 @@ import kotlin.io.path.absolutePathString
 
 /** libml2sensors.so, which everything else of this package needs to be loaded; once per process. */
 public object NativeLibrary {
+    @Volatile
+    internal var isLoaded: Boolean = false
+        private set
+
     /** From the app's own package, on Android. Throws UnsatisfiedLinkError when it is not there. */
-    public fun load(): Unit = System.loadLibrary("ml2sensors")
+    public fun load() {
+        System.loadLibrary("ml2sensors")
+        isLoaded = true
+    }
 
     /** From [file]. */
-    public fun load(file: Path): Unit = System.load(file.absolutePathString())
+    public fun load(file: Path) {
+        System.load(file.absolutePathString())
+        isLoaded = true
+    }
 
     /**
      * How [NativeBackend.OPENXR] reaches its runtime: by the loader [library], a path or a name as dlopen takes it,

@@ -28,6 +28,7 @@ internal class OpenCamera(
     override fun deliver(subscriptions: List<Subscription>) {
         for (index in 0 until Native.poll(handle, POLL_NANOS, frames.memory)) {
             val frame = frames[index]
+            if (frame.slot != Frame.NO_SLOT) LocalFrames.publish(StreamTable.all[frame.stream], frames.memory, index)
             val sample = frame.toSample()
             val missed = missedBefore(frame)
             for (subscription in subscriptions) {
@@ -70,7 +71,7 @@ private fun Frame.toSample(): Sample {
         frameNumber,
         width,
         height,
-        strideBytes(IMAGE),
+        strideBytes(Frame.IMAGE),
         pose?.toOptical(),
         intrinsics,
         settings,
@@ -80,8 +81,6 @@ private fun Frame.toSample(): Sample {
         giveBack = { pool.release(slot) },
     )
 }
-
-private const val IMAGE = 0
 
 /** The stream table's name of each ml2s_plane_role. */
 private val PLANE_ROLES = listOf(ImageSample.IMAGE, "confidence", "flags")

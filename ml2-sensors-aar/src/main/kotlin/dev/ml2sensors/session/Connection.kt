@@ -38,6 +38,7 @@ internal class Connection private constructor(private val socket: SocketChannel,
             val error = decodeError(frame.body)
             val code = ErrorCode.entries.firstOrNull { it.wireName == error.code } ?: ErrorCode.UNEXPECTED
             if (error.fatal) throw ProtocolException(code, "the receiver says ${error.code}: ${error.message}", true)
+            if (FrameKind.ERROR in allowed) return frame
         }
     }
 

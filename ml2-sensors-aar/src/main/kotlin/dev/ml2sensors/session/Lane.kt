@@ -24,9 +24,16 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
     /** Takes over [frame]: it will be sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
         if (waits) awaitLinkFor(frame)
+        ifLinked(frame) { if (waits) queue.send(frame) else enqueue(frame) }
+    }
+
+    /** As [offer], without ever waiting. */
+    fun offerNow(frame: OutgoingFrame): Unit = ifLinked(frame) { enqueue(frame) }
+
+    private inline fun ifLinked(frame: OutgoingFrame, enqueue: () -> Unit) {
         if (!isLinked.value) return frame.drop(DropReason.LINK_DOWN)
         try {
-            if (waits) queue.send(frame) else enqueue(frame)
+            enqueue()
         } finally {
             // The link may have gone after the look at it, and with it whoever empties the queue
             if (!isLinked.value) dropQueued()

@@ -18,5 +18,29 @@ public interface Receiver {
          */
         public fun discover(browser: ReceiverBrowser, name: String? = null): Receiver =
             DiscoveredReceiver(browser, name)
+
+        /**
+         * The receiver that a person writes as a name, as `HOST:PORT`, or as the URI `ml2s://HOST:PORT`, of which what
+         * follows has no meaning yet; an empty [text] is the only one there is.
+         *
+         * @throws IllegalArgumentException for anything else.
+         */
+        public fun parse(text: String, browser: ReceiverBrowser): Receiver = when {
+            text.isEmpty() -> discover(browser)
+            ':' in text -> address(text)
+            else -> discover(browser, text)
+        }
+
+        private fun address(text: String): ReceiverAddress {
+            val (bracketed, plain, port) = HOST_AND_PORT.matchEntire(text)?.destructured ?: fail(text)
+            val number = port.toInt().takeIf { it in 1..65535 } ?: fail(text)
+            return ReceiverAddress(bracketed.ifEmpty { plain }, number)
+        }
+
+        private fun fail(text: String): Nothing = throw IllegalArgumentException(
+            "expected a name, or HOST:PORT with a port of 1 to 65535, found '$text'",
+        )
+
+        private val HOST_AND_PORT = Regex("""(?:ml2s://)?(?:\[([^]/]+)]|([^:/\[]+)):(\d{1,5})(?:[/?#].*)?""")
     }
 }

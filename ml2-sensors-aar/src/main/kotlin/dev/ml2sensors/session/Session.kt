@@ -46,6 +46,10 @@ internal class Session(
 ) {
     private val connections = mutableListOf<Connection>()
     private val announced = HashSet<Int>()
+
+    /** All CHANNELs that were written, in their order, and how many before the last CONFIGURED. */
+    private val written = ArrayList<Int>()
+    private var writtenBeforeAnswer = 0
     private val announcing = Mutex()
     private var openRequest: Long? = null
 
@@ -92,6 +96,7 @@ internal class Session(
         part(control) { timeLane.run() }
         part(control) { control.keepAlive(welcome.timeouts) }
         part(control) { reportFailures(control) }
+        part(control) { for (addition in streams.additions) announceAdditions(control) }
         val drained = CompletableDeferred<Unit>()
         val telling = part(control) { reportEvents(control, drained) }
         val statusing = part(control) { reportStatus(control, drained) }
@@ -114,9 +119,15 @@ internal class Session(
             FrameKind.CONFIGURE -> configure(ControlJson.decode(frame.body), control, lanes)
 
             FrameKind.START -> {
-                checkRequest(ControlJson.decode(frame.body))
+                val start = ControlJson.decode<Start>(frame.body)
+                checkRequest(start)
                 lanes.startSending()
-                streams.start()
+                streams.start(announcing.withLock { written.take(start.channels ?: writtenBeforeAnswer).toSet() })
+            }
+
+            FrameKind.ERROR -> {
+                val error = ControlJson.decode<ErrorBody>(frame.body)
+                error.channel?.let { streams.refuse(it, error.message) }
             }
 
             FrameKind.PING -> control.write(FrameKind.PONG)
@@ -135,10 +146,22 @@ internal class Session(
         announcing.withLock {
             val channels = streams.channels()
             endChannelsBut(channels, control)
-            channels.filter { announced.add(it.id) }.forEach { control.write(FrameKind.CHANNEL, it) }
+            announce(channels, control)
+            writtenBeforeAnswer = written.size
+            openRequest = wanted.request
         }
         control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
-        openRequest = wanted.request
+    }
+
+    private suspend fun announceAdditions(control: ControlLane) = announcing.withLock {
+        if (openRequest != null) announce(streams.channels().filter { it.lane == SessionLanes.SENSORS }, control)
+    }
+
+    private suspend fun announce(channels: List<ChannelBody>, control: ControlLane) {
+        for (channel in channels.filter { announced.add(it.id) }) {
+            control.write(FrameKind.CHANNEL, channel)
+            written += channel.id
+        }
     }
 
     private suspend fun endChannelsBut(channels: List<ChannelBody>, control: ControlLane) {
@@ -178,20 +201,9 @@ internal class Session(
 
     private suspend fun writeStatus(control: ControlLane, final: Boolean) {
         val uptimeSeconds = PROCESS_START.elapsedNow().inWholeMilliseconds / 1000.0
-        control.write(FrameKind.STATUS, Status(final, uptimeSeconds, streams.counts(), clockStatus()))
-    }
-
-    private fun clockStatus(): Status.Clock {
-        val status = hostClock.status
-        return Status.Clock(
-            status.state.wireName,
-            status.offsetNanos,
-            status.uncertaintyNanos,
-            status.roundTripNanos,
-            status.skewPpm,
-            status.steps,
-            status.epoch,
-            streams.timestampBases,
+        control.write(
+            FrameKind.STATUS,
+            Status(final, uptimeSeconds, streams.counts(), hostClock.toBody(streams.timestampBases)),
         )
     }
 
@@ -206,7 +218,14 @@ internal class Session(
         val FIRST_LIMIT = 5.seconds
         val STATUS_INTERVAL = 1.seconds
         val IN_SESSION =
-            setOf(FrameKind.CONFIGURE, FrameKind.START, FrameKind.PING, FrameKind.PONG, FrameKind.BYE)
+            setOf(
+                FrameKind.CONFIGURE,
+                FrameKind.START,
+                FrameKind.ERROR,
+                FrameKind.PING,
+                FrameKind.PONG,
+                FrameKind.BYE,
+            )
         val PROCESS_START = TimeSource.Monotonic.markNow()
     }
 }
@@ -218,6 +237,19 @@ private fun CoroutineScope.part(control: ControlLane, block: suspend () -> Unit)
     } catch (e: IOException) {
         if (!control.saidBye) throw e
     }
+}
+
+internal fun HostClock.toBody(bases: Map<String, String>): Status.Clock = status.let {
+    Status.Clock(
+        it.state.wireName,
+        it.offsetNanos,
+        it.uncertaintyNanos,
+        it.roundTripNanos,
+        it.skewPpm,
+        it.steps,
+        it.epoch,
+        bases,
+    )
 }
 
 private fun Answer.toBody(): Configured.StreamAnswer = when (this) {

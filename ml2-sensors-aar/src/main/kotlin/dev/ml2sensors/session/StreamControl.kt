@@ -8,7 +8,10 @@ import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlin.time.Duration
 
-/** What a session does to the device's streams. Called by one coroutine at a time, but for [channels] and [counts]. */
+/**
+ * What a session does to the device's streams. Called by one coroutine at a time, but for [channels], [refuse] and
+ * [counts].
+ */
 internal interface StreamControl {
     /** Ids of the streams that can be configured. */
     val capabilities: List<String>
@@ -30,8 +33,17 @@ internal interface StreamControl {
 
     fun lane(name: String): Lane
 
-    /** Begins what is configured now and does not run yet, as soon as stamps can be made; does not wait for them. */
-    suspend fun start()
+    /**
+     * Begins what is configured now and does not run yet, as soon as stamps can be made; does not wait for them. Of
+     * the channels the receiver knows those with the ids [known].
+     */
+    suspend fun start(known: Set<Int>)
+
+    /** The receiver does not publish [channel], for a [reason]. */
+    fun refuse(channel: Int, reason: String)
+
+    /** Told when [channels] of the lane `sensors` have come to be that nobody configured. */
+    val additions: ReceiveChannel<Unit>
 
     /** Streams that ended because their source failed, as it happens. */
     val failures: ReceiveChannel<SourceFailure>

@@ -6,10 +6,11 @@ import kotlinx.coroutines.flow.Flow
 
 /**
  * [headset] with the streams that are made of others: `imu_*` of both halves of a unit, and `tf`, whose samples are the
- * head's poses.
+ * head's poses; and `custom`, which the app makes and that has no samples.
  */
 internal class ComposedHeadset(private val headset: Headset) : Headset by headset {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        if (stream == StreamTable.custom) return custom(requested)
         val parts = partsOf(stream) ?: return headset.negotiate(stream, requested)
         val refusal = parts.map { headset.negotiate(it, requested) }.firstOrNull { it is Answer.Refused }
         return when {
@@ -20,6 +21,11 @@ internal class ComposedHeadset(private val headset: Headset) : Headset by headse
 
             else -> Answer.Applied(requested)
         }
+    }
+
+    private fun custom(requested: StreamValues): Answer = when (timeline) {
+        Headset.Timeline.LIVE -> Answer.Applied(requested)
+        Headset.Timeline.RECORDED -> Answer.Refused("nothing is added to a recording")
     }
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {

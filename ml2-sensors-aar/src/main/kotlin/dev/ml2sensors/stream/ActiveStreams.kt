@@ -22,6 +22,7 @@ import kotlinx.coroutines.Job
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.update
 import kotlinx.coroutines.joinAll
@@ -51,10 +52,14 @@ internal class ActiveStreams(
     private val headset = ComposedHeadset(headset)
     private val waits = headset.timeline == Headset.Timeline.RECORDED
     private val outgoing = OutgoingChannels(waits)
+    private val custom = CustomTopics(outgoing, clock.stamps)
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private var frameIds = FrameIds()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val tree = TransformTree(clock.stamps, isLive = !waits) { events.trySend(it) }
+
+    private val local = LocalStreams(this.headset, scope, ::failedLocally)
+    private var isConfigured = false
 
     private val changes = Mutex()
     private val hasStarted = CompletableDeferred<Unit>()
@@ -66,6 +71,8 @@ internal class ActiveStreams(
 
     override val events: Channel<Event> = Channel(Channel.UNLIMITED)
 
+    override val additions: ReceiveChannel<Unit> get() = custom.additions
+
     override val drainLimit: Duration = if (waits) Duration.INFINITE else 2.seconds
 
     override val timestampBases: Map<String, String>
@@ -74,7 +81,13 @@ internal class ActiveStreams(
     override val capabilities: List<String>
         get() = StreamTable.all.filter { headset.negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
 
+    /** As [Ml2Streamer.publisher]. */
+    fun publisher(name: String, type: String): TopicPublisher = custom.publisher(name, type)
+
+    override fun refuse(channel: Int, reason: String): Unit = custom.refuse(channel, reason)
+
     override fun linkUp(received: Map<String, Long>?) {
+        custom.linkUp()
         if (received != null) outgoing.settle(received)
     }
 
@@ -84,6 +97,8 @@ internal class ActiveStreams(
                 ?: Answer.Refused("this headset knows no stream $id")
         }
         changes.withLock {
+            isConfigured = true
+            local.end()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
             for ((id, answer) in answers) {
@@ -101,6 +116,15 @@ internal class ActiveStreams(
         return answers
     }
 
+    /** Runs [wanted] without sending it anywhere, until the first CONFIGURE of this instance. */
+    suspend fun runLocally(wanted: Map<String, StreamValues>): Unit = changes.withLock {
+        if (!isConfigured && states.value.isEmpty()) states.value = local.begin(wanted)
+    }
+
+    private fun failedLocally(spec: StreamSpec, cause: Exception) {
+        states.update { it + (spec.id to StreamState.Failed(reason(cause))) }
+    }
+
     private suspend fun forget(spec: StreamSpec) {
         running.remove(spec)
         if (spec == StreamTable.tf) tree.end() else tree.forget(spec)
@@ -108,12 +132,16 @@ internal class ActiveStreams(
 
     override suspend fun channels(): List<ChannelBody> =
         changes.withLock {
-            accepted.flatMap { (spec, values) -> outgoing.of(spec, values).map { it.describe(spec, frameIds) } }
+            accepted.flatMap { (spec, values) -> channels(spec, values).map { it.describe(spec, frameIds) } }
         }
+
+    private fun channels(spec: StreamSpec, values: StreamValues): List<OutgoingChannel> =
+        if (spec == StreamTable.custom) custom.channels() else outgoing.of(spec, values)
 
     override fun lane(name: String): Lane = outgoing.lane(name)
 
-    override suspend fun start() {
+    override suspend fun start(known: Set<Int>) {
+        val link = custom.link
         val wanted = changes.withLock { accepted.toMap() }
         scope.launch {
             clock.awaitStamps()
@@ -124,6 +152,7 @@ internal class ActiveStreams(
                 // The tree first, so that no image comes before it
                 fresh.entries.sortedBy { it.key != StreamTable.tf }.forEach { (spec, values) -> begin(spec, values) }
                 tree.repeat()
+                if (StreamTable.custom in running) custom.open(link, known)
             }
             hasStarted.complete(Unit)
         }
@@ -140,6 +169,8 @@ internal class ActiveStreams(
 
     override suspend fun stopSources(): Unit =
         changes.withLock {
+            isConfigured = true
+            local.end()
             accepted.clear()
             running.values.forEach { it.job.cancelAndJoin() }
         }
@@ -164,7 +195,7 @@ internal class ActiveStreams(
         } catch (e: CancellationException) {
             throw e
         } catch (e: Exception) {
-            val reason = "${e.javaClass.simpleName}: ${e.message}"
+            val reason = reason(e)
             changes.withLock {
                 accepted.remove(spec)
                 forget(spec)
@@ -179,6 +210,7 @@ internal class ActiveStreams(
         values: StreamValues,
         frameIds: FrameIds,
     ) {
+        if (spec == StreamTable.custom) return custom.run()
         val samples = headset.samples(spec, values)
         val channels = outgoing.of(spec, values)
         when {
@@ -191,3 +223,5 @@ internal class ActiveStreams(
         }
     }
 }
+
+private fun reason(cause: Exception) = "${cause.javaClass.simpleName}: ${cause.message}"

@@ -9,8 +9,8 @@ internal data class FrameIds(private val prefix: String = "") {
 
     val head: String get() = prefix + StreamTable.HEAD_FRAME
 
-    /** Of the messages of [stream]. */
-    fun of(stream: StreamSpec): String = prefix + stream.frameId
+    /** Of the messages of [stream]; empty for those that the app makes. */
+    fun of(stream: StreamSpec): String = if (stream.frameId.isEmpty()) "" else prefix + stream.frameId
 
     /** The REP-103 frame beside that, of a [stream] with poses. */
     fun bodyOf(stream: StreamSpec): String = prefix + checkNotNull(stream.bodyFrameId) { "$stream has no pose" }

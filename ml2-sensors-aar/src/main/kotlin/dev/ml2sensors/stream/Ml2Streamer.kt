@@ -4,10 +4,13 @@ import dev.ml2sensors.Version
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.Session
+import dev.ml2sensors.session.toBody
 import dev.ml2sensors.session.unlessStopped
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.Hello
+import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
@@ -29,10 +32,14 @@ import kotlin.time.Duration.Companion.seconds
  * Streams what the receiver asks of [headset] to [receiver], and connects again whenever the link is lost, until
  * stopped. One streamer is one instance in the sense of PROTOCOL.md: it is started once. All methods may be called from
  * any thread; nothing runs on the caller's.
+ *
+ * @param localDefaults by stream id, what runs on the headset, for readers there, from the first attempt that finds no
+ * receiver until one says what it wants; empty values are the stream's default ones.
  */
 public class Ml2Streamer(
     private val headset: Headset,
     private val receiver: Receiver,
+    private val localDefaults: Map<String, StreamValues> = emptyMap(),
 ) {
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
     private val hostClock = HostClock(headset.clock)
@@ -47,6 +54,27 @@ public class Ml2Streamer(
 
     /** What became of each stream the receiver asked for, by the ids of the stream table. */
     public val streams: StateFlow<Map<String, StreamState>> = active.states.asStateFlow()
+
+    /**
+     * The app's own topic `custom/[name]`, for messages of a ROS [type] such as `std_msgs/msg/Float32`; the same one
+     * for the same name. It may be made before and after [start], and lives as long as the streamer.
+     *
+     * @throws IllegalArgumentException for what ROS does not allow, or a name that has another type.
+     * @throws IllegalStateException when there are as many as a run of the app can have, 32.
+     */
+    public fun publisher(name: String, type: String): TopicPublisher = active.publisher(name, type)
+
+    /**
+     * ROS time, ns, of what was captured at [captureNanos] on the headset's clock: for the header of a message, the
+     * same that all messages of that instant have. Null while it is not known, and while ROS time stepped back.
+     */
+    public fun stampNanos(captureNanos: Long): Long? =
+        if (hostClock.stamps.isSet) hostClock.stamps.stampNanos(captureNanos) else null
+
+    /** The books of now, as STATUS has them. */
+    internal fun counts(): Map<String, Status.ChannelCounts> = active.counts()
+
+    internal fun clock(): Status.Clock = hostClock.toBody(active.timestampBases)
 
     /** Begins to connect. */
     @Synchronized
@@ -84,6 +112,7 @@ public class Ml2Streamer(
                 }
             } catch (e: IOException) {
                 mutableState.value = StreamerState.Connecting(e.message ?: e.javaClass.simpleName)
+                active.runLocally(localDefaults)
                 withTimeoutOrNull(pause) { stopReason.await() }
                 pause = minOf(pause * 2, LONGEST_PAUSE)
             }

@@ -35,6 +35,15 @@ internal class OutgoingChannel(
         lane.offer(frame(serializer, message, stampNanos, sample))
     }
 
+    /** The next frame of this channel, with a copy of [payload], a whole message, from position to limit. */
+    fun frame(payload: ByteBuffer, stampNanos: Long): OutgoingFrame {
+        val header = FrameHeader(FrameKind.DATA.code, payload.remaining(), id, account.produce(), stampNanos)
+        val head = ByteBuffer.allocate(FrameHeader.BYTES + payload.remaining())
+        header.writeTo(head)
+        head.put(payload.duplicate()).flip()
+        return OutgoingFrame(account, head, data = null, sample = null)
+    }
+
     /** The next frame of this channel; it is to be offered to a lane, or else sent or dropped. */
     fun <T> frame(
         serializer: SerializationStrategy<T>,

@@ -5,6 +5,7 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.switchesOn
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.table.TopicSpec
 import dev.ml2sensors.wire.Status
 import java.util.concurrent.ConcurrentHashMap
 
@@ -25,6 +26,11 @@ internal class OutgoingChannels(private val waits: Boolean) {
                 OutgoingChannel(ALL_TOPICS.indexOf(topic) + 1, topic, lane(topic.lane))
             }
         }
+
+    /** The channel of the topic that the app has named as its number [index], from 0. */
+    fun custom(topic: TopicSpec, index: Int): OutgoingChannel = byTopic.computeIfAbsent(topic.name) {
+        OutgoingChannel(ALL_TOPICS.size + 1 + index, topic, lane(topic.lane))
+    }
 
     fun lane(name: String): Lane = lanes.computeIfAbsent(name) {
         Lane(it, if (it == SENSORS) StreamTable.sensorsLane else StreamTable.imageLane, waits)

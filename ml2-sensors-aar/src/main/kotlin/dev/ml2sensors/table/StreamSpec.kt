@@ -49,6 +49,18 @@ public class TopicSpec(
 )
 
 /**
+ * What the topics have in common that the app names itself.
+ *
+ * @property maxTopics in one run of the app.
+ */
+public class CustomTopicsSpec(
+    public val role: String,
+    public val lane: String,
+    public val qos: String,
+    public val maxTopics: Int,
+)
+
+/**
  * Legal values of a camera that go together.
  *
  * @property rates in Hz.

@@ -83,7 +83,11 @@ internal class ChannelBody(
 internal class ChannelEnd(val id: Int)
 
 @Serializable
-internal class Start(val request: Long)
+internal class Start(val request: Long, val channels: Int? = null) {
+    init {
+        require(channels == null || channels >= 0) { "channels: counts are not negative, found $channels" }
+    }
+}
 
 @Serializable
 internal class Status(
@@ -119,7 +123,7 @@ internal class Event(val event: String, val text: String) {
 }
 
 @Serializable
-internal class ErrorBody(val code: String, val message: String, val fatal: Boolean) {
+internal class ErrorBody(val code: String, val message: String, val fatal: Boolean, val channel: Int? = null) {
     companion object {
         fun of(code: ErrorCode, message: String, fatal: Boolean): ErrorBody =
             ErrorBody(code.wireName, message.take(TEXT_LIMIT), fatal)

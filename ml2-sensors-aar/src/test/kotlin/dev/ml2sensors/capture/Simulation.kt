@@ -3,6 +3,7 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.MlPose
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Vector3
+import java.nio.ByteBuffer
 import java.nio.file.Path
 import kotlin.io.path.absolute
 import kotlin.io.path.createDirectories
@@ -49,6 +50,10 @@ internal object Simulation {
 
     @JvmStatic
     private external fun reset()
+
+    /** ml2s_acquire_latest, which Kotlin itself has no use for, into [frame], a direct buffer of one ml2s_frame. */
+    @JvmStatic
+    external fun acquireLatest(stream: Int, afterNanos: Long, frame: ByteBuffer): Boolean
 
     /** With the key clock=manual. */
     @JvmStatic

@@ -62,9 +62,13 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
 
     override fun lane(name: String): Lane = lanes.computeIfAbsent(name) { Lane(it, QueueSpec(100), waits = false) }
 
-    override suspend fun start() {
+    override suspend fun start(known: Set<Int>) {
         call("start")
     }
+
+    override fun refuse(channel: Int, reason: String) = call("refuse $channel $reason")
+
+    override val additions = Channel<Unit>(Channel.CONFLATED)
 
     /** The source of [stream] fails. */
     fun fail(stream: String, reason: String) {

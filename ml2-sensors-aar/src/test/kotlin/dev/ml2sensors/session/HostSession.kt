@@ -54,8 +54,11 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     }
 
     fun start(request: Long) {
-        lock.withLock { judge.start() }
-        write(HostFrame.START, """{"request": $request}""")
+        val channels = lock.withLock {
+            judge.start()
+            log.count { it.kind == HostFrame.CHANNEL }
+        }
+        write(HostFrame.START, """{"request": $request, "channels": $channels}""")
     }
 
     fun write(kind: Int, json: String = "", lane: String = "control") {

@@ -18,7 +18,6 @@ import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
 import dev.ml2sensors.session.Receiver
-import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
@@ -45,7 +44,13 @@ internal const val EXIT_USAGE = 2
 /** Parses the command line, makes the headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private val receiver by option(metavar = "NAME|HOST:PORT", help = "Which receiver; default: the one there is.")
-        .convert { receiver(it) ?: fail("expected a name, or HOST:PORT with a port of 1 to 65535, found '$it'") }
+        .convert { text ->
+            try {
+                Receiver.parse(text, MulticastBrowser())
+            } catch (mistake: IllegalArgumentException) {
+                fail(mistake.message.orEmpty())
+            }
+        }
         .defaultLazy { Receiver.discover(MulticastBrowser()) }
     private val source by option(help = "The simulated device (default), or test signals without native code.")
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
@@ -137,17 +142,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         /** Far from any other clock, so that a time that was not converted is noticed. */
         const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
     }
-}
-
-private val HOST_AND_PORT = Regex("""(?:\[(.+)]|([^:]+)):(\d{1,5})""")
-
-/** A name has no colon. */
-private fun receiver(text: String): Receiver? =
-    if (':' in text || text.isEmpty()) address(text) else Receiver.discover(MulticastBrowser(), text)
-
-private fun address(text: String): ReceiverAddress? {
-    val (bracketed, plain, port) = HOST_AND_PORT.matchEntire(text)?.destructured ?: return null
-    return port.toInt().takeIf { it in 1..65535 }?.let { ReceiverAddress(bracketed.ifEmpty { plain }, it) }
 }
 
 /** Where the script ml2-headset has found it. */

@@ -23,7 +23,8 @@ import kotlin.time.Duration
 
 /**
  * Streams [headset] to [receiver] and says what happens, until a recording is over, [duration] has passed since the
- * first sample, or [stop] is completed. At the first sample it launches [onBegun].
+ * first sample, or [stop] is completed. At the first sample it launches [onBegun]. A receiver that lets the app
+ * publish gets [AppUptime], too.
  *
  * @return whether no sensor failed.
  */
@@ -37,6 +38,7 @@ internal suspend fun stream(
 ): Boolean = coroutineScope {
     val hasBegun = CompletableDeferred<Unit>()
     val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), receiver)
+    val uptime = AppUptime(streamer, headset.clock)
     val narration = launch { streamer.narrate(receiver, say) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     launch {
@@ -51,6 +53,7 @@ internal suspend fun stream(
         }
     }
     streamer.start()
+    launch { uptime.run() }
     val reason = stop.await()
     streamer.stop(reason)
     narration.join()

@@ -718,6 +718,13 @@ public object StreamTable {
             listOf(),
         )
 
+    public val custom: StreamSpec =
+        StreamSpec("custom", "custom", listOf(), "", null, null, listOf(), listOf("app"), listOf())
+
+    /** Of the topics of [custom]. */
+    public val customTopics: CustomTopicsSpec =
+        CustomTopicsSpec("custom", "sensors", "sensor", 32)
+
     /** In the order of the file. */
     public val all: List<StreamSpec> =
         listOf(
@@ -752,6 +759,7 @@ public object StreamTable {
             handRight,
             battery,
             tf,
+            custom,
         )
 
     public fun byId(id: String): StreamSpec? = all.firstOrNull { it.id == id }

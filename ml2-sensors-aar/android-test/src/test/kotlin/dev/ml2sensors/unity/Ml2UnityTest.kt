@@ -1,0 +1,195 @@
+package dev.ml2sensors.unity
+
+import android.Manifest
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.session.ScriptedHost
+import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonArray
+import kotlinx.serialization.json.jsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import org.junit.After
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.RuntimeEnvironment
+import org.robolectric.Shadows.shadowOf
+import org.robolectric.annotation.Config
+import java.util.concurrent.LinkedBlockingQueue
+import java.util.concurrent.TimeUnit
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
+import kotlin.test.assertNotNull
+import kotlin.test.assertTrue
+
+/** What C# sees of a headset that has a battery and nothing else, and of a scripted receiver. */
+@RunWith(RobolectricTestRunner::class)
+@Config(sdk = [29], manifest = Config.NONE)
+class Ml2UnityTest {
+    private val app = RuntimeEnvironment.getApplication()
+    private val host = ScriptedHost()
+    private val changes = LinkedBlockingQueue<JsonObject>()
+    private val unity = Ml2Unity.open(
+        app,
+        object : Ml2UnityListener {
+            override fun changed(statusJson: String) {
+                changes += Json.parseToJsonElement(statusJson).jsonObject
+            }
+        },
+    )
+
+    @After
+    fun close() {
+        unity.close()
+        host.close()
+    }
+
+    @Test
+    fun theStatusFollowsTheSession() {
+        assertEquals("ended" to "not started", status().state to status().text("reason"))
+        unity.start(host.address.toString(), "")
+        val session = session("""{"battery": {}, "world_left": {}}""")
+        val connected = await { it.state == "connected" && "battery" in it.streams }
+        assertEquals("scripted", connected.text("receiver"))
+        assertEquals("accepted", connected.streams.getValue("battery").jsonObject.text("state"))
+        val refused = connected.streams.getValue("world_left").jsonObject
+        assertEquals("refused", refused.text("state"))
+        assertTrue(refused.text("reason").isNotEmpty())
+        val counts = status().getValue("channels").jsonObject.getValue("battery").jsonObject
+        assertEquals(setOf("produced", "sent", "dropped"), counts.keys)
+        assertTrue(status().getValue("clock").jsonObject.text("state").isNotEmpty())
+        unity.stop()
+        assertEquals("""{"reason":"stopped"}""", session.await(HostFrame.BYE).body.decodeToString())
+        await { it.state == "ended" }
+        assertEquals("stopped", status().text("reason"))
+    }
+
+    @Test
+    fun aReceiverIsNamedInEveryWayThatPeopleDo() {
+        val written = listOf("${host.address}", "ml2s://${host.address}", "ml2s://${host.address}/?token=1#x")
+        for (receiver in written) {
+            unity.start(receiver, "{}")
+            session("{}")
+            await { it.state == "connected" }
+        }
+        for (receiver in listOf("host:", "host:0", "host:65536", "http://host:80", "ml2s://host")) {
+            assertFailsWith<IllegalArgumentException>(receiver) { unity.start(receiver, "{}") }
+        }
+        assertFailsWith<IllegalArgumentException> { unity.start("", "no JSON") }
+    }
+
+    @Test
+    fun withoutAReceiverTheDefaultsRunUntilOneSaysWhatItWants() {
+        unity.start(host.address.toString(), """{"battery": {}}""")
+        host.awaitHello().close()
+        val alone = await { "battery" in it.streams }
+        assertEquals("connecting", alone.state)
+        session("""{"pressure_headset": {}}""")
+        await { it.streams.keys == setOf("pressure_headset") }
+    }
+
+    @Test
+    fun missingPermissionsAreToldWithTheStreamsTheyAreFor() {
+        unity.start(host.address.toString(), """{"world_left": {}, "world_right": {}, "battery": {}}""")
+        val row = Json.parseToJsonElement(unity.permissionsNeeded()).jsonArray.single().jsonObject
+        assertEquals(Manifest.permission.CAMERA, row.text("permission"))
+        assertEquals(
+            listOf("world_left", "world_right"),
+            row.getValue("streams").jsonArray.map {
+                it.jsonPrimitive.content
+            },
+        )
+        assertTrue(row.text("reason").isNotEmpty())
+        shadowOf(app).grantPermissions(Manifest.permission.CAMERA)
+        assertEquals("[]", unity.permissionsNeeded())
+    }
+
+    @Test
+    fun anAppsOwnMessagesArriveWhetherItsTopicIsOpenedBeforeOrAfterTheStart() {
+        val before = unity.openPublisher("before", FLOAT)
+        assertFalse(unity.publish(before, MESSAGE, 1))
+        unity.start(host.address.toString(), "{}")
+        val session = session("""{"custom": {}}""")
+        val after = unity.openPublisher("custom/after", FLOAT)
+        assertEquals(after, unity.openPublisher("after", FLOAT))
+        session.await(HostFrame.CHANNEL, 1)
+        session.start(1)
+        for ((publisher, topic) in mapOf(before to "custom/before", after to "custom/after")) {
+            eventually { unity.publish(publisher, MESSAGE, 1_000) }
+            val frame = session.awaitData(topic).first()
+            assertContentEquals(MESSAGE, frame.body)
+            assertEquals(unity.stampNanos(1_000), frame.captureNanos)
+        }
+        assertFailsWith<IllegalArgumentException> { unity.openPublisher("after", "std_msgs/msg/Float64") }
+        assertFailsWith<IllegalArgumentException> { unity.openPublisher("not/one", FLOAT) }
+    }
+
+    @Test
+    fun aTopicThatTheReceiverDoesNotPublishSaysWhy() {
+        val thing = unity.openPublisher("thing", "my_msgs/msg/Thing")
+        assertEquals("", unity.refusal(thing))
+        unity.start(host.address.toString(), "{}")
+        val session = session("""{"custom": {}}""")
+        val id = session.channels().getValue("custom/thing").getValue("id")
+        session.write(
+            HostFrame.ERROR,
+            """{"code": "channel", "message": "no such type", "fatal": false, "channel": $id}""",
+        )
+        eventually { unity.refusal(thing) == "no such type" }
+        assertFalse(unity.publish(thing, MESSAGE, 1))
+    }
+
+    @Test
+    fun viewsNeedTheNativeLibraryAndAStreamOfTheTable() {
+        assertFailsWith<IllegalStateException> { unity.view("world_left", true) }
+        assertFailsWith<IllegalArgumentException> { unity.view("no_stream", true) }
+    }
+
+    @Test
+    fun whatIsClosedStartsNoMore() {
+        unity.close()
+        unity.close()
+        assertFailsWith<IllegalStateException> { unity.start(host.address.toString(), "{}") }
+    }
+
+    private fun session(streams: String): HostSession {
+        val session = host.awaitHello()
+        session.welcome(host.received())
+        session.configure(1, streams)
+        session.start(1)
+        return session
+    }
+
+    private fun status() = Json.parseToJsonElement(unity.status()).jsonObject
+
+    /** The first status that the listener is told of that is so. */
+    private fun await(isSo: (JsonObject) -> Boolean): JsonObject {
+        while (true) {
+            val change = assertNotNull(changes.poll(LIMIT_SECONDS, TimeUnit.SECONDS), "found ${unity.status()}")
+            if (isSo(change)) return change
+        }
+    }
+
+    /** START and ERROR reach the headset on another connection than what tells the test of them. */
+    private fun eventually(isSo: () -> Boolean) {
+        val end = System.nanoTime() + TimeUnit.SECONDS.toNanos(LIMIT_SECONDS)
+        while (!isSo()) {
+            assertTrue(System.nanoTime() < end, "not within $LIMIT_SECONDS s")
+            Thread.sleep(1)
+        }
+    }
+
+    private val JsonObject.state get() = text("state")
+    private val JsonObject.streams get() = getValue("streams").jsonObject
+
+    private fun JsonObject.text(key: String) = getValue(key).jsonPrimitive.content
+
+    private companion object {
+        const val FLOAT = "std_msgs/msg/Float32"
+        const val LIMIT_SECONDS = 10L
+        val MESSAGE = byteArrayOf(0, 1, 0, 0, 0, 0, 128.toByte(), 63)
+    }
+}

@@ -1,0 +1,58 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import java.nio.ByteBuffer
+
+/**
+ * Frames for readers of the same process beside Kotlin, such as a game engine, which lease the latest one by
+ * `ml2s_acquire_latest` of native/sdk/ml2s.h. Frames of the library's own sensors are in its slots already; others are
+ * copied into them. A reader that keeps its leases costs itself new frames, not the sensor. Any thread.
+ */
+public object LocalFrames {
+    private class View {
+        var isOn = false
+        val frames by lazy { FrameBlock(1) }
+    }
+
+    private val views = StreamTable.all.associateWith { View() }
+
+    /**
+     * Whether running streams publish their frames; the stream itself is run by others. Nothing is published and nothing
+     * is copied for a [stream] that is not viewed, and no frame of it is the latest any more.
+     */
+    public fun view(stream: StreamSpec, isOn: Boolean) {
+        check(NativeLibrary.isLoaded) { "frames are read from libml2sensors.so, which is not loaded" }
+        val view = views.getValue(stream)
+        synchronized(view) {
+            view.isOn = isOn
+            if (!isOn) Native.unpublish(stream.number)
+        }
+    }
+
+    /** Number [index] of polled [frames], in its slot. */
+    internal fun publish(stream: StreamSpec, frames: ByteBuffer, index: Int): Unit =
+        ifViewed(stream) { Native.publish(frames, index) }
+
+    /** Copies [sample], of a sensor that is not the library's; unless all slots are leased. */
+    internal fun copy(stream: StreamSpec, sample: ImageSample): Unit = ifViewed(stream) { view ->
+        val pool = SlotPool.of(stream)
+        val slot = Native.take(stream.number)
+        if (slot == Frame.NO_SLOT) return
+        try {
+            val pixels = sample.pixels
+            val sizeBytes = pixels.remaining()
+            pool.bytes(slot, 0 until sizeBytes).put(pixels)
+            view.frames[0].fill(stream.number, slot, sample, sizeBytes)
+            Native.publish(view.frames.memory, 0)
+        } finally {
+            pool.release(slot)
+        }
+    }
+
+    private inline fun ifViewed(stream: StreamSpec, action: (View) -> Unit) {
+        val view = views.getValue(stream)
+        synchronized(view) { if (view.isOn) action(view) }
+    }
+}

@@ -1,0 +1,82 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.table.TopicSpec
+import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.channels.Channel
+
+/** The topics that the app names itself, and which of them the receiver takes at present. Any thread. */
+internal class CustomTopics(private val outgoing: OutgoingChannels, private val stamps: StampMap) {
+    private val publishers = LinkedHashMap<String, TopicPublisher>()
+
+    /** Told of new ones. */
+    val additions: Channel<Unit> = Channel(Channel.CONFLATED)
+
+    /** Counts sessions. */
+    var link: Int = 0
+        @Synchronized get
+        private set
+
+    /** As [Ml2Streamer.publisher]. */
+    @Synchronized
+    fun publisher(name: String, type: String): TopicPublisher {
+        require(name.length <= MAX_NAME && NAME.matches(name)) { "no topic of ROS can be named '$name'" }
+        require(type.length <= MAX_TYPE && TYPE.matches(type)) {
+            "expected a type as std_msgs/msg/Float32, found '$type'"
+        }
+        publishers[name]?.let {
+            require(it.type == type) { "${it.topic} is ${it.type}, not $type" }
+            return it
+        }
+        val rules = StreamTable.customTopics
+        check(publishers.size < rules.maxTopics) { "an app has at most ${rules.maxTopics} topics of its own" }
+        val topic = "${StreamTable.custom.id}/$name"
+        val spec = TopicSpec(rules.role, topic, type, rules.lane, rules.qos, encoding = null, condition = null)
+        val publisher = TopicPublisher(outgoing.custom(spec, publishers.size), stamps)
+        publishers[name] = publisher
+        additions.trySend(Unit)
+        return publisher
+    }
+
+    @Synchronized
+    fun channels(): List<OutgoingChannel> = publishers.values.map { it.channel }
+
+    /** A session began: its receiver has yet to learn of all. */
+    @Synchronized
+    fun linkUp() {
+        link++
+        publishers.values.forEach { it.reset() }
+    }
+
+    /** The receiver takes messages of the channels [ids], unless this was before another session than [link]. */
+    @Synchronized
+    fun open(link: Int, ids: Set<Int>) {
+        if (link == this.link) publishers.values.filter { it.channel.id in ids }.forEach { it.open() }
+    }
+
+    @Synchronized
+    fun refuse(channel: Int, reason: String) {
+        publishers.values.firstOrNull { it.channel.id == channel }?.refuse(reason)
+    }
+
+    /** Lets them be open until cancelled. */
+    suspend fun run() {
+        try {
+            awaitCancellation()
+        } finally {
+            close()
+        }
+    }
+
+    @Synchronized
+    private fun close() = publishers.values.forEach { it.reset() }
+
+    private companion object {
+        // As PROTOCOL.md has them
+        const val MAX_NAME = 64
+        const val MAX_TYPE = 128
+        val NAME = Regex("[A-Za-z](_?[A-Za-z0-9])*")
+        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+    }
+}

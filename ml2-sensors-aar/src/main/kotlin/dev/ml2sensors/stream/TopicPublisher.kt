@@ -1,0 +1,72 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.source.DropReason
+import java.nio.ByteBuffer
+
+/**
+ * A topic of the app's own beside the headset's, made by [Ml2Streamer.publisher]. Its messages go to ROS through the
+ * same session, whenever there is one whose receiver lets the app publish (`custom.enabled`).
+ *
+ * Any thread.
+ */
+public class TopicPublisher internal constructor(internal val channel: OutgoingChannel, private val stamps: StampMap) {
+    @Volatile
+    private var isOpen = false
+
+    /** Why this receiver does not publish it, such as a type that it does not have; null as long as it does. */
+    @Volatile
+    public var refusal: String? = null
+        private set
+
+    /** Relative to the receiver's prefix: `custom/NAME`. */
+    public val topic: String get() = channel.topic.name
+
+    public val type: String get() = channel.topic.type
+
+    /**
+     * Sends one message, captured at [captureNanos] on the headset's clock. The book `produced` has it only if a
+     * receiver takes the topic at present; what is lost on the way from here is counted too.
+     *
+     * @param payload the whole message as plain little-endian CDR behind `00 01 00 00`, from position to limit; copied.
+     * @return whether it was handed over, which is false without a receiver that takes it.
+     */
+    @Synchronized
+    public fun publish(payload: ByteBuffer, captureNanos: Long): Boolean {
+        require(payload.remaining() in ENCAPSULATION.size..MAX_BYTES) {
+            "a message has ${ENCAPSULATION.size} to $MAX_BYTES bytes, not ${payload.remaining()}"
+        }
+        require(ENCAPSULATION.indices.all { payload[payload.position() + it] == ENCAPSULATION[it] }) {
+            "a message begins with 00 01 00 00, plain little-endian CDR"
+        }
+        if (!isOpen) return false
+        val stampNanos = stamps.stampNanos(captureNanos)
+        if (stampNanos == null) {
+            channel.account.lose(1, DropReason.CLOCK_STEP)
+            return false
+        }
+        channel.lane.offerNow(channel.frame(payload, stampNanos))
+        return true
+    }
+
+    internal fun open() {
+        isOpen = refusal == null
+    }
+
+    internal fun refuse(reason: String) {
+        refusal = reason
+        isOpen = false
+    }
+
+    internal fun reset() {
+        refusal = null
+        isOpen = false
+    }
+
+    private companion object {
+        val ENCAPSULATION = byteArrayOf(0, 1, 0, 0)
+
+        /** Of DATA on the lane `sensors`. */
+        const val MAX_BYTES = 64 * 1024
+    }
+}

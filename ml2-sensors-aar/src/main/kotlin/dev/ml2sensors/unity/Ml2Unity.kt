@@ -1,0 +1,169 @@
+package dev.ml2sensors.unity
+
+import android.content.Context
+import dev.ml2sensors.android.Ml2Sensors
+import dev.ml2sensors.android.missingPermissions
+import dev.ml2sensors.android.nsdBrowser
+import dev.ml2sensors.capture.LocalFrames
+import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.SupervisorJob
+import kotlinx.coroutines.cancel
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeoutOrNull
+import kotlinx.serialization.json.Json
+import java.nio.ByteBuffer
+import kotlin.time.Duration.Companion.milliseconds
+
+/**
+ * The headset as Unity's package sees it: numbers, texts and JSON, no Kotlin types. Frames do not pass here; C# leases
+ * them from the native library, see [view].
+ *
+ * Any thread; nothing waits but [close], for half a second at most. Misuse throws IllegalArgumentException or
+ * IllegalStateException.
+ */
+public class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
+    private class Topic(val name: String, val type: String)
+
+    private val headset = Ml2Sensors.open(app)
+    private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
+    private val topics = ArrayList<Topic>()
+    private var run: UnityRun? = null
+    private var ending: Job? = null
+    private var isClosed = false
+    private var last = UnityStatus("ended", receiver = "", reason = "not started")
+
+    /**
+     * Streams what [receiver] asks for, instead of to the one before; also to ask anew after a permission was granted.
+     *
+     * @param receiver a name, `HOST:PORT`, a URI `ml2s://HOST:PORT...`, or empty for the only one there is.
+     * @param defaultsJson `{stream id: {value: ...}}`, what runs on the headset alone as long as no receiver answers;
+     * empty values are the stream's default ones.
+     */
+    @Synchronized
+    public fun start(receiver: String, defaultsJson: String) {
+        check(!isClosed) { "it is closed" }
+        val defaults = json.decodeFromString<Map<String, StreamValues>>(defaultsJson.ifEmpty { "{}" })
+        val wanted = Receiver.parse(receiver, nsdBrowser(app))
+        stop()
+        val next = UnityRun(headset, wanted, receiver, defaults)
+        topics.forEach { next.open(it.name, it.type) }
+        run = next
+        val before = ending
+        scope.launch {
+            before?.join()
+            next.run { changed() }
+        }
+    }
+
+    /** Ends the streams and the session in order; what it takes goes on by itself. */
+    @Synchronized
+    public fun stop() {
+        val ended = run ?: return
+        run = null
+        ending = scope.launch {
+            ended.stop()
+            synchronized(this@Ml2Unity) { last = ended.status() }
+            changed()
+        }
+    }
+
+    /** Stops, and lets go of the headset for good. */
+    public fun close() {
+        val ended = synchronized(this) {
+            if (isClosed) return
+            isClosed = true
+            stop()
+            ending
+        }
+        runBlocking { withTimeoutOrNull(CLOSE_LIMIT) { ended?.join() } }
+        headset.close()
+        scope.cancel()
+    }
+
+    /** Gives cameras and trackers back to the device while the app is not in front; the session stays. */
+    public fun pause(): Unit = headset.pause()
+
+    public fun resume(): Unit = headset.resume()
+
+    /**
+     * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "streams": {id: {"state": "accepted"|"refused"|
+     * "failed", "reason", "values"}}, "channels": {topic: {"produced", "sent", "dropped": {reason: count}}}, "clock"}`,
+     * the last two as in STATUS of PROTOCOL.md.
+     */
+    public fun status(): String = json.encodeToString(synchronized(this) { run?.status() ?: last })
+
+    /** `[{"permission", "reason", "streams": [id]}]`: what the user must yet allow for the streams that are wanted. */
+    public fun permissionsNeeded(): String {
+        val wanted = synchronized(this) { run }?.wanted.orEmpty()
+        val needing = wanted.flatMap { stream -> app.missingPermissions(stream).map { it to stream.id } }
+        val rows = needing.groupBy({ it.first }, { it.second }).map { (permission, streams) ->
+            NeededPermission(permission, "wanted for ${streams.joinToString()}", streams)
+        }
+        return json.encodeToString(rows)
+    }
+
+    /**
+     * Whether frames of a stream, while it runs, are published into slots of the native library for
+     * `ml2s_acquire_latest`. Costs nothing while off; cameras of Android are copied once, as JPEG, others not at all.
+     */
+    public fun view(streamId: String, on: Boolean): Unit = LocalFrames.view(stream(streamId), on)
+
+    /**
+     * A topic of the app's own, `custom/[topic]`, of a ROS [type]; it lives as long as this, over starts and stops.
+     *
+     * @return what [publish] takes.
+     */
+    @Synchronized
+    public fun openPublisher(topic: String, type: String): Int {
+        val name = topic.removePrefix("${StreamTable.custom.id}/")
+        run?.open(name, type)
+        val known = topics.indexOfFirst { it.name == name }
+        if (known >= 0) {
+            require(topics[known].type == type) { "custom/$name is ${topics[known].type}, not $type" }
+            return known
+        }
+        topics += Topic(name, type)
+        return topics.lastIndex
+    }
+
+    /**
+     * Sends a message; [payload] is all of it as CDR, behind `00 01 00 00`.
+     *
+     * @param captureNanos CLOCK_BOOTTIME, as of `ml2s_now`.
+     * @return false while no receiver takes it; [refusal] may say why.
+     */
+    public fun publish(publisher: Int, payload: ByteArray, captureNanos: Long): Boolean =
+        synchronized(this) { run }?.publisher(publisher)?.publish(ByteBuffer.wrap(payload), captureNanos) ?: false
+
+    /** Why the receiver does not publish the topic, empty as long as it does. */
+    public fun refusal(publisher: Int): String =
+        synchronized(this) { run }?.publisher(publisher)?.refusal.orEmpty()
+
+    /** ROS time, ns, of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while it is not known. */
+    public fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
+
+    private fun changed(): Unit = listener.changed(status())
+
+    public companion object {
+        private val json = Json {
+            encodeDefaults = true
+            explicitNulls = false
+        }
+        private val CLOSE_LIMIT = 500.milliseconds
+
+        /** Opens the headset; nothing runs before [start]. [context] is any of the app's. */
+        @JvmStatic
+        public fun open(context: Context, listener: Ml2UnityListener): Ml2Unity =
+            Ml2Unity(context.applicationContext, listener)
+
+        private fun stream(id: String): StreamSpec =
+            requireNotNull(StreamTable.byId(id)) { "there is no stream '$id', only ${StreamTable.all.joinToString()}" }
+    }
+}

@@ -1,0 +1,53 @@
+package dev.ml2sensors.unity
+
+import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.stream.Ml2Streamer
+import dev.ml2sensors.stream.StreamerState
+import dev.ml2sensors.stream.TopicPublisher
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.combine
+import kotlinx.coroutines.flow.first
+import java.util.concurrent.CopyOnWriteArrayList
+
+/** From one start to its stop. Any thread. */
+internal class UnityRun(
+    headset: Headset,
+    receiver: Receiver,
+    private val receiverText: String,
+    private val defaults: Map<String, StreamValues>,
+) {
+    private val streamer = Ml2Streamer(headset, receiver, defaults)
+    private val publishers = CopyOnWriteArrayList<TopicPublisher>()
+
+    /** The streams of the receiver's configuration and of the defaults. */
+    val wanted: List<StreamSpec>
+        get() = (defaults.keys + streamer.streams.value.keys).mapNotNull(StreamTable::byId)
+
+    /** Streams until stopped, and tells whenever something [changed]. */
+    suspend fun run(changed: () -> Unit) {
+        streamer.start()
+        combine(streamer.state, streamer.streams, ::Pair).first { (state, _) ->
+            val isOver = state is StreamerState.Ended
+            if (!isOver) changed()
+            isOver
+        }
+    }
+
+    suspend fun stop() {
+        streamer.stop()
+    }
+
+    fun status(): UnityStatus = UnityStatus.of(streamer, receiverText)
+
+    /** Publishers have numbers in the order in which their names were first given. */
+    fun open(name: String, type: String) {
+        publishers.addIfAbsent(streamer.publisher(name, type))
+    }
+
+    fun publisher(number: Int): TopicPublisher = publishers[number]
+
+    fun stampNanos(captureNanos: Long): Long? = streamer.stampNanos(captureNanos)
+}

@@ -1,0 +1,134 @@
+package dev.ml2sensors.capture
+
+import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import java.nio.ByteBuffer
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertNotNull
+import kotlin.test.assertNull
+import kotlin.test.assertTrue
+
+/** What readers beside Kotlin find in the slots. */
+class LocalFramesTest {
+    private val fixture = CaptureFixture()
+
+    @AfterEach
+    fun close() {
+        StreamTable.all.forEach { LocalFrames.view(it, false) }
+        fixture.close()
+    }
+
+    @Test
+    fun aViewedStreamIsReadInTheVerySlotThatKotlinHas() = runBlocking<Unit> {
+        LocalFrames.view(StreamTable.worldLeft, true)
+        fixture.images(StreamTable.worldLeft) { it.captureNanos to it.copy() }.first { (captureNanos, pixels) ->
+            val frame = LatestFrame.acquire(StreamTable.worldLeft)
+            // A newer one may be there already
+            val isSame = frame?.captureNanos == captureNanos
+            if (isSame) assertContentEquals(pixels, assertNotNull(frame).pixels)
+            frame?.release()
+            isSame
+        }
+    }
+
+    @Test
+    fun nothingIsPublishedUnlessItIsViewed() = runBlocking<Unit> {
+        LocalFrames.view(StreamTable.worldRight, true)
+        fixture.image(StreamTable.worldLeft) {}
+        assertNull(LatestFrame.acquire(StreamTable.worldLeft))
+    }
+
+    @Test
+    fun nothingIsKeptForAViewerThatHasGone() = runBlocking<Unit> {
+        LocalFrames.view(StreamTable.worldLeft, true)
+        fixture.images(StreamTable.worldLeft) {}.first { LatestFrame.acquire(StreamTable.worldLeft)?.release() != null }
+        LocalFrames.view(StreamTable.worldLeft, false)
+        assertNull(LatestFrame.acquire(StreamTable.worldLeft))
+    }
+
+    @Test
+    fun aReaderThatKeepsItsFramesLosesNewOnesAndTheCameraGoesOn() = runBlocking<Unit> {
+        LocalFrames.view(StreamTable.worldLeft, true)
+        val kept = ArrayList<LatestFrame>()
+        fixture.images(StreamTable.worldLeft) {}.first {
+            LatestFrame.acquire(StreamTable.worldLeft, kept.lastOrNull()?.captureNanos ?: 0)?.let(kept::add)
+            kept.size == 5
+        }
+        fixture.image(StreamTable.worldLeft) { assertTrue(it.captureNanos >= kept.last().captureNanos) }
+        assertEquals(5, kept.map { it.slot }.distinct().size)
+        kept.forEach { it.release() }
+    }
+
+    @Test
+    fun othersImagesAreCopiedIntoASlot() {
+        LocalFrames.view(StreamTable.color, true)
+        val jpeg = ByteArray(1000) { it.toByte() }
+        LocalFrames.copy(StreamTable.color, image(jpeg))
+        val frame = assertNotNull(LatestFrame.acquire(StreamTable.color))
+        assertContentEquals(jpeg, frame.pixels)
+        assertEquals(listOf(77L, 640L, 480L), listOf(frame.captureNanos, frame.width.toLong(), frame.height.toLong()))
+        frame.release()
+    }
+
+    @Test
+    fun othersImagesAreNotCopiedUnlessTheyAreViewed() {
+        LocalFrames.copy(StreamTable.color, image(ByteArray(1000)))
+        assertNull(LatestFrame.acquire(StreamTable.color))
+    }
+
+    @Test
+    fun withoutAFreeSlotACopyIsLeftOut() {
+        LocalFrames.view(StreamTable.color, true)
+        val kept = (0 until 8).map { Native.take(StreamTable.color.also { SlotPool.of(it) }.number) }
+        LocalFrames.copy(StreamTable.color, image(ByteArray(10)))
+        assertNull(LatestFrame.acquire(StreamTable.color))
+        kept.forEach { Native.release(StreamTable.color.number, it) }
+    }
+
+    private fun image(jpeg: ByteArray) = ImageSample(
+        captureNanos = 77,
+        frameNumber = 1,
+        width = 640,
+        height = 480,
+        strideBytes = 0,
+        pose = null,
+        intrinsics = null,
+        CaptureSettings(),
+        listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.wrap(jpeg))),
+    ) {}
+}
+
+/** The lease of an ml2s_frame, as C# takes it; [release] ends it. */
+private class LatestFrame(private val stream: StreamSpec, private val frame: Frame) {
+    val slot get() = frame.slot
+    val captureNanos get() = frame.captureNanos
+    val width get() = frame.width
+    val height get() = frame.height
+
+    val pixels: ByteArray
+        get() {
+            val bytes = SlotPool.of(stream).bytes(slot, checkNotNull(frame.rangeOf(Frame.IMAGE)))
+            return ByteArray(bytes.remaining()).also(bytes::get)
+        }
+
+    fun release() = Native.release(stream.number, slot)
+
+    companion object {
+        /** Null when there is none after [afterNanos]. */
+        fun acquire(stream: StreamSpec, afterNanos: Long = 0): LatestFrame? {
+            val frames = FrameBlock(1)
+            return if (Simulation.acquireLatest(stream.number, afterNanos, frames.memory)) {
+                LatestFrame(stream, frames[0])
+            } else {
+                null
+            }
+        }
+    }
+}

@@ -1,0 +1,163 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.session.HostFrame
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import kotlinx.serialization.json.JsonObject
+import kotlinx.serialization.json.jsonPrimitive
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.nio.ByteBuffer
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
+import kotlin.test.assertSame
+import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.milliseconds
+
+/** Topics of the app's own, as a receiver sees them. */
+@Timeout(60)
+class CustomTopicsTest {
+    private val fixture = StreamFixture()
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun messagesArriveAsTheyWereGivenWithTheStampOfTheirCapture() = runBlocking<Unit> {
+        val publisher = fixture.streamer.publisher("temperature", FLOAT)
+        fixture.streamer.start()
+        val session = fixture.session(CUSTOM)
+        val channel = session.channels().getValue("custom/temperature")
+        assertEquals(listOf("custom", "custom", FLOAT, "sensor", "", "sensors"), channel.texts(FIELDS))
+        val captureNanos = fixture.now
+        publisher.publishOnceOpen(1, captureNanos)
+        assertTrue(publisher.publish(ByteBuffer.wrap(message(2)), captureNanos))
+        val frames = session.awaitData("custom/temperature", 2)
+        assertContentEquals(message(1), frames[0].body)
+        assertContentEquals(message(2), frames[1].body)
+        assertEquals(fixture.streamer.stampNanos(captureNanos), frames[1].captureNanos)
+        assertEquals(Books(2, 2, emptyMap()), fixture.finish(session)["custom/temperature"])
+    }
+
+    @Test
+    fun oneThatComesLaterIsAnnouncedAtOnceAndWaitsForItsStart() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session(CUSTOM)
+        val publisher = fixture.streamer.publisher("late", FLOAT)
+        session.await(HostFrame.CHANNEL)
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
+        session.start(1)
+        publisher.publishOnceOpen(1, fixture.now)
+        assertContentEquals(message(1), session.awaitData("custom/late")[0].body)
+        fixture.finish(session)
+    }
+
+    @Test
+    fun aStartThatWasSaidBeforeItsChannelArrivedDoesNotOpenIt() = runBlocking<Unit> {
+        val early = fixture.streamer.publisher("early", FLOAT)
+        fixture.streamer.start()
+        val session = fixture.session(CUSTOM)
+        early.publishOnceOpen(1, fixture.now)
+        val late = fixture.streamer.publisher("late", FLOAT)
+        session.await(HostFrame.CHANNEL, 1)
+        session.write(HostFrame.START, """{"request": 1, "channels": 1}""")
+        session.write(HostFrame.PING)
+        session.await(HostFrame.PONG)
+        assertFalse(late.publish(ByteBuffer.wrap(message(0)), fixture.now))
+        session.start(1)
+        late.publishOnceOpen(1, fixture.now)
+        fixture.finish(session)
+    }
+
+    @Test
+    fun noneIsAnnouncedToAReceiverThatDoesNotAskForThem() = runBlocking<Unit> {
+        val publisher = fixture.streamer.publisher("temperature", FLOAT)
+        fixture.streamer.start()
+        val session = fixture.session("""{"battery": {}}""")
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
+        assertEquals(setOf("battery"), session.channels().keys)
+        fixture.finish(session)
+    }
+
+    @Test
+    fun whatIsNoLongerAskedForEndsAndMayBeginAgain() = runBlocking<Unit> {
+        val publisher = fixture.streamer.publisher("temperature", FLOAT)
+        fixture.streamer.start()
+        val session = fixture.session(CUSTOM)
+        publisher.publishOnceOpen(1, fixture.now)
+        session.configure(2, "{}")
+        session.await(HostFrame.CHANNEL_END)
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
+        session.configure(3, CUSTOM)
+        session.start(3)
+        publisher.publishOnceOpen(2, fixture.now)
+        assertContentEquals(message(2), session.awaitData("custom/temperature", 2)[1].body)
+        fixture.finish(session)
+    }
+
+    @Test
+    fun aTopicThatTheReceiverDoesNotPublishSaysWhyUntilTheNextSession() = runBlocking<Unit> {
+        val publisher = fixture.streamer.publisher("thing", "my_msgs/msg/Thing")
+        fixture.streamer.start()
+        val session = fixture.session(CUSTOM)
+        publisher.publishOnceOpen(1, fixture.now)
+        val id = session.channels().getValue("custom/thing").getValue("id")
+        session.write(
+            HostFrame.ERROR,
+            """{"code": "channel", "message": "no such type", "fatal": false, "channel": $id}""",
+        )
+        eventually { publisher.refusal == "no such type" }
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
+        session.close()
+        val next = fixture.session(CUSTOM)
+        publisher.publishOnceOpen(2, fixture.now)
+        assertEquals(null, publisher.refusal)
+        fixture.finish(next)
+    }
+
+    @Test
+    fun theNumbersOfTopicsAreBounded() {
+        val first = fixture.streamer.publisher("topic0", FLOAT)
+        for (number in 1 until 32) fixture.streamer.publisher("topic$number", FLOAT)
+        assertFailsWith<IllegalStateException> { fixture.streamer.publisher("topic32", FLOAT) }
+        assertSame(first, fixture.streamer.publisher("topic0", FLOAT))
+    }
+
+    @Test
+    fun whatRosForbidsIsRefusedAtOnce() {
+        val streamer = fixture.streamer
+        for (name in listOf("", "a/b", "_a", "a__b", "a_", "1a", "~a", "ä", "a".repeat(65))) {
+            assertFailsWith<IllegalArgumentException>(name) { streamer.publisher(name, FLOAT) }
+        }
+        for (type in listOf("", "std_msgs/Float32", "std_msgs/srv/Trigger", "a/msg/b", "a/msg/A" + "b".repeat(122))) {
+            assertFailsWith<IllegalArgumentException>(type) { streamer.publisher("a", type) }
+        }
+        val publisher = streamer.publisher("a", FLOAT)
+        assertFailsWith<IllegalArgumentException> { streamer.publisher("a", "std_msgs/msg/Float64") }
+        for (bytes in listOf(byteArrayOf(), byteArrayOf(0, 0, 0, 0, 1), message(0).copyOf(65537))) {
+            assertFailsWith<IllegalArgumentException> { publisher.publish(ByteBuffer.wrap(bytes), 0) }
+        }
+    }
+
+    /** START travels on another connection than what tells the test of it. */
+    private suspend fun TopicPublisher.publishOnceOpen(number: Int, captureNanos: Long) =
+        eventually { publish(ByteBuffer.wrap(message(number)), captureNanos) }
+
+    private suspend fun eventually(isSo: () -> Boolean) = withTimeout(StreamFixture.LIMIT) {
+        while (!isSo()) delay(1.milliseconds)
+    }
+
+    private fun JsonObject.texts(keys: List<String>) = keys.map { getValue(it).jsonPrimitive.content }
+
+    private companion object {
+        const val FLOAT = "std_msgs/msg/Float32"
+        const val CUSTOM = """{"custom": {}}"""
+        val FIELDS = listOf("stream", "role", "type", "qos", "frame_id", "lane")
+
+        fun message(number: Int) = byteArrayOf(0, 1, 0, 0, number.toByte(), 0, 0, 0)
+    }
+}

@@ -1,0 +1,91 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeout
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.io.IOException
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+
+/** What runs on the headset while no receiver answers. */
+@Timeout(60)
+class LocalStreamsTest {
+    private val headset = FakeHeadset()
+
+    /** Nobody listens there. */
+    private val nowhere = ReceiverAddress("no-such-host.invalid", 1)
+
+    @Test
+    fun framesAreDeliveredThoughNobodyListens() = withStreamer("world_left") { streamer ->
+        assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
+        val state = assertIs<StreamState.Accepted>(streamer.streams.value["world_left"])
+        assertEquals(StreamTable.worldLeft.defaultValues(), state.values)
+        streamer.stop()
+        assertFalse(headset.isRunning(StreamTable.worldLeft))
+        assertEquals(0, headset.pool.outstanding)
+    }
+
+    @Test
+    fun whatCannotRunSaysWhy() {
+        headset.answers[StreamTable.depth] = Answer.Refused("no depth here", "a.permission")
+        withStreamer("depth", "no_stream") { streamer ->
+            val states = withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it.isNotEmpty() } }
+            assertEquals(StreamState.Refused("no depth here", "a.permission"), states["depth"])
+            assertIs<StreamState.Refused>(states["no_stream"])
+        }
+    }
+
+    @Test
+    fun aSourceThatFailsIsToldAndTheOthersGoOn() = withStreamer("world_left", "world_right") { streamer ->
+        headset.end(StreamTable.worldLeft, IOException("unplugged"))
+        val states = withTimeout(StreamFixture.LIMIT) {
+            streamer.streams.first { it["world_left"] is StreamState.Failed }
+        }
+        assertEquals(StreamState.Failed("IOException: unplugged"), states["world_left"])
+        assertTrue(headset.deliver(StreamTable.worldRight, headset.image(1)))
+    }
+
+    @Test
+    fun whatAReceiverWantsReplacesThem() = runBlocking<Unit> {
+        ScriptedHost().use { host ->
+            val streamer = Ml2Streamer(headset, host.address, mapOf("world_left" to StreamValues()))
+            streamer.start()
+            host.awaitHello().close()
+            assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
+            val session = host.awaitHello()
+            session.welcome(host.received())
+            session.configure(1, """{"world_right": {}}""")
+            headset.awaitStopped(StreamTable.worldLeft)
+            session.start(1)
+            assertEquals(setOf("world_right"), streamer.streams.value.keys)
+            headset.deliver(StreamTable.worldRight, headset.image(now()))
+            session.awaitData("world_right/image_raw")
+            session.cut()
+            assertTrue(headset.deliver(StreamTable.worldRight, headset.image(now())))
+            assertFalse(headset.isRunning(StreamTable.worldLeft), "what the receiver wanted goes on without it")
+            streamer.stop()
+        }
+    }
+
+    private fun now() = headset.clock.nowNanos()
+
+    private fun withStreamer(vararg ids: String, test: suspend (Ml2Streamer) -> Unit) = runBlocking<Unit> {
+        val streamer = Ml2Streamer(headset, nowhere, ids.associateWith { StreamValues() })
+        try {
+            streamer.start()
+            test(streamer)
+        } finally {
+            streamer.stop()
+        }
+    }
+}
