@@ -33,7 +33,7 @@ namespace Ml2Sensors.Messages
 
         public void Write(sbyte value) => Write((byte)value);
 
-        public void Write(byte value) => _bytes[Reserve(1, 1)] = value;
+        public void Write(byte value) => Put(value, 1);
 
         public void Write(short value) => Put((ulong)value, 2);
 
@@ -56,7 +56,8 @@ namespace Ml2Sensors.Messages
             if (value == null) throw new ArgumentNullException(nameof(value), "A string of a message is null.");
             int count = Utf8.GetByteCount(value);
             Write((uint)count + 1);
-            Utf8.GetBytes(value, 0, value.Length, _bytes, Reserve(count + 1, 1));
+            int at = Reserve(count + 1, 1);
+            Utf8.GetBytes(value, 0, value.Length, _bytes, at);
         }
 
         public void Write(byte[] values)
@@ -137,7 +138,8 @@ namespace Ml2Sensors.Messages
         {
             if (values.Length == 0) return;
             int count = System.Buffer.ByteLength(values);
-            System.Buffer.BlockCopy(values, 0, _bytes, Reserve(count, size), count);
+            int at = Reserve(count, size);
+            System.Buffer.BlockCopy(values, 0, _bytes, at, count);
         }
 
         private void Put(ulong value, int size)
@@ -146,7 +148,7 @@ namespace Ml2Sensors.Messages
             for (int i = 0; i < size; i++) _bytes[at + i] = (byte)(value >> (8 * i));
         }
 
-        /// <summary>Makes zeroed room for count bytes; returns where they begin.</summary>
+        /// <summary>Makes zeroed room for count bytes, maybe in a new buffer; returns where they begin.</summary>
         private int Reserve(int count, int alignment)
         {
             int padding = Length < HeaderBytes ? 0 : -(Length - HeaderBytes) & (alignment - 1);
