@@ -14,8 +14,10 @@ main() {
   cp "$json" "$nunit" "$out"
   compile UnityEngine "$stand_ins/UnityEngine"
   compile Ml2Sensors.Runtime "$package/Runtime" UnityEngine.dll Newtonsoft.Json.dll
-  compile Ml2Sensors.Tests "$package/Tests/Runtime $package/Tests/Mono~" \
-    UnityEngine.dll Newtonsoft.Json.dll Ml2Sensors.Runtime.dll nunit.framework.dll
+  compile UnityEditor "$stand_ins/UnityEditor" UnityEngine.dll
+  compile Ml2Sensors.Editor "$package/Editor" UnityEngine.dll UnityEditor.dll Ml2Sensors.Runtime.dll System.Xml.dll System.Xml.Linq.dll
+  compile Ml2Sensors.Tests "$package/Tests/Editor $package/Tests/Mono~" UnityEngine.dll UnityEditor.dll Newtonsoft.Json.dll \
+    Ml2Sensors.Runtime.dll Ml2Sensors.Editor.dll nunit.framework.dll System.Xml.dll System.Xml.Linq.dll
   run_tests "$@"
 }
 

@@ -21,6 +21,8 @@ namespace UnityEngine
         public override int GetHashCode() => base.GetHashCode();
 
         public static void Destroy(Object target) => target.IsDestroyed = true;
+
+        public static void DestroyImmediate(Object target) => Destroy(target);
     }
 
     public class ScriptableObject : Object

@@ -12,6 +12,8 @@ namespace UnityEngine
     public static class Application
     {
         public static RuntimePlatform platform => RuntimePlatform.LinuxEditor;
+
+        public static bool isPlaying => true;
     }
 
     public static class Debug
