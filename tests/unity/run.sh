@@ -16,6 +16,9 @@ main() {
   compile Ml2Sensors.Runtime "$package/Runtime" UnityEngine.dll Newtonsoft.Json.dll
   compile UnityEditor "$stand_ins/UnityEditor" UnityEngine.dll
   compile Ml2Sensors.Editor "$package/Editor" UnityEngine.dll UnityEditor.dll Ml2Sensors.Runtime.dll System.Xml.dll System.Xml.Linq.dll
+  compile UnityOpenXR "$stand_ins/UnityOpenXR" UnityEngine.dll
+  compile Ml2Sensors.OpenXR "$package/OpenXR" UnityEngine.dll UnityOpenXR.dll Ml2Sensors.Runtime.dll
+  compile Ml2Sensors.Samples "$package/Samples~" UnityEngine.dll Ml2Sensors.Runtime.dll
   compile Ml2Sensors.Tests "$package/Tests/Editor $package/Tests/Mono~" UnityEngine.dll UnityEditor.dll Newtonsoft.Json.dll \
     Ml2Sensors.Runtime.dll Ml2Sensors.Editor.dll nunit.framework.dll System.Xml.dll System.Xml.Linq.dll
   run_tests "$@"
@@ -26,7 +29,7 @@ compile() { # the assembly's name, its folders, what it refers to
   read -ra folders <<<"$2"
   mapfile -t sources < <(find "${folders[@]}" -name '*.cs' | sort)
   # 649: only Unity sets serialized fields.
-  mcs -nologo -langversion:7.2 -unsafe -warnaserror+ -warn:4 -nowarn:649 -define:ENABLE_UNITY_COLLECTIONS_CHECKS \
+  mcs -nologo -langversion:7.2 -unsafe -warnaserror+ -warn:4 -nowarn:649 -define:ENABLE_UNITY_COLLECTIONS_CHECKS,UNITY_EDITOR \
     -debug -target:library -lib:"$out" "${references[@]/#/-reference:}" -out:"$out/$1.dll" "${sources[@]}"
 }
 

@@ -22,7 +22,14 @@ namespace UnityEngine
 
         public static void Destroy(Object target) => target.IsDestroyed = true;
 
+        public static T Instantiate<T>(T original, Transform parent) where T : Object => original;
+
         public static void DestroyImmediate(Object target) => Destroy(target);
+    }
+
+    public class TextMesh : Component
+    {
+        public string text { get; set; }
     }
 
     public class ScriptableObject : Object
@@ -34,13 +41,15 @@ namespace UnityEngine
     {
         public GameObject gameObject { get; internal set; }
 
+        public Transform transform { get; } = new Transform();
+
         public T GetComponent<T>() where T : Component => gameObject.GetComponent<T>();
     }
 
-    public class Transform : Component
+    public class Transform : Object
     {
         public Vector3 position { get; set; }
-        public Quaternion rotation { get; set; }
+        public Vector3 localPosition { get; set; }
     }
 
     public class Behaviour : Component
@@ -61,7 +70,6 @@ namespace UnityEngine
 
     public class MonoBehaviour : Behaviour
     {
-        public Transform transform { get; } = new Transform();
     }
 
     public sealed class GameObject : Object
@@ -69,6 +77,10 @@ namespace UnityEngine
         private readonly List<Component> _components = new List<Component>();
 
         public GameObject(string name) => this.name = name;
+
+        public void SetActive(bool value)
+        {
+        }
 
         /// <summary>As Unity's for an inactive object: nothing is enabled until someone does it.</summary>
         public T AddComponent<T>() where T : Component, new()

@@ -16,6 +16,11 @@ namespace UnityEngine
         public static bool isPlaying => true;
     }
 
+    public static class Time
+    {
+        public static float time => 0;
+    }
+
     public static class Debug
     {
         public static readonly List<string> Warnings = new List<string>();
@@ -30,6 +35,8 @@ namespace UnityEngine
         public T Call<T>(string method, params object[] arguments) => throw new PlatformNotSupportedException();
 
         public T GetStatic<T>(string field) => throw new PlatformNotSupportedException();
+
+        public void CallStatic(string method, params object[] arguments) => throw new PlatformNotSupportedException();
 
         public T CallStatic<T>(string method, params object[] arguments) => throw new PlatformNotSupportedException();
 
