@@ -69,10 +69,11 @@ def _element(field: Any) -> tuple[Nodetype, str]:
 
 
 def _class(type: str, constants: Any, fields: Any) -> str:
+    values = [(PRIMITIVES[kind], name, value) for name, kind, value in constants]
     lines = [
         f"    public sealed class {_name(type)} : IMessage",
         "    {",
-        *(f"        public const {PRIMITIVES[t]} {name} = {value};" for name, t, value in constants),
+        *(f"        public const {kind} {name} = {value};" for kind, name, value in values),
         *(f"        public {_declaration(name, field)}" for name, field in fields),
         "",
         f'        public string RosType => "{type}";',

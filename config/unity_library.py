@@ -17,10 +17,11 @@ ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "unity_package/Plugins/Android/ml2-sensors.aar"
 # Its name begins with a dot, so it is no asset.
 INPUTS_HASH = LIBRARY.with_name(".ml2-sensors.aar.inputs")
-INPUTS = """
-pom.xml ml2-sensors-aar/pom.xml ml2-sensors-aar/src/main ml2-sensors-aar/aar
-native/device native/generated native/jni native/openxr native/sdk native/sources
-""".split()
+INPUTS = [
+    "pom.xml",
+    *(f"ml2-sensors-aar/{name}" for name in ("pom.xml", "src/main", "aar")),
+    *(f"native/{name}" for name in ("device", "generated", "jni", "openxr", "sdk", "sources")),
+]
 
 
 def inputs_hash(root: Path = ROOT) -> str:

@@ -63,9 +63,10 @@ END = "  userData:\n  assetBundleName:\n  assetBundleVariant:\n"
 def unity_metas(package: Path) -> Iterator[tuple[Path, str]]:
     """Every meta that the package should have, with its text."""
     for asset in assets(package):
-        text = _importer(asset)
-        guid = hashlib.md5(f"{PACKAGE}/{asset.relative_to(package).as_posix()}".encode()).hexdigest()
-        yield asset.with_name(asset.name + ".meta"), f"fileFormatVersion: 2\nguid: {guid}\n{text}{END}"
+        name = f"{PACKAGE}/{asset.relative_to(package).as_posix()}"
+        guid = hashlib.md5(name.encode()).hexdigest()
+        text = f"fileFormatVersion: 2\nguid: {guid}\n{_importer(asset)}{END}"
+        yield asset.with_name(asset.name + ".meta"), text
 
 
 def assets(folder: Path) -> Iterator[Path]:
@@ -73,7 +74,7 @@ def assets(folder: Path) -> Iterator[Path]:
     for entry in sorted(folder.iterdir()):
         if entry.name == "Samples~":
             yield from assets(entry)
-        elif not (entry.name.startswith(".") or entry.name.endswith("~") or entry.suffix == ".meta"):
+        elif not entry.name.startswith(".") and not entry.name.endswith(("~", ".meta")):
             yield entry
             if entry.is_dir():
                 yield from assets(entry)

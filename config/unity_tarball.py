@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Packs unity_package/ as the Unity Package Manager takes it from disk: build/unity/NAME-VERSION.tgz.
+"""Packs unity_package/ as the Unity Package Manager takes it: build/unity/NAME-VERSION.tgz.
 
 The layout is npm's, everything below package/. Equal contents make equal bytes.
 """

@@ -19,6 +19,7 @@ main() {
   compile UnityOpenXR "$stand_ins/UnityOpenXR" UnityEngine.dll
   compile Ml2Sensors.OpenXR "$package/OpenXR" UnityEngine.dll UnityOpenXR.dll Ml2Sensors.Runtime.dll
   compile Ml2Sensors.Samples "$package/Samples~" UnityEngine.dll Ml2Sensors.Runtime.dll
+  compile Project tests/unity_project/Assets UnityEngine.dll UnityEditor.dll
   compile Ml2Sensors.Tests "$package/Tests/Editor $package/Tests/Mono~" UnityEngine.dll UnityEditor.dll Newtonsoft.Json.dll \
     Ml2Sensors.Runtime.dll Ml2Sensors.Editor.dll nunit.framework.dll System.Xml.dll System.Xml.Linq.dll
   run_tests "$@"

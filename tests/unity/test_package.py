@@ -44,9 +44,11 @@ def test_package_json_is_what_unity_wants(installed: Path) -> None:
     assert re.fullmatch(r"[a-z0-9-]+(\.[a-z0-9-]+){2,}", about["name"])
     assert about["version"] == VERSION
     assert re.fullmatch(r"\d{4}\.\d+", about["unity"])
-    assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in about["dependencies"].values())
+    for version in about["dependencies"].values():
+        assert re.fullmatch(r"\d+\.\d+\.\d+", version)
     for sample in about["samples"]:
-        assert sample["displayName"] and sample["description"]
+        assert sample["displayName"]
+        assert sample["description"]
         assert list((installed / sample["path"]).glob("*.cs"))
     for name in ["README.md", "CHANGELOG.md", "LICENSE.md", "Documentation~/index.md"]:
         assert (installed / name).is_file()

@@ -28,6 +28,18 @@ namespace UnityEditor
         IL2CPP,
     }
 
+    public sealed class BuildPlayerOptions
+    {
+        public string[] scenes { get; set; }
+        public string locationPathName { get; set; }
+        public BuildTarget target { get; set; }
+    }
+
+    public static class BuildPipeline
+    {
+        public static Build.Reporting.BuildReport BuildPlayer(BuildPlayerOptions options) => new Build.Reporting.BuildReport();
+    }
+
     public static class PlayerSettings
     {
         private static ScriptingImplementation _backend;
@@ -71,8 +83,15 @@ namespace UnityEditor.Build
 
 namespace UnityEditor.Build.Reporting
 {
+    public enum BuildResult
+    {
+        Unknown,
+        Succeeded,
+    }
+
     public struct BuildSummary
     {
+        public BuildResult result { get; set; }
         public BuildTarget platform { get; set; }
     }
 
