@@ -70,12 +70,14 @@ def _element(field: Any) -> tuple[Nodetype, str]:
 
 def _class(type: str, constants: Any, fields: Any) -> str:
     values = [(PRIMITIVES[kind], name, value) for name, kind, value in constants]
+    is_stamped = fields[0][1] == (Nodetype.NAME, "std_msgs/msg/Header")
     lines = [
-        f"    public sealed class {_name(type)} : IMessage",
+        f"    public sealed class {_name(type)} : IMessage{', IStamped' if is_stamped else ''}",
         "    {",
         *(f"        public const {kind} {name} = {value};" for kind, name, value in values),
         *(f"        public {_declaration(name, field)}" for name, field in fields),
         "",
+        *(["        public HeaderMsg Header => header;", ""] if is_stamped else []),
         f'        public string RosType => "{type}";',
         "",
         "        public void Write(CdrWriter cdr)",

@@ -36,6 +36,10 @@ namespace Ml2Sensors.Bridge
 
         public int OpenPublisher(string topic, string rosType) => _facade.Call<int>("openPublisher", topic, rosType);
 
+        public long StampNanos(long captureNanos) => _facade.Call<long>("stampNanos", captureNanos);
+
+        public string Refusal(int publisher) => _facade.Call<string>("refusal", publisher);
+
         public bool Publish(int publisher, byte[] payload, int length, long captureNanos)
         {
             var bytes = new sbyte[length]; // Java's byte

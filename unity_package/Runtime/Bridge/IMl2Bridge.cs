@@ -30,10 +30,17 @@ namespace Ml2Sensors.Bridge
         void View(string streamId, bool on);
 
         /// <param name="topic">Relative to the prefix: "custom/" and a name.</param>
+        /// <returns>What Publish takes.</returns>
         int OpenPublisher(string topic, string rosType);
 
+        /// <summary>ROS time of an instant of CLOCK_BOOTTIME; 0 while it is not known.</summary>
+        long StampNanos(long captureNanos);
+
+        /// <summary>Why the receiver does not publish the topic; empty as long as it does.</summary>
+        string Refusal(int publisher);
+
         /// <param name="captureNanos">CLOCK_BOOTTIME.</param>
-        /// <returns>False when it was dropped, which the library counts.</returns>
+        /// <returns>False while no receiver takes it.</returns>
         bool Publish(int publisher, byte[] payload, int length, long captureNanos);
     }
 }

@@ -34,6 +34,10 @@ namespace Ml2Sensors.Bridge
 
         public int OpenPublisher(string topic, string rosType) => 0;
 
+        public long StampNanos(long captureNanos) => 0;
+
+        public string Refusal(int publisher) => Unavailable;
+
         public bool Publish(int publisher, byte[] payload, int length, long captureNanos) => false;
 
         public void Dispose()

@@ -26,13 +26,28 @@ namespace Ml2Sensors
         /// <summary>Now, as CLOCK_BOOTTIME: what Publish wants. Only on the headset.</summary>
         public static long NowNanos => NativeMethods.Now();
 
-        /// <param name="captureNanos">CLOCK_BOOTTIME of the measurement; the library makes the header's stamp of it.</param>
-        /// <returns>False when it was dropped, which the library counts.</returns>
+        /// <summary>Why the receiver does not publish the topic; empty as long as it does.</summary>
+        public string Refusal => _streamer.Bridge.Refusal(_publisher);
+
+        /// <summary>Sends a message, after writing its header's stamp if it has one.</summary>
+        /// <param name="captureNanos">CLOCK_BOOTTIME of the measurement.</param>
+        /// <returns>False while no receiver takes it, or ROS time is not known and the message has a stamp.</returns>
         /// <exception cref="ArgumentException">A field is null or has another length than its type.</exception>
         public bool Publish(T message, long captureNanos)
         {
+            if (message is IStamped stamped && !TryStamp(stamped.Header, captureNanos)) return false;
             _cdr.WritePayload(message);
             return _streamer.Bridge.Publish(_publisher, _cdr.Buffer, _cdr.Length, captureNanos);
+        }
+
+        private bool TryStamp(HeaderMsg header, long captureNanos)
+        {
+            const long NanosPerSecond = 1000000000;
+            long stampNanos = _streamer.Bridge.StampNanos(captureNanos);
+            if (stampNanos == 0) return false;
+            header.stamp.sec = checked((int)(stampNanos / NanosPerSecond));
+            header.stamp.nanosec = (uint)(stampNanos % NanosPerSecond);
+            return true;
         }
 
         private static bool IsName(string name)

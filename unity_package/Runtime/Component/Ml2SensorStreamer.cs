@@ -133,13 +133,12 @@ namespace Ml2Sensors
             _bridge = null;
         }
 
-        /// <summary>A permission that came later needs a new session: what was refused is refused for a session.</summary>
+        /// <summary>A permission that came later needs another start: what was refused is refused for a session.</summary>
         private void ContinueStart()
         {
             if (_permissions.IsWaiting) return;
             bool hasNewPermission = _permissions.TakeGranted();
             if (!_isWanted || (_isStarted && !hasNewPermission)) return;
-            if (_isStarted) Bridge.Stop();
             _isStarted = true;
             Bridge.Start(_receiver, _config == null ? "{}" : _config.ToJson());
         }

@@ -48,6 +48,13 @@ namespace Ml2Sensors.Tests
             return 7;
         }
 
+        /// <summary>ROS time minus CLOCK_BOOTTIME; null while it is not known.</summary>
+        public long? OffsetNanos { get; set; }
+
+        public long StampNanos(long captureNanos) => OffsetNanos == null ? 0 : captureNanos + OffsetNanos.Value;
+
+        public string Refusal(int publisher) => "no such type";
+
         public bool Publish(int publisher, byte[] payload, int length, long captureNanos)
         {
             Calls.Add($"publish {publisher} {captureNanos}");

@@ -131,7 +131,7 @@ namespace Ml2Sensors.Tests
             Update();
             Permission.Callbacks.Answer("android.permission.CAMERA", true);
             Update();
-            AssertCalls("start \"\" {}", "stop", "start \"\" {}");
+            AssertCalls("start \"\" {}", "start \"\" {}");
         }
 
         [Test]
@@ -194,6 +194,19 @@ namespace Ml2Sensors.Tests
             Assert.IsTrue(publisher.Publish(new StringMsg { data = "aß" }, 42));
             AssertCalls("open custom/operator_note std_msgs/msg/String", "publish 7 42");
             Assert.AreEqual(new byte[] { 0, 1, 0, 0, 4, 0, 0, 0, 0x61, 0xc3, 0x9f, 0 }, _bridge.LastPayload);
+        }
+
+        [Test]
+        public void Publisher_MessageWithHeader_IsStampedInRosTimeOrNotSent()
+        {
+            var publisher = new Ml2Publisher<TemperatureMsg>(_streamer, "battery_temperature");
+            var message = new TemperatureMsg();
+            Assert.IsFalse(publisher.Publish(message, 42));
+            _bridge.OffsetNanos = 1700000000L * 1000000000;
+            Assert.IsTrue(publisher.Publish(message, 42));
+            Assert.AreEqual(1700000000, message.header.stamp.sec);
+            Assert.AreEqual(42, message.header.stamp.nanosec);
+            AssertCalls("open custom/battery_temperature sensor_msgs/msg/Temperature", "publish 7 42");
         }
 
         [TestCase("")]

@@ -31,10 +31,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class PointStampedMsg : IMessage
+    public sealed class PointStampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PointMsg point = new PointMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/PointStamped";
 
@@ -59,10 +61,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class PoseArrayMsg : IMessage
+    public sealed class PoseArrayMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseMsg[] poses = new PoseMsg[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/PoseArray";
 
@@ -73,10 +77,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class PoseStampedMsg : IMessage
+    public sealed class PoseStampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseMsg pose = new PoseMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/PoseStamped";
 
@@ -101,10 +107,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class PoseWithCovarianceStampedMsg : IMessage
+    public sealed class PoseWithCovarianceStampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseWithCovarianceMsg pose = new PoseWithCovarianceMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/PoseWithCovarianceStamped";
 
@@ -147,11 +155,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class TransformStampedMsg : IMessage
+    public sealed class TransformStampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string child_frame_id = "";
         public TransformMsg transform = new TransformMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/TransformStamped";
 
@@ -177,10 +187,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class TwistStampedMsg : IMessage
+    public sealed class TwistStampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public TwistMsg twist = new TwistMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/TwistStamped";
 
@@ -221,10 +233,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class Vector3StampedMsg : IMessage
+    public sealed class Vector3StampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public Vector3Msg vector = new Vector3Msg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/Vector3Stamped";
 
@@ -249,10 +263,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class WrenchStampedMsg : IMessage
+    public sealed class WrenchStampedMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public WrenchMsg wrench = new WrenchMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "geometry_msgs/msg/WrenchStamped";
 
@@ -263,12 +279,14 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class OdometryMsg : IMessage
+    public sealed class OdometryMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string child_frame_id = "";
         public PoseWithCovarianceMsg pose = new PoseWithCovarianceMsg();
         public TwistWithCovarianceMsg twist = new TwistWithCovarianceMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "nav_msgs/msg/Odometry";
 
@@ -281,10 +299,12 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class PathMsg : IMessage
+    public sealed class PathMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public PoseStampedMsg[] poses = new PoseStampedMsg[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "nav_msgs/msg/Path";
 
@@ -295,7 +315,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class BatteryStateMsg : IMessage
+    public sealed class BatteryStateMsg : IMessage, IStamped
     {
         public const byte POWER_SUPPLY_STATUS_UNKNOWN = 0;
         public const byte POWER_SUPPLY_STATUS_CHARGING = 1;
@@ -337,6 +357,8 @@ namespace Ml2Sensors.Messages
         public string location = "";
         public string serial_number = "";
 
+        public HeaderMsg Header => header;
+
         public string RosType => "sensor_msgs/msg/BatteryState";
 
         public void Write(CdrWriter cdr)
@@ -360,7 +382,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class CameraInfoMsg : IMessage
+    public sealed class CameraInfoMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public uint height;
@@ -373,6 +395,8 @@ namespace Ml2Sensors.Messages
         public uint binning_x;
         public uint binning_y;
         public RegionOfInterestMsg roi = new RegionOfInterestMsg();
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/CameraInfo";
 
@@ -392,11 +416,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class CompressedImageMsg : IMessage
+    public sealed class CompressedImageMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string format = "";
         public byte[] data = new byte[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/CompressedImage";
 
@@ -408,11 +434,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class FluidPressureMsg : IMessage
+    public sealed class FluidPressureMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double fluid_pressure;
         public double variance;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/FluidPressure";
 
@@ -424,11 +452,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class IlluminanceMsg : IMessage
+    public sealed class IlluminanceMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double illuminance;
         public double variance;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/Illuminance";
 
@@ -440,7 +470,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class ImageMsg : IMessage
+    public sealed class ImageMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public uint height;
@@ -449,6 +479,8 @@ namespace Ml2Sensors.Messages
         public byte is_bigendian;
         public uint step;
         public byte[] data = new byte[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/Image";
 
@@ -464,7 +496,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class ImuMsg : IMessage
+    public sealed class ImuMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public QuaternionMsg orientation = new QuaternionMsg();
@@ -473,6 +505,8 @@ namespace Ml2Sensors.Messages
         public double[] angular_velocity_covariance = new double[9];
         public Vector3Msg linear_acceleration = new Vector3Msg();
         public double[] linear_acceleration_covariance = new double[9];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/Imu";
 
@@ -488,13 +522,15 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class JointStateMsg : IMessage
+    public sealed class JointStateMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public string[] name = new string[0];
         public double[] position = new double[0];
         public double[] velocity = new double[0];
         public double[] effort = new double[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/JointState";
 
@@ -508,11 +544,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class JoyMsg : IMessage
+    public sealed class JoyMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public float[] axes = new float[0];
         public int[] buttons = new int[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/Joy";
 
@@ -524,7 +562,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class LaserScanMsg : IMessage
+    public sealed class LaserScanMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public float angle_min;
@@ -536,6 +574,8 @@ namespace Ml2Sensors.Messages
         public float range_max;
         public float[] ranges = new float[0];
         public float[] intensities = new float[0];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/LaserScan";
 
@@ -554,11 +594,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class MagneticFieldMsg : IMessage
+    public sealed class MagneticFieldMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public Vector3Msg magnetic_field = new Vector3Msg();
         public double[] magnetic_field_covariance = new double[9];
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/MagneticField";
 
@@ -570,7 +612,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class NavSatFixMsg : IMessage
+    public sealed class NavSatFixMsg : IMessage, IStamped
     {
         public const byte COVARIANCE_TYPE_UNKNOWN = 0;
         public const byte COVARIANCE_TYPE_APPROXIMATED = 1;
@@ -583,6 +625,8 @@ namespace Ml2Sensors.Messages
         public double altitude;
         public double[] position_covariance = new double[9];
         public byte position_covariance_type;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/NavSatFix";
 
@@ -622,7 +666,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class PointCloud2Msg : IMessage
+    public sealed class PointCloud2Msg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public uint height;
@@ -633,6 +677,8 @@ namespace Ml2Sensors.Messages
         public uint row_step;
         public byte[] data = new byte[0];
         public bool is_dense;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/PointCloud2";
 
@@ -676,7 +722,7 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class RangeMsg : IMessage
+    public sealed class RangeMsg : IMessage, IStamped
     {
         public const byte ULTRASOUND = 0;
         public const byte INFRARED = 1;
@@ -687,6 +733,8 @@ namespace Ml2Sensors.Messages
         public float max_range;
         public float range;
         public float variance;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/Range";
 
@@ -722,11 +770,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class RelativeHumidityMsg : IMessage
+    public sealed class RelativeHumidityMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double relative_humidity;
         public double variance;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/RelativeHumidity";
 
@@ -738,11 +788,13 @@ namespace Ml2Sensors.Messages
         }
     }
 
-    public sealed class TemperatureMsg : IMessage
+    public sealed class TemperatureMsg : IMessage, IStamped
     {
         public HeaderMsg header = new HeaderMsg();
         public double temperature;
         public double variance;
+
+        public HeaderMsg Header => header;
 
         public string RosType => "sensor_msgs/msg/Temperature";
 
