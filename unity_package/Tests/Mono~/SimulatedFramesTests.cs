@@ -75,6 +75,47 @@ namespace Ml2Sensors.Tests
             }
         }
 
+        [Test]
+        public void Update_FrameShown_IsGivenBackAtOnce()
+        {
+            using (var shown = new ShownStream(StreamId.WorldLeft))
+            {
+                var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
+                slots.Publish(1, new byte[4], 2, 2, 2);
+                shown.Update();
+                Assert.AreEqual(1, shown.Texture.Applied);
+                Assert.DoesNotThrow(slots.Dispose, "a slot is still leased");
+            }
+        }
+
+        [Test]
+        public void Update_RowsWithPadding_ThrowsAndGivesTheFrameBack()
+        {
+            using (var shown = new ShownStream(StreamId.WorldLeft))
+            {
+                var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
+                slots.Publish(1, new byte[6], 2, 2, 3);
+                Assert.Throws<NotSupportedException>(shown.Update);
+                Assert.DoesNotThrow(slots.Dispose, "a slot is still leased");
+            }
+        }
+
+        [Test]
+        public void Update_Jpeg_IsDecodedFromABufferThatIsKept()
+        {
+            using (var shown = new ShownStream(StreamId.Color))
+            using (var slots = new NativeSlots(StreamId.Color, 1, 64))
+            {
+                slots.Publish(1, new byte[] { 0xff, 0xd8, 3, 4 }, 640, 480);
+                shown.Update();
+                byte[] first = shown.Texture.Jpeg;
+                slots.Publish(2, new byte[] { 0xff, 0xd8, 5 }, 640, 480);
+                shown.Update();
+                Assert.AreSame(first, shown.Texture.Jpeg);
+                Assert.AreEqual(5, first[2]);
+            }
+        }
+
         private static void CaptureOnce(NativeSensor sensor)
         {
             int count = 0;
