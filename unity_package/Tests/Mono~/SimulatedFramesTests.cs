@@ -104,7 +104,7 @@ namespace Ml2Sensors.Tests
         public void Update_Jpeg_IsDecodedFromABufferThatIsKept()
         {
             using (var shown = new ShownStream(StreamId.Color))
-            using (var slots = new NativeSlots(StreamId.Color, 1, 64))
+            using (var slots = new NativeSlots(StreamId.Color, 2, 64))
             {
                 slots.Publish(1, new byte[] { 0xff, 0xd8, 3, 4 }, 640, 480);
                 shown.Update();
