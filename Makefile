@@ -6,7 +6,7 @@ DURATION ?= 15
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/aar tests/end_to_end tests/bench
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/aar tests/unity tests/end_to_end tests/bench
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 device_library := build/native/device/libml2sensors.so
@@ -47,11 +47,17 @@ $(packed): $(packaged) $(device_library)
 	$(maven) --quiet package -DskipTests -pl $(aar) -am
 	@touch $@
 
+unity-library: aar ## Put the library into the Unity package, to be committed with its sources
+	$(run) python3 config/unity_library.py
+
+unity-package: setup ## Pack the Unity package: build/unity
+	$(run) python3 config/unity_tarball.py
+
 demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder]
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-test: test-python test-native test-kotlin test-conformance test-aar test-e2e ## Run every test
+test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e ## Run every test
 
 test-python: setup $(javascript) ## Test the receiver
 	$(pytest) host_receiver/test
@@ -80,6 +86,10 @@ test-conformance: build ## Test every language against the shared vectors
 
 test-aar: native aar ## Test what the Android packages hold, and a consumer of theirs
 	$(pytest) --timeout 300 tests/aar
+
+test-unity: native ## Test the Unity package with mono, and that it is complete
+	tests/unity/run.sh
+	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) tests/end_to_end
@@ -115,4 +125,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup native build aar demo test test-python test-native test-kotlin test-conformance test-aar test-e2e lint format bench soak clean
+.PHONY: help setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench soak clean

@@ -15,12 +15,16 @@ sys.path.insert(0, str(ROOT / "host_receiver"))
 
 from c_table import c_table  # noqa: E402
 from configuration_page import configuration_page  # noqa: E402
+from csharp_messages import csharp_messages  # noqa: E402
+from csharp_table import csharp_table  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
 from message_definitions import message_definitions  # noqa: E402
 from ml2_receiver.configuration.table import load_table  # noqa: E402
+from unity_metas import unity_metas  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
 PYTHON = ROOT / "host_receiver/ml2_receiver"
+UNITY = ROOT / "unity_package"
 
 PYTHON_VERSION = """# Generated from pom.xml by config/generate.py.
 VERSION = "{}"
@@ -38,6 +42,8 @@ def outputs() -> Iterator[tuple[Path, str]]:
     table = load_table()
     yield KOTLIN / "table/generated/StreamTable.kt", kotlin_table(table)
     yield ROOT / "native/generated/ml2s_streams.h", c_table(table)
+    yield UNITY / "Runtime/Table/Generated/StreamTable.cs", csharp_table(table)
+    yield UNITY / "Runtime/Messages/Generated/Messages.cs", csharp_messages(table)
     yield ROOT / "docs/configuration.md", configuration_page(table)
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
@@ -45,6 +51,7 @@ def outputs() -> Iterator[tuple[Path, str]]:
     yield PYTHON / "generated/message_definitions.py", message_definitions(table)
     yield PYTHON / "generated/version.py", PYTHON_VERSION.format(version)
     yield KOTLIN / "generated/Version.kt", KOTLIN_VERSION.format(version)
+    yield from unity_metas(UNITY)
 
 
 def main() -> int:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import axes_vectors
 import cdr_vectors
 import malformed_vectors
 import wire_vectors
@@ -15,6 +16,7 @@ import wire_vectors
 VECTORS = Path(__file__).parent / "vectors"
 
 FOLDERS: dict[str, Callable[[], dict[str, bytes]]] = {
+    "axes": axes_vectors.files,
     "cdr": cdr_vectors.files,
     "wire": wire_vectors.files,
     "malformed": malformed_vectors.files,

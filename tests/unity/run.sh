@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Compiles the Unity package with mono against stand-ins of Unity's types, and runs its tests on the library that ships.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+package=unity_package
+stand_ins=$package/Tests/StandIns~
+out=build/unity
+json=/usr/lib/cli/Newtonsoft.Json-5.0/Newtonsoft.Json.dll
+nunit=/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll
+
+main() {
+  mkdir -p "$out"
+  cp "$json" "$nunit" "$out"
+  compile UnityEngine "$stand_ins/UnityEngine"
+  compile Ml2Sensors.Runtime "$package/Runtime" UnityEngine.dll Newtonsoft.Json.dll
+  compile UnityEditor "$stand_ins/UnityEditor" UnityEngine.dll
+  compile Ml2Sensors.Editor "$package/Editor" UnityEngine.dll UnityEditor.dll Ml2Sensors.Runtime.dll System.Xml.dll System.Xml.Linq.dll
+  compile UnityOpenXR "$stand_ins/UnityOpenXR" UnityEngine.dll
+  compile Ml2Sensors.OpenXR "$package/OpenXR" UnityEngine.dll UnityOpenXR.dll Ml2Sensors.Runtime.dll
+  compile Ml2Sensors.Samples "$package/Samples~" UnityEngine.dll Ml2Sensors.Runtime.dll
+  compile Project tests/unity_project/Assets UnityEngine.dll UnityEditor.dll
+  compile Ml2Sensors.Tests "$package/Tests/Editor $package/Tests/Mono~" UnityEngine.dll UnityEditor.dll Newtonsoft.Json.dll \
+    Ml2Sensors.Runtime.dll Ml2Sensors.Editor.dll nunit.framework.dll System.Xml.dll System.Xml.Linq.dll
+  run_tests "$@"
+}
+
+compile() { # the assembly's name, its folders, what it refers to
+  local folders sources references=("${@:3}")
+  read -ra folders <<<"$2"
+  mapfile -t sources < <(find "${folders[@]}" -name '*.cs' | sort)
+  # 649: only Unity sets serialized fields.
+  mcs -nologo -langversion:7.2 -unsafe -warnaserror+ -warn:4 -nowarn:649 -define:ENABLE_UNITY_COLLECTIONS_CHECKS,UNITY_EDITOR \
+    -debug -target:library -lib:"$out" "${references[@]/#/-reference:}" -out:"$out/$1.dll" "${sources[@]}"
+}
+
+run_tests() {
+  # Bionic's names on Linux, the simulated headset, and the library as it goes into the AAR.
+  local native=$PWD/build/native
+  export LD_LIBRARY_PATH=$native/linux:$native/host/sim:$native/device
+  export ML2_FILMS=$native/films ML2_VECTORS=$PWD/tests/conformance/vectors
+  nunit-console -nologo -nodots -nothread -domain:None -work="$out" "$@" "$out/Ml2Sensors.Tests.dll"
+}
+
+main "$@"

@@ -1,0 +1,127 @@
+"""The Unity package as the Unity Package Manager sees it."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "unity_package"
+VERSION = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
+GUID = re.compile(r"^guid: ([0-9a-f]{32})$", re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tarball of `make unity-package`, unpacked as npm and Unity do."""
+    archive = make_tarball()
+    folder = tmp_path_factory.mktemp("project")
+    with tarfile.open(archive) as packed:
+        packed.extractall(folder, filter="data")
+    assert [entry.name for entry in folder.iterdir()] == ["package"]
+    return folder / "package"
+
+
+def make_tarball() -> Path:
+    subprocess.run([sys.executable, ROOT / "config/unity_tarball.py"], check=True)
+    return ROOT / f"build/unity/dev.ml2sensors.unity-{VERSION}.tgz"
+
+
+def test_equal_contents_make_equal_tarballs() -> None:
+    first = make_tarball().read_bytes()
+    assert make_tarball().read_bytes() == first
+
+
+def test_package_json_is_what_unity_wants(installed: Path) -> None:
+    about = json.loads((installed / "package.json").read_text())
+    assert re.fullmatch(r"[a-z0-9-]+(\.[a-z0-9-]+){2,}", about["name"])
+    assert about["version"] == VERSION
+    assert re.fullmatch(r"\d{4}\.\d+", about["unity"])
+    for version in about["dependencies"].values():
+        assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    for sample in about["samples"]:
+        assert sample["displayName"]
+        assert sample["description"]
+        assert list((installed / sample["path"]).glob("*.cs"))
+    for name in ["README.md", "CHANGELOG.md", "LICENSE.md", "Documentation~/index.md"]:
+        assert (installed / name).is_file()
+
+
+def test_each_asset_has_a_meta_and_each_meta_its_asset(installed: Path) -> None:
+    entries = [path for path in installed.rglob("*") if is_imported(path.relative_to(installed))]
+    metas = {path for path in entries if path.suffix == ".meta"}
+    assets = {path for path in entries if path.suffix != ".meta"}
+    assert {path.with_name(path.name + ".meta") for path in assets} == metas
+    assert len(metas) > 50
+
+
+def is_imported(path: Path) -> bool:
+    """Unity's rule for what it ignores; Samples~ itself is ignored, not what is copied from it."""
+    parts = path.parts[1:] if path.parts[0] == "Samples~" else path.parts
+    return bool(parts) and not any(part.startswith(".") or part.endswith("~") for part in parts)
+
+
+def test_guids_are_unique(installed: Path) -> None:
+    found = [GUID.findall(meta.read_text()) for meta in installed.rglob("*.meta")]
+    assert all(len(guids) == 1 for guids in found)
+    assert len({guids[0] for guids in found}) == len(found)
+
+
+def test_the_library_is_imported_for_android_only() -> None:
+    sys.path.insert(0, str(ROOT / "config"))
+    from unity_metas import ANDROID_LIBRARY
+
+    enabled = re.findall(r"- first:\n +(\w+):.*\n +second:\n +enabled: (\d)", ANDROID_LIBRARY)
+    assert enabled == [("Android", "1"), ("Any", "0"), ("Editor", "0")]
+
+
+def test_assemblies_refer_to_assemblies_that_exist(installed: Path) -> None:
+    definitions = [json.loads(path.read_text()) for path in installed.rglob("*.asmdef")]
+    own = {definition["name"] for definition in definitions}
+    unitys = {"Unity.XR.OpenXR", "UnityEngine.TestRunner", "UnityEditor.TestRunner"}
+    referred = {name for definition in definitions for name in definition["references"]}
+    assert referred <= own | unitys
+    assert len(own) == len(definitions)
+
+
+def test_scenes_refer_to_scripts_of_the_package(installed: Path) -> None:
+    scripts = {
+        GUID.findall(meta.read_text())[0]: meta.name for meta in installed.rglob("*.cs.meta")
+    }
+    scenes = [*installed.rglob("*.unity"), *(ROOT / "tests/unity_project").rglob("*.unity")]
+    assert len(scenes) == 2
+    for scene in scenes:
+        referred = re.findall(r"m_Script: {fileID: 11500000, guid: (\w+)", scene.read_text())
+        assert "Ml2SensorStreamer.cs.meta" in {scripts[guid] for guid in referred}
+
+
+def test_a_local_project_takes_the_package_from_this_tree() -> None:
+    project = ROOT / "tests/unity_project"
+    manifest = json.loads((project / "Packages/manifest.json").read_text())
+    location = manifest["dependencies"]["dev.ml2sensors.unity"].removeprefix("file:")
+    assert (project / "Packages" / location).resolve() == PACKAGE
+
+
+def test_the_hash_of_the_library_changes_with_any_of_its_sources(tmp_path: Path) -> None:
+    sys.path.insert(0, str(ROOT / "config"))
+    from unity_library import inputs_hash
+
+    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    (tmp_path / "pom.xml").write_text("<project/>")
+    before = inputs_hash(tmp_path)
+    (tmp_path / "README.md").write_text("no input")
+    assert inputs_hash(tmp_path) == before
+    (tmp_path / "native/sources").mkdir(parents=True)
+    (tmp_path / "native/sources/world.c").write_text("")
+    assert inputs_hash(tmp_path) != before
+
+
+def test_the_committed_library_was_made_from_these_sources() -> None:
+    subprocess.run([sys.executable, ROOT / "config/unity_library.py", "--check"], check=True)

@@ -1,0 +1,65 @@
+using System;
+using System.Collections.Generic;
+using System.Linq;
+using System.Xml;
+using System.Xml.Linq;
+
+namespace Ml2Sensors.Editor
+{
+    /// <summary>The text of an AndroidManifest.xml; pure.</summary>
+    internal static class AndroidManifest
+    {
+        private static readonly XNamespace Android = "http://schemas.android.com/apk/res/android";
+        private static readonly XNamespace Tools = "http://schemas.android.com/tools";
+
+        /// <summary>The same manifest with these permissions declared; unchanged text when it has them all.</summary>
+        /// <exception cref="FormatException">It is no Android manifest, or removes one of them.</exception>
+        public static string WithPermissions(string manifest, IEnumerable<string> permissions)
+        {
+            XDocument document = Parse(manifest);
+            var declared = document.Root.Elements("uses-permission").ToLookup(element => (string)element.Attribute(Android + "name"));
+            string[] missing = permissions.Where(permission => !IsDeclared(declared[permission], permission)).Distinct().ToArray();
+            if (missing.Length == 0) return manifest;
+            XElement application = document.Root.Element("application");
+            foreach (string permission in missing)
+            {
+                var element = new XElement("uses-permission", new XAttribute(Android + "name", permission));
+                if (application == null) document.Root.Add("  ", element, "\n");
+                else application.AddBeforeSelf(element, "\n  ");
+            }
+            return Text(document);
+        }
+
+        private static bool IsDeclared(IEnumerable<XElement> elements, string permission)
+        {
+            foreach (XElement element in elements)
+            {
+                if ((string)element.Attribute(Tools + "node") == "remove")
+                    throw new FormatException($"The manifest removes {permission}, which the chosen streams need.");
+                return true;
+            }
+            return false;
+        }
+
+        private static XDocument Parse(string manifest)
+        {
+            XDocument document;
+            try
+            {
+                document = XDocument.Parse(manifest, LoadOptions.PreserveWhitespace);
+            }
+            catch (XmlException e)
+            {
+                throw new FormatException($"AndroidManifest.xml is no XML: {e.Message}", e);
+            }
+            if (document.Root.Name == "manifest" && document.Root.GetPrefixOfNamespace(Android) != null) return document;
+            throw new FormatException($"Expected <manifest> with the namespace {Android}, found <{document.Root.Name}>.");
+        }
+
+        private static string Text(XDocument document)
+        {
+            string body = document.ToString(SaveOptions.DisableFormatting);
+            return document.Declaration == null ? body : $"{document.Declaration}\n{body}";
+        }
+    }
+}

@@ -1,0 +1,77 @@
+using System;
+using Ml2Sensors.Interop;
+using UnityEngine;
+
+namespace Ml2Sensors
+{
+    /// <summary>
+    /// Readings of one accelerometer or gyroscope, each once and in order, at the sensor's rate: those since the last
+    /// Update. A frame of such a stream is its latest readings, oldest first, as ImuSamples.
+    /// </summary>
+    [AddComponentMenu("ML2 Sensors/ML2 IMU Feed")]
+    public sealed class Ml2ImuFeed : MonoBehaviour
+    {
+        [SerializeField] private Ml2SensorStreamer _streamer;
+        [SerializeField] private StreamId _stream = StreamId.GyroLeft;
+
+        private FrameLease _lease;
+        private StreamId _viewed;
+        private long _lastNanos;
+
+        /// <summary>On the main thread.</summary>
+        public event Action<ImuSample> Sampled;
+
+        /// <summary>The streamer and the stream read; takes effect when this component is next enabled.</summary>
+        /// <exception cref="ArgumentException">The stream is no accelerometer or gyroscope.</exception>
+        public void Read(Ml2SensorStreamer streamer, StreamId stream)
+        {
+            Require(stream);
+            _streamer = streamer;
+            _stream = stream;
+        }
+
+        private void OnEnable()
+        {
+            if (_streamer == null || _streamer.Unavailable != null) return;
+            Require(_stream);
+            _viewed = _stream;
+            _streamer.AddView(_viewed);
+            _lease = new FrameLease(_viewed);
+            _lastNanos = long.MinValue;
+        }
+
+        private void Update()
+        {
+            if (_lease == null || !_lease.TryAcquire()) return;
+            try
+            {
+                var samples = _lease.Pixels.Reinterpret<ImuSample>(1);
+                for (int i = 0; i < samples.Length; i++)
+                {
+                    ImuSample sample = samples[i];
+                    if (sample.CaptureNanos <= _lastNanos) continue;
+                    _lastNanos = sample.CaptureNanos;
+                    Sampled?.Invoke(sample);
+                }
+            }
+            finally
+            {
+                _lease.Release();
+            }
+        }
+
+        private void OnDisable()
+        {
+            if (_lease == null) return;
+            _lease.Dispose();
+            _lease = null;
+            _streamer.RemoveView(_viewed);
+        }
+
+        private static void Require(StreamId stream)
+        {
+            if (stream < StreamId.AccelLeft || stream > StreamId.GyroComputePack)
+                throw new ArgumentException($"Expected an accelerometer or gyroscope, found {stream}.", nameof(stream));
+        }
+    }
+}

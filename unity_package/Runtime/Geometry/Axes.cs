@@ -1,0 +1,74 @@
+namespace Ml2Sensors.Geometry
+{
+    /// <summary>Which way x, y and z point; a conversion is a walk over REP-103 body axes (FLU).</summary>
+    public interface IAxes
+    {
+        /// <summary>True when they turn the other way round than those of ROS.</summary>
+        bool IsLeftHanded { get; }
+
+        Vector3<Ros> ToRos(double x, double y, double z);
+
+        /// <summary>The components, in these axes, of a vector given in those of ROS.</summary>
+        void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z);
+    }
+
+    /// <summary>REP-103 body: x forward, y left, z up.</summary>
+    public struct Ros : IAxes
+    {
+        public bool IsLeftHanded => false;
+
+        public Vector3<Ros> ToRos(double x, double y, double z) => new Vector3<Ros>(x, y, z);
+
+        public void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z)
+        {
+            x = vector.X;
+            y = vector.Y;
+            z = vector.Z;
+        }
+    }
+
+    /// <summary>REP-103 optical: x right, y down, z forward.</summary>
+    public struct Optical : IAxes
+    {
+        public bool IsLeftHanded => false;
+
+        public Vector3<Ros> ToRos(double x, double y, double z) => new Vector3<Ros>(z, -x, -y);
+
+        public void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z)
+        {
+            x = -vector.Y;
+            y = -vector.Z;
+            z = vector.X;
+        }
+    }
+
+    /// <summary>The headset's interfaces: x right, y up, z backward.</summary>
+    public struct MlRub : IAxes
+    {
+        public bool IsLeftHanded => false;
+
+        public Vector3<Ros> ToRos(double x, double y, double z) => new Vector3<Ros>(-z, -x, y);
+
+        public void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z)
+        {
+            x = -vector.Y;
+            y = vector.Z;
+            z = -vector.X;
+        }
+    }
+
+    /// <summary>Unity: x right, y up, z forward, left-handed.</summary>
+    public struct UnitySpace : IAxes
+    {
+        public bool IsLeftHanded => true;
+
+        public Vector3<Ros> ToRos(double x, double y, double z) => new Vector3<Ros>(z, -x, y);
+
+        public void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z)
+        {
+            x = -vector.Y;
+            y = vector.Z;
+            z = vector.X;
+        }
+    }
+}

@@ -1,0 +1,38 @@
+using System;
+
+namespace Ml2Sensors.Geometry
+{
+    /// <summary>A rotation as a quaternion, of a thing in a world that both have the axes of its type.</summary>
+    public readonly struct Rotation<TAxes> where TAxes : struct
+    {
+        public readonly double X;
+        public readonly double Y;
+        public readonly double Z;
+        public readonly double W;
+
+        public Rotation(double x, double y, double z, double w)
+        {
+            X = x;
+            Y = y;
+            Z = z;
+            W = w;
+        }
+
+        public static Rotation<TAxes> operator *(in Rotation<TAxes> a, in Rotation<TAxes> b) =>
+            new Rotation<TAxes>(
+                a.W * b.X + a.X * b.W + a.Y * b.Z - a.Z * b.Y,
+                a.W * b.Y - a.X * b.Z + a.Y * b.W + a.Z * b.X,
+                a.W * b.Z + a.X * b.Y - a.Y * b.X + a.Z * b.W,
+                a.W * b.W - a.X * b.X - a.Y * b.Y - a.Z * b.Z);
+
+        /// <exception cref="InvalidOperationException">It is zero or not finite.</exception>
+        public Rotation<TAxes> Normalized()
+        {
+            double norm = Math.Sqrt(X * X + Y * Y + Z * Z + W * W);
+            if (!(norm > 0) || double.IsInfinity(norm)) throw new InvalidOperationException($"Expected a rotation, found {this}.");
+            return new Rotation<TAxes>(X / norm, Y / norm, Z / norm, W / norm);
+        }
+
+        public override string ToString() => $"({X}, {Y}, {Z}, {W}) {typeof(TAxes).Name}";
+    }
+}

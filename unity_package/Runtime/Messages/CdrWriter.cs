@@ -1,0 +1,163 @@
+using System;
+using System.Text;
+
+namespace Ml2Sensors.Messages
+{
+    /// <summary>
+    /// Messages as plain little-endian CDR behind its 4-byte encapsulation header: the bytes ROS 2 puts on the network.
+    /// The buffer grows to the largest message and is reused. Not thread-safe.
+    /// </summary>
+    public sealed class CdrWriter
+    {
+        private const int HeaderBytes = 4;
+        private static readonly UTF8Encoding Utf8 = new UTF8Encoding(false, true);
+        private byte[] _bytes = new byte[256];
+
+        /// <summary>Of the payload, from the start of Buffer.</summary>
+        public int Length { get; private set; }
+
+        /// <summary>Valid until the next write.</summary>
+        public byte[] Buffer => _bytes;
+
+        /// <summary>Begins anew and writes a whole message.</summary>
+        /// <exception cref="ArgumentException">A field is null, has another length than its type, or is no Unicode.</exception>
+        public void WritePayload(IMessage message)
+        {
+            Length = 0;
+            Reserve(HeaderBytes, 1);
+            _bytes[1] = 1;
+            message.Write(this);
+        }
+
+        public void Write(bool value) => Write((byte)(value ? 1 : 0));
+
+        public void Write(sbyte value) => Write((byte)value);
+
+        public void Write(byte value) => Put(value, 1);
+
+        public void Write(short value) => Put((ulong)value, 2);
+
+        public void Write(ushort value) => Put(value, 2);
+
+        public void Write(int value) => Put((ulong)value, 4);
+
+        public void Write(uint value) => Put(value, 4);
+
+        public void Write(long value) => Put((ulong)value, 8);
+
+        public void Write(ulong value) => Put(value, 8);
+
+        public unsafe void Write(float value) => Put(*(uint*)&value, 4);
+
+        public void Write(double value) => Put((ulong)BitConverter.DoubleToInt64Bits(value), 8);
+
+        public void Write(string value)
+        {
+            if (value == null) throw new ArgumentNullException(nameof(value), "A string of a message is null.");
+            int count = Utf8.GetByteCount(value);
+            Write((uint)count + 1);
+            int at = Reserve(count + 1, 1);
+            Utf8.GetBytes(value, 0, value.Length, _bytes, at);
+        }
+
+        public void Write(byte[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 1);
+        }
+
+        public void Write(sbyte[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 1);
+        }
+
+        public void Write(short[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 2);
+        }
+
+        public void Write(ushort[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 2);
+        }
+
+        public void Write(int[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 4);
+        }
+
+        public void Write(uint[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 4);
+        }
+
+        public void Write(float[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 4);
+        }
+
+        public void Write(double[] values)
+        {
+            WriteLength(values);
+            Bytes(values, 8);
+        }
+
+        public void Write(string[] values)
+        {
+            WriteLength(values);
+            foreach (string value in values) Write(value);
+        }
+
+        public void WriteFixed(double[] values, int count)
+        {
+            if (values == null || values.Length != count)
+                throw new ArgumentException($"Expected {count} values, found {values?.Length ?? 0}.", nameof(values));
+            Bytes(values, 8);
+        }
+
+        public void WriteSequence(IMessage[] values)
+        {
+            WriteLength(values);
+            foreach (IMessage value in values) value.Write(this);
+        }
+
+        private void WriteLength(Array values)
+        {
+            if (values == null) throw new ArgumentNullException(nameof(values), "A sequence of a message is null.");
+            Write((uint)values.Length);
+        }
+
+        /// <summary>Only for little-endian processors, which all that Unity runs on are.</summary>
+        private void Bytes(Array values, int size)
+        {
+            if (values.Length == 0) return;
+            int count = System.Buffer.ByteLength(values);
+            int at = Reserve(count, size);
+            System.Buffer.BlockCopy(values, 0, _bytes, at, count);
+        }
+
+        private void Put(ulong value, int size)
+        {
+            int at = Reserve(size, size);
+            for (int i = 0; i < size; i++) _bytes[at + i] = (byte)(value >> (8 * i));
+        }
+
+        /// <summary>Makes zeroed room for count bytes, maybe in a new buffer; returns where they begin.</summary>
+        private int Reserve(int count, int alignment)
+        {
+            int padding = Length < HeaderBytes ? 0 : -(Length - HeaderBytes) & (alignment - 1);
+            int at = Length + padding;
+            int end = checked(at + count);
+            if (end > _bytes.Length) Array.Resize(ref _bytes, Math.Max(end, checked(2 * _bytes.Length)));
+            Array.Clear(_bytes, Length, end - Length);
+            Length = end;
+            return at;
+        }
+    }
+}

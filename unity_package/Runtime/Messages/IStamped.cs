@@ -1,0 +1,8 @@
+namespace Ml2Sensors.Messages
+{
+    /// <summary>A message that begins with a header, whose stamp Ml2Publisher writes.</summary>
+    public interface IStamped
+    {
+        HeaderMsg Header { get; }
+    }
+}

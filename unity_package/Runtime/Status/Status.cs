@@ -1,0 +1,124 @@
+using System.Collections.Generic;
+
+namespace Ml2Sensors
+{
+    public enum ConnectionState
+    {
+        Ended,
+        Connecting,
+        Connected,
+    }
+
+    public enum StreamState
+    {
+        Accepted,
+        Refused,
+        Failed,
+    }
+
+    /// <summary>What the library said of itself at one moment. Immutable.</summary>
+    public sealed class Status
+    {
+        public static readonly Status Initial = new Status(
+            ConnectionState.Ended, "", "", new Dictionary<string, StreamStatus>(), new Dictionary<string, ChannelCounts>(), null);
+
+        public readonly ConnectionState State;
+
+        /// <summary>Its name or address; empty when none is known.</summary>
+        public readonly string Receiver;
+
+        /// <summary>Why it is not connected; empty when there is nothing to say.</summary>
+        public readonly string Reason;
+
+        /// <summary>By stream id.</summary>
+        public readonly IReadOnlyDictionary<string, StreamStatus> Streams;
+
+        /// <summary>By topic.</summary>
+        public readonly IReadOnlyDictionary<string, ChannelCounts> Channels;
+
+        /// <summary>Null until clocks were compared.</summary>
+        public readonly ClockStatus Clock;
+
+        internal Status(
+            ConnectionState state, string receiver, string reason, IReadOnlyDictionary<string, StreamStatus> streams,
+            IReadOnlyDictionary<string, ChannelCounts> channels, ClockStatus clock)
+        {
+            State = state;
+            Receiver = receiver;
+            Reason = reason;
+            Streams = streams;
+            Channels = channels;
+            Clock = clock;
+        }
+    }
+
+    public sealed class StreamStatus
+    {
+        public readonly StreamState State;
+
+        /// <summary>Why it was refused, failed or adjusted; empty when it runs as asked for.</summary>
+        public readonly string Reason;
+
+        /// <summary>As applied, by the keys of config.yaml; numbers and truth values as JSON writes them.</summary>
+        public readonly IReadOnlyDictionary<string, string> Values;
+
+        internal StreamStatus(StreamState state, string reason, IReadOnlyDictionary<string, string> values)
+        {
+            State = state;
+            Reason = reason;
+            Values = values;
+        }
+    }
+
+    /// <summary>Messages of one topic since the app started.</summary>
+    public sealed class ChannelCounts
+    {
+        public readonly long Produced;
+        public readonly long Sent;
+
+        /// <summary>By reason; PROTOCOL.md lists them.</summary>
+        public readonly IReadOnlyDictionary<string, long> Dropped;
+
+        internal ChannelCounts(long produced, long sent, IReadOnlyDictionary<string, long> dropped)
+        {
+            Produced = produced;
+            Sent = sent;
+            Dropped = dropped;
+        }
+    }
+
+    public sealed class ClockStatus
+    {
+        /// <summary>"waiting", "synchronised", "holdover" or "frozen".</summary>
+        public readonly string State;
+
+        public readonly long OffsetNanos;
+        public readonly long UncertaintyNanos;
+
+        internal ClockStatus(string state, long offsetNanos, long uncertaintyNanos)
+        {
+            State = state;
+            OffsetNanos = offsetNanos;
+            UncertaintyNanos = uncertaintyNanos;
+        }
+    }
+
+    /// <summary>A permission that streams lack.</summary>
+    public sealed class PermissionNeed
+    {
+        /// <summary>Android's name of it.</summary>
+        public readonly string Permission;
+
+        /// <summary>For the user.</summary>
+        public readonly string Reason;
+
+        public readonly IReadOnlyList<string> Streams;
+
+        internal PermissionNeed(string permission, string reason, IReadOnlyList<string> streams)
+        {
+            Permission = permission;
+            Reason = reason;
+            Streams = streams;
+        }
+    }
+}

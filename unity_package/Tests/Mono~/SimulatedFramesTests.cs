@@ -1,0 +1,137 @@
+using System;
+using System.Linq;
+using Ml2Sensors.Interop;
+using NUnit.Framework;
+using UnityEngine;
+
+namespace Ml2Sensors.Tests
+{
+    /// <summary>The library that ships, on the simulated headset, up to the texture.</summary>
+    [TestFixture]
+    public sealed class SimulatedFramesTests
+    {
+        private const long FrameNanos = 1000000000 / 30;
+
+        [SetUp]
+        public void SetUp() => Simulation.Begin();
+
+        [TearDown]
+        public void TearDown() => Simulation.AssertCleanBooks();
+
+        [Test]
+        public void WorldCamera_OneCapture_ShowsThePictureThatTheLibraryHas()
+        {
+            using (new NativeSlots(StreamId.WorldLeft, 3, 1016 * 1016))
+            using (var world = new NativeSensor(NativeSensor.World, StreamId.WorldLeft))
+            using (var shown = new ShownStream(StreamId.WorldLeft))
+            using (var lease = new FrameLease(StreamId.WorldLeft))
+            {
+                CaptureOnce(world);
+                shown.Update();
+                Assert.IsTrue(lease.TryAcquire());
+                Texture2D texture = shown.Texture;
+                Assert.AreEqual(new[] { 1016, 1016 }, new[] { texture.width, texture.height });
+                Assert.AreEqual(TextureFormat.R8, texture.format);
+                var pixels = lease.Pixels;
+                for (int i = 0; i < pixels.Length; i += 997) Assert.AreEqual(pixels[i], texture.Raw[i]);
+                Assert.Greater(texture.Raw.Distinct().Count(), 50, "a rendered room has many greys");
+                Assert.IsNotNull(lease.Pose);
+            }
+        }
+
+        [Test]
+        public void Depth_OneCapture_IsMetresOfTheRoom()
+        {
+            using (new NativeSlots(StreamId.Depth, 3, 3 * 544 * 480 * 4))
+            using (var depth = new NativeSensor(NativeSensor.Depth, StreamId.Depth))
+            using (var shown = new ShownStream(StreamId.Depth))
+            {
+                CaptureOnce(depth);
+                shown.Update();
+                Assert.AreEqual(TextureFormat.RFloat, shown.Texture.format);
+                var metres = new float[544 * 480];
+                Buffer.BlockCopy(shown.Texture.Raw, 0, metres, 0, shown.Texture.Raw.Length);
+                float[] valid = metres.Where(z => !float.IsNaN(z)).ToArray();
+                Assert.Greater(valid.Length, 1000);
+                Assert.Greater(valid.Min(), 0.1f);
+                Assert.Less(valid.Max(), 10f);
+            }
+        }
+
+        [Test]
+        public void Update_TenThousandFrames_LeaksNothingAndMakesNoGarbage()
+        {
+            using (new NativeSlots(StreamId.EyeNasalLeft, 3, 400 * 400))
+            using (var eye = new NativeSensor(NativeSensor.Eye, StreamId.EyeNasalLeft))
+            using (var shown = new ShownStream(StreamId.EyeNasalLeft))
+            {
+                Action update = shown.Component.Bind("Update");
+                for (int i = 0; i < 10; i++) Step(eye, update);
+                int applied = shown.Texture.Applied;
+                long before = GC.GetAllocatedBytesForCurrentThread();
+                for (int i = 0; i < 10000; i++) Step(eye, update);
+                Assert.AreEqual(0, GC.GetAllocatedBytesForCurrentThread() - before, "bytes of garbage");
+                Assert.AreEqual(10000, shown.Texture.Applied - applied, "frames shown");
+            }
+        }
+
+        [Test]
+        public void Update_FrameShown_IsGivenBackAtOnce()
+        {
+            using (var shown = new ShownStream(StreamId.WorldLeft))
+            {
+                var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
+                slots.Publish(1, new byte[4], 2, 2, 2);
+                shown.Update();
+                Assert.AreEqual(1, shown.Texture.Applied);
+                Assert.DoesNotThrow(slots.Dispose, "a slot is still leased");
+            }
+        }
+
+        [Test]
+        public void Update_RowsWithPadding_ThrowsAndGivesTheFrameBack()
+        {
+            using (var shown = new ShownStream(StreamId.WorldLeft))
+            {
+                var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
+                slots.Publish(1, new byte[6], 2, 2, 3);
+                Assert.Throws<NotSupportedException>(shown.Update);
+                Assert.DoesNotThrow(slots.Dispose, "a slot is still leased");
+            }
+        }
+
+        [Test]
+        public void Update_Jpeg_IsDecodedFromABufferThatIsKept()
+        {
+            using (var shown = new ShownStream(StreamId.Color))
+            using (var slots = new NativeSlots(StreamId.Color, 2, 64))
+            {
+                slots.Publish(1, new byte[] { 0xff, 0xd8, 3, 4 }, 640, 480);
+                shown.Update();
+                byte[] first = shown.Texture.Jpeg;
+                slots.Publish(2, new byte[] { 0xff, 0xd8, 5 }, 640, 480);
+                shown.Update();
+                Assert.AreSame(first, shown.Texture.Jpeg);
+                Assert.AreEqual(5, first[2]);
+            }
+        }
+
+        private static void CaptureOnce(NativeSensor sensor)
+        {
+            int count = 0;
+            for (int i = 0; i < 100 && count == 0; i++)
+            {
+                Simulation.Advance(FrameNanos);
+                count = sensor.Capture();
+            }
+            Assert.AreEqual(1, count);
+        }
+
+        private static void Step(NativeSensor sensor, Action update)
+        {
+            Simulation.Advance(FrameNanos + 1000);
+            sensor.Capture();
+            update();
+        }
+    }
+}

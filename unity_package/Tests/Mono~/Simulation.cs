@@ -1,0 +1,59 @@
+using System;
+using System.Runtime.InteropServices;
+using NUnit.Framework;
+
+namespace Ml2Sensors.Tests
+{
+    /// <summary>Controls of the simulated headset: native/sim/ml2sim.h.</summary>
+    internal static unsafe class Simulation
+    {
+        private const string Library = "libperception.magicleap.so";
+
+        public static void Begin()
+        {
+            Reset();
+            Set("clock", "manual");
+            Set("loop_seconds", "2");
+            Set("cache", Environment.GetEnvironmentVariable("ML2_FILMS") ?? "");
+            Advance(1000000000);
+        }
+
+        public static void Set(string key, string value)
+        {
+            IntPtr problem = SetKey(key, value);
+            if (problem != IntPtr.Zero) throw new ArgumentException(Marshal.PtrToStringAnsi(problem));
+        }
+
+        /// <summary>Nothing is open and no rule was broken.</summary>
+        public static void AssertCleanBooks()
+        {
+            Books(out Book book);
+            Assert.AreEqual("", Marshal.PtrToStringAnsi((IntPtr)book.LastMisuse));
+            Assert.AreEqual(0, book.OpenHandles + book.OutstandingGets + book.OutstandingSnapshots);
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        private struct Book
+        {
+            internal uint OpenHandles;
+            internal uint OutstandingGets;
+            internal uint OutstandingSnapshots;
+            internal uint OutstandingCapabilityLists;
+            internal uint IsPerceptionStarted;
+            internal fixed uint Misuses[8];
+            internal fixed byte LastMisuse[240];
+        }
+
+        [DllImport(Library, EntryPoint = "ml2sim_reset")]
+        private static extern void Reset();
+
+        [DllImport(Library, EntryPoint = "ml2sim_set")]
+        private static extern IntPtr SetKey(string key, string value);
+
+        [DllImport(Library, EntryPoint = "ml2sim_advance")]
+        public static extern void Advance(long nanos);
+
+        [DllImport(Library, EntryPoint = "ml2sim_books")]
+        private static extern void Books(out Book book);
+    }
+}

@@ -1,0 +1,229 @@
+using System.Collections.Generic;
+using System.Linq;
+using Ml2Sensors.Messages;
+using NUnit.Framework;
+using UnityEngine;
+using UnityEngine.Android;
+
+namespace Ml2Sensors.Tests
+{
+    /// <summary>The component with a bridge that says what the test wants.</summary>
+    [TestFixture]
+    public sealed class StreamerTests
+    {
+        private const string Connected = "{'state': 'connected', 'receiver': 'lab', 'streams': {'world_left': {'state': 'accepted', 'values': {'update_rate': 30}}}}";
+        private const string CameraNeeded = "[{'permission': 'android.permission.CAMERA', 'reason': 'to stream world_left', 'streams': ['world_left']}]";
+
+        private Ml2SensorStreamer _streamer;
+        private ScriptedBridge _bridge;
+        private List<string> _events;
+
+        [SetUp]
+        public void SetUp()
+        {
+            Permission.Asked.Clear();
+            Debug.Warnings.Clear();
+            _events = new List<string>();
+            _streamer = new GameObject("scene").AddComponent<Ml2SensorStreamer>();
+            _bridge = null;
+            _streamer.OpenBridge = changed => _bridge = new ScriptedBridge(changed);
+            Assert.IsNull(_streamer.Unavailable); // opens it
+            _streamer.Connected += receiver => _events.Add($"connected {receiver}");
+            _streamer.Disconnected += reason => _events.Add($"disconnected {reason}");
+            _streamer.ConfigurationApplied += status => _events.Add($"applied {string.Join(" ", status.Streams.Keys)}");
+            _streamer.StreamRefused += (stream, reason) => _events.Add($"refused {stream}: {reason}");
+            _streamer.PermissionNeeded += need => _events.Add($"needs {need.Permission} {need.Reason}");
+        }
+
+        [Test]
+        public void Enable_NothingNeeded_StartsAtOnceWithTheReceiverAndDefaults()
+        {
+            _streamer.Receiver = "10.0.0.2:9763";
+            _streamer.Config = ScriptableObject.CreateInstance<Ml2SensorConfig>();
+            var request = new StreamRequest { Stream = StreamId.WorldLeft };
+            request.Values.Add(new StreamValue { Key = "update_rate", Value = "30" });
+            _streamer.Config.Add(request);
+            _streamer.enabled = true;
+            AssertCalls("start \"10.0.0.2:9763\" {\"world_left\":{\"update_rate\":30}}");
+        }
+
+        [Test]
+        public void Status_FromAnotherThread_BecomesEventsInTheNextUpdateAndOnce()
+        {
+            _streamer.enabled = true;
+            _bridge.Say(Connected);
+            AssertEvents();
+            Update();
+            AssertEvents("connected lab", "applied world_left");
+            _bridge.Say(Connected);
+            Update();
+            AssertEvents("connected lab", "applied world_left");
+            Assert.AreEqual("30", _streamer.Status.Streams["world_left"].Values["update_rate"]);
+        }
+
+        [Test]
+        public void Status_SeveralBetweenUpdates_OnlyTheLatestCounts()
+        {
+            _streamer.enabled = true;
+            _bridge.Say("{'state': 'connecting'}");
+            _bridge.Say(Connected);
+            _bridge.Say("{'state': 'connecting', 'reason': 'link lost'}");
+            Update();
+            AssertEvents();
+            Assert.AreEqual(ConnectionState.Connecting, _streamer.Status.State);
+        }
+
+        [Test]
+        public void Status_ConnectionLost_SaysWhyAndOfAReconnectionToo()
+        {
+            _streamer.enabled = true;
+            foreach (string said in new[] { Connected, "{'state': 'connecting', 'reason': 'link lost'}", Connected })
+            {
+                _bridge.Say(said);
+                Update();
+            }
+            AssertEvents("connected lab", "applied world_left", "disconnected link lost", "connected lab", "applied world_left");
+        }
+
+        [Test]
+        public void Status_StreamRefused_IsSaidOncePerReason()
+        {
+            _streamer.enabled = true;
+            const string refused = "{'state': 'connected', 'streams': {'depth': {'state': 'refused', 'reason': 'no sensor'}}}";
+            _bridge.Say(refused);
+            Update();
+            _bridge.Say(refused);
+            Update();
+            Assert.AreEqual(1, _events.Count(e => e == "refused depth: no sensor"));
+        }
+
+        [Test]
+        public void Enable_PermissionNeeded_GivesTheReasonAsksOnceAndWaitsForTheAnswer()
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            AssertEvents("needs android.permission.CAMERA to stream world_left");
+            Assert.AreEqual(new[] { "android.permission.CAMERA" }, Permission.Asked);
+            Update();
+            AssertCalls();
+            Permission.Callbacks.Answer("android.permission.CAMERA", true);
+            Update();
+            Update();
+            AssertCalls("start \"\" {}");
+        }
+
+        [Test]
+        public void Enable_PermissionDenied_StreamsTheRest()
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            Permission.Callbacks.Answer("android.permission.CAMERA", false);
+            Update();
+            AssertCalls("start \"\" {}");
+        }
+
+        [Test]
+        public void Status_RefusedForAPermission_AsksAndStartsAnewWhenGranted()
+        {
+            _streamer.enabled = true;
+            _bridge.Needs = CameraNeeded;
+            _bridge.Say("{'state': 'connected', 'streams': {'world_left': {'state': 'refused', 'reason': 'permission'}}}");
+            Update();
+            Permission.Callbacks.Answer("android.permission.CAMERA", true);
+            Update();
+            AssertCalls("start \"\" {}", "start \"\" {}");
+        }
+
+        [Test]
+        public void Lifecycle_PauseResumeQuit_ReachesTheLibraryInOrder()
+        {
+            _streamer.Send("OnApplicationPause", true);
+            _streamer.enabled = true;
+            _streamer.Send("OnApplicationPause", true);
+            _streamer.Send("OnApplicationPause", false);
+            _streamer.enabled = false;
+            _streamer.Send("OnDestroy");
+            AssertCalls("start \"\" {}", "pause", "resume", "stop", "close");
+        }
+
+        [Test]
+        public void Disable_WhileTheUserStillDecides_NeverStarts()
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            _streamer.enabled = false;
+            Permission.Callbacks.Answer("android.permission.CAMERA", true);
+            Update();
+            AssertCalls();
+        }
+
+        [Test]
+        public void Views_OfTwoReaders_BeginWithTheFirstAndEndWithTheLast()
+        {
+            _streamer.AddView(StreamId.Depth);
+            _streamer.AddView(StreamId.Depth);
+            _streamer.RemoveView(StreamId.Depth);
+            _streamer.RemoveView(StreamId.Depth);
+            AssertCalls("view depth True", "view depth False");
+        }
+
+        [Test]
+        public void Update_WithoutNews_MakesNoGarbage()
+        {
+            _streamer.enabled = true;
+            System.Action update = _streamer.Bind("Update");
+            update();
+            long before = System.GC.GetAllocatedBytesForCurrentThread();
+            for (int i = 0; i < 1000; i++) update();
+            Assert.AreEqual(0, System.GC.GetAllocatedBytesForCurrentThread() - before);
+        }
+
+        [Test]
+        public void OtherPlatform_Start_WarnsAndDoesNothing()
+        {
+            var streamer = new GameObject("scene").AddComponent<Ml2SensorStreamer>();
+            streamer.enabled = true;
+            StringAssert.Contains("LinuxEditor", streamer.Unavailable);
+            Assert.AreEqual(new[] { streamer.Unavailable }, Debug.Warnings);
+        }
+
+        [Test]
+        public void Publisher_Message_GoesAsCdrUnderCustom()
+        {
+            var publisher = new Ml2Publisher<StringMsg>(_streamer, "operator_note");
+            Assert.IsTrue(publisher.Publish(new StringMsg { data = "aß" }, 42));
+            AssertCalls("open custom/operator_note std_msgs/msg/String", "publish 7 42");
+            Assert.AreEqual(new byte[] { 0, 1, 0, 0, 4, 0, 0, 0, 0x61, 0xc3, 0x9f, 0 }, _bridge.LastPayload);
+        }
+
+        [Test]
+        public void Publisher_MessageWithHeader_IsStampedInRosTimeOrNotSent()
+        {
+            var publisher = new Ml2Publisher<TemperatureMsg>(_streamer, "battery_temperature");
+            var message = new TemperatureMsg();
+            Assert.IsFalse(publisher.Publish(message, 42));
+            _bridge.OffsetNanos = 1700000000L * 1000000000;
+            Assert.IsTrue(publisher.Publish(message, 42));
+            Assert.AreEqual(1700000000, message.header.stamp.sec);
+            Assert.AreEqual(42, message.header.stamp.nanosec);
+            AssertCalls("open custom/battery_temperature sensor_msgs/msg/Temperature", "publish 7 42");
+        }
+
+        [TestCase("")]
+        [TestCase("1st")]
+        [TestCase("a/b")]
+        [TestCase("Note")]
+        public void Publisher_NameThatIsNoTopic_Throws(string name)
+        {
+            Assert.Throws<System.ArgumentException>(() => new Ml2Publisher<StringMsg>(_streamer, name).ToString());
+        }
+
+        private void Need(string needs) => _bridge.Needs = needs;
+
+        private void Update() => _streamer.Send("Update");
+
+        private void AssertCalls(params string[] calls) => Assert.AreEqual(calls, _bridge.Calls.ToArray());
+
+        private void AssertEvents(params string[] events) => Assert.AreEqual(events, _events.ToArray());
+    }
+}

@@ -1,0 +1,116 @@
+using System;
+using System.Collections.Generic;
+using System.Reflection;
+
+namespace UnityEngine
+{
+    public class Object
+    {
+        public string name { get; set; } = "";
+
+        public bool IsDestroyed { get; private set; }
+
+        public static bool operator ==(Object a, Object b) => ReferenceEquals(a, b);
+
+        public static bool operator !=(Object a, Object b) => !ReferenceEquals(a, b);
+
+        public static implicit operator bool(Object value) => !ReferenceEquals(value, null);
+
+        public override bool Equals(object other) => ReferenceEquals(this, other);
+
+        public override int GetHashCode() => base.GetHashCode();
+
+        public static void Destroy(Object target) => target.IsDestroyed = true;
+
+        public static T Instantiate<T>(T original, Transform parent) where T : Object => original;
+
+        public static void DestroyImmediate(Object target) => Destroy(target);
+    }
+
+    public class TextMesh : Component
+    {
+        public string text { get; set; }
+    }
+
+    public class ScriptableObject : Object
+    {
+        public static T CreateInstance<T>() where T : ScriptableObject, new() => new T();
+    }
+
+    public class Component : Object
+    {
+        public GameObject gameObject { get; internal set; }
+
+        public Transform transform { get; } = new Transform();
+
+        public T GetComponent<T>() where T : Component => gameObject.GetComponent<T>();
+    }
+
+    public class Transform : Object
+    {
+        public Vector3 position { get; set; }
+        public Vector3 localPosition { get; set; }
+    }
+
+    public class Behaviour : Component
+    {
+        private bool _isEnabled;
+
+        public bool enabled
+        {
+            get => _isEnabled;
+            set
+            {
+                if (_isEnabled == value) return;
+                _isEnabled = value;
+                this.Send(value ? "OnEnable" : "OnDisable");
+            }
+        }
+    }
+
+    public class MonoBehaviour : Behaviour
+    {
+    }
+
+    public sealed class GameObject : Object
+    {
+        private readonly List<Component> _components = new List<Component>();
+
+        public GameObject(string name) => this.name = name;
+
+        public void SetActive(bool value)
+        {
+        }
+
+        /// <summary>As Unity's for an inactive object: nothing is enabled until someone does it.</summary>
+        public T AddComponent<T>() where T : Component, new()
+        {
+            var component = new T { gameObject = this };
+            _components.Add(component);
+            return component;
+        }
+
+        public T GetComponent<T>() where T : Component => _components.Find(component => component is T) as T;
+    }
+
+    /// <summary>Unity's messages, which it finds by their names.</summary>
+    public static class Messages
+    {
+        public static void Send(this Component target, string message, params object[] arguments)
+        {
+            MethodInfo method = target.GetType().GetMethod(message, BindingFlags.Instance | BindingFlags.NonPublic);
+            try
+            {
+                method?.Invoke(target, arguments);
+            }
+            catch (TargetInvocationException e)
+            {
+                System.Runtime.ExceptionServices.ExceptionDispatchInfo.Capture(e.InnerException).Throw();
+            }
+        }
+
+        /// <summary>For loops that must not allocate.</summary>
+        public static Action Bind(this Component target, string message) =>
+            (Action)Delegate.CreateDelegate(typeof(Action), target, message);
+    }
+}
