@@ -1,9 +1,11 @@
 #include "runtime.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 #include "../sdk/error.h"
 #include "../sdk/lock.h"
+#include "future.h"
 #include "gaze.h"
 #include "loader.h"
 #include "session.h"
@@ -22,6 +24,8 @@ static const struct area {
     [identifier] = {extension, offsetof(struct xr, table), sizeof xr.table / sizeof(void *), table##_names},
     XR_AREAS(AREA)};
 
+#define CLOSED_WITHIN_NANOS INT64_C(1000000000)
+
 struct xr xr;
 
 static lock_t changing = ATOMIC_FLAG_INIT;
@@ -30,9 +34,40 @@ static uint32_t areas_found;
 
 static ml2s_openxr chosen;
 static char chosen_path[512];
+static atomic_bool is_withdrawn;
+
+/** Whether there was no user, and so nothing is chosen any more. */
+static bool forget(void) {
+    lock(&changing);
+    bool is_free = !users;
+    if (is_free) {
+        chosen = (ml2s_openxr){0};
+    }
+    unlock(&changing);
+    return is_free;
+}
+
+static ml2s_result withdraw(ml2s_error *error) {
+    atomic_store(&is_withdrawn, true);
+    for (int64_t until = ml2s_now() + CLOSED_WITHIN_NANOS; ml2s_now() < until; nap()) {
+        if (forget()) {
+            return ML2S_OK;
+        }
+    }
+    return error_set(error, ML2S_BUSY, 0, "sensors of OpenXR were not closed within 1 s");
+}
+
+static ml2s_result not_withdrawn(ml2s_error *error) {
+    return atomic_load(&is_withdrawn)
+               ? error_set(error, ML2S_VENDOR_FAILURE, XR_ERROR_SESSION_LOST, "the app ends its OpenXR session")
+               : ML2S_OK;
+}
 
 ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
-    if (!openxr || openxr->struct_size < sizeof *openxr) {
+    if (!openxr) {
+        return withdraw(error);
+    }
+    if (openxr->struct_size < sizeof *openxr) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "ml2s_openxr.struct_size: expected at least %u",
                          (unsigned)sizeof *openxr);
     }
@@ -46,6 +81,7 @@ ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
     bool is_free = !users;
     if (is_free) {
         chosen = *openxr;
+        atomic_store(&is_withdrawn, false);
         if (is_standalone) {
             memcpy(chosen_path, openxr->loader_path, strlen(openxr->loader_path) + 1);
             chosen.loader_path = chosen_path;
@@ -160,7 +196,7 @@ static ml2s_result end(ml2s_error *error) {
 
 static ml2s_result acquire(uint32_t areas, ml2s_error *error) {
     lock(&changing);
-    ml2s_result result = users ? ML2S_OK : begin(error);
+    ml2s_result result = users ? not_withdrawn(error) : begin(error);
     if (!result) {
         result = require(areas, error);
     }
@@ -194,7 +230,7 @@ ml2s_result xr_end(ml2s_result result, ml2s_error *error) {
     return result ? result : released;
 }
 
-ml2s_result xr_follow(ml2s_error *error) { return xr.is_borrowed ? ML2S_OK : session_follow(error); }
+ml2s_result xr_follow(ml2s_error *error) { return xr.is_borrowed ? not_withdrawn(error) : session_follow(error); }
 
 static ml2s_result kind_of(XrResult result) {
     switch ((int)result) {

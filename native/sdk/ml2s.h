@@ -256,6 +256,10 @@ typedef struct ml2s_openxr {
     void *get_instance_proc_addr; /**< PFN_xrGetInstanceProcAddr */
 } ml2s_openxr;
 
+/**
+ * Openxr is copied, the app's objects are not. NULL when the app's session is about to end: every poll of its handles
+ * fails from now on; returns when the last of them is closed, or ML2S_BUSY after a second.
+ */
 ML2S_API ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error);
 
 #ifdef __cplusplus

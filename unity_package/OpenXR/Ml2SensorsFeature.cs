@@ -29,7 +29,8 @@ namespace Ml2Sensors.OpenXR
 
         /// <summary>Those of native/openxr/xr_api.h.</summary>
         public const string Extensions =
-            "XR_KHR_convert_timespec_time XR_EXT_future XR_ML_pixel_sensor XR_EXT_eye_gaze_interaction XR_EXT_hand_tracking";
+            "XR_KHR_convert_timespec_time XR_EXT_future XR_ML_pixel_sensor XR_EXT_eye_gaze_interaction "
+            + "XR_EXT_hand_tracking";
 
         private ulong _instance;
 
@@ -43,7 +44,8 @@ namespace Ml2Sensors.OpenXR
         {
             if (Application.platform != RuntimePlatform.Android) return;
             // The library must be loaded by Java first, so that it finds the virtual machine.
-            using (var java = new AndroidJavaClass("java.lang.System")) java.CallStatic("loadLibrary", NativeMethods.Library);
+            using (var java = new AndroidJavaClass("java.lang.System"))
+                java.CallStatic("loadLibrary", NativeMethods.Library);
             var openXR = new NativeOpenXR
             {
                 StructSize = (uint)sizeof(NativeOpenXR),
@@ -53,7 +55,17 @@ namespace Ml2Sensors.OpenXR
             };
             NativeError error = NativeError.Sized();
             NativeResult result = NativeMethods.UseOpenXR(ref openXR, ref error);
-            if (result != NativeResult.Ok) throw new InvalidOperationException($"ML2 Sensors cannot use OpenXR: {error.Message}");
+            if (result != NativeResult.Ok)
+                throw new InvalidOperationException($"ML2 Sensors cannot use OpenXR: {error.Message}");
+        }
+
+        /// <summary>Waits for the native threads to leave the session, a second at most.</summary>
+        protected override void OnSessionDestroy(ulong xrSession)
+        {
+            if (Application.platform != RuntimePlatform.Android) return;
+            NativeError error = NativeError.Sized();
+            NativeResult result = NativeMethods.UseOpenXR(IntPtr.Zero, ref error);
+            if (result != NativeResult.Ok) Debug.LogError($"ML2 Sensors still uses OpenXR: {error.Message}");
         }
     }
 }

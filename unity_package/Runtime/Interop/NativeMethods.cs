@@ -25,6 +25,10 @@ namespace Ml2Sensors.Interop
 
         [DllImport(Library, EntryPoint = "ml2s_use_openxr")]
         internal static extern NativeResult UseOpenXR(ref NativeOpenXR openXR, ref NativeError error);
+
+        /// <param name="none">IntPtr.Zero: the session is about to end.</param>
+        [DllImport(Library, EntryPoint = "ml2s_use_openxr")]
+        internal static extern NativeResult UseOpenXR(IntPtr none, ref NativeError error);
     }
 
     /// <summary>ml2s_openxr.</summary>

@@ -19,6 +19,10 @@ namespace UnityEngine.XR.OpenXR.Features
         protected internal virtual void OnSessionCreate(ulong xrSession)
         {
         }
+
+        protected internal virtual void OnSessionDestroy(ulong xrSession)
+        {
+        }
     }
 }
 

@@ -8,6 +8,7 @@ import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
 import dev.ml2sensors.capture.HandOver
+import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
@@ -16,6 +17,7 @@ import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
@@ -86,8 +88,9 @@ internal class SensorManagerSource(
     ) : SensorEventListener {
         override fun onSensorChanged(event: SensorEvent) {
             try {
-                val captureNanos = timestamps.captureNanos(event.timestamp)
-                handOver.offer(captureNanos?.let { row.sample(it, event.values) } ?: undated())
+                val sample = timestamps.captureNanos(event.timestamp)?.let { row.sample(it, event.values) }
+                if (sample is VectorSample) LocalFrames.copy(row.stream, sample)
+                handOver.offer(sample ?: undated())
             } catch (e: SourceException) {
                 handOver.close(e)
             }

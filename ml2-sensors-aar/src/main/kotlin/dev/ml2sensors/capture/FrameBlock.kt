@@ -7,6 +7,7 @@ import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.VectorSample
 import java.nio.ByteBuffer
 
 /** The ml2s_frames of one poll, written by C into [memory] and read here by the offsets that C tells. */
@@ -77,16 +78,25 @@ internal class Frame(private val memory: ByteBuffer, private val base: Int) {
             if (has(HAS_ILLUMINATION)) ILLUMINATION[int(FrameLayout.illumination)] else null,
         )
 
-    /** Makes it one of the picture of [sample], [sizeBytes] from the start of [slot], without pose and intrinsics. */
-    fun fill(stream: Int, slot: Int, sample: ImageSample, sizeBytes: Int) {
+    /** Makes it one of [sizeBytes] from the start of [slot]. */
+    fun place(stream: Int, slot: Int, sizeBytes: Int) {
         memory.putInt(base + FrameLayout.stream, stream)
         memory.putInt(base + FrameLayout.slot, slot)
+        memory.putInt(base + plane(IMAGE) + FrameLayout.planeSize, sizeBytes)
+    }
+
+    /** Makes it the picture of [sample], without pose and intrinsics. */
+    fun fill(sample: ImageSample) {
         memory.putLong(base + FrameLayout.frameNumber, sample.frameNumber)
         memory.putLong(base + FrameLayout.captureNanos, sample.captureNanos)
         memory.putInt(base + FrameLayout.width, sample.width)
         memory.putInt(base + FrameLayout.height, sample.height)
-        memory.putInt(plane(IMAGE) + FrameLayout.planeSize + base, sizeBytes)
-        memory.putInt(plane(IMAGE) + FrameLayout.planeStride + base, sample.strideBytes)
+        memory.putInt(base + plane(IMAGE) + FrameLayout.planeStride, sample.strideBytes)
+    }
+
+    /** Makes it the readings up to [sample]. */
+    fun fill(sample: VectorSample) {
+        memory.putLong(base + FrameLayout.captureNanos, sample.captureNanos)
     }
 
     /** From one row to the next of a plane by its ml2s_plane_role. */

@@ -1,6 +1,7 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import java.nio.ByteBuffer
@@ -14,6 +15,7 @@ public object LocalFrames {
     private class View {
         var isOn = false
         val frames by lazy { FrameBlock(1) }
+        val readings by lazy { LatestReadings() }
     }
 
     private val views = StreamTable.all.associateWith { View() }
@@ -37,15 +39,24 @@ public object LocalFrames {
 
     /** Copies [sample], of a sensor that is not the library's; unless all slots are leased. */
     internal fun copy(stream: StreamSpec, sample: ImageSample): Unit = ifViewed(stream) { view ->
+        copy(stream, view.frames, sample.pixels) { fill(sample) }
+    }
+
+    /** Adds [sample] to the latest readings of a vector sensor, which are one frame together: see [LatestReadings]. */
+    internal fun copy(stream: StreamSpec, sample: VectorSample): Unit = ifViewed(stream) { view ->
+        copy(stream, view.frames, view.readings.add(sample)) { fill(sample) }
+    }
+
+    private inline fun copy(stream: StreamSpec, frames: FrameBlock, bytes: ByteBuffer, describe: Frame.() -> Unit) {
         val pool = SlotPool.of(stream)
         val slot = Native.take(stream.number)
         if (slot == Frame.NO_SLOT) return
         try {
-            val pixels = sample.pixels
-            val sizeBytes = pixels.remaining()
-            pool.bytes(slot, 0 until sizeBytes).put(pixels)
-            view.frames[0].fill(stream.number, slot, sample, sizeBytes)
-            Native.publish(view.frames.memory, 0)
+            val sizeBytes = bytes.remaining()
+            pool.bytes(slot, 0 until sizeBytes).put(bytes)
+            frames[0].place(stream.number, slot, sizeBytes)
+            frames[0].describe()
+            Native.publish(frames.memory, 0)
         } finally {
             pool.release(slot)
         }

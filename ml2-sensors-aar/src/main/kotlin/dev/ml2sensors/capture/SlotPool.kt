@@ -47,9 +47,10 @@ private fun ByteBuffer.part(offset: Int, bytes: Int): ByteBuffer {
 
 /**
  * Room for a frame of the stream's largest mode, with all planes. A JPEG, whose buffer the runtime chooses the size of,
- * has that of the picture in YUV 4:2:0.
+ * has that of the picture in YUV 4:2:0. What is no camera has [LatestReadings].
  */
 private fun StreamSpec.largestFrameBytes(): Int {
+    if (modes.isEmpty()) return LatestReadings.FRAME_BYTES
     val pixels = modes.maxOf { mode -> mode.resolutions.maxOf { (width, height) -> width * height } }
     val images = topics.filter { it.type == "sensor_msgs/msg/Image" }
     return if (images.isEmpty()) pixels * 3 / 2 else images.sumOf { pixels * bytesPerPixel(it.encoding ?: encoding) }

@@ -2,6 +2,7 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.first
@@ -9,6 +10,7 @@ import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import java.nio.ByteBuffer
+import java.nio.ByteOrder
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertNotNull
@@ -74,6 +76,21 @@ class LocalFramesTest {
         val frame = assertNotNull(LatestFrame.acquire(StreamTable.color))
         assertContentEquals(jpeg, frame.pixels)
         assertEquals(listOf(77L, 640L, 480L), listOf(frame.captureNanos, frame.width.toLong(), frame.height.toLong()))
+        frame.release()
+    }
+
+    @Test
+    fun readingsAreGatheredUpToTheLatest() {
+        LocalFrames.view(StreamTable.gyroLeft, true)
+        for (nanos in 1L..100) LocalFrames.copy(StreamTable.gyroLeft, VectorSample(nanos, nanos * 0.5, -1.0, 2.0))
+        val frame = assertNotNull(LatestFrame.acquire(StreamTable.gyroLeft))
+        assertEquals(100, frame.captureNanos)
+        val found = ByteBuffer.wrap(frame.pixels).order(ByteOrder.LITTLE_ENDIAN)
+        for (nanos in 37L..100) {
+            assertEquals(nanos, found.getLong())
+            assertEquals(listOf(nanos * 0.5, -1.0, 2.0), List(3) { found.getDouble() })
+        }
+        assertEquals(0, found.remaining())
         frame.release()
     }
 
