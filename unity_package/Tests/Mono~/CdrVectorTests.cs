@@ -9,27 +9,37 @@ using NUnit.Framework;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>Messages byte for byte as tests/conformance/vectors/cdr has them for every language.</summary>
+    /// <summary>
+    /// Messages byte for byte as tests/conformance/vectors/cdr has them for every language, and as rosbags writes those
+    /// that only scripts publish.
+    /// </summary>
     [TestFixture]
     public sealed class CdrVectorTests
     {
-        private static readonly string Folder = Path.Combine(Environment.GetEnvironmentVariable("ML2_VECTORS"), "cdr");
+        private static readonly string[] Folders =
+        {
+            Path.Combine(Environment.GetEnvironmentVariable("ML2_VECTORS"), "cdr"),
+            Environment.GetEnvironmentVariable("ML2_COMMON_VECTORS"),
+        };
 
-        public static IEnumerable<string> Cases =>
-            Directory.GetFiles(Folder, "*.json").Select(Path.GetFileNameWithoutExtension).OrderBy(name => name, StringComparer.Ordinal);
+        public static IEnumerable<TestCaseData> Cases =>
+            Folders.SelectMany(folder => Directory.GetFiles(folder, "*.json"))
+                .OrderBy(path => path, StringComparer.Ordinal)
+                .Select(path => new TestCaseData(path).SetName(Path.GetFileNameWithoutExtension(path)));
 
         [Test]
         [TestCaseSource("Cases")]
-        public void WritePayload_Vector_IsItsBytes(string name)
+        public void WritePayload_Vector_IsItsBytes(string path)
         {
-            string text = File.ReadAllText(Path.Combine(Folder, name + ".json"));
+            string text = File.ReadAllText(path);
             JObject vector = JObject.Parse(text.Replace(": -0.0,", ": \"-0.0\",")); // mono would read a plain 0
             IMessage message = MessageOf((string)vector["type"]);
             Fill(message, (JObject)vector["message"]);
             var cdr = new CdrWriter();
             cdr.WritePayload(new ImageMsg { data = Enumerable.Repeat((byte)255, 5000).ToArray() }); // a buffer that was used
             cdr.WritePayload(message);
-            Assert.AreEqual(File.ReadAllBytes(Path.Combine(Folder, name + ".bin")), cdr.Buffer.Take(cdr.Length).ToArray());
+            byte[] expected = File.ReadAllBytes(Path.ChangeExtension(path, ".bin"));
+            Assert.AreEqual(expected, cdr.Buffer.Take(cdr.Length).ToArray());
         }
 
         [Test]
