@@ -65,7 +65,7 @@ namespace Ml2Sensors.OpenXR
             if (Application.platform != RuntimePlatform.Android) return;
             NativeError error = NativeError.Sized();
             NativeResult result = NativeMethods.UseOpenXR(IntPtr.Zero, ref error);
-            if (result != NativeResult.Ok) Debug.LogError($"ML2 Sensors still uses OpenXR: {error.Message}");
+            if (result != NativeResult.Ok) Debug.LogWarning($"ML2 Sensors still uses OpenXR: {error.Message}", this);
         }
     }
 }
