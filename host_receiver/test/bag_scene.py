@@ -21,6 +21,7 @@ from mock_device import MockDevice
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 PREFIX = "/magic_leap2"
+COUNT = 30
 CONFIG = '{"headset": "h", "session": "s", "streams": {}}'
 REQUEST: Request = {"world_left": {"stream": 0}, "battery": {}, "tf": {"layout": "flat"}}
 

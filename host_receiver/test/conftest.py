@@ -1,8 +1,55 @@
-"""How long a busy machine takes to make up data proves nothing about what is tested with it."""
+"""Fixtures of several modules, and how patient all tests are."""
 
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
 
+import bag_scene
+from mock_device import MockDevice
+from ros_processes import Client, Receiver
+
+# How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(
     "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
+
+
+@pytest.fixture
+def config(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A file that says what the module's CONFIG does."""
+    file = tmp_path / "config.yaml"
+    file.write_text(request.module.CONFIG)
+    return file
+
+
+@pytest.fixture
+def receiver(config: Path) -> Iterator[Receiver]:
+    """A running one with that configuration."""
+    with Receiver(config) as receiver:
+        yield receiver
+
+
+@pytest.fixture
+def client(receiver: Receiver) -> Iterator[Client]:
+    """Of its services."""
+    with Client() as client:
+        yield client
+
+
+@pytest.fixture
+def device(receiver: Receiver) -> Iterator[MockDevice]:
+    """Its headset, which was let run."""
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        yield device
+
+
+@pytest.fixture(scope="session")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of the scene's first messages."""
+    folder = tmp_path_factory.mktemp("bags") / "walk"
+    bag_scene.record(folder, bag_scene.COUNT, "zstd")
+    return folder

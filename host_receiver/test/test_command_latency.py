@@ -4,7 +4,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 
@@ -16,14 +15,6 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 MS = 1_000_000
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
-
-
-@pytest.fixture
-def receiver(tmp_path: Path) -> Iterator[Receiver]:
-    file = tmp_path / "config.yaml"
-    file.write_text(CONFIG)
-    with Receiver(file) as receiver:
-        yield receiver
 
 
 @contextmanager

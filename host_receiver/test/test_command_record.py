@@ -36,13 +36,6 @@ _PATIENCE_S = 20.0
 
 
 @pytest.fixture
-def config(tmp_path: Path) -> Path:
-    file = tmp_path / "config.yaml"
-    file.write_text(CONFIG)
-    return file
-
-
-@pytest.fixture
 def folder(tmp_path: Path) -> Path:
     return tmp_path / "walk"
 

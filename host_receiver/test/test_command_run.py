@@ -21,13 +21,6 @@ CONFIG = """
 """
 
 
-@pytest.fixture
-def config(tmp_path: Path) -> Path:
-    file = tmp_path / "config.yaml"
-    file.write_text(CONFIG)
-    return file
-
-
 def segments(process: int) -> list[Path]:
     """Its shared memory; the ports beside it belong to all participants of a domain."""
     maps = Path(f"/proc/{process}/maps").read_text()

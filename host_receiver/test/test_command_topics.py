@@ -1,7 +1,5 @@
 import json
 import signal
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,14 +11,6 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}, world_left: {enabled: true}}}"
 BATTERY = "/magic_leap2/battery"
-
-
-@pytest.fixture
-def receiver(tmp_path: Path) -> Iterator[Receiver]:
-    file = tmp_path / "config.yaml"
-    file.write_text(CONFIG)
-    with Receiver(file) as receiver:
-        yield receiver
 
 
 def command(*arguments: str) -> Child:

@@ -1,6 +1,5 @@
 """The receiver's parameters and services, as `ros2 param` and `ros2 service` meet them."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,32 +22,6 @@ CONFIG = """# mine
     picture_center: {enabled: true}
 """
 COLOR = "picture_center"
-
-
-@pytest.fixture
-def config(tmp_path: Path) -> Path:
-    file = tmp_path / "config.yaml"
-    file.write_text(CONFIG)
-    return file
-
-
-@pytest.fixture
-def receiver(config: Path) -> Iterator[Receiver]:
-    with Receiver(config) as receiver:
-        yield receiver
-
-
-@pytest.fixture
-def client(receiver: Receiver) -> Iterator[Client]:
-    with Client() as client:
-        yield client
-
-
-@pytest.fixture
-def device(receiver: Receiver) -> Iterator[MockDevice]:
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        yield device
 
 
 def test_every_key_is_a_parameter_with_what_it_may_be(client: Client) -> None:

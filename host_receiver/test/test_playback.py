@@ -9,6 +9,7 @@ import pytest
 
 import bag_scene
 from bag_readers import digest, mcap_file, with_mcap
+from bag_scene import COUNT
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.table import load_table
@@ -23,15 +24,6 @@ from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.topics.sink import Sink
 from ml2_receiver.wire.messages import ChannelStatus
 from ros_processes import Child
-
-COUNT = 30
-
-
-@pytest.fixture(scope="module")
-def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("bags") / "walk"
-    bag_scene.record(folder, COUNT, "zstd")
-    return folder
 
 
 @contextmanager

@@ -17,13 +17,6 @@ from ml2_receiver.playback.player import Player
 from ml2_receiver.recording.bag_reader import BagReader
 
 
-@pytest.fixture(scope="module")
-def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("bags") / "walk"
-    bag_scene.record(folder, 30, "zstd")
-    return folder
-
-
 class FakeSession:
     def __init__(self) -> None:
         self.sent: list[int] = []

@@ -1,7 +1,6 @@
 """The receiver's topics as other ROS processes see them."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,26 +20,6 @@ IMAGE = "/magic_leap2/world_left/image_raw"
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 STRING = "std_msgs/msg/String"
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
-
-
-@pytest.fixture
-def config(tmp_path: Path) -> Path:
-    file = tmp_path / "config.yaml"
-    file.write_text(CONFIG)
-    return file
-
-
-@pytest.fixture
-def receiver(config: Path) -> Iterator[Receiver]:
-    with Receiver(config) as receiver:
-        yield receiver
-
-
-@pytest.fixture
-def device(receiver: Receiver) -> Iterator[MockDevice]:
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        yield device
 
 
 def image(number: int, width: int = 1016, height: int = 1016) -> bytes:
