@@ -11,6 +11,8 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import SetBool, Trigger
 
 _RECEIVER = "/ml2_receiver"
@@ -59,11 +61,20 @@ class Client:
     def enable(self, section: str, is_enabled: bool) -> Any:
         return self._call(SetBool, f"enable_{section}", SetBool.Request(data=is_enabled))
 
+    def calibrate(self, camera: str, info: dict[str, Any]) -> Any:
+        """With fields of CameraInfo, as camera_calibration does when COMMIT is pressed."""
+        request = SetCameraInfo.Request(camera_info=CameraInfo(**info))
+        answer = self._answer(SetCameraInfo, f"{camera}/set_camera_info", request)
+        return [answer.success, answer.status_message]
+
     def _call(self, type: Any, name: str, request: Any) -> Any:
-        client = self._node.create_client(type, f"{_RECEIVER}/{name}")
-        assert client.wait_for_service(_PATIENCE_S)
-        answer = self._await(client.call_async(request))
+        answer = self._answer(type, f"{_RECEIVER}/{name}", request)
         return [answer.success, answer.message]
+
+    def _answer(self, type: Any, name: str, request: Any) -> Any:
+        client = self._node.create_client(type, name)
+        assert client.wait_for_service(_PATIENCE_S)
+        return self._await(client.call_async(request))
 
     def _await(self, future: Any) -> Any:
         rclpy.spin_until_future_complete(self._node, future, timeout_sec=_PATIENCE_S)

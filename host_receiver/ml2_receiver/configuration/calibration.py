@@ -1,6 +1,6 @@
-"""Reads camera calibrations as ROS's camera_calibration writes them."""
+"""Camera calibrations in files as ROS's camera_calibration writes them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from ..errors import CalibrationError
+from .whole_file import replace_file
 
 _MAX_BYTES = 64 * 1024
 # sensor_msgs/distortion_models.hpp, and how many coefficients ROS programs read for each.
@@ -43,11 +44,48 @@ def load_calibration(path: Path) -> Calibration:
     if len(data) > _MAX_BYTES:
         raise CalibrationError(f"{path}: expected at most {_MAX_BYTES} bytes")
     try:
-        return _calibration(yaml.safe_load(data))
-    except KeyError as error:
-        raise CalibrationError(f"{path}: {error.args[0]} is missing") from error
-    except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:
+        return parse_calibration(yaml.safe_load(data))
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise CalibrationError(f"{path}: {' '.join(str(error).split())}") from error
+    except CalibrationError as error:
+        raise CalibrationError(f"{path}: {error}") from error
+
+
+def save_calibration(path: Path, camera: str, calibration: Calibration) -> None:
+    """Writes such a file, all or nothing; `camera` is its camera_name.
+
+    Raises:
+        CalibrationError: it cannot be written.
+    """
+    document = {
+        "image_width": calibration.width,
+        "image_height": calibration.height,
+        "camera_name": camera,
+        "camera_matrix": _rows(3, 3, calibration.k),
+        "distortion_model": calibration.model,
+        "distortion_coefficients": _rows(1, len(calibration.d), calibration.d),
+        "rectification_matrix": _rows(3, 3, calibration.r),
+        "projection_matrix": _rows(3, 4, calibration.p),
+    }
+    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None)
+    try:
+        replace_file(path.resolve(), text.encode())
+    except OSError as error:
+        raise CalibrationError(f"{path} cannot be written: {error.strerror}") from error
+
+
+def parse_calibration(document: Any) -> Calibration:
+    """Checks the contents of such a file.
+
+    Raises:
+        CalibrationError: they are no calibration; says what was expected.
+    """
+    try:
+        return _calibration(document)
+    except KeyError as error:
+        raise CalibrationError(f"{error.args[0]} is missing") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise CalibrationError(str(error)) from error
 
 
 def _calibration(document: Any) -> Calibration:
@@ -93,3 +131,7 @@ def _matrix(document: Mapping[str, Any], key: str, rows: int, columns: int) -> t
     if not all(map(isfinite, numbers)):
         raise ValueError(f"{key}: expected finite numbers, found {numbers}")
     return numbers
+
+
+def _rows(rows: int, columns: int, data: Sequence[float]) -> dict[str, object]:
+    return {"rows": rows, "cols": columns, "data": list(data)}

@@ -58,6 +58,10 @@ class Config:
             if streams[id].section in self.cameras
         }
 
+    def calibration_file(self, section: str) -> Path | None:
+        """The file named for a camera's calibration, or None."""
+        return _calibration_file(section, self.values, self.folder)
+
 
 def load_config(path: Path) -> Config:
     """Reads a ROS 2 parameter file; keys that are not in it have the table's defaults.
@@ -100,26 +104,42 @@ def read_calibrations(
     calibrations: dict[str, Calibration] = {}
     problems: dict[str, Problem] = {}
     for section in sections:
-        name = f"{section}.calibration"
-        if file := str(values.get(name) or ""):
-            try:
-                calibrations[section] = _calibration(
-                    section, folder / Path(file).expanduser(), values
-                )
-            except CalibrationError as error:
-                problems[section] = Problem(0, name, file, str(error))
+        path = _calibration_file(section, values, folder)
+        if path is None:
+            continue
+        try:
+            calibrations[section] = _calibration(section, path, values)
+        except CalibrationError as error:
+            name = f"{section}.calibration"
+            problems[section] = Problem(0, name, str(values[name]), str(error))
     return calibrations, problems
 
 
 def _calibration(section: str, path: Path, values: Values) -> Calibration:
-    """For the size that images are asked for in."""
     calibration = load_calibration(path)
+    try:
+        check_size(calibration, section, values)
+    except CalibrationError as error:
+        raise CalibrationError(f"{path}: {error}") from error
+    return calibration
+
+
+def check_size(calibration: Calibration, section: str, values: Values) -> None:
+    """Whether it is for the size that images of the camera are asked for in.
+
+    Raises:
+        CalibrationError: it is not.
+    """
     expected = tuple(values.get(f"{section}.resolution_{it}") for it in ("width", "height"))
     if (calibration.width, calibration.height) != expected:
         found = f"{calibration.width}x{calibration.height}"
         wanted = "x".join(map(str, expected))
-        raise CalibrationError(f"{path}: expected a calibration for {wanted}, found {found}")
-    return calibration
+        raise CalibrationError(f"expected a calibration for {wanted}, found {found}")
+
+
+def _calibration_file(section: str, values: Values, folder: Path) -> Path | None:
+    name = str(values.get(f"{section}.calibration") or "")
+    return folder / Path(name).expanduser() if name else None
 
 
 def _runs(stream: Stream, values: Values) -> bool:

@@ -2,10 +2,7 @@
 
 import io
 import os
-import stat
-import tempfile
 from collections.abc import Iterator, Mapping, MutableMapping
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -14,6 +11,7 @@ from typing import Any, Self
 from ..errors import ConfigError, Problem
 from .config import Config, load_config, parse_config
 from .config_rules import Values
+from .whole_file import replace_file
 
 _INDENT = {"mapping": 2, "sequence": 4, "offset": 2}
 _WIDE = 4096  # so that ruamel breaks no line of the user's
@@ -62,7 +60,7 @@ class ConfigFile:
             if parse_config(data, path.parent).values != config.values:
                 raise _unwritable(self.path, "expected one place for each key")
             path.parent.mkdir(parents=True, exist_ok=True)
-            _replace(path, data)
+            replace_file(path, data)
         except OSError as error:
             raise _unwritable(self.path, error.strerror) from error
         except ConfigError as error:
@@ -117,22 +115,3 @@ def _new_place(document: Mapping[str, Any], name: str) -> tuple[MutableMapping[s
     section, _, key = name.partition(".")
     sections = next(iter(document.values()))["ros__parameters"]
     return sections.setdefault(section, {}), key
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Puts a whole new file in the place of the old one, with its permissions."""
-    mode = path.stat().st_mode if path.exists() else 0o644
-    if not mode & stat.S_IWUSR:  # replacing needs no permission to write it
-        raise PermissionError(0, "it is read-only")
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(name).chmod(stat.S_IMODE(mode))
-        Path(name).replace(path)
-    except OSError:
-        with suppress(OSError):
-            Path(name).unlink()
-        raise

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from ..errors import ConfigError, Problem
+from .calibration import Calibration
 from .config import Config, read_calibrations
 from .config_rules import Values, camera_problems, key_problems, read_values
 from .parameter_file import MAX_SHOWN, Parameter
@@ -62,9 +63,15 @@ class Settings:
         cameras, mistakes = read_calibrations(legal, self.config.folder, touched)
         if mistakes:
             raise ConfigError(list(mistakes.values()), "")
-        others = {id: it for id, it in self.config.cameras.items() if id not in touched}
-        config = replace(self.config, values=legal, cameras=others | cameras)
+        before = self.config.cameras.items()
+        kept = {id: it for id, it in before if f"{id}.calibration" not in changed}
+        config = replace(self.config, values=legal, cameras=kept | cameras)
         return Settings(values, config, tuple(pending))
+
+    def calibrated(self, camera: str, calibration: Calibration) -> "Settings":
+        """With this for a camera's section, until its key `calibration` is set."""
+        cameras = {**self.config.cameras, camera: calibration}
+        return replace(self, config=replace(self.config, cameras=cameras))
 
     def parameters(self) -> dict[str, Scalar]:
         """What ROS shows: `values`, and the mode each camera is configured to."""

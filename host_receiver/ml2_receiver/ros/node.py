@@ -22,6 +22,7 @@ from ..topics.config_topic import config_text
 from ..topics.control import Control
 from ..topics.diagnostics import Diagnostics
 from ..topics.sink import Applied, Publish
+from .calibration_services import add_calibration_services
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray
@@ -94,10 +95,11 @@ class RosNode:
         """Answers services and parameters, and publishes the report once per second.
 
         Args:
-            calibrate: takes the user's calibrations by stream, whenever settings change.
+            calibrate: takes the user's calibrations by stream, whenever settings or they change.
         """
         self._control, self._calibrate = control, calibrate
         add_services(self._node, control, file)
+        add_calibration_services(self._node, self._prefix, file)
         self._node.on_change(self._settings_changed)
         self._node.create_timer(_DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
         self._spinner.start()

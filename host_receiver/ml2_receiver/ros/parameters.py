@@ -15,6 +15,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from ..configuration.calibration import Calibration
 from ..configuration.config import Config
 from ..configuration.config_rules import expected
 from ..configuration.settings import Settings, cameras, mode_name
@@ -87,6 +88,11 @@ class ParameterNode(Node):
             result.reason = "; ".join(f"{p.located_in('')}: waiting" for p in settings.pending)
             self._changed(settings)
         return result
+
+    def calibrate(self, camera: str, calibration: Calibration) -> None:
+        """Has this in force for a camera's section, until its parameter `calibration` is set."""
+        self._settings = self._settings.calibrated(camera, calibration)
+        self._changed(self._settings)
 
     def load(self, config: Config) -> SetParametersResult:
         """Sets all parameters as they would be had the node started with `config`."""

@@ -1,0 +1,30 @@
+"""Replaces files as a whole."""
+
+import os
+import stat
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Puts a new file in the place of the old one, all or nothing, with its permissions.
+
+    Raises:
+        OSError: it cannot be written, or is read-only.
+    """
+    mode = path.stat().st_mode if path.exists() else 0o644
+    if not mode & stat.S_IWUSR:  # replacing needs no permission to write it
+        raise PermissionError(0, "it is read-only")
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(name).chmod(stat.S_IMODE(mode))
+        Path(name).replace(path)
+    except OSError:
+        with suppress(OSError):
+            Path(name).unlink()
+        raise
