@@ -1,12 +1,27 @@
 """How commands end."""
 
+import os
 import signal
 import threading
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 
 def stop_signal() -> threading.Event:
-    """Set by Ctrl-C and by SIGTERM, which then end nothing by themselves."""
+    """Set by Ctrl-C and by SIGTERM, which then end nothing by themselves; for the main thread."""
     stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
+    heard, told = os.pipe()
+    os.set_blocking(told, False)
+    # Python calls a handler when the main thread gets to it. That waits for `stopping`, where it
+    # is not always woken up, and where a handler that sets it could lock it a second time.
+    signal.set_wakeup_fd(told)
+    for number in _SIGNALS:
+        signal.signal(number, lambda *_: None)
+    threading.Thread(target=_hear, args=[heard, stopping], name="signals", daemon=True).start()
     return stopping
+
+
+def _hear(heard: int, stopping: threading.Event) -> None:
+    while True:
+        if os.read(heard, 1)[0] in _SIGNALS:
+            stopping.set()
