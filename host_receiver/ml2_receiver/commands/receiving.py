@@ -83,34 +83,43 @@ def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
     return RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
 
 
+def announce(listener: socket.socket, config: Config) -> Announcement:
+    """Lets headsets find it by name; takes its time, and may go on while ROS starts."""
+    return Announcement(_name(config), listener.getsockname(), _warn_unannounced)
+
+
 @contextmanager
 def serving(
     listener: socket.socket,
+    announcement: Announcement,
     config: Config,
     sink: Sink,
     *,
     is_paused: bool = False,
     idle: Callable[[], Collection[str]] = tuple,
 ) -> Iterator[Server]:
-    """A server that listens, and is announced, until left; the last arguments are the Server's."""
-    announced = config.name or socket.gethostname()
+    """A server that listens until left, when the announcement ends first; the last arguments are
+    the Server's."""
     server = Server(
         listener,
         load_table(),
         config.requests,
         sink,
-        name=announced,
+        name=_name(config),
         software=f"ml2-receiver {VERSION}",
         frame_prefix=config.frame_prefix,
         is_paused=is_paused,
         idle=idle,
     )
-    announcement = Announcement(announced, listener.getsockname(), _warn_unannounced)
     try:
         yield server
     finally:
         announcement.close()
         server.stop()
+
+
+def _name(config: Config) -> str:
+    return config.name or socket.gethostname()
 
 
 def _warn_unannounced(reason: str) -> None:

@@ -20,7 +20,7 @@ from ..topics.fan_out import FanOut
 from ..topics.sink import Sink
 from .config import Subparsers
 from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, load, make_node, serving
+from .receiving import add_options, announce, config_file, load, make_node, serving
 from .stopping import stop_signal
 
 _REDRAW_S = 0.5
@@ -58,6 +58,7 @@ def _run(options: argparse.Namespace) -> int:
     config = load(file, options)
     with ExitStack() as stack:
         listener = stack.enter_context(listen(options.listen))
+        announcement = stack.enter_context(announce(listener, config))
         node = None if options.no_ros else make_node(config, options)
         if node is not None:
             config = node.config
@@ -66,7 +67,9 @@ def _run(options: argparse.Namespace) -> int:
         stack.callback(recorder.close)
         sinks: Sequence[Sink] = [PrintedEvents() if node is None else node, recorder]
         sink = CalibratedSink(FanOut(sinks), config.calibrations)
-        with serving(listener, config, sink, is_paused=options.start_paused) as server:
+        with serving(
+            listener, announcement, config, sink, is_paused=options.start_paused
+        ) as server:
             if node is not None:
                 node.serve(server, file, sink.use)
             print(f"listening on {server.address}", flush=True)

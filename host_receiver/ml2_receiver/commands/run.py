@@ -1,11 +1,12 @@
 """ml2-receiver run: publishes what a headset sends."""
 
 import argparse
+from contextlib import ExitStack
 
 from ..link.server import listen
 from ..topics.calibrated_sink import CalibratedSink
 from .config import Subparsers
-from .receiving import add_options, config_file, load, make_node, serving
+from .receiving import add_options, announce, config_file, load, make_node, serving
 from .stopping import stop_signal
 
 _EPILOG = """\
@@ -34,15 +35,18 @@ def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)
-    listener = listen(options.listen)
-    node = make_node(config, options)
-    sink = CalibratedSink(node, node.config.calibrations)
-    with serving(
-        listener, node.config, sink, is_paused=options.start_paused, idle=node.idle_streams
-    ) as server:
-        node.serve(server, file, sink.use)
-        print(f"listening on {server.address}", flush=True)
-        print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
-        stopping.wait()
-    node.close()
+    with ExitStack() as stack:
+        listener = stack.enter_context(listen(options.listen))
+        announcement = stack.enter_context(announce(listener, config))
+        node = make_node(config, options)
+        stack.callback(node.close)
+        sink = CalibratedSink(node, node.config.calibrations)
+        idle, is_paused = node.idle_streams, options.start_paused
+        with serving(
+            listener, announcement, node.config, sink, is_paused=is_paused, idle=idle
+        ) as server:
+            node.serve(server, file, sink.use)
+            print(f"listening on {server.address}", flush=True)
+            print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
+            stopping.wait()
     return 0

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
+from typing import Self
 
 import ifaddr
 from zeroconf import (
@@ -35,9 +36,10 @@ _RESOLVE_MS = 1000
 
 
 class Announcement:
-    """Announces a receiver until close().
+    """Announces a receiver until close(), or as a context manager.
 
-    One that listens on loopback is announced there only. Multicast goes over IPv4.
+    One that listens on loopback is announced there only. Multicast goes over IPv4. For the first
+    1.2 s others are asked whether the name is free, and nobody finds it.
 
     Args:
         name: tells receivers apart; where it is taken, a number is appended.
@@ -66,11 +68,18 @@ class Announcement:
             return
         self._call(self._register(info)).add_done_callback(partial(_tell, failed))
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
     def close(self) -> None:
-        """Says that the receiver is gone."""
+        """Says that the receiver is gone; once is enough."""
         if self._zeroconf is not None:
             self._call(self._end_registering()).result()
             self._zeroconf.close()
+            self._zeroconf = None
 
     def _call(self, work: Coroutine[None, None, None]) -> Future[None]:
         assert self._zeroconf is not None
