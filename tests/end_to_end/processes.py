@@ -36,6 +36,10 @@ PATHS = {
 }
 
 
+# Of the JVM's mDNS library: which network to look on.
+ON_LOOPBACK = {"JDK_JAVA_OPTIONS": "-Dnet.mdns.interface=127.0.0.1"}
+
+
 @dataclass(frozen=True)
 class Received:
     """What the independent subscriber got in one run."""

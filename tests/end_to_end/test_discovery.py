@@ -11,6 +11,7 @@ from pathlib import Path
 from ml2_receiver.link.discovery import FoundReceiver, find_receivers
 from processes import (
     HEADSET,
+    ON_LOOPBACK,
     isolated_environment,
     line_with,
     listening_address,
@@ -21,8 +22,6 @@ from processes import (
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}\n"
 FOUND_S = 10.0
 RECONNECT_S = 3.0
-# Of the JVM's mDNS library: which network to look on.
-ON_LOOPBACK = {"JDK_JAVA_OPTIONS": "-Dnet.mdns.interface=127.0.0.1"}
 
 
 def announced(address: str) -> FoundReceiver:

@@ -1,0 +1,180 @@
+"""How soon headset and receiver find each other, and again after a fault.
+
+Usage: recovery_bench.py RUNS. Writes build/bench/recovery.json, seconds of RUNS runs each:
+
+find              a headset begins to look for a receiver's name -> connected
+late_receiver     a receiver that a headset has looked for since some seconds listens -> connected
+restart_by_name   a receiver that was killed listens again, on another port -> connected
+restart_at_address  the same on the same port, with a headset that was given the address
+cut_link          all connections are reset -> the next IMU message at a subscriber
+
+Down times are random, so that every phase of the headset's pauses and searches is met. A receiver
+listens when it says so; its start is not in these times. The headset plays test signals.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.time import Time
+from sensor_msgs.msg import Imu
+
+from processes import (
+    ON_LOOPBACK,
+    PREFIX,
+    ROOT,
+    headset_command,
+    isolated_environment,
+    line_with,
+    listening_address,
+    process,
+    receive_command,
+)
+from proxy import Proxy
+
+type Child = subprocess.Popen[str]
+
+RESULTS = ROOT / "build" / "bench" / "recovery.json"
+CONFIG = "/**: {ros__parameters: {other_sensors: {enabled: true}}}\n"
+NAME = f"bench{os.getpid()}"
+TOPIC = f"/{NAME}{PREFIX}/gyro_left/imu"
+ANYWHERE = "127.0.0.1:0"
+LONGEST_DOWN_S = 3.0
+_PATIENCE_S = 30.0
+
+moments = random.Random(1)
+
+
+def main(runs: int) -> None:
+    environment = isolated_environment()
+    os.environ.update(environment)
+    with tempfile.TemporaryDirectory(prefix="ml2_recovery") as name:
+        bench = Bench(Path(name), environment)
+        results: dict[str, Any] = {"runs": runs}
+        for measure in (find, late_receiver, restart_by_name, restart_at_address, cut_link):
+            times_s = list(measure(bench, runs))
+            results[measure.__name__] = {
+                "median_s": statistics.median(times_s),
+                "max_s": max(times_s),
+            }
+    RESULTS.parent.mkdir(parents=True, exist_ok=True)
+    RESULTS.write_text(json.dumps(results, indent=2) + "\n")
+
+
+class Bench:
+    """Starts processes of one ROS domain; logs are in `folder`."""
+
+    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
+        self._folder, self._environment = folder, environment | ON_LOOPBACK
+        self._config = folder / "config.yaml"
+        self._config.write_text(CONFIG)
+
+    def receiver(self, address: str = ANYWHERE) -> contextlib.AbstractContextManager[Child]:
+        command = receive_command(self._config, address, "--name", NAME)
+        return process(command, self._environment, self._folder / "receiver.log")
+
+    def headset(self, receiver: str = NAME) -> contextlib.AbstractContextManager[Child]:
+        command = headset_command(receiver, "--source", "test-signal")
+        return process(command, self._environment, self._folder / "headset.log")
+
+
+def find(bench: Bench, runs: int) -> Iterator[float]:
+    with bench.receiver() as receiver:
+        listening_address(receiver)
+        for _ in range(runs):
+            with bench.headset() as headset:
+                line_with(headset, "connecting to")
+                yield until_connected(headset)
+
+
+def late_receiver(bench: Bench, runs: int) -> Iterator[float]:
+    for _ in range(runs):
+        with bench.headset() as headset:
+            line_with(headset, "connecting to")
+            be_down()
+            with bench.receiver() as receiver:
+                listening_address(receiver)
+                yield until_connected(headset)
+
+
+def restart_by_name(bench: Bench, runs: int) -> Iterator[float]:
+    with bench.headset() as headset:
+        yield from restarts(bench, runs, headset, ANYWHERE)
+
+
+def restart_at_address(bench: Bench, runs: int) -> Iterator[float]:
+    with bench.receiver() as receiver:
+        address = listening_address(receiver)
+    with bench.headset(address) as headset:
+        yield from restarts(bench, runs, headset, address)
+
+
+def restarts(bench: Bench, runs: int, headset: Child, address: str) -> Iterator[float]:
+    for run in range(1 + runs):
+        with bench.receiver(address) as receiver:
+            listening_address(receiver)
+            time_s = until_connected(headset)
+            if run:
+                yield time_s
+            receiver.kill()
+        be_down()
+
+
+def cut_link(bench: Bench, runs: int) -> Iterator[float]:
+    rclpy.init()
+    node = rclpy.create_node("recovery_bench")
+    stamps_ns: list[int] = []
+
+    def take(message: Imu) -> None:
+        stamps_ns.append(Time.from_msg(message.header.stamp).nanoseconds)
+
+    node.create_subscription(Imu, TOPIC, take, qos_profile_sensor_data)
+    with (
+        bench.receiver() as receiver,
+        Proxy(listening_address(receiver)) as proxy,
+        bench.headset(proxy.address),
+    ):
+        await_later(node, stamps_ns, 0)
+        for _ in range(runs):
+            proxy.cut()
+            yield await_later(node, stamps_ns, time.time_ns())
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def await_later(node: Node, stamps_ns: list[int], than_ns: int) -> float:
+    """Seconds until a message that was captured later has come."""
+    began_s = time.monotonic()
+    while not stamps_ns or stamps_ns[-1] <= than_ns:
+        rclpy.spin_once(node, timeout_sec=0.1)
+        assert time.monotonic() - began_s < _PATIENCE_S, "no message came"
+    return time.monotonic() - began_s
+
+
+def until_connected(headset: Child) -> float:
+    """Seconds from now."""
+    began_s = time.monotonic()
+    line_with(headset, "connected to")
+    return time.monotonic() - began_s
+
+
+def be_down() -> None:
+    time.sleep(moments.uniform(0, LONGEST_DOWN_S))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))
