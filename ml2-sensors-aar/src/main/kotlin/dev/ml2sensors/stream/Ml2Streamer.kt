@@ -25,7 +25,6 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.util.UUID
-import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.seconds
 
 /**
@@ -102,19 +101,19 @@ public class Ml2Streamer(
     }
 
     private suspend fun stayConnected() {
-        var pause = FIRST_PAUSE
+        val backOff = BackOff()
         while (!stopReason.isCompleted) {
+            backOff.begin()
             try {
                 val address = unlessStopped(stopReason) { receiver.locate() } ?: break
                 Session(address, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
-                    pause = FIRST_PAUSE
+                    backOff.succeeded()
                     mutableState.value = StreamerState.Connected(name)
                 }
             } catch (e: IOException) {
                 mutableState.value = StreamerState.Connecting(e.message ?: e.javaClass.simpleName)
                 active.runLocally(localDefaults)
-                withTimeoutOrNull(pause) { stopReason.await() }
-                pause = minOf(pause * 2, LONGEST_PAUSE)
+                withTimeoutOrNull(backOff.pause()) { stopReason.await() }
             }
         }
         active.stopSources()
@@ -132,8 +131,6 @@ public class Ml2Streamer(
     )
 
     private companion object {
-        val FIRST_PAUSE = 50.milliseconds
-        val LONGEST_PAUSE = 1.seconds
         val STOP_LIMIT = 8.seconds
     }
 }

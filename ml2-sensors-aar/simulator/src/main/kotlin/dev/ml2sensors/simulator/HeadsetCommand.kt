@@ -55,7 +55,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private val source by option(help = "The simulated device (default), or test signals without native code.")
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
-        .file(mustExist = true, canBeFile = false)
+        .file(mustExist = true)
     private val simulate by option(
         metavar = "KEY=VALUE[@S]",
         help = "Set a key of the simulated device, at once or after S seconds of samples; repeatable.",
@@ -129,10 +129,14 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         }
     }
 
-    private fun recording(folder: File): EurocRecording = try {
-        EurocRecording.open(folder)
-    } catch (failure: RecordingException) {
-        throw PrintMessage("Error: ${failure.message}", EXIT_USAGE, printError = true)
+    private fun recording(folder: File): EurocRecording {
+        val isBag = (listOf(folder) + folder.listFiles().orEmpty()).any { it.extension == "mcap" }
+        if (isBag) throw UsageError("--replay takes EuRoC/ASL data sets; to play a recording: ml2-receiver play $folder")
+        try {
+            return EurocRecording.open(folder)
+        } catch (failure: RecordingException) {
+            throw PrintMessage("Error: ${failure.message}", EXIT_USAGE, printError = true)
+        }
     }
 
     private companion object {

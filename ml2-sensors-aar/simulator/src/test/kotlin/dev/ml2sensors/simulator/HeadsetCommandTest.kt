@@ -1,6 +1,7 @@
 package dev.ml2sensors.simulator
 
 import com.github.ajalt.clikt.core.CliktError
+import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.parse
 import dev.ml2sensors.Version
 import dev.ml2sensors.simulator.replay.RecordingFiles
@@ -42,6 +43,16 @@ class HeadsetCommandTest {
             val failure = assertFailsWith<CliktError>(arguments) { command.parse(words(arguments)) }
             val text = command.getFormattedHelp(failure).orEmpty()
             assertTrue(message in text, "$arguments: $text")
+        }
+    }
+
+    @Test
+    fun aRosbagIsForTheReceiversOwnCommand() {
+        val bag = folder.resolve("walk").apply { mkdir() }
+        val file = bag.resolve("walk_0.mcap").apply { createNewFile() }
+        for (recording in listOf(bag, file)) {
+            val failure = assertFailsWith<UsageError> { HeadsetCommand().parse(words("--replay $recording")) }
+            assertTrue("to play a recording: ml2-receiver play $recording" in failure.message.orEmpty())
         }
     }
 
