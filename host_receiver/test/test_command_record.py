@@ -61,9 +61,11 @@ def streaming(device: MockDevice) -> Iterator[list[float]]:
         thread.join()
 
 
-def await_bytes(folder: Path, count: int) -> None:
+def await_flushed(folder: Path, count: int) -> None:
+    """Until there are so many bytes, and metadata.yaml knows the topics."""
     deadline_s = time.monotonic() + _PATIENCE_S
-    while mcap_file(folder).stat().st_size < count:
+    metadata = folder / "metadata.yaml"
+    while mcap_file(folder).stat().st_size < count or "battery" not in metadata.read_text():
         assert time.monotonic() < deadline_s
         time.sleep(0.01)
 
@@ -78,7 +80,7 @@ def test_a_kill_costs_the_last_second_at_most(
     ):
         device.start()
         with streaming(device) as sent_s:
-            await_bytes(folder, flushed_bytes)
+            await_flushed(folder, flushed_bytes)
             killed_s = time.monotonic()
             recording.process.kill()
             recording.wait()

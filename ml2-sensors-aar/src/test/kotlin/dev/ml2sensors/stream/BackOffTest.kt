@@ -13,7 +13,8 @@ class BackOffTest {
 
     @Test
     fun pausesGrowToASecond() {
-        assertEquals(listOf(50, 100, 200, 400, 800, 1000, 1000).map { it.milliseconds }, List(7) { failAfter(0.seconds) })
+        val pauses = List(7) { failAfter(0.seconds).inWholeMilliseconds }
+        assertEquals(listOf<Long>(50, 100, 200, 400, 800, 1000, 1000), pauses)
     }
 
     @Test

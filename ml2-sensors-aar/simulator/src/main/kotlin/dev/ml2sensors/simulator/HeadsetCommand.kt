@@ -131,7 +131,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     private fun recording(folder: File): EurocRecording {
         val isBag = (listOf(folder) + folder.listFiles().orEmpty()).any { it.extension == "mcap" }
-        if (isBag) throw UsageError("--replay takes EuRoC/ASL data sets; to play a recording: ml2-receiver play $folder")
+        if (isBag) throw UsageError("--replay is for EuRoC/ASL folders; to play a recording: ml2-receiver play $folder")
         try {
             return EurocRecording.open(folder)
         } catch (failure: RecordingException) {
