@@ -115,8 +115,8 @@ $(ktlint_jar):
 	$(maven) dependency:copy --non-recursive -DoutputDirectory=$(CURDIR)/$(@D) \
 	  -Dartifact=com.pinterest.ktlint:ktlint-cli:$(ktlint_version):jar:all
 
-bench: build ## Measure sender and receiver against bare loops; results in build/bench
-	$(run) tests/bench/run.sh
+bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoint]; results in build/bench
+	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/bench/soak.py $(DURATION)

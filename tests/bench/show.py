@@ -1,24 +1,53 @@
-"""Prints benchmark results, one table for all files given."""
+"""Prints benchmark results: loads as one table, and all others as another."""
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 
 def main(paths: list[Path]) -> None:
-    """Shows each JSON object as rows of measure and value."""
-    table = Table("benchmark", "measure", "value", title="build/bench")
+    """Shows each JSON object; those of full_load.py in a row for each headset."""
+    measures = Table("benchmark", "measure", "value", title="build/bench")
+    loads = Table("load", "drops", "slowest p99 ms", "CPU % of", title="load")
     for path in paths:
         results = json.loads(path.read_text())
-        for index, (measure, value) in enumerate(results.items()):
-            shown = f"{value:.4g}" if isinstance(value, float) else str(value)
-            table.add_row(path.stem if index == 0 else "", measure, shown)
-    Console().print(table)
+        headsets = {path.stem: results, **results}
+        rows = {name: it for name, it in headsets.items() if _is_load(it)}
+        for name, load in rows.items():
+            loads.add_row(name, *_load(load))
+        for index, (measure, value) in enumerate([] if rows else _leaves(results)):
+            measures.add_row(path.stem if index == 0 else "", measure, _text(value))
+    for table in (measures, loads):
+        Console().print(table)
+
+
+def _is_load(results: Any) -> bool:
+    return isinstance(results, dict) and results.keys() >= {"drops", "latency_ms", "cpu_percent"}
+
+
+def _load(load: dict[str, Any]) -> tuple[str, str, str]:
+    stream, latency = max(load["latency_ms"].items(), key=lambda item: float(item[1]["p99"]))
+    cpu = ", ".join(f"{role} {_text(value)}" for role, value in load["cpu_percent"].items())
+    return str(load["drops"]), f"{_text(latency['p99'])} ({stream})", cpu
+
+
+def _leaves(results: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in results.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _text(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 if __name__ == "__main__":

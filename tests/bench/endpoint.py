@@ -1,0 +1,65 @@
+"""Unity's ROS-TCP-Endpoint from a checkout of the user's: started, and what is sent to it.
+
+A message on its wire is a destination and a payload, each behind its length as u32 LE. A topic is
+registered at destination __publish by JSON with one byte behind it, and is a destination then.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+import struct
+import sys
+import threading
+import time
+from pathlib import Path
+
+_LENGTH = struct.Struct("<I")
+_PATIENCE_S = 10.0
+_POLL_S = 0.05
+
+
+def message(destination: str, payload: bytes) -> bytes:
+    name = destination.encode()
+    return _LENGTH.pack(len(name)) + name + _LENGTH.pack(len(payload)) + payload
+
+
+def registration(topic: str, type: str, queue_size: int) -> bytes:
+    """Of a publisher; `type` as the stream table has it."""
+    publisher = {
+        "topic": topic,
+        "message_name": type.replace("/msg/", "/"),
+        "queue_size": queue_size,
+        "latch": False,
+    }
+    return message("__publish", json.dumps(publisher).encode() + b"\0")
+
+
+def connect(address: str) -> socket.socket:
+    """To an endpoint that may just be starting."""
+    host, _, port = address.rpartition(":")
+    deadline_s = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return socket.create_connection((host, int(port)))
+        except ConnectionRefusedError:
+            if time.monotonic() > deadline_s:
+                raise
+            time.sleep(_POLL_S)
+
+
+def start_endpoint(checkout: Path) -> str:
+    """Runs it in threads of this process; the address that it will listen on."""
+    import rclpy
+
+    sys.path.insert(0, str(checkout))
+    from ros_tcp_endpoint import TcpServer  # type: ignore[import-not-found]
+
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        host, port = free.getsockname()
+    parameters = ("-p", f"ROS_IP:={host}", "-p", f"ROS_TCP_PORT:={port}")
+    rclpy.init(args=["endpoint", "--ros-args", *parameters])
+    server = TcpServer("endpoint")
+    server.start()
+    threading.Thread(target=server.setup_executor, daemon=True).start()
+    return f"{host}:{port}"

@@ -1,0 +1,78 @@
+"""Processes that publish or subscribe for a bench, and what they have used; see roles.py."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+_ROLES = Path(__file__).with_name("roles.py")
+
+
+class Usage(NamedTuple):
+    """CPU and wall time, and frames published, all since some beginning."""
+
+    cpu_s: float
+    time_s: float
+    frames: int
+
+
+class Player:
+    """A role in a process of its own, which ends when left."""
+
+    def __init__(self, role: str, *arguments: str) -> None:
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(
+            [sys.executable, _ROLES, role, *arguments], stdin=pipe, stdout=pipe, text=True
+        )
+        self.role = role
+
+    def __enter__(self) -> Player:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.communicate()
+
+    def line(self) -> str:
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline().strip()
+        if not line:
+            raise SystemExit(f"the {self.role} ended early")
+        return line
+
+    def usage(self, count: int) -> Usage:
+        """When `count` frames have been published, or at a subscriber have arrived."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{count}\n")
+        self._process.stdin.flush()
+        return Usage(*json.loads(self.line()))
+
+
+class Turn:
+    """What one player has done; `usage` waits for a number of frames.
+
+    Attributes:
+        results: CPU ms per frame, and frames per s, of each turn.
+        lost: frames that were sent and never counted.
+    """
+
+    def __init__(self, usage: Callable[[int], Usage]) -> None:
+        self.results: list[tuple[float, float]] = []
+        self.lost = 0
+        self._usage = usage
+        self._sent = 0
+
+    def play(self, send: Callable[[], None], frames: int) -> None:
+        """Sends as fast as they are taken."""
+        before = self._usage(self._sent - self.lost)
+        for _ in range(frames):
+            send()
+        self._sent += frames
+        after = self._usage(self._sent - self.lost)
+        counted = after.frames - before.frames
+        self.lost = self._sent - after.frames
+        cpu_ms, time_s = (after.cpu_s - before.cpu_s) * 1000, after.time_s - before.time_s
+        self.results.append((cpu_ms / counted, counted / time_s))

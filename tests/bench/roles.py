@@ -1,0 +1,138 @@
+"""What a Player plays: roles.py ROLE [ARGUMENT...].
+
+It says first that it is ready, publishers with the address to send to; then for each line of
+standard input, a number of frames, it waits for so many and answers with its CPU and wall time in
+s, and their number. All use the same Fast DDS profile.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from endpoint import start_endpoint
+from frames import BARE_TOPIC, CONFIG, DEPTH, IMAGE_PAYLOAD, REQUEST
+from ml2_receiver.configuration.config import parse_config
+from ml2_receiver.configuration.config_file import ConfigFile
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.fastdds import apply_default_profile
+from ml2_receiver.link.server import Server, listen
+from ml2_receiver.topics.message_types import message_class
+
+_POLL_S = 0.001
+_QUIET_S = 1.0
+
+
+def play_receiver() -> None:
+    """`ml2-receiver run` as far as sockets and ROS go."""
+    from ml2_receiver.ros import RosNode
+
+    node = RosNode(load_table(), parse_config(CONFIG), [])
+    server = Server(
+        listen(("127.0.0.1", 0)), load_table(), REQUEST, node, name="bench", software="bench"
+    )
+    node.serve(server, ConfigFile(Path("bench.yaml")))
+    print(server.address, flush=True)
+    answer(lambda: received(server))
+    server.stop()
+    node.close()
+
+
+def received(server: Server) -> int:
+    report = server.report()
+    return sum(row.statistics.received for row in report.topics) if report else 0
+
+
+def play_bare() -> None:
+    """The least that Python can do."""
+    import rclpy
+    from sensor_msgs.msg import Image
+
+    rclpy.init()
+    node = rclpy.create_node("bare")
+    publish = node.create_publisher(Image, BARE_TOPIC, DEPTH).handle.publish_raw
+    listener = listen(("127.0.0.1", 0))
+    print("{}:{}".format(*listener.getsockname()), flush=True)
+    connection, _ = listener.accept()
+    published = 0
+
+    def loop() -> None:
+        nonlocal published
+        payload = bytearray(len(IMAGE_PAYLOAD))
+        while connection.recv_into(payload, 0, socket.MSG_WAITALL):
+            publish(payload)
+            published += 1
+
+    threading.Thread(target=loop, daemon=True).start()
+    answer(lambda: published)
+    rclpy.shutdown()
+
+
+def play_subscriber(type: str, counted: str, *others: str) -> None:
+    """Takes the bytes of topics once all are matched; answers for the first of them."""
+    import rclpy
+    from rclpy.executors import ExternalShutdownException
+
+    rclpy.init()
+    node = rclpy.create_node(f"subscriber{os.getpid()}")
+    arrived = 0
+
+    def count(_: Any) -> None:
+        nonlocal arrived
+        arrived += 1
+
+    def serve() -> None:
+        answer(lambda: arrived)
+        rclpy.shutdown()
+
+    message = message_class(type)
+    node.create_subscription(message, counted, count, DEPTH, raw=True)
+    for topic in others:
+        node.create_subscription(message, topic, lambda _: None, DEPTH, raw=True)
+    while not all(node.count_publishers(topic) for topic in (counted, *others)):
+        rclpy.spin_once(node, timeout_sec=0.1)
+    print("ready", flush=True)
+    threading.Thread(target=serve).start()
+    with suppress(ExternalShutdownException):
+        rclpy.spin(node)
+
+
+def answer(count: Callable[[], int]) -> None:
+    """Until nobody asks; frames that do not come within a second of the last one are lost."""
+    for line in sys.stdin:
+        counted, changed_s = count(), time.monotonic()
+        while counted < int(line) and time.monotonic() - changed_s < _QUIET_S:
+            time.sleep(_POLL_S)
+            if count() > counted:
+                counted, changed_s = count(), time.monotonic()
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        cpu_s = usage.ru_utime + usage.ru_stime
+        print(json.dumps([cpu_s, time.monotonic(), counted]), flush=True)
+
+
+def main(role: str, *arguments: str) -> None:
+    apply_default_profile(os.environ)
+    match role:
+        case "receiver":
+            play_receiver()
+        case "bare":
+            play_bare()
+        case "subscriber":
+            play_subscriber(*arguments)
+        case "endpoint":
+            print(start_endpoint(Path(*arguments)), flush=True)
+            answer(lambda: 0)
+            os._exit(0)  # its threads do not end
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
