@@ -69,6 +69,15 @@ def test_devices_tell_why_a_stream_does_not_run(receiver: Receiver) -> None:
     assert streams["world_left"]["reason"] == "covered: by a sticker"
 
 
+def test_doctor_tells_what_the_link_carries(receiver: Receiver) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        device.publish("battery")
+        with command("doctor", "--json") as child:
+            found = {each["check"]: each for each in printed(child)}
+    assert "Mbit/s arrive, p99 of the slowest topic" in found["link to headset"]["found"]
+
+
 @pytest.mark.parametrize("name", ["topics", "devices"])
 def test_without_a_receiver_it_says_what_to_start(name: str) -> None:
     with command(name) as child:

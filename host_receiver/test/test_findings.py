@@ -87,6 +87,34 @@ def test_found_receivers_are_named() -> None:
     assert found.found == "desk at 192.168.1.5, port 7755"
 
 
+IMAGE_ROW = {"rate_hz": "30.0", "mbit_per_s": "250.0", "latency_p99_ms": "12.5"}
+IMU_ROW = {"rate_hz": "200.0", "mbit_per_s": "0.5"}
+
+
+@pytest.mark.parametrize(
+    ("rows", "level", "found"),
+    [
+        ("no receiver runs here", "hint", "not measured: no receiver runs here"),
+        ({"session": {"state": "waiting"}}, "hint", "not measured: the session is waiting"),
+        (
+            {"session": {"state": "connected"}, "/a": IMAGE_ROW, "/b": IMU_ROW},
+            "ok",
+            "250.5 Mbit/s arrive, p99 of the slowest topic 12.5 ms",
+        ),
+        (
+            {"session": {"state": "connected"}, "/a": IMAGE_ROW | {"dropped.queue_full": "7"}},
+            "hint",
+            "; 7 messages were dropped as the link or this machine was too slow",
+        ),
+    ],
+)
+def test_the_link_is_what_a_running_receiver_says(
+    rows: dict[str, dict[str, str]] | str, level: str, found: str
+) -> None:
+    finding = findings.link(rows)
+    assert (finding.level, found in finding.found) == (level, True), finding
+
+
 @pytest.mark.parametrize(
     ("command", "is_one"),
     [

@@ -5,7 +5,7 @@ import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,13 +18,16 @@ from ..configuration.parameter_file import node_names
 from ..doctor import findings, machine
 from ..doctor.findings import Finding
 from ..doctor.process_table import is_listened_on, listener_of, receivers
-from ..errors import DiscoveryError
+from ..errors import DiscoveryError, RosError
 from ..fastdds import free_shared_memory_bytes
 from ..link.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
+from .live import diagnostics_node
+from .options import add_name
 from .receiving import DEFAULT_ADDRESS
 
 _LISTEN_S = 1.0
+_HEAR_S = 3.0  # /diagnostics come once per second
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
 Exit code: 0, or 1 when anything is "wrong"; a "hint" may not matter to you.
@@ -32,6 +35,7 @@ Exit code: 0, or 1 when anything is "wrong"; a "hint" may not matter to you.
 examples:
   ml2-receiver doctor
   ml2-receiver doctor my.yaml        look at a configuration file, too
+  ml2-receiver doctor --name robot1  the link to the headset of that receiver
   ml2-receiver doctor --json | jq '.[] | select(.level == "wrong")'
 """
 
@@ -44,11 +48,12 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_file(parser, "file", nargs="?", metavar="FILE", help="a configuration file")
     parser.add_argument("--json", action="store_true", help="print a list of objects")
+    add_name(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    found = list(_findings(options.file))
+    found = list(_findings(options))
     if options.json:
         print(json.dumps([dataclasses.asdict(it) for it in found], indent=2))
     else:
@@ -56,7 +61,8 @@ def _run(options: argparse.Namespace) -> int:
     return int(any(it.level == "wrong" for it in found))
 
 
-def _findings(file: Path | None) -> Iterator[Finding]:
+def _findings(options: argparse.Namespace) -> Iterator[Finding]:
+    file: Path | None = options.file
     _, port = DEFAULT_ADDRESS
     yield findings.python(sys.version_info[:3])
     yield findings.ros(os.environ.get("ROS_DISTRO"), machine.missing_modules())
@@ -71,7 +77,10 @@ def _findings(file: Path | None) -> Iterator[Finding]:
     with suppress(OSError):  # a sandbox that forbids to ask
         yield findings.clock(machine.is_clock_synchronised())
     running = {it.pid: it.environment("ROS_DOMAIN_ID") for it in receivers()}
-    yield findings.domain(os.environ.get("ROS_DOMAIN_ID"), running)
+    domain = os.environ.get("ROS_DOMAIN_ID")
+    yield findings.domain(domain, running)
+    is_running = any((it or "0") == (domain or "0") for it in running.values())
+    yield findings.link(_said(options.name) if is_running else "no receiver runs here")
     if file is not None:
         load_config(file)
         yield findings.parameter_file(str(file), node_names(file.read_bytes()))
@@ -81,6 +90,14 @@ def _announced() -> Sequence[FoundReceiver] | str:
     try:
         return find_receivers(_LISTEN_S)
     except DiscoveryError as error:
+        return str(error)
+
+
+def _said(receiver: str) -> Mapping[str, Mapping[str, str]] | str:
+    try:
+        with diagnostics_node() as node:
+            return node.rows(receiver, _HEAR_S)
+    except RosError as error:
         return str(error)
 
 

@@ -129,6 +129,30 @@ def domain(here: str | None, receivers: Mapping[int, str | None]) -> Finding:
     return Finding("ROS domain", "wrong", found, f"export {_DOMAIN}={other}")
 
 
+def link(rows: Mapping[str, Mapping[str, str]] | str) -> Finding:
+    """From what a running receiver says in /diagnostics, or why there is none.
+
+    What arrives is what was asked for, not what the link could carry, which the protocol has no
+    message to try. A link that is too slow shows in the headset's full queues.
+    """
+    check = "link to headset"
+    if isinstance(rows, str):
+        return Finding(check, "hint", f"not measured: {rows}", "look again while a headset streams")
+    state = rows.get("session", {}).get("state")
+    if state != "connected":
+        fix = "look again while a headset streams"
+        return Finding(check, "hint", f"not measured: the session is {state}", fix)
+    topics = [row for row in rows.values() if "rate_hz" in row]
+    mbit_per_s = sum(float(row["mbit_per_s"]) for row in topics)
+    p99_ms = max((float(row.get("latency_p99_ms", 0)) for row in topics), default=0.0)
+    found = f"{mbit_per_s:.1f} Mbit/s arrive, p99 of the slowest topic {p99_ms:.1f} ms"
+    if dropped := sum(int(row.get("dropped.queue_full", 0)) for row in topics):
+        found += f"; {dropped} messages were dropped as the link or this machine was too slow"
+        fix = "go nearer to the access point, or ask for fewer streams or lower rates"
+        return Finding(check, "hint", found, fix)
+    return Finding(check, "ok", found)
+
+
 def parameter_file(file: str, nodes: Sequence[str]) -> Finding:
     """Whether ROS's own --params-file would do what `run --config` does, by its node names."""
     check = "configuration"
