@@ -30,6 +30,7 @@ from ml2_receiver.topics.message_types import message_class
 
 _POLL_S = 0.001
 _QUIET_S = 1.0
+_PATIENCE_S = 20.0
 
 
 def play_receiver() -> None:
@@ -98,8 +99,11 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
     node.create_subscription(message, counted, count, DEPTH, raw=True)
     for topic in others:
         node.create_subscription(message, topic, lambda _: None, DEPTH, raw=True)
+    deadline_s = time.monotonic() + _PATIENCE_S
     while not all(node.count_publishers(topic) for topic in (counted, *others)):
         rclpy.spin_once(node, timeout_sec=0.1)
+        if time.monotonic() > deadline_s:
+            raise SystemExit(f"nobody publishes {counted}")
     print("ready", flush=True)
     threading.Thread(target=serve).start()
     with suppress(ExternalShutdownException):
