@@ -29,7 +29,7 @@ from ml2_receiver.link.server import Server, listen
 from ml2_receiver.topics.message_types import message_class
 
 _POLL_S = 0.001
-_QUIET_S = 1.0
+_QUIET_S = 5.0
 _PATIENCE_S = 20.0
 
 
@@ -111,7 +111,7 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
 
 
 def answer(count: Callable[[], int]) -> None:
-    """Until nobody asks; frames that do not come within a second of the last one are lost."""
+    """Until nobody asks; frames that do not come within _QUIET_S of the last one are lost."""
     for line in sys.stdin:
         counted, changed_s = count(), time.monotonic()
         while counted < int(line) and time.monotonic() - changed_s < _QUIET_S:
