@@ -24,7 +24,7 @@ def copy(tmp_path: Path) -> Path:
         ignore=ignored,
     )
     generated = (f"{KOTLIN}/table", f"{KOTLIN}/generated", "native/generated")
-    for folder in ("config", "docs", *generated):
+    for folder in ("config", "docs", "unity_package", *generated):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     shutil.copy(ROOT / "pom.xml", tmp_path)
     assert check(tmp_path).returncode == 0
