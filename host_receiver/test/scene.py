@@ -87,7 +87,7 @@ class Scene:
         self.lanes: dict[str, Connection] = {}
 
     def connect(self) -> Connection:
-        connection = Connection("address", self.now_s)
+        connection = Connection("address", 1, self.now_s)
         self.host.opened(connection)
         return connection
 

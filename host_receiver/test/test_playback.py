@@ -12,7 +12,9 @@ from bag_readers import digest, mcap_file, with_mcap
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.access import Everybody
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.link.streams import Request
 from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
@@ -37,7 +39,9 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextmanager
 def receiving(sink: Sink, request: Request = bag_scene.REQUEST) -> Iterator[Server]:
     listener = listen(("127.0.0.1", 0))
-    server = Server(listener, load_table(), request, sink, name="test", software="test")
+    server = Server(
+        listener, load_table(), request, sink, access=Everybody(), name="test", software="test"
+    )
     try:
         yield server
     finally:

@@ -12,9 +12,11 @@ import pytest
 from fake_sink import FakeSink
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ListenError
+from ml2_receiver.link.access import Everybody
 from ml2_receiver.link.context import Limits
+from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import State
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST
@@ -30,6 +32,7 @@ def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
         load_table(),
         REQUEST,
         sink,
+        access=Everybody(),
         name="host",
         software="test",
         is_paused=is_paused,

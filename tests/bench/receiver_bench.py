@@ -25,7 +25,9 @@ from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.fastdds import apply_default_profile
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.access import Everybody
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, HEADER_BYTES, Kind, encode_frame
 from mock_device import MockDevice
 
@@ -153,7 +155,13 @@ def play_receiver() -> None:
 
     node = RosNode(load_table(), parse_config(CONFIG), [])
     server = Server(
-        listen(("127.0.0.1", 0)), load_table(), REQUEST, node, name="bench", software="bench"
+        listen(("127.0.0.1", 0)),
+        load_table(),
+        REQUEST,
+        node,
+        access=Everybody(),
+        name="bench",
+        software="bench",
     )
     node.serve(server, ConfigFile(Path("bench.yaml")))
     print(server.address, flush=True)

@@ -22,7 +22,7 @@ from ..errors import DiscoveryError
 from ..fastdds import free_shared_memory_bytes
 from ..link.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
-from .receiving import DEFAULT_ADDRESS
+from .entrance import PORT
 
 _LISTEN_S = 1.0
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
@@ -57,7 +57,6 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _findings(file: Path | None) -> Iterator[Finding]:
-    _, port = DEFAULT_ADDRESS
     yield findings.python(sys.version_info[:3])
     yield findings.ros(os.environ.get("ROS_DISTRO"), machine.missing_modules())
     yield findings.fast_dds_profile(
@@ -65,8 +64,8 @@ def _findings(file: Path | None) -> Iterator[Finding]:
     )
     yield findings.shared_memory(free_shared_memory_bytes())
     yield findings.udp_buffer(machine.kernel_number("net.core.rmem_max"))
-    yield findings.port(port, listener_of(port), is_listened_on=is_listened_on(port))
-    yield findings.firewall(machine.firewall(), port)
+    yield findings.port(PORT, listener_of(PORT), is_listened_on=is_listened_on(PORT))
+    yield findings.firewall(machine.firewall(), PORT)
     yield findings.multicast(_announced())
     with suppress(OSError):  # a sandbox that forbids to ask
         yield findings.clock(machine.is_clock_synchronised())

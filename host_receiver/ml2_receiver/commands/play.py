@@ -15,7 +15,8 @@ from ..playback.player import Player
 from ..playback.session import Session
 from ..recording.bag_reader import BagReader
 from .config import Subparsers
-from .receiving import DEFAULT_ADDRESS, address
+from .entrance import PORT
+from .receiving import address
 from .stopping import stop_signal
 
 _REDRAWS_PER_SECOND = 2.0
@@ -39,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--receiver",
         type=address,
-        default=DEFAULT_ADDRESS,
+        default=("127.0.0.1", PORT),
         metavar="HOST:PORT",
         help="default: 127.0.0.1:7755",
     )

@@ -2,9 +2,9 @@
 
 import argparse
 
-from ..link.server import listen
 from ..topics.calibrated_sink import CalibratedSink
 from .config import Subparsers
+from .entrance import Entrance
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
 
@@ -34,11 +34,11 @@ def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)
-    listener = listen(options.listen)
+    entrance = Entrance(options)
     node = make_node(config, options)
     sink = CalibratedSink(node, node.config.calibrations)
     with serving(
-        listener, node.config, sink, is_paused=options.start_paused, idle=node.idle_streams
+        entrance, node.config, sink, is_paused=options.start_paused, idle=node.idle_streams
     ) as server:
         node.serve(server, file, sink.use)
         print(f"listening on {server.address}", flush=True)

@@ -29,15 +29,19 @@ class Side(Flag):
 
 
 class LaneKind(Flag):
-    """What a connection carries; it is OPENING until HELLO or JOIN has said which it is."""
+    """What a connection carries; it is OPENING until HELLO or JOIN has said which it is.
+
+    PAIRING is one to the port of `ml2-receiver pair`, from beginning to end.
+    """
 
     OPENING = auto()
     CONTROL = auto()
     TIME = auto()
     SENSORS = auto()
     IMAGE = auto()
+    PAIRING = auto()
     OTHER = TIME | SENSORS | IMAGE
-    ANY = OPENING | CONTROL | OTHER
+    ANY = OPENING | CONTROL | OTHER | PAIRING
 
     @staticmethod
     def of(lane: str) -> "LaneKind":
@@ -49,6 +53,7 @@ _LANE_KINDS = {
     "control": LaneKind.CONTROL,
     "time": LaneKind.TIME,
     "sensors": LaneKind.SENSORS,
+    "pairing": LaneKind.PAIRING,
 }
 
 
@@ -98,6 +103,9 @@ class Kind(IntEnum):
     ERROR = 51, Side.BOTH, LaneKind.ANY, 4 * _KIB, Body.JSON
     BYE = 52, Side.BOTH, LaneKind.CONTROL, 4 * _KIB, Body.JSON
     EVENT = 53, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    PAIR_CHALLENGE = 60, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
+    PAIR = 61, Side.DEVICE, LaneKind.PAIRING, 16 * _KIB, Body.JSON
+    PAIRED = 62, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
 
 
 _KINDS = {int(kind): kind for kind in Kind}
