@@ -28,7 +28,7 @@ class Admission:
         address, limits = _group(host), self._limits
         if self._connections[address] >= limits.connections_per_address:
             return f"it has {limits.connections_per_address} connections"
-        if self._failed(address) >= limits.failed_attempts:
+        if self._failed(address) + 1 > limits.failed_attempts:
             return "too many failed attempts; it has to wait"
         return None
 

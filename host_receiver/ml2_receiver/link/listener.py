@@ -6,7 +6,8 @@ import socket
 from ..doctor.process_table import listener_of
 from ..errors import ListenError
 
-_BACKLOG = 64
+# A flood that is turned away must not fill it: who finds it full tries again a second later.
+_BACKLOG = 1024
 # Takes every control frame whole, so that one send() tells whether the peer reads at all.
 _SEND_BUFFER_BYTES = 128 * 1024
 
