@@ -147,9 +147,11 @@ def test_a_certificate_that_a_paired_device_has_signed_is_refused(lab: Lab) -> N
     lab.devices.add("authority", "authority", authority.der)
     forged = lab.certificate("forged", issuer=authority)
     with lab.streaming():
-        refused(lambda: forged.context().wrap_socket(lab.connect()))
+        wire = Wire(lab.server.address, "control", forged.context(), STRANGER)
+        wire.expect_error("pairing")
         lab.await_more()
-    lab.sink.await_event("pairing: it is not paired any more")
+        wire.socket.close()
+    lab.sink.await_event("pairing: it is not paired")
 
 
 def test_tls_12_is_refused(lab: Lab) -> None:

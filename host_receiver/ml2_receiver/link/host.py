@@ -200,7 +200,7 @@ class Host:
         """Ends what there is of peers that are not allowed any more."""
         for stranger in [each for each in self._strangers if each.peer is not None]:
             if not is_allowed(stranger.peer):
-                self.failed(stranger, ProtocolError(ErrorCode.PAIRING, "it is not paired any more"))
+                self.failed(stranger, ProtocolError(ErrorCode.PAIRING, "it is not paired"))
         if self._successor is not None and not is_allowed(self._successor[0].peer):
             close(self._context, self._successor[0], Ending.ABORT)
             self._successor = None

@@ -250,7 +250,9 @@ class Server:
             return False
         with self._lock:
             connection.peer = peer
-            self._host.expel(self._access.allows)  # it may have been unpaired meanwhile
+            if not self._access.allows(peer):  # unpaired meanwhile, or signed by who is paired
+                self._admission.failed(connection.host)
+                self._host.expel(self._access.allows)
         return True
 
     def _receive(self, link: _Link) -> None:
