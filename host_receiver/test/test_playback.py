@@ -16,6 +16,7 @@ from ml2_receiver.link.access import Everybody
 from ml2_receiver.link.listener import listen
 from ml2_receiver.link.server import Server
 from ml2_receiver.link.streams import Request
+from ml2_receiver.playback.lane import Destination
 from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_reader import BagReader
@@ -49,7 +50,7 @@ def receiving(sink: Sink, request: Request = bag_scene.REQUEST) -> Iterator[Serv
 
 
 def play(bag: Path, server: Server, *options: str) -> int:
-    return main(["play", str(bag), "--receiver", server.address, *options])
+    return main(["play", str(bag), "--receiver", server.address, "--insecure", *options])
 
 
 def test_it_sends_what_was_recorded(bag: Path) -> None:
@@ -133,7 +134,8 @@ def test_it_plays_again_and_again_until_interrupted(bag: Path) -> None:
     with (
         receiving(sink) as server,
         Child(
-            "-m", "ml2_receiver", "play", str(bag), "--receiver", server.address, "--loop"
+            *("-m", "ml2_receiver", "play", str(bag), "--receiver", server.address),
+            *("--insecure", "--loop"),
         ) as child,
     ):
         sink.await_payloads("battery", 3 * COUNT)
@@ -165,7 +167,9 @@ def test_a_receiver_that_ends_the_session_ends_the_playback(
 
 def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with receiving(FakeSink()) as server:
-        first = Session(address(server), BagReader(bag), load_table(), threading.Event())
+        first = Session(
+            Destination(address(server), None), BagReader(bag), load_table(), threading.Event()
+        )
         table = bag.parent / "other"
         other = table if table.exists() else bag_scene.written(table, [])
         assert play(other, server) == 2
