@@ -15,7 +15,7 @@ import pytest
 
 from fake_sink import FakeSink
 from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import PairedOnly
+from ml2_receiver.link.access import Access, Everybody, PairedOnly
 from ml2_receiver.link.context import Limits
 from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import State
@@ -38,20 +38,34 @@ class Lab:
     """A receiver, and devices with certificates, paired or not."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        self.folder, self.sink = folder, FakeSink()
+        self.folder, self.sink, self.limits = folder, FakeSink(), limits
         self.devices = PairedDevices(folder / "keys")
-        self.server = Server(
+        self.servers: list[Server] = []
+        self.address = self.serve(PairedOnly(folder / "keys"))
+        self.server = self.servers[0]
+
+    def serve(self, access: Access) -> tuple[str, int]:
+        server = Server(
             listen(("127.0.0.1", 0)),
             load_table(),
             REQUEST,
             self.sink,
-            access=PairedOnly(folder / "keys"),
+            access=access,
             name="host",
             software="test",
-            limits=limits,
+            limits=self.limits,
         )
-        host, _, port = self.server.address.rpartition(":")
-        self.address = host, int(port)
+        self.servers.append(server)
+        host, _, port = server.address.rpartition(":")
+        return host, int(port)
+
+    def insecure(self) -> tuple[str, int]:
+        """The address of one more receiver, without TLS."""
+        return self.serve(Everybody())
+
+    def stop(self) -> None:
+        for server in self.servers:
+            server.stop()
 
     def certificate(
         self, name: str, issuer: Certificate | None = None, *, is_authority: bool = False
@@ -83,7 +97,7 @@ def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], Lab]]:
 
         def make(limits: Limits) -> Lab:
             lab = Lab(tmp_path, limits)
-            stack.callback(lab.server.stop)
+            stack.callback(lab.stop)
             return lab
 
         yield make
@@ -124,6 +138,55 @@ def refused(connect: Callable[[], ssl.SSLSocket]) -> str:
     except (ssl.SSLError, ConnectionError) as error:
         return str(error).upper()
     return ""
+
+
+class Relay:
+    """Forwards one connection after the other to a receiver, and keeps every byte."""
+
+    def __init__(self, target: tuple[str, int]) -> None:
+        self.heard = bytearray()
+        self._target = target
+        self._listener = listen(("127.0.0.1", 0))
+        self.address = "{}:{}".format(*self._listener.getsockname())
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                device, _ = self._listener.accept()
+                receiver = socket.create_connection(self._target)
+                for source, sink in ((device, receiver), (receiver, device)):
+                    threading.Thread(target=self._carry, args=[source, sink], daemon=True).start()
+
+    def _carry(self, source: socket.socket, sink: socket.socket) -> None:
+        with suppress(OSError), source, sink:
+            while data := source.recv(1 << 16):
+                self.heard += data
+                sink.sendall(data)
+
+    def close(self) -> None:
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+
+
+@pytest.mark.parametrize("is_encrypted", [True, False])
+def test_who_listens_sees_no_pixel_row_token_or_topic_name(lab: Lab, is_encrypted: bool) -> None:
+    rows = [bytes([(number * 7 + x) % 251 for x in range(1016)]) for number in range(100)]
+    target = lab.address if is_encrypted else lab.insecure()
+    relay = Relay(target)
+    tls = lab.paired("headset").context() if is_encrypted else None
+    with MockDevice(relay.address, tls=tls) as device:
+        device.start()
+        device.publish(IMAGE, CDR_ENCAPSULATION + b"".join(rows))
+        lab.sink.await_payloads(IMAGE, 1)
+        secrets = [device.welcome.session, *device.welcome.tickets.values(), *device.live]
+        words = [*rows, *(it.encode() for it in secrets), b"M2\x01", b"device name"]
+    relay.close()
+    heard = bytes(relay.heard)
+    assert len(heard) > sum(map(len, rows))
+    seen = [word for word in words if word in heard]
+    used = {it.encode() for it in device.welcome.tickets.values()}
+    assert seen == [] if is_encrypted else {*words} - {*seen} <= used
 
 
 def test_an_unpaired_device_is_refused_and_told_by_an_alert(lab: Lab) -> None:
