@@ -100,12 +100,12 @@ def summary(
 
 
 class Player:
-    """This script in a process of its own, with another role."""
+    """A script, this one unless said otherwise, in a process of its own with another role."""
 
-    def __init__(self, role: str) -> None:
+    def __init__(self, role: str, *arguments: str, script: str = __file__) -> None:
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(
-            [sys.executable, __file__, role], stdin=pipe, stdout=pipe, text=True
+            [sys.executable, script, role, *arguments], stdin=pipe, stdout=pipe, text=True
         )
         self.role = role
 
