@@ -12,8 +12,9 @@ from bag_readers import digest, mcap_file, with_mcap
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import Everybody
+from ml2_receiver.link.access import Access, Everybody, PairedOnly
 from ml2_receiver.link.listener import listen
+from ml2_receiver.link.report import State
 from ml2_receiver.link.server import Server
 from ml2_receiver.link.streams import Request
 from ml2_receiver.playback.lane import Destination
@@ -38,10 +39,18 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def receiving(sink: Sink, request: Request = bag_scene.REQUEST) -> Iterator[Server]:
+def receiving(
+    sink: Sink, request: Request = bag_scene.REQUEST, access: Access | None = None
+) -> Iterator[Server]:
     listener = listen(("127.0.0.1", 0))
     server = Server(
-        listener, load_table(), request, sink, access=Everybody(), name="test", software="test"
+        listener,
+        load_table(),
+        request,
+        sink,
+        access=access or Everybody(),
+        name="test",
+        software="test",
     )
     try:
         yield server
@@ -175,6 +184,39 @@ def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFi
         assert play(other, server) == 2
         first.finish()
     assert "the receiver refuses: busy" in capsys.readouterr().err
+
+
+def test_it_plays_over_tls_to_a_receiver_with_the_same_keys(bag: Path, tmp_path: Path) -> None:
+    sink = FakeSink()
+    keys = ["--keys", str(tmp_path)]
+    with receiving(sink, access=PairedOnly(tmp_path)) as server:
+        assert main(["play", str(bag), "--receiver", server.address, *keys]) == 0
+        report = sink.await_report()
+    assert (report.state, report.is_final) == (State.ENDED, True)
+    assert {bag_scene.absolute(name): sent for name, sent in sink.payloads.items()} == (
+        bag_scene.payloads(COUNT)
+    )
+
+
+def test_it_plays_to_no_receiver_with_other_keys(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = ["--keys", str(tmp_path / "mine")]
+    with receiving(FakeSink(), access=PairedOnly(tmp_path / "theirs")) as server:
+        assert main(["play", str(bag), "--receiver", server.address, *keys]) == 2
+        assert f"the receiver at {server.address} has other keys" in capsys.readouterr().err
+
+
+def test_one_side_alone_without_tls_is_told_so(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with receiving(FakeSink()) as server:
+        keys = ["--keys", str(tmp_path)]
+        assert main(["play", str(bag), "--receiver", server.address, *keys]) == 2
+    assert "if it runs with --insecure, so must this" in capsys.readouterr().err
+    with receiving(FakeSink(), access=PairedOnly(tmp_path)) as server:
+        assert play(bag, server) == 2
+    assert "the receiver refuses: pairing: this port speaks TLS only" in capsys.readouterr().err
 
 
 def address(server: Server) -> tuple[str, int]:

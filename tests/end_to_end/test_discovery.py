@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ml2_receiver.link.discovery import FoundReceiver, find_receivers
 from processes import (
+    headset_command,
     isolated_environment,
     line_with,
     listening_address,
