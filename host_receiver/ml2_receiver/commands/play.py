@@ -23,6 +23,8 @@ from .stopping import stop_signal
 
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1
+# A receiver that ends says why on another lane than the one that breaks first.
+_GOODBYE_S = 1.0
 _EXAMPLES = """examples:
   ml2-receiver play walk                                to a receiver on this computer
   ml2-receiver play walk --receiver 192.168.1.5:7755    to another one
@@ -69,6 +71,7 @@ def _run(options: argparse.Namespace) -> int:
     try:
         _play(player, session, stopping, is_looping=options.loop)
     except PlaybackError as error:
+        stopping.wait(_GOODBYE_S)
         raise PlaybackError(session.reason or str(error)) from error
     finally:
         session.finish()
