@@ -6,45 +6,28 @@ import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from ..configuration.table import StreamTable
 from ..errors import KeysError, ProtocolError
 from ..topics.sink import Sink
-from ..wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
-from ..wire.json_body import JsonBody
+from ..wire.frame import Frame, Kind, LaneKind, encode_frame
 from .access import Access, Protection
 from .admission import Admission
 from .connection import Connection
-from .context import Action, Close, Context, Ending, Limits, Send
+from .context import Action, Close, Context, Limits, Send
 from .event_limit import EventLimit
 from .host import Host
+from .link import Link
 from .listener import listen, text
 from .report import Report
 from .streams import Request
-from .transport import Transport
 
 _LIMITS = Limits()
 _TICK_S = 0.1
 _STOP_S = 0.3
 _TIME = struct.Struct("<q")
 _TIMES = struct.Struct("<qqq")
-
-
-@dataclass(eq=False)
-class _Link:
-    """The wire side of a Connection. Its reader alone receives, parses and closes."""
-
-    transport: Transport
-    connection: Connection
-    parser: FrameParser = field(default_factory=lambda: FrameParser(Side.DEVICE))
-    abort_s: float | None = None
-    is_aborted: bool = False
-
-    def abort(self) -> None:
-        self.is_aborted = True
-        self.transport.abort()
 
 
 class Server:
@@ -92,7 +75,7 @@ class Server:
         self._turned_away = EventLimit(sink.event, clock, per_second=1)
         self._sink, self._limits = sink, limits
         self._lock = threading.Lock()
-        self._links: dict[Connection, _Link] = {}
+        self._links: dict[Connection, Link] = {}
         self._readers: set[threading.Thread] = set()
         self._stopping = threading.Event()
         self._listener = listener
@@ -194,7 +177,7 @@ class Server:
         except OSError:
             accepted.close()  # it has left already
             return
-        link = _Link(transport, Connection(host, port, time.monotonic()))
+        link = Link(transport, Connection(host, port, time.monotonic()))
         reader = threading.Thread(target=self._read, args=[link], daemon=True)
         self._links[link.connection] = link
         self._readers.add(reader)
@@ -222,7 +205,7 @@ class Server:
                     if link.abort_s is not None and now_s > link.abort_s:
                         link.abort()
 
-    def _read(self, link: _Link) -> None:
+    def _read(self, link: Link) -> None:
         fault: str | None = "the receiver failed"
         try:
             if self._is_let_in(link):
@@ -238,7 +221,7 @@ class Server:
                 self._admission.closed(link.connection.host)
                 self._host.closed(link.connection, fault)
 
-    def _is_let_in(self, link: _Link) -> bool:
+    def _is_let_in(self, link: Link) -> bool:
         connection = link.connection
         try:
             peer = link.transport.handshake()
@@ -255,7 +238,7 @@ class Server:
                 self._host.expel(self._access.allows)
         return True
 
-    def _receive(self, link: _Link) -> None:
+    def _receive(self, link: Link) -> None:
         receive, parser = link.transport.receive, link.parser
         while not link.is_aborted:
             count = receive(parser.get_buffer())
@@ -272,7 +255,7 @@ class Server:
                 link.transport.discard()
                 return
 
-    def _dispatch(self, link: _Link, frame: Frame, received_ns: int) -> None:
+    def _dispatch(self, link: Link, frame: Frame, received_ns: int) -> None:
         header = frame.header
         if header.kind == Kind.DATA:
             route = link.connection.routes.get(header.channel)
@@ -284,7 +267,7 @@ class Server:
             (t1,) = _TIME.unpack(frame.payload)
             now_ns = time.time_ns()
             times = _TIMES.pack(t1, received_ns, now_ns)
-            _write(link, encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+            link.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
         else:
             with self._lock:
                 self._host.received(link.connection, frame)
@@ -297,27 +280,7 @@ class Server:
             case Send(connection, kind, body):
                 if kind in (Kind.WELCOME, Kind.JOINED) and connection.lane is not None:
                     link.parser.lane = LaneKind.of(connection.lane)
-                _write(link, _encode(kind, body))
-            case Close(_, Ending.ABORT):
-                link.abort()
+                body_bytes = body.to_bytes() if body else b""
+                link.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
             case Close(_, ending):
-                link.abort_s = time.monotonic() + self._limits.linger_s
-                with suppress(OSError):  # the peer may have gone
-                    if ending is Ending.DISCARD:
-                        link.transport.end_output()
-                    else:
-                        link.transport.end()
-
-
-def _encode(kind: Kind, body: JsonBody | None) -> bytes:
-    return encode_frame(kind, body.to_bytes() if body else b"", send_ns=time.time_ns())
-
-
-def _write(link: _Link, data: bytes) -> None:
-    """Never waits for a peer: one that leaves a whole send buffer unread is cut off."""
-    try:
-        is_taken = link.transport.send(data)
-    except OSError:
-        return  # it has gone, as its reader will find
-    if not is_taken:
-        link.abort()
+                link.end(ending, self._limits.linger_s)
