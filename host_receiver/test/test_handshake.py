@@ -195,7 +195,7 @@ def test_refusals_are_logged_at_most_ten_times_a_second() -> None:
     scene.end(scene.connect())
     assert scene.sink.events[10:] == [
         "15 more such events",
-        "address (new connection): ended without HELLO or JOIN",
+        "address:1 (new connection): ended without HELLO or JOIN",
     ]
 
 
