@@ -194,6 +194,13 @@ def test_a_peer_that_goes_on_writing_after_its_error_is_not_reset(
     sink.await_event("expected magic 0x324d, found 0x2020")
 
 
+def test_tls_without_tls_here_is_named(server: Server, sink: FakeSink) -> None:
+    wire = Wire(server.address, "control")
+    wire.socket.sendall(b"\x16\x03\x01" + bytes(500))
+    assert "found TLS: only this side has --insecure" in wire.expect_error("malformed").message
+    wire.socket.close()
+
+
 def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:
     while True:
         to.sendall(data)

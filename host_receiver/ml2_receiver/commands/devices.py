@@ -68,7 +68,8 @@ def _show_paired(devices: Sequence[PairedDevice], *, is_json: bool) -> None:
     elif not devices:
         print("no device is paired: run `ml2-receiver pair`")
     else:
-        table = Table("name", "paired", "id", "fingerprint", box=None)
+        table = Table("name", "paired", "id", box=None)
+        table.add_column("fingerprint", overflow="fold")
         for it in devices:
             table.add_row(escape(it.name), it.paired, escape(it.device_id), it.fingerprint)
         Console().print(table)

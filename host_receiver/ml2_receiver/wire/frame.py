@@ -10,6 +10,8 @@ MAGIC = 0x324D
 VERSION = 1
 CDR_ENCAPSULATION = b"\x00\x01\x00\x00"
 
+# How a TLS connection begins: a handshake record, major version 3.
+_TLS_MAGIC = 0x0316
 _LAYOUT = struct.Struct("<HBBHHIIqq")
 HEADER_BYTES = _LAYOUT.size
 _KIB, _MIB = 1 << 10, 1 << 20
@@ -227,6 +229,10 @@ class FrameParser:
         return Frame(header, self._body)
 
     def _checked(self, header: Header) -> Header:
+        if header.magic == _TLS_MAGIC:
+            raise ProtocolError(
+                ErrorCode.MALFORMED, "expected a frame, found TLS: only this side has --insecure"
+            )
         if header.magic != MAGIC:
             raise ProtocolError(
                 ErrorCode.MALFORMED, f"expected magic {MAGIC:#06x}, found {header.magic:#06x}"
