@@ -11,6 +11,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import IO, Any
 
 from rich.console import Console
@@ -19,6 +20,7 @@ from live_table import LiveTable
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ConfigError
+from pairing import pair
 from report import build_report, verdict
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,11 +44,15 @@ def main() -> int:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     OUTPUT.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        receive = [RECEIVER, *_receiver_options(arguments)]
+        keys = Path(stack.enter_context(TemporaryDirectory()))
+        own: list[str | Path] = ["--keys", keys / "receiver"]
+        simulator: list[str | Path] = [HEADSET, "--keys", keys / "headset"]
+        pair([RECEIVER, "pair", *own], simulator)
+        receive = [RECEIVER, *_receiver_options(arguments), *own]
         receiver = stack.enter_context(_process("receiver", receive))
         address = _address(receiver)
         observer = stack.enter_context(_process("observer", _observer_command(prefix)))
-        simulate = [HEADSET, *_headset_options(arguments, address)]
+        simulate = [*simulator, *_headset_options(arguments, address)]
         headset = stack.enter_context(_process("headset", simulate, is_read=False))
         threading.Thread(target=_end_after_failure, args=[headset, observer], daemon=True).start()
         final = _watch(console, observer, prefix, "replay" if arguments.replay else "simulated")

@@ -21,7 +21,7 @@ def generate_launch_description() -> LaunchDescription:
                 "namespace", default_value="", description="of the node; empty: that of `name`"
             ),
             DeclareLaunchArgument(
-                "listen", default_value="127.0.0.1:7755", description="HOST:PORT for headsets"
+                "listen", default_value="", description="HOST:PORT; empty: as `ml2-receiver run`"
             ),
             OpaqueFunction(function=_receiver),
         ]
@@ -35,7 +35,7 @@ def _receiver(context: LaunchContext) -> list[Node]:
     }
     given = [
         word
-        for option in ("config", "name")
+        for option in ("config", "name", "listen")
         if arguments[option]
         for word in (f"--{option}", arguments[option])
     ]
@@ -44,7 +44,7 @@ def _receiver(context: LaunchContext) -> list[Node]:
             package="ml2_receiver",
             executable="ml2-receiver",
             namespace=arguments["namespace"],
-            arguments=["run", "--listen", arguments["listen"], *given],
+            arguments=["run", *given],
             output="screen",
         )
     ]

@@ -9,13 +9,27 @@ from typing import Any, NoReturn
 
 import shtab
 
-from .commands import config, devices, doctor, export, latency, play, products, record, run, topics
+from .commands import (
+    config,
+    devices,
+    doctor,
+    export,
+    latency,
+    pair,
+    play,
+    products,
+    record,
+    run,
+    topics,
+    unpair,
+)
 from .errors import ReceiverError
 from .generated.version import VERSION
 
 _EPILOG = """\
 examples:
-  ml2-receiver run                    receive on this machine, port 7755
+  ml2-receiver pair                   let a headset connect from now on
+  ml2-receiver run                    receive, on port 7755
   ml2-receiver doctor                 find out what is wrong
   ml2-receiver run --help             what else a command takes
   eval "$(ml2-receiver --print-completion bash)"
@@ -66,11 +80,13 @@ def _parser() -> argparse.ArgumentParser:
         doctor,
         export,
         latency,
+        pair,
         play,
         products,
         record,
         run,
         topics,
+        unpair,
     ):
         command.add_parser(subparsers)
     return parser

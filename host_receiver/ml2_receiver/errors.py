@@ -13,6 +13,8 @@ ReceiverError
 ├── RecordingError  a recording that cannot be written or read
 ├── PlaybackError   a receiver that cannot be played to
 ├── DiscoveryError  receivers cannot be looked for
+├── KeysError       the folder with keys and paired devices
+├── PairingError    nobody was paired, or no such device is
 └── ListenError     the address to listen on
 """
 
@@ -73,6 +75,7 @@ class ErrorCode(StrEnum):
     TICKET = "ticket"
     CHANNEL = "channel"
     TIMEOUT = "timeout"
+    PAIRING = "pairing"
 
 
 class ProtocolError(ReceiverError):
@@ -114,6 +117,14 @@ class PlaybackError(ReceiverError):
 
 class DiscoveryError(ReceiverError):
     """Receivers cannot be looked for by name."""
+
+
+class KeysError(ReceiverError):
+    """The folder with keys and paired devices cannot be used."""
+
+
+class PairingError(ReceiverError):
+    """Nobody was paired, or there is no such paired device."""
 
 
 class ListenError(ReceiverError):

@@ -9,7 +9,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from fake_sink import FakeSink
 from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.access import Everybody
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.link.streams import Request
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
@@ -102,6 +104,7 @@ def record(folder: Path, count: int, compression: str = "none") -> None:
         load_table(),
         REQUEST,
         FanOut([sink, recorder]),
+        access=Everybody(),
         name="test",
         software="test",
     )

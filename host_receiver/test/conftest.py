@@ -1,5 +1,6 @@
 """Fixtures of several modules, and how patient all tests are."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,12 @@ settings.register_profile(
     "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keeps tests away from the user's keys and configuration."""
+    os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("config"))
 
 
 @pytest.fixture

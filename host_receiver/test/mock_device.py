@@ -1,6 +1,7 @@
 """A scripted device: does what the protocol asks of one, or what a test wants instead."""
 
 import socket
+import ssl
 import struct
 import threading
 import time
@@ -38,12 +39,25 @@ _TIMES = struct.Struct("<qqq")
 
 
 class Wire:
-    """One connection of the device; `lane` is what it is or shall become."""
+    """One connection of the device; `lane` is what it is or shall become.
 
-    def __init__(self, address: str, lane: str) -> None:
+    Args:
+        tls: None is plaintext. With TLS only one thread at a time may use the connection.
+        source: the address it comes from.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        lane: str,
+        tls: ssl.SSLContext | None = None,
+        source: str = "127.0.0.1",
+    ) -> None:
         host, _, port = address.rpartition(":")
-        self.socket = socket.create_connection((host, int(port)), timeout=_TIMEOUT_S)
+        self.socket = socket.create_connection((host, int(port)), _TIMEOUT_S, (source, 0))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if tls is not None:
+            self.socket = tls.wrap_socket(self.socket)
         self._parser = FrameParser(Side.RECEIVER, LaneKind.of(lane))
         self._writing = threading.Lock()
 
@@ -93,8 +107,10 @@ class MockDevice:
         instance_id: str = "instance",
         *,
         says_ping: bool = False,
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         self.address = address
+        self.tls = tls
         self.wires: dict[str, Wire] = {}
         self.welcome: Welcome
         self.channels: dict[str, tuple[int, Topic]] = {}
@@ -134,7 +150,7 @@ class MockDevice:
         self.wires.clear()
 
     def wire(self, lane: str) -> Wire:
-        self.wires[lane] = Wire(self.address, lane)
+        self.wires[lane] = Wire(self.address, lane, self.tls)
         return self.wires[lane]
 
     def greet(self) -> Wire:

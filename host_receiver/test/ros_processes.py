@@ -113,10 +113,10 @@ class Child:
 
 
 class Receiver(Child):
-    """`ml2-receiver run` on a port the system chose; `address` is where."""
+    """`ml2-receiver run` on a port the system chose, in plaintext; `address` is where."""
 
     def __init__(self, config: Path, *options: str) -> None:
-        listen = ("--config", str(config), "--listen", "127.0.0.1:0")
+        listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "run", *listen, *options)
         self.address = self.line().removeprefix("listening on ")
 
@@ -125,7 +125,7 @@ class Recording(Child):
     """`ml2-receiver record` into a folder, as Receiver."""
 
     def __init__(self, folder: Path, config: Path, *options: str) -> None:
-        listen = ("--config", str(config), "--listen", "127.0.0.1:0")
+        listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "record", str(folder), *listen, *options)
         self.address = self.line().removeprefix("listening on ")
         assert self.line() == f"recording into {folder} until Ctrl-C"

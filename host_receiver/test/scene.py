@@ -65,7 +65,12 @@ def data(channel: int, sequence: int = 0) -> Frame:
 class Scene:
     """Collects what the host wants done; a test looks at it with sent() and ending()."""
 
-    def __init__(self, *, is_paused: bool = False) -> None:
+    def __init__(
+        self,
+        *,
+        is_paused: bool = False,
+        withheld: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         self.now_s = 100.0
         self.idle: set[str] = set()
         self.sink = FakeSink()
@@ -80,14 +85,15 @@ class Scene:
             "host",
             "test",
             lambda: self.idle,
+            withheld=withheld,
         )
         self.host = Host(context, REQUEST, is_paused=is_paused)
         self.welcome: Welcome
         self.control: Connection
         self.lanes: dict[str, Connection] = {}
 
-    def connect(self) -> Connection:
-        connection = Connection("address", self.now_s)
+    def connect(self, host: str = "address") -> Connection:
+        connection = Connection(host, 1, self.now_s)
         self.host.opened(connection)
         return connection
 

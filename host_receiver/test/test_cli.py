@@ -10,8 +10,10 @@ COMMANDS = [
     ["devices"],
     ["doctor"],
     ["latency"],
+    ["pair"],
     ["run"],
     ["topics"],
+    ["unpair"],
 ]
 
 

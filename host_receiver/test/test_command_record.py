@@ -141,7 +141,8 @@ print(main(sys.argv[1:]), [name for name in sys.modules if name.startswith("rclp
 
 
 def test_without_ros_nothing_of_ros_is_needed(folder: Path, config: Path) -> None:
-    options = (str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0")
+    listen = ("--listen", "127.0.0.1:0", "--insecure")
+    options = (str(folder), "--no-ros", "--config", str(config), *listen)
     with Child("-c", WITHOUT_ROS, "record", *options) as child:
         address = child.line().removeprefix("listening on ")
         with MockDevice(address) as device:

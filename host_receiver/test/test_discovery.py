@@ -19,8 +19,8 @@ GROUP = ("224.0.0.251", 5353)
 
 
 @contextmanager
-def announced(name: str, port: int) -> Iterator[Announcement]:
-    announcement = Announcement(name, ("127.0.0.1", port), pytest.fail)
+def announced(name: str, port: int, fingerprint: str | None = None) -> Iterator[Announcement]:
+    announcement = Announcement(name, ("127.0.0.1", port), fingerprint, pytest.fail)
     try:
         yield announcement
     finally:
@@ -90,12 +90,20 @@ def test_one_that_is_closed_says_goodbye() -> None:
                 return
 
 
-def test_the_text_record_has_name_and_version_only() -> None:
-    with overheard() as packets, announced("lab.pc", 7006):
+def test_the_text_record_has_name_version_and_fingerprint_only() -> None:
+    with overheard() as packets, announced("lab.pc", 7006, "ab" * 32):
         found({"lab-pc"})
         said = b"".join(packets.queue)
-    assert b"\x0bname=lab.pc" in said
+    text = b"\x0bname=lab.pc\x09version=1\x43fp=" + b"ab" * 32
+    assert struct.pack(">H", len(text)) + text in said
+
+
+def test_without_tls_no_fingerprint_is_announced() -> None:
+    with overheard() as packets, announced("open", 7008):
+        found({"open"})
+        said = b"".join(packets.queue)
     assert b"\x09version=1" in said
+    assert b"fp=" not in said
 
 
 @pytest.mark.parametrize(("name", "cut"), [("x" * 64, "x" * 59), ("ü" * 40, "ü" * 29)])

@@ -27,9 +27,12 @@ TABLE = [
     (48, "device", "control", 65536),
     (49, "device receiver", "control", 0),
     (50, "device receiver", "control", 0),
-    (51, "device receiver", "opening control time sensors image", 4096),
+    (51, "device receiver", "opening control time sensors image pairing", 4096),
     (52, "device receiver", "control", 4096),
     (53, "device", "control", 4096),
+    (60, "receiver", "pairing", 4096),
+    (61, "device", "pairing", 16384),
+    (62, "receiver", "pairing", 4096),
 ]
 SIDES = {"device": Side.DEVICE, "receiver": Side.RECEIVER}
 LANES = {kind.name.lower(): kind for kind in LaneKind if kind.name}

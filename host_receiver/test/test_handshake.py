@@ -160,6 +160,15 @@ def test_the_oldest_stranger_goes_for_the_seventeenth() -> None:
     assert scene.is_connected()
 
 
+def test_the_stranger_that_goes_is_of_the_machine_with_most_of_them() -> None:
+    scene = Scene()
+    quiet = scene.connect("quiet")
+    flood = [scene.connect("flood") for _ in range(15)]
+    late = scene.connect("late")
+    assert scene.ending(flood[0]) is Ending.ABORT
+    assert [scene.ending(it) for it in (quiet, *flood[1:], late)] == [None] * 16
+
+
 def test_an_error_instead_of_a_greeting_is_not_answered() -> None:
     scene = Scene()
     stranger = scene.connect()
@@ -186,7 +195,7 @@ def test_refusals_are_logged_at_most_ten_times_a_second() -> None:
     scene.end(scene.connect())
     assert scene.sink.events[10:] == [
         "15 more such events",
-        "address (new connection): ended without HELLO or JOIN",
+        "address:1 (new connection): ended without HELLO or JOIN",
     ]
 
 

@@ -82,7 +82,8 @@ def test_the_launch_file_passes_its_arguments_on(launch_api: None, config: str) 
     context |= {"config": config, "name": "robot1", "namespace": "lab", "listen": "0.0.0.0:1"}
     (node,) = start.named["function"](context)
     options = ["--config", config] if config else []
-    assert node.named["arguments"] == ["run", "--listen", "0.0.0.0:1", *options, "--name", "robot1"]
+    listen = ["--listen", "0.0.0.0:1"]
+    assert node.named["arguments"] == ["run", *options, "--name", "robot1", *listen]
     assert node.named["namespace"] == "lab"
     assert (node.named["package"], node.named["executable"]) == ("ml2_receiver", "ml2-receiver")
 

@@ -13,8 +13,12 @@ from bag_scene import COUNT
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.access import Access, Everybody, PairedOnly
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.report import State
+from ml2_receiver.link.server import Server
 from ml2_receiver.link.streams import Request
+from ml2_receiver.playback.lane import Destination
 from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_reader import BagReader
@@ -27,9 +31,19 @@ from ros_processes import Child
 
 
 @contextmanager
-def receiving(sink: Sink, request: Request = bag_scene.REQUEST) -> Iterator[Server]:
+def receiving(
+    sink: Sink, request: Request = bag_scene.REQUEST, access: Access | None = None
+) -> Iterator[Server]:
     listener = listen(("127.0.0.1", 0))
-    server = Server(listener, load_table(), request, sink, name="test", software="test")
+    server = Server(
+        listener,
+        load_table(),
+        request,
+        sink,
+        access=access or Everybody(),
+        name="test",
+        software="test",
+    )
     try:
         yield server
     finally:
@@ -37,7 +51,7 @@ def receiving(sink: Sink, request: Request = bag_scene.REQUEST) -> Iterator[Serv
 
 
 def play(bag: Path, server: Server, *options: str) -> int:
-    return main(["play", str(bag), "--receiver", server.address, *options])
+    return main(["play", str(bag), "--receiver", server.address, "--insecure", *options])
 
 
 def test_it_sends_what_was_recorded(bag: Path) -> None:
@@ -121,7 +135,8 @@ def test_it_plays_again_and_again_until_interrupted(bag: Path) -> None:
     with (
         receiving(sink) as server,
         Child(
-            "-m", "ml2_receiver", "play", str(bag), "--receiver", server.address, "--loop"
+            *("-m", "ml2_receiver", "play", str(bag), "--receiver", server.address),
+            *("--insecure", "--loop"),
         ) as child,
     ):
         sink.await_payloads("battery", 3 * COUNT)
@@ -153,12 +168,47 @@ def test_a_receiver_that_ends_the_session_ends_the_playback(
 
 def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with receiving(FakeSink()) as server:
-        first = Session(address(server), BagReader(bag), load_table(), threading.Event())
+        first = Session(
+            Destination(address(server), None), BagReader(bag), load_table(), threading.Event()
+        )
         table = bag.parent / "other"
         other = table if table.exists() else bag_scene.written(table, [])
         assert play(other, server) == 2
         first.finish()
     assert "the receiver refuses: busy" in capsys.readouterr().err
+
+
+def test_it_plays_over_tls_to_a_receiver_with_the_same_keys(bag: Path, tmp_path: Path) -> None:
+    sink = FakeSink()
+    keys = ["--keys", str(tmp_path)]
+    with receiving(sink, access=PairedOnly(tmp_path)) as server:
+        assert main(["play", str(bag), "--receiver", server.address, *keys]) == 0
+        report = sink.await_report()
+    assert (report.state, report.is_final) == (State.ENDED, True)
+    assert {bag_scene.absolute(name): sent for name, sent in sink.payloads.items()} == (
+        bag_scene.payloads(COUNT)
+    )
+
+
+def test_it_plays_to_no_receiver_with_other_keys(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = ["--keys", str(tmp_path / "mine")]
+    with receiving(FakeSink(), access=PairedOnly(tmp_path / "theirs")) as server:
+        assert main(["play", str(bag), "--receiver", server.address, *keys]) == 2
+        assert f"the receiver at {server.address} has other keys" in capsys.readouterr().err
+
+
+def test_one_side_alone_without_tls_is_told_so(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with receiving(FakeSink()) as server:
+        keys = ["--keys", str(tmp_path)]
+        assert main(["play", str(bag), "--receiver", server.address, *keys]) == 2
+    assert "if it runs with --insecure, so must this" in capsys.readouterr().err
+    with receiving(FakeSink(), access=PairedOnly(tmp_path)) as server:
+        assert play(bag, server) == 2
+    assert "the receiver refuses: pairing: this port speaks TLS only" in capsys.readouterr().err
 
 
 def address(server: Server) -> tuple[str, int]:

@@ -161,3 +161,22 @@ def test_an_answer_to_another_request_than_the_last_is_unexpected() -> None:
     assert isinstance(first, Configure)
     scene.receive(scene.control, Kind.CONFIGURED, Configured(first.request, APPLIED))
     assert scene.error(scene.control) == "unexpected"
+
+
+def test_a_withheld_stream_is_never_asked_for_and_the_reason_is_told_when_it_is_wanted() -> None:
+    scene = Scene(withheld={"eye_nasal_left": "eye images are biometric"})
+    scene.start()
+    assert "eye_nasal_left" not in scene.sink.applied[-1].streams
+    scene.host.request({**REQUEST, "eye_nasal_left": {"stream": 0}})
+    assert streams(scene)[-1] == REQUEST
+    scene.comply()
+    answer = scene.sink.applied[-1].streams["eye_nasal_left"]
+    assert (answer.result, answer.reason) == ("refused", "eye images are biometric")
+    scene.sink.await_event("eye_nasal_left refused: 'eye images are biometric'")
+    assert scene.sent(scene.control)[-1][0] == Kind.START
+
+
+def test_only_withheld_streams_leave_nothing_to_ask_for() -> None:
+    scene = Scene(withheld=dict.fromkeys(REQUEST, "not here"))
+    scene.configure()
+    assert streams(scene) == [{}]

@@ -157,8 +157,10 @@ def test_diagnostics_have_the_session_and_each_topic(device: MockDevice) -> None
             pass
     assert found["session"]["final"] == "true"
     assert found["clock"]["offset_ns"] == "-5"
+    assert (found["security"]["level"], found["security"]["tls"]) == (1, "false")
     assert set(found) == {
         "session",
+        "security",
         "clock",
         "/tf",
         "/magic_leap2/battery",

@@ -12,9 +12,11 @@ import pytest
 from fake_sink import FakeSink
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ListenError
+from ml2_receiver.link.access import Everybody
 from ml2_receiver.link.context import Limits
+from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import State
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST
@@ -30,6 +32,7 @@ def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
         load_table(),
         REQUEST,
         sink,
+        access=Everybody(),
         name="host",
         software="test",
         is_paused=is_paused,
@@ -189,6 +192,13 @@ def test_a_peer_that_goes_on_writing_after_its_error_is_not_reset(
         while time.monotonic() < deadline_s:
             lane.socket.sendall(b" " * 100_000)
     sink.await_event("expected magic 0x324d, found 0x2020")
+
+
+def test_tls_without_tls_here_is_named(server: Server, sink: FakeSink) -> None:
+    wire = Wire(server.address, "control")
+    wire.socket.sendall(b"\x16\x03\x01" + bytes(500))
+    assert "found TLS: only this side has --insecure" in wire.expect_error("malformed").message
+    wire.socket.close()
 
 
 def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:

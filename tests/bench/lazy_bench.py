@@ -40,7 +40,7 @@ def main() -> None:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         (folder / "config.yaml").write_text(CONFIG)
-        config = ["--config", str(folder / "config.yaml"), "--listen", "127.0.0.1:0"]
+        config = ["--config", str(folder / "config.yaml"), "--listen", "127.0.0.1:0", "--insecure"]
         receiver = subprocess.Popen(
             [str(ROOT / "host_receiver/ml2-receiver"), "run", *config],
             stdout=subprocess.PIPE,
@@ -50,7 +50,7 @@ def main() -> None:
         assert receiver.stdout is not None
         address = receiver.stdout.readline().split()[-1]
         headset = str(ROOT / "ml2-sensors-aar/simulator/ml2-headset")
-        send = [headset, "--receiver", address, "--source", "test-signal"]
+        send = [headset, "--insecure", "--receiver", address, "--source", "test-signal"]
         stack.callback(subprocess.Popen(send).terminate)
         rclpy.init()
         stack.callback(rclpy.shutdown)

@@ -21,12 +21,16 @@ from typing import Any
 
 from endpoint import start_endpoint
 from frames import BARE_TOPIC, CONFIG, DEPTH, IMAGE_PAYLOAD, REQUEST
+from ml2_receiver.commands.printed_events import PrintedEvents
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.fastdds import apply_default_profile
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.access import Access, Everybody, PairedOnly
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.topics.message_types import message_class
+from ml2_receiver.topics.sink import Sink
 
 _POLL_S = 0.001
 _QUIET_S = 5.0
@@ -38,14 +42,32 @@ def play_receiver() -> None:
     from ml2_receiver.ros import RosNode
 
     node = RosNode(load_table(), parse_config(CONFIG), [])
-    server = Server(
-        listen(("127.0.0.1", 0)), load_table(), REQUEST, node, name="bench", software="bench"
-    )
+    server = bench_server(node, Everybody())
     node.serve(server, ConfigFile(Path("bench.yaml")))
     print(server.address, flush=True)
     answer(lambda: received(server))
     server.stop()
     node.close()
+
+
+def play_session(keys: str = "") -> None:
+    """A receiver without ROS, for the device that is paired in the folder, or in plaintext."""
+    server = bench_server(PrintedEvents(), PairedOnly(Path(keys)) if keys else Everybody())
+    print(server.address, flush=True)
+    answer(lambda: received(server))
+    server.stop()
+
+
+def bench_server(sink: Sink, access: Access) -> Server:
+    return Server(
+        listen(("127.0.0.1", 0)),
+        load_table(),
+        REQUEST,
+        sink,
+        access=access,
+        name="bench",
+        software="bench",
+    )
 
 
 def received(server: Server) -> int:
@@ -128,6 +150,8 @@ def main(role: str, *arguments: str) -> None:
     match role:
         case "receiver":
             play_receiver()
+        case "session":
+            play_session(*arguments)
         case "bare":
             play_bare()
         case "subscriber":

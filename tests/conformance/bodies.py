@@ -141,5 +141,37 @@ EVENT: Body = {
 
 BYE: Body = {"reason": "the app was closed"}
 
+# Of pairing: the signature is by the certificate's key over RECEIVER_FINGERPRINT, the nonce and the
+# token. ECDSA is randomised, so both stand here as they were made once.
+RECEIVER_FINGERPRINT = "6d" * 32
+DEVICE_CERTIFICATE = (
+    "MIIBPTCB5KADAgECAhR9iD4LuLxKYYTIryax2cyHfMB0AjAKBggqhkjOPQQDAjAeMRwwGgYDVQQDDBNDb25mb3Jt"
+    "YW5jZSBoZWFkc2V0MCAXDTAwMDEwMTAwMDAwMFoYDzk5OTkxMjMxMjM1OTU5WjAeMRwwGgYDVQQDDBNDb25mb3Jt"
+    "YW5jZSBoZWFkc2V0MFkwEwYHKoZIzj0CAQYIKoZIzj0DAQcDQgAEa/hdX+hFmLEMphmewJzNfTXc1xlf3R3Hc3oM"
+    "ZwBu8lG5UvJe7B3u0fyhkYOJkEZjV9MUrft+l2C42a/I85qVrTAKBggqhkjOPQQDAgNIADBFAiB7rKBORPjzNKm7"
+    "LQ8W4+iVXREZZsmxh7Nnl67ImYeIUQIhAL7DUYnlHl3iz3raiLJFNti92XIvwU5wVHtCAi2Pp68z"
+)
+PAIR_SIGNATURE = (
+    "MEQCIAsaSvkn/QxB9FY2epHsxwj/H7U3RlNKGEm7+inrtph+AiBcnQwwOYg+o0eJFUZtHbzzPU7/hberCyUIj7nT"
+    "uFVLFQ=="
+)
+
+PAIR_CHALLENGE: Body = {
+    "nonce": "00112233445566778899aabbccddeeff" * 2,
+    "name": "Conformance receiver",
+    "software": "conformance 1",
+}
+
+PAIR: Body = {
+    "token": "0f1e2d3c4b5a69788796a5b4c3d2e1f0",
+    "name": "Größe 眼鏡",
+    "device_id": "9f86d081884c7d65",
+    "certificate": DEVICE_CERTIFICATE,
+    "signature": PAIR_SIGNATURE,
+}
+
+PAIRED: Body = {"name": "Conformance receiver", "port": 7755}
+
+
 # std_msgs/String "hi": encapsulation, length with the final zero, text, zero.
 STRING_PAYLOAD = bytes.fromhex("00010000 03000000 686900")

@@ -23,6 +23,9 @@ KINDS = {
     "ERROR": 51,
     "BYE": 52,
     "EVENT": 53,
+    "PAIR_CHALLENGE": 60,
+    "PAIR": 61,
+    "PAIRED": 62,
 }
 
 KIB = 1024
@@ -34,6 +37,7 @@ BOUNDS = dict.fromkeys(KINDS, 4 * KIB) | {
     "CONFIGURED": 64 * KIB,
     "STATUS": 64 * KIB,
     "DATA": 16 * KIB * KIB,
+    "PAIR": 16 * KIB,
     "TIME_REQUEST": 8,
     "TIME_REPLY": 24,
     "PING": 0,

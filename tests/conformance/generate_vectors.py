@@ -11,6 +11,7 @@ from pathlib import Path
 import axes_vectors
 import cdr_vectors
 import malformed_vectors
+import pairing_vectors
 import wire_vectors
 
 VECTORS = Path(__file__).parent / "vectors"
@@ -20,6 +21,7 @@ FOLDERS: dict[str, Callable[[], dict[str, bytes]]] = {
     "cdr": cdr_vectors.files,
     "wire": wire_vectors.files,
     "malformed": malformed_vectors.files,
+    "pairing": pairing_vectors.files,
 }
 
 

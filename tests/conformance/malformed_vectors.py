@@ -4,6 +4,7 @@ import malformed_bodies
 import malformed_custom
 import malformed_data
 import malformed_device
+import malformed_pairing
 import malformed_places
 import malformed_receiver
 
@@ -16,6 +17,7 @@ SIDES = {
         malformed_data,
     ),
     "device": (malformed_device,),
+    "pairing": (malformed_pairing,),
 }
 
 

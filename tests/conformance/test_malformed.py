@@ -12,9 +12,11 @@ import pytest
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
 from frame_bytes import frame
 from ml2_receiver.configuration.table import Topic, load_table
+from ml2_receiver.link.access import Everybody
 from ml2_receiver.link.context import Limits
+from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import Report
-from ml2_receiver.link.server import Server, listen
+from ml2_receiver.link.server import Server
 from ml2_receiver.topics.sink import Applied, Publish
 from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
 
@@ -65,7 +67,14 @@ def receiver(sink: CountingSink) -> Iterator[Server]:
     listener = listen(("127.0.0.1", 0))
     request = CONFIGURE["streams"]
     server = Server(
-        listener, load_table(), request, sink, name="test", software="test", limits=LIMITS
+        listener,
+        load_table(),
+        request,
+        sink,
+        access=Everybody(),
+        name="test",
+        software="test",
+        limits=LIMITS,
     )
     yield server
     server.stop()

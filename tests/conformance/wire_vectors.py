@@ -13,6 +13,9 @@ from bodies import (
     EVENT,
     HELLO,
     JOIN,
+    PAIR,
+    PAIR_CHALLENGE,
+    PAIRED,
     STATUS,
     STRING_PAYLOAD,
     WELCOME,
@@ -80,6 +83,9 @@ JSON_KINDS: list[tuple[str, str, str, Body, str]] = [
     ("EVENT", "device", "control", EVENT, "Something happened to the device."),
     ("ERROR", "receiver", "control", ERROR, "A fatal ERROR."),
     ("BYE", "receiver", "control", BYE, "The receiver says goodbye, too."),
+    ("PAIR_CHALLENGE", "receiver", "pairing", PAIR_CHALLENGE, "The first frame of pairing."),
+    ("PAIR", "device", "pairing", PAIR, "Answers PairChallenge to a receiver of vectors/pairing."),
+    ("PAIRED", "receiver", "pairing", PAIRED, "Both know each other's certificate."),
 ]
 
 

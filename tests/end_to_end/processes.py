@@ -131,7 +131,7 @@ def receive(
         proxy = start(link(address)) if link else None
         subscriber = start(subscribing(environment, folder))
         reached = proxy.address if proxy else address
-        headset = [*program, "--receiver", reached, *headset_options]
+        headset = [*program, "--receiver", reached, "--insecure", *headset_options]
         start(process(headset, environment, folder / "headset.log"))
         for number, _ in enumerate(lines(subscriber)):
             on_snapshot(proxy, number)
@@ -170,13 +170,13 @@ def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
 
 
 def receive_command(config: Path, address: str, *options: str) -> list[str | Path]:
-    """The receiver, listening on `address`."""
-    return [RECEIVER, "run", "--config", config, "--listen", address, *options]
+    """The receiver, listening on `address`, in plaintext; test_security.py has TLS."""
+    return [RECEIVER, "run", "--config", config, "--listen", address, "--insecure", *options]
 
 
 def headset_command(address: str, *options: str) -> list[str | Path]:
-    """The headset, connecting to `address`."""
-    return [HEADSET, "--receiver", address, *options]
+    """The headset, connecting to `address`, in plaintext."""
+    return [HEADSET, "--receiver", address, "--insecure", *options]
 
 
 def subscribe_command(output: Path, receiver: str) -> list[str | Path]:

@@ -19,11 +19,21 @@ class Proxy:
         target: HOST:PORT.
         bytes_per_s: of all connections towards the target together; None for no limit.
         jitter_s: what goes towards the target is delayed by up to this, evenly distributed.
+
+    Attributes:
+        captured: what was forwarded, in the order of its chunks; empty unless it `captures`.
     """
 
     def __init__(
-        self, target: str, bytes_per_s: float | None = None, jitter_s: float = 0.0
+        self,
+        target: str,
+        bytes_per_s: float | None = None,
+        jitter_s: float = 0.0,
+        *,
+        captures: bool = False,
     ) -> None:
+        self.captured = bytearray()
+        self._captures = captures
         host, port = target.rsplit(":", 1)
         self._target = (host, int(port))
         self._s_per_byte = 0.0 if bytes_per_s is None else 1 / bytes_per_s
@@ -91,6 +101,9 @@ class Proxy:
                 if slow:
                     self._wait_for(len(data))
                     time.sleep(random.uniform(0, self._jitter_s))
+                if self._captures:
+                    with self._lock:
+                        self.captured += data
                 sink.sendall(data)
             sink.shutdown(socket.SHUT_WR)
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from ml2_receiver.link.discovery import FoundReceiver, find_receivers
 from processes import (
-    HEADSET,
     ON_LOOPBACK,
+    headset_command,
     isolated_environment,
     line_with,
     listening_address,
@@ -57,7 +57,7 @@ def test_a_headset_finds_the_receiver_of_a_name_also_when_it_moves(tmp_path: Pat
         chosen = start(process(runs["chosen"], environment, logs["chosen"]))
         name = announced(listening_address(chosen)).name
         assert name == names["chosen"]
-        command: list[str | Path] = [HEADSET, "--receiver", name, "--source", "test-signal"]
+        command = headset_command(name, "--source", "test-signal")
         headset = start(process(command, environment | ON_LOOPBACK, logs["headset"]))
         line_with(headset, "connected to")
         chosen.terminate()

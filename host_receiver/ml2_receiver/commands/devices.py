@@ -3,23 +3,27 @@
 import argparse
 import dataclasses
 import json
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from ..configuration.table import load_table
+from ..security.paired_devices import PairedDevice, PairedDevices
 from ..watch.devices import Device, read_device
 from .config import Subparsers
+from .entrance import add_keys
 from .live import PATIENCE_S, diagnostics_node
 from .options import add_name
 
 _EPILOG = """\
-A headset connects to a receiver, so this asks the one that runs in this ROS domain. Exit code: 0,
-or 2 without a receiver to ask.
+A headset connects to a receiver, so this asks the one that runs in this ROS domain; --paired reads
+the folder of keys instead. Exit code: 0, or 2 without a receiver to ask.
 
 examples:
   ml2-receiver devices
+  ml2-receiver devices --paired      who may connect
   ml2-receiver devices --json | jq '.streams[] | select(.state == "unavailable")'
 """
 
@@ -33,11 +37,18 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--json", action="store_true", help="print one object, or null without headset"
     )
+    parser.add_argument(
+        "--paired", action="store_true", help="list the devices that may connect, with --json too"
+    )
+    add_keys(parser)
     add_name(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.paired:
+        _show_paired(PairedDevices(options.keys).load(), is_json=options.json)
+        return 0
     with diagnostics_node() as node:
         session = node.rows(options.name, PATIENCE_S).get("session", {})
     device = read_device(session, load_table())
@@ -48,6 +59,20 @@ def _run(options: argparse.Namespace) -> int:
     else:
         Console().print(_headset(device))
     return 0
+
+
+def _show_paired(devices: Sequence[PairedDevice], *, is_json: bool) -> None:
+    if is_json:
+        keys = ("name", "device_id", "paired", "fingerprint")
+        print(json.dumps([{key: getattr(it, key) for key in keys} for it in devices], indent=2))
+    elif not devices:
+        print("no device is paired: run `ml2-receiver pair`")
+    else:
+        table = Table("name", "paired", "id", box=None)
+        table.add_column("fingerprint", overflow="fold")
+        for it in devices:
+            table.add_row(escape(it.name), it.paired, escape(it.device_id), it.fingerprint)
+        Console().print(table)
 
 
 def _headset(device: Device) -> Table:

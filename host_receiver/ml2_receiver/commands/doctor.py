@@ -22,9 +22,9 @@ from ..errors import DiscoveryError, RosError
 from ..fastdds import free_shared_memory_bytes
 from ..link.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
+from .entrance import PORT
 from .live import diagnostics_node
 from .options import add_name
-from .receiving import DEFAULT_ADDRESS
 
 _LISTEN_S = 1.0
 _HEAR_S = 3.0  # /diagnostics come once per second
@@ -63,7 +63,6 @@ def _run(options: argparse.Namespace) -> int:
 
 def _findings(options: argparse.Namespace) -> Iterator[Finding]:
     file: Path | None = options.file
-    _, port = DEFAULT_ADDRESS
     yield findings.python(sys.version_info[:3])
     yield findings.ros(os.environ.get("ROS_DISTRO"), machine.missing_modules())
     yield findings.fast_dds_profile(
@@ -71,8 +70,8 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
     )
     yield findings.shared_memory(free_shared_memory_bytes())
     yield findings.udp_buffer(machine.kernel_number("net.core.rmem_max"))
-    yield findings.port(port, listener_of(port), is_listened_on=is_listened_on(port))
-    yield findings.firewall(machine.firewall(), port)
+    yield findings.port(PORT, listener_of(PORT), is_listened_on=is_listened_on(PORT))
+    yield findings.firewall(machine.firewall(), PORT)
     yield findings.multicast(_announced())
     with suppress(OSError):  # a sandbox that forbids to ask
         yield findings.clock(machine.is_clock_synchronised())

@@ -11,19 +11,27 @@ from rich.live import Live
 
 from ..configuration.table import load_table
 from ..errors import PlaybackError
+from ..playback.lane import Destination
 from ..playback.player import Player
 from ..playback.session import Session
 from ..recording.bag_reader import BagReader
+from ..security.identity import Identity
 from .config import Subparsers
-from .receiving import DEFAULT_ADDRESS, address
+from .entrance import PORT, add_keys
+from .receiving import address
 from .stopping import stop_signal
 
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1
+# A receiver that ends says why on another lane than the one that breaks first.
+_GOODBYE_S = 1.0
 _EXAMPLES = """examples:
   ml2-receiver play walk                                to a receiver on this computer
   ml2-receiver play walk --receiver 192.168.1.5:7755    to another one
   ml2-receiver play walk --rate 0.5 --loop              half as fast, until Ctrl-C
+
+The receiver has to have the same keys, as all of this user on this computer have. To one that has
+others, both with --insecure.
 
 Messages are sent as they were recorded, so their stamps are those of the recording. Only what
 the receiver's configuration asks for is sent; streams that were not recorded are refused."""
@@ -39,7 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--receiver",
         type=address,
-        default=DEFAULT_ADDRESS,
+        default=("127.0.0.1", PORT),
         metavar="HOST:PORT",
         help="default: 127.0.0.1:7755",
     )
@@ -47,17 +55,23 @@ def add_parser(subparsers: Subparsers) -> None:
         "--rate", type=_rate, default=1.0, metavar="R", help="2 is twice as fast; default: 1"
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end")
+    add_keys(parser)
+    parser.add_argument(
+        "--insecure", action="store_true", help="to a receiver that was started with --insecure"
+    )
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     reader = BagReader(options.bag)
-    session = Session(options.receiver, reader, load_table(), stopping)
+    identity = None if options.insecure else Identity.of(options.keys)
+    session = Session(Destination(options.receiver, identity), reader, load_table(), stopping)
     player = Player(reader, load_table(), session, options.rate)
     try:
         _play(player, session, stopping, is_looping=options.loop)
     except PlaybackError as error:
+        stopping.wait(_GOODBYE_S)
         raise PlaybackError(session.reason or str(error)) from error
     finally:
         session.finish()

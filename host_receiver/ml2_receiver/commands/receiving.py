@@ -1,8 +1,6 @@
 """What the commands that act as the receiver share."""
 
 import argparse
-import socket
-import sys
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -12,21 +10,19 @@ from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.table import load_table
 from ..generated.version import VERSION
-from ..link.discovery import Announcement
 from ..link.server import Server
 from ..topics.sink import Sink
 from .config import add_file
+from .entrance import Entrance, add_insecure, add_keys
 from .options import name
 from .ros_start import node_arguments, ros_needed, use_profile
 
 if TYPE_CHECKING:
     from ..ros import RosNode
 
-DEFAULT_ADDRESS = ("127.0.0.1", 7755)
-
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """--config, --listen and what goes to ROS."""
+    """--config, --listen, --keys and what goes to ROS."""
     add_file(
         parser,
         "--config",
@@ -36,9 +32,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--listen",
         type=address,
-        default=DEFAULT_ADDRESS,
         metavar="HOST:PORT",
-        help="default: 127.0.0.1:7755; port 0 lets the system choose",
+        help="port 0 lets the system choose; default: port 7755, of this machine only, and of all"
+        " interfaces once a device is paired",
     )
     parser.add_argument(
         "--name",
@@ -52,8 +48,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="headsets send nothing until service ~/start is called",
     )
-    parser.add_argument("--insecure", action="store_true", help="without effect so far")
-    parser.add_argument("--insecure-eye-images", action="store_true", help="without effect so far")
+    add_keys(parser)
+    add_insecure(parser)
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
 
 
@@ -83,47 +79,32 @@ def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
     return RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
 
 
-def announce(listener: socket.socket, config: Config) -> Announcement:
-    """Lets headsets find it by name; takes its time, and may go on while ROS starts."""
-    return Announcement(_name(config), listener.getsockname(), _warn_unannounced)
-
-
 @contextmanager
 def serving(
-    listener: socket.socket,
-    announcement: Announcement,
+    entrance: Entrance,
     config: Config,
     sink: Sink,
     *,
     is_paused: bool = False,
     idle: Callable[[], Collection[str]] = tuple,
 ) -> Iterator[Server]:
-    """A server that listens until left, when the announcement ends first; the last arguments are
-    the Server's."""
+    """A server that listens until left; the last arguments are the Server's."""
     server = Server(
-        listener,
+        entrance.listener,
         load_table(),
         config.requests,
         sink,
-        name=_name(config),
+        access=entrance.access,
+        name=entrance.name,
         software=f"ml2-receiver {VERSION}",
         frame_prefix=config.frame_prefix,
         is_paused=is_paused,
         idle=idle,
+        withheld=entrance.withheld,
+        access_changed=lambda: entrance.follow(server),
     )
     try:
         yield server
     finally:
-        announcement.close()
+        entrance.close()
         server.stop()
-
-
-def _name(config: Config) -> str:
-    return config.name or socket.gethostname()
-
-
-def _warn_unannounced(reason: str) -> None:
-    message = (
-        f"WARNING: headsets do not find this receiver by name, give them its address: {reason}"
-    )
-    print(message, file=sys.stderr)

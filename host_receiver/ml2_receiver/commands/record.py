@@ -11,7 +11,6 @@ from rich.live import Live
 
 from ..configuration.table import load_table
 from ..errors import RecordingError
-from ..link.server import listen
 from ..recording.bag_folder import make_folder
 from ..recording.bag_writer import COMPRESSIONS, BagWriter
 from ..recording.recorder import Progress, Recorder
@@ -19,8 +18,9 @@ from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from ..topics.sink import Sink
 from .config import Subparsers
+from .entrance import Entrance
 from .printed_events import PrintedEvents
-from .receiving import add_options, announce, config_file, load, make_node, serving
+from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
 
 _REDRAW_S = 0.5
@@ -57,8 +57,7 @@ def _run(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        listener = stack.enter_context(listen(options.listen))
-        announcement = stack.enter_context(announce(listener, config))
+        entrance = stack.enter_context(Entrance(options))
         node = None if options.no_ros else make_node(config, options)
         if node is not None:
             config = node.config
@@ -67,9 +66,7 @@ def _run(options: argparse.Namespace) -> int:
         stack.callback(recorder.close)
         sinks: Sequence[Sink] = [PrintedEvents() if node is None else node, recorder]
         sink = CalibratedSink(FanOut(sinks), config.calibrations)
-        with serving(
-            listener, announcement, config, sink, is_paused=options.start_paused
-        ) as server:
+        with serving(entrance, config, sink, is_paused=options.start_paused) as server:
             if node is not None:
                 node.serve(server, file, sink.use)
             print(f"listening on {server.address}", flush=True)

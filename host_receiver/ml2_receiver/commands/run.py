@@ -3,10 +3,10 @@
 import argparse
 from contextlib import ExitStack
 
-from ..link.server import listen
 from ..topics.calibrated_sink import CalibratedSink
 from .config import Subparsers
-from .receiving import add_options, announce, config_file, load, make_node, serving
+from .entrance import Entrance
+from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
 
 _EPILOG = """\
@@ -36,15 +36,12 @@ def _run(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        listener = stack.enter_context(listen(options.listen))
-        announcement = stack.enter_context(announce(listener, config))
+        entrance = stack.enter_context(Entrance(options))
         node = make_node(config, options)
         stack.callback(node.close)
         sink = CalibratedSink(node, node.config.calibrations)
         idle, is_paused = node.idle_streams, options.start_paused
-        with serving(
-            listener, announcement, node.config, sink, is_paused=is_paused, idle=idle
-        ) as server:
+        with serving(entrance, node.config, sink, is_paused=is_paused, idle=idle) as server:
             node.serve(server, file, sink.use)
             print(f"listening on {server.address}", flush=True)
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)

@@ -47,12 +47,20 @@ class Route:
 class Connection:
     """One connection of a peer.
 
-    `lane` is None until it belongs to a session. `routes` are those of its lane by channel; they
-    are empty before START.
+    `peer` is the fingerprint of the certificate it has shown, None where nobody shows one. `lane`
+    is None until it belongs to a session. `routes` are those of its lane by channel; they are empty
+    before START.
     """
 
-    address: str
+    host: str
+    port: int
     opened_s: float
+    peer: str | None = None
     lane: str | None = None
     routes: dict[int, Route] = field(default_factory=dict)
     is_closing: bool = False
+
+    @property
+    def address(self) -> str:
+        """HOST:PORT."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"

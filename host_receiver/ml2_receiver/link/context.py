@@ -1,7 +1,7 @@
 """What the state machines stand in, and what they want done."""
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from ..configuration.table import StreamTable
@@ -50,13 +50,16 @@ type Action = Send | Close
 
 @dataclass(frozen=True)
 class Limits:
-    """The receiver's limits, from PROTOCOL.md; tests make the times shorter."""
+    """The receiver's limits, from PROTOCOL.md; tests make some tighter, others looser."""
 
     handshake_s: float = 5.0
     ping_s: float = 0.5
     dead_s: float = 2.0
     linger_s: float = 1.0
     unfinished_connections: int = 16
+    connections_per_address: int = 64
+    failed_attempts: int = 10
+    failed_attempts_per_s: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,8 @@ class Context:
 
     `act` takes what is to be done, in order; `clock` is monotonic time in s; `idle` has the ids of
     streams that nobody needs at present, which the headset may pause; `frame_prefix` is what the
-    headset's frame ids are to begin with.
+    headset's frame ids are to begin with; `withheld` has the streams that no headset is asked for,
+    whoever wants them, and why.
     """
 
     table: StreamTable
@@ -77,6 +81,7 @@ class Context:
     software: str
     idle: Callable[[], Collection[str]] = tuple
     frame_prefix: str = ""
+    withheld: Mapping[str, str] = field(default_factory=dict)
 
 
 def close(context: Context, connection: Connection, ending: Ending) -> None:

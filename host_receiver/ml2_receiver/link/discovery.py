@@ -44,17 +44,24 @@ class Announcement:
     Args:
         name: tells receivers apart; where it is taken, a number is appended.
         address: what is listened on, as socket.getsockname() has it.
+        fingerprint: by which paired devices know it; None without TLS.
         failed: is told why nobody finds it, at once or by another thread.
     """
 
-    def __init__(self, name: str, address: tuple[str, int], failed: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        name: str,
+        address: tuple[str, int],
+        fingerprint: str | None,
+        failed: Callable[[str], None],
+    ) -> None:
         host, port = address[:2]
         label = _label(name)
         info = ServiceInfo(
             SERVICE_TYPE,
             f"{label}.{SERVICE_TYPE}",
             port=port,
-            properties={"name": name, "version": str(VERSION)},
+            properties=_properties(name, fingerprint),
             # Of this receiver only: a host name's records are replaced as a whole (RFC 6762, 10.2).
             server=f"{uuid.uuid4().hex}.local.",
             parsed_addresses=announced_hosts(host),
@@ -113,6 +120,11 @@ async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
 def _tell(failed: Callable[[str], None], registering: Future[None]) -> None:
     if not registering.cancelled() and (error := registering.exception()) is not None:
         failed(str(error) or type(error).__name__)
+
+
+def _properties(name: str, fingerprint: str | None) -> dict[str, str]:
+    known = {"name": name, "version": str(VERSION)}
+    return known if fingerprint is None else known | {"fp": fingerprint}
 
 
 def _label(name: str) -> str:

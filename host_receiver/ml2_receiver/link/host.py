@@ -1,5 +1,8 @@
 """The receiver as a state machine without I/O: who is connected, and whose turn it is."""
 
+from collections import Counter
+from collections.abc import Callable
+
 from ..errors import ErrorCode, ProtocolError
 from ..wire.frame import VERSION, Frame, Kind
 from ..wire.messages import Bye, Hello, Join
@@ -35,13 +38,19 @@ class Host:
         self._events = EventLimit(context.sink.event, context.clock, per_second=100)
 
     def opened(self, connection: Connection) -> None:
-        """A peer has connected; of too many strangers the oldest has to go."""
+        """A peer has connected; of too many strangers one has to go."""
         if len(self._strangers) >= self._context.limits.unfinished_connections:
-            oldest = self._strangers.pop(0)
+            oldest = self._dispensable()
+            self._strangers.remove(oldest)
             self._say(oldest, "closed for a newer connection")
             oldest.is_closing = True
             self._context.act(Close(oldest, Ending.ABORT))
         self._strangers.append(connection)
+
+    def _dispensable(self) -> Connection:
+        """The oldest of the machine that has most of them, so that none keeps the others out."""
+        counts = Counter(each.host for each in self._strangers)
+        return max(self._strangers, key=lambda each: counts[each.host])
 
     def received(self, connection: Connection, frame: Frame) -> None:
         """A frame other than DATA and TIME_REQUEST arrived."""
@@ -73,8 +82,8 @@ class Host:
                 ErrorCode.VERSION, f"this receiver speaks {VERSION}, not {hello.versions[:8]}"
             )
         present = self._present()
-        if present is not None and present.device_id != hello.device_id:
-            raise ProtocolError(ErrorCode.BUSY, f"{present.name!r} is connected")
+        if present is not None and self._identity(*present) != self._identity(connection, hello):
+            raise ProtocolError(ErrorCode.BUSY, f"{present[1].name!r} is connected")
         if self._successor is not None:
             raise ProtocolError(ErrorCode.BUSY, "another connection of this device was faster")
         self._strangers.remove(connection)
@@ -83,10 +92,14 @@ class Host:
             self.session.finish(State.LOST, "replaced by a new one", Bye("replaced"))
         self._settle()
 
-    def _present(self) -> Hello | None:
-        if self._successor is not None:
-            return self._successor[1]
-        return None if self.session is None or self.session.is_over else self.session.hello
+    def _present(self) -> tuple[Connection, Hello] | None:
+        if self._successor is not None or self.session is None or self.session.is_over:
+            return self._successor
+        return self.session.control, self.session.hello
+
+    @staticmethod
+    def _identity(connection: Connection, hello: Hello) -> tuple[str | None, str]:
+        return connection.peer, hello.device_id
 
     def _settle(self) -> None:
         """Reports a session that is over, and begins the one that waited for that."""
@@ -180,7 +193,20 @@ class Host:
     def update(self) -> None:
         """Tells the headset when what is wanted of it, Context.idle included, has changed."""
         if self.session is not None:
-            self.session.advance(Demand(self._request, self._is_paused, self._context.idle()))
+            idle, withheld = self._context.idle(), self._context.withheld
+            self.session.advance(Demand(self._request, self._is_paused, idle, withheld))
+
+    def expel(self, is_allowed: Callable[[str | None], bool]) -> None:
+        """Ends what there is of peers that are not allowed any more."""
+        for stranger in [each for each in self._strangers if each.peer is not None]:
+            if not is_allowed(stranger.peer):
+                self.failed(stranger, ProtocolError(ErrorCode.PAIRING, "it is not paired"))
+        if self._successor is not None and not is_allowed(self._successor[0].peer):
+            close(self._context, self._successor[0], Ending.ABORT)
+            self._successor = None
+        if self.session is not None and not is_allowed(self.session.control.peer):
+            self.session.finish(State.ENDED, "the device was unpaired", Bye("unpaired"))
+        self._settle()
 
     def stop(self) -> None:
         """Says goodbye to everybody."""

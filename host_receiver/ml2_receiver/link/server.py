@@ -1,51 +1,33 @@
 """Sockets and threads around the Host: one reader per connection, one that accepts, one clock."""
 
-import errno
 import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from ..configuration.table import StreamTable
-from ..doctor.process_table import listener_of
-from ..errors import ListenError, ProtocolError
+from ..errors import KeysError, ProtocolError
 from ..topics.sink import Sink
-from ..wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
-from ..wire.json_body import JsonBody
+from ..wire.frame import Frame, Kind, LaneKind, encode_frame
+from .access import Access, Protection
+from .admission import Admission
 from .connection import Connection
-from .context import Action, Close, Context, Ending, Limits, Send
+from .context import Action, Close, Context, Limits, Send
+from .event_limit import EventLimit
 from .host import Host
+from .link import Link
+from .listener import listen, text
 from .report import Report
 from .streams import Request
 
 _LIMITS = Limits()
 _TICK_S = 0.1
 _STOP_S = 0.3
-_BACKLOG = 64
-# Takes every control frame whole, so that one send() tells whether the peer reads at all.
-_SEND_BUFFER_BYTES = 128 * 1024
-_SCRATCH_BYTES = 64 * 1024
 _TIME = struct.Struct("<q")
 _TIMES = struct.Struct("<qqq")
-
-
-@dataclass(eq=False)
-class _Link:
-    """The socket side of a Connection. Its reader alone receives, parses and closes."""
-
-    socket: socket.socket
-    connection: Connection
-    parser: FrameParser = field(default_factory=lambda: FrameParser(Side.DEVICE))
-    abort_s: float | None = None
-    is_aborted: bool = False
-
-    def abort(self) -> None:
-        self.is_aborted = True
-        with suppress(OSError):  # the peer may have gone
-            self.socket.shutdown(socket.SHUT_RDWR)
 
 
 class Server:
@@ -56,11 +38,14 @@ class Server:
 
     Args:
         listener: what listen() returned; closed by stop().
+        access: who may connect.
         request: the streams and values every headset is asked for, until request() changes them.
         name: what headsets are told about who receives.
         frame_prefix: what their frame ids are to begin with.
         is_paused: START waits for begin().
         idle: the streams that nobody needs at present; called under the lock.
+        withheld: the streams that are never asked for, with the reasons.
+        access_changed: is called, by a thread of its own, when who may connect has changed.
     """
 
     def __init__(
@@ -70,20 +55,27 @@ class Server:
         request: Request,
         sink: Sink,
         *,
+        access: Access,
         name: str,
         software: str,
         frame_prefix: str = "",
         is_paused: bool = False,
         idle: Callable[[], Collection[str]] = tuple,
+        withheld: Mapping[str, str] = MappingProxyType({}),
+        access_changed: Callable[[], None] = lambda: None,
         limits: Limits = _LIMITS,
     ) -> None:
+        clock = time.monotonic
         context = Context(
-            table, sink, limits, self._act, time.monotonic, name, software, idle, frame_prefix
+            table, sink, limits, self._act, clock, name, software, idle, frame_prefix, withheld
         )
         self._host = Host(context, request, is_paused=is_paused)
+        self._access, self._access_changed = access, access_changed
+        self._admission = Admission(limits, clock)
+        self._turned_away = EventLimit(sink.event, clock, per_second=1)
         self._sink, self._limits = sink, limits
         self._lock = threading.Lock()
-        self._links: dict[Connection, _Link] = {}
+        self._links: dict[Connection, Link] = {}
         self._readers: set[threading.Thread] = set()
         self._stopping = threading.Event()
         self._listener = listener
@@ -97,7 +89,26 @@ class Server:
     @property
     def address(self) -> str:
         """HOST:PORT as it is listened on."""
-        return _text(self._listener.getsockname())
+        return text(self._listener.getsockname())
+
+    def listen_on(self, address: tuple[str, int]) -> socket.socket:
+        """Listens there instead, on what is returned; connections stay.
+
+        Not to be called by two threads at once.
+
+        Raises:
+            ListenError: it cannot be listened on, and nobody can connect any more.
+        """
+        before = self._listener
+        with suppress(OSError):  # of a second attempt
+            before.shutdown(socket.SHUT_RDWR)  # wakes who accepts, and frees the port
+        self._listener = listen(address)
+        before.close()
+        return self._listener
+
+    def protection(self) -> Protection:
+        """Who may connect."""
+        return self._access.protection()
 
     def begin(self) -> None:
         """Lets the streams run, now or as soon as a headset is ready for it."""
@@ -143,48 +154,94 @@ class Server:
 
     def _accept(self) -> None:
         while not self._stopping.is_set():
+            listener = self._listener
             try:
-                accepted, address = self._listener.accept()
+                accepted, address = listener.accept()
             except OSError as error:
-                if not self._stopping.wait(_TICK_S):
+                if not self._stopping.wait(_TICK_S) and listener is self._listener:
                     with self._lock:
                         self._sink.event(f"cannot accept connections: {error}")
                 continue
-            link = _Link(accepted, Connection(_text(address), time.monotonic()))
-            reader = threading.Thread(target=self._read, args=[link], daemon=True)
             with self._lock:
-                self._links[link.connection] = link
-                self._readers.add(reader)
-                self._host.opened(link.connection)
-            reader.start()
+                self._open(accepted, *address[:2])
+
+    def _open(self, accepted: socket.socket, host: str, port: int) -> None:
+        self._refresh()
+        refusal = self._admission.refusal(host)
+        if refusal is not None:
+            self._turned_away.say(f"{host} is turned away: {refusal}")
+            accepted.close()
+            return
+        try:
+            transport = self._access.transport(accepted)
+        except OSError:
+            accepted.close()  # it has left already
+            return
+        link = Link(transport, Connection(host, port, time.monotonic()))
+        reader = threading.Thread(target=self._read, args=[link], daemon=True)
+        self._links[link.connection] = link
+        self._readers.add(reader)
+        self._admission.opened(host)
+        self._host.opened(link.connection)
+        reader.start()
+
+    def _refresh(self) -> None:
+        try:
+            has_changed = self._access.refresh()
+        except KeysError as error:
+            self._sink.event(str(error))
+            has_changed = True
+        if has_changed:
+            self._host.expel(self._access.allows)
+            threading.Thread(target=self._access_changed, daemon=True).start()
 
     def _tick(self) -> None:
         while not self._stopping.wait(_TICK_S):
             with self._lock:
+                self._refresh()
                 self._host.tick()
                 now_s = time.monotonic()
                 for link in self._links.values():
                     if link.abort_s is not None and now_s > link.abort_s:
                         link.abort()
 
-    def _read(self, link: _Link) -> None:
+    def _read(self, link: Link) -> None:
         fault: str | None = "the receiver failed"
         try:
-            self._receive(link)
+            if self._is_let_in(link):
+                self._receive(link)
             fault = None if link.parser.is_between_frames else "ended inside a frame"
         except OSError as error:
-            fault = error.strerror
+            fault = error.strerror or str(error)
         finally:
             with self._lock:
-                link.socket.close()
+                link.transport.close()
                 del self._links[link.connection]
                 self._readers.discard(threading.current_thread())
+                self._admission.closed(link.connection.host)
                 self._host.closed(link.connection, fault)
 
-    def _receive(self, link: _Link) -> None:
-        receive, parser = link.socket.recv_into, link.parser
+    def _is_let_in(self, link: Link) -> bool:
+        connection = link.connection
+        try:
+            peer = link.transport.handshake()
+        except ProtocolError as error:
+            with self._lock:
+                self._admission.failed(connection.host)
+                self._host.failed(connection, error)
+            link.transport.discard()
+            return False
+        with self._lock:
+            connection.peer = peer
+            if not self._access.allows(peer):  # unpaired meanwhile, or signed by who is paired
+                self._admission.failed(connection.host)
+                self._host.expel(self._access.allows)
+        return True
+
+    def _receive(self, link: Link) -> None:
+        receive, parser = link.transport.receive, link.parser
         while not link.is_aborted:
-            count = receive(parser.get_buffer(), 0, socket.MSG_WAITALL)
+            count = receive(parser.get_buffer())
             received_ns = time.time_ns()
             if not count:
                 return
@@ -195,10 +252,10 @@ class Server:
             except ProtocolError as error:
                 with self._lock:
                     self._host.failed(link.connection, error)
-                _discard(link)
+                link.transport.discard()
                 return
 
-    def _dispatch(self, link: _Link, frame: Frame, received_ns: int) -> None:
+    def _dispatch(self, link: Link, frame: Frame, received_ns: int) -> None:
         header = frame.header
         if header.kind == Kind.DATA:
             route = link.connection.routes.get(header.channel)
@@ -210,7 +267,7 @@ class Server:
             (t1,) = _TIME.unpack(frame.payload)
             now_ns = time.time_ns()
             times = _TIMES.pack(t1, received_ns, now_ns)
-            _write(link, encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+            link.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
         else:
             with self._lock:
                 self._host.received(link.connection, frame)
@@ -223,62 +280,7 @@ class Server:
             case Send(connection, kind, body):
                 if kind in (Kind.WELCOME, Kind.JOINED) and connection.lane is not None:
                     link.parser.lane = LaneKind.of(connection.lane)
-                _write(link, _encode(kind, body))
-            case Close(_, Ending.ABORT):
-                link.abort()
+                body_bytes = body.to_bytes() if body else b""
+                link.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
             case Close(_, ending):
-                link.abort_s = time.monotonic() + self._limits.linger_s
-                with suppress(OSError):  # the peer may have gone
-                    link.socket.shutdown(
-                        socket.SHUT_WR if ending is Ending.DISCARD else socket.SHUT_RDWR
-                    )
-
-
-def _encode(kind: Kind, body: JsonBody | None) -> bytes:
-    return encode_frame(kind, body.to_bytes() if body else b"", send_ns=time.time_ns())
-
-
-def _write(link: _Link, data: bytes) -> None:
-    """Never waits for a peer: one that leaves a whole send buffer unread is cut off."""
-    try:
-        count = link.socket.send(data, socket.MSG_DONTWAIT)
-    except BlockingIOError:
-        count = 0
-    except OSError:
-        return  # it has gone, as its reader will find
-    if count < len(data):
-        link.abort()
-
-
-def _discard(link: _Link) -> None:
-    scratch = bytearray(_SCRATCH_BYTES)
-    while not link.is_aborted and link.socket.recv_into(scratch):
-        pass
-
-
-def listen(address: tuple[str, int]) -> socket.socket:
-    """A socket for Server; port 0 lets the system choose.
-
-    Raises:
-        ListenError: the address cannot be listened on.
-    """
-    try:
-        family, *_, resolved = socket.getaddrinfo(*address, type=socket.SOCK_STREAM)[0]
-        listener = socket.create_server(
-            resolved[:2], family=family, backlog=_BACKLOG, dualstack_ipv6=False
-        )
-    except OSError as error:
-        reason = f"cannot listen on {_text(address)}: {error.strerror}"
-        if error.errno == errno.EADDRINUSE:
-            holder = listener_of(address[1])
-            reason += f", by {holder or 'a process of another user'}; end it, or --listen elsewhere"
-        raise ListenError(reason) from error
-    # Linux gives these to every connection it accepts.
-    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
-    return listener
-
-
-def _text(address: tuple[str, int]) -> str:
-    host, port = address[:2]
-    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+                link.end(ending, self._limits.linger_s)

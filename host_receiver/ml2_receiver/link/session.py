@@ -60,7 +60,7 @@ class Session:
         self.status: Status | None = None
         self.skipped_frames = 0
         self._context, self._say = context, say
-        self._control = control
+        self.control = control
         self._tickets = {
             lane: secrets.token_hex(_TOKEN_BYTES)
             for lane in (*_NEEDED_LANES, *context.table.image_lanes)
@@ -88,7 +88,7 @@ class Session:
     @property
     def is_over(self) -> bool:
         """Whether it has ended and all its lanes but control are read to their end."""
-        return self.state is not State.CONNECTED and self._open <= {self._control}
+        return self.state is not State.CONNECTED and self._open <= {self.control}
 
     def welcome(self, received: dict[str, int] | None) -> None:
         """Sends WELCOME; `received` is None for an instance that is new here."""
@@ -111,7 +111,9 @@ class Session:
         """A new connection wants to be a lane."""
         ticket = self._tickets.get(join.lane)
         if join.session != self.id:
-            raise ProtocolError(ErrorCode.TICKET, f"no session {join.session!r}")
+            raise ProtocolError(ErrorCode.TICKET, "there is no such session")
+        if connection.peer != self.control.peer:
+            raise ProtocolError(ErrorCode.TICKET, "the session is another device's")
         if ticket is None or self.state is not State.CONNECTED:
             raise ProtocolError(ErrorCode.TICKET, f"no lane {join.lane!r} can be joined")
         if not secrets.compare_digest(ticket.encode(), join.ticket.encode()):
@@ -131,13 +133,13 @@ class Session:
     def send(self, kind: Kind, body: JsonBody | None = None) -> None:
         """Sends on control."""
         self._spoke_s = self._context.clock()
-        self._context.act(Send(self._control, kind, body))
+        self._context.act(Send(self.control, kind, body))
 
     def received(self, connection: Connection, frame: Frame) -> None:
         """A frame other than DATA and TIME_REQUEST arrived on one of the lanes."""
         if self.state is not State.CONNECTED:
             return
-        if connection is self._control:
+        if connection is self.control:
             self._heard_s = self._context.clock()
         if frame.header.kind == Kind.ERROR:
             self._error(connection, Error.parse(frame.payload))
@@ -158,7 +160,7 @@ class Session:
     def _configured(self, configured: Configured) -> None:
         known = self.streams.answers
         self.streams.answer(configured)
-        for id, answer in configured.streams.items():
+        for id, answer in self.streams.answers.items():
             if answer.result != "applied" and answer != known.get(id):
                 self._event(f"{id} {answer.result}: {answer.reason!r}")
         running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
@@ -198,17 +200,17 @@ class Session:
         self._open.discard(connection)
         if self.state is not State.CONNECTED:
             return
-        if fault is not None and (self._bye_s is None or connection is not self._control):
+        if fault is not None and (self._bye_s is None or connection is not self.control):
             self.finish(State.LOST, f"lane {connection.lane!r}: {fault}")
         elif self._bye_s is not None:
             self._end_when_read()
-        elif connection is self._control:
+        elif connection is self.control:
             self.finish(State.LOST, "control ended without BYE")
         elif self._lane_ended_s is None:
             self._lane_ended_s = self._context.clock()
 
     def _end_when_read(self) -> None:
-        if self._open <= {self._control}:
+        if self._open <= {self.control}:
             self.finish(State.ENDED, "every lane is read")
 
     def tick(self) -> None:
@@ -241,7 +243,7 @@ class Session:
         if farewell is not None:
             self.send(Kind.BYE if isinstance(farewell, Bye) else Kind.ERROR, farewell)
         for connection in self._open:
-            said = farewell is not None and connection is self._control
+            said = farewell is not None and connection is self.control
             close(self._context, connection, Ending.DISCARD if said else Ending.DRAIN)
 
     def report(self) -> Report:

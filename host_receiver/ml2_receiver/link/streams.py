@@ -1,7 +1,7 @@
 """What a device was asked to run, what it answered and announced, and where its DATA goes."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..configuration.table import Scalar, StreamTable, Topic
 from ..errors import ErrorCode, ProtocolError, PublishError
@@ -17,12 +17,23 @@ type Request = Mapping[str, Mapping[str, Scalar]]
 class Demand:
     """What a headset shall run: `request`, but not now the streams that are `idle`.
 
-    While it is paused nothing starts, and what runs stops.
+    While it is paused nothing starts, and what runs stops. It is never asked for the streams in
+    `withheld`, which has the reasons.
     """
 
     request: Request
     is_paused: bool = False
     idle: Collection[str] = ()
+    withheld: Mapping[str, str] = field(default_factory=dict)
+
+    def asked(self) -> Request:
+        """The request as the headset sees it."""
+        return {id: it for id, it in self.request.items() if id not in self.withheld}
+
+    def refusals(self) -> dict[str, StreamAnswer]:
+        """The answers for what it is not asked for."""
+        ids = self.request.keys() & self.withheld.keys()
+        return {id: StreamAnswer("refused", None, self.withheld[id]) for id in sorted(ids)}
 
 
 class Streams:
@@ -50,6 +61,7 @@ class Streams:
         self._requested: Request = {}
         self._requested_before: Request = {}
         self._negotiated: Request | None = None
+        self._withheld: Mapping[str, StreamAnswer] = {}
         self._offered: list[Topic] = []
         self._is_answered = self._is_started = self._has_started = self._runs = False
 
@@ -79,19 +91,20 @@ class Streams:
         """
         if self._request and not self._is_answered:
             return None
-        if self._negotiated != demand.request:
-            self._negotiated = demand.request
-            return self._configure(demand.request)
+        asked, withheld = demand.asked(), demand.refusals()
+        if (self._negotiated, self._withheld) != (asked, withheld):
+            self._negotiated, self._withheld = asked, withheld
+            return self._configure(asked)
         wanted = self._wanted(demand)
         if wanted != self._requested:
             return self._configure(wanted)
-        is_idle = not wanted and demand.request
+        is_idle = not wanted and self._negotiated
         return None if demand.is_paused or is_idle or self._is_started else self._start()
 
     def _wanted(self, demand: Demand) -> Request:
         if demand.is_paused:
             return {} if self._runs else self._requested
-        return {id: values for id, values in demand.request.items() if id not in demand.idle}
+        return {id: values for id, values in demand.asked().items() if id not in demand.idle}
 
     def _configure(self, streams: Request) -> Configure:
         self._request += 1
@@ -193,7 +206,7 @@ class Streams:
                 )
         live = list(self._live.values())
         if self._requested == self._negotiated:
-            self.answers, self._offered = configured.streams, live
+            self.answers, self._offered = {**configured.streams, **self._withheld}, live
         else:
             self.answers = {**self.answers, **configured.streams}
             self._offered += [topic for topic in live if topic not in self._offered]

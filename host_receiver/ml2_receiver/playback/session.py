@@ -32,7 +32,7 @@ from ..wire.messages import (
     Welcome,
 )
 from .answers import announced, answer, recorded_streams
-from .lane import Lane
+from .lane import Destination, Lane
 
 _STATUS_PERIOD_S = 1.0
 _ROUND_TRIPS = 15  # one per STATUS: those of the last 15 s
@@ -60,7 +60,7 @@ class Session:
 
     def __init__(
         self,
-        address: tuple[str, int],
+        destination: Destination,
         reader: BagReader,
         table: StreamTable,
         over: threading.Event,
@@ -68,7 +68,8 @@ class Session:
         self.started = threading.Event()
         self.epoch = 0
         self.reason: str | None = None
-        self._address, self._reader, self._table, self._over = address, reader, table, over
+        self._destination, self._over = destination, over
+        self._reader, self._table = reader, table
         self._began_s = time.monotonic()
         self._finishing = threading.Event()
         self._lanes: dict[str, Lane] = {}
@@ -78,7 +79,7 @@ class Session:
         self._live: frozenset[Topic] = frozenset()
         self._request = 0
         self._round_trips_ns: deque[int] = deque(maxlen=_ROUND_TRIPS)
-        self._control = self._lanes["control"] = Lane(address, "control")
+        self._control = self._lanes["control"] = Lane(destination, "control")
         try:
             self._welcome = self._greet()
             for lane in ("time", "sensors"):
@@ -144,7 +145,7 @@ class Session:
         return welcome
 
     def _join(self, name: str) -> None:
-        lane = self._lanes[name] = Lane(self._address, name)
+        lane = self._lanes[name] = Lane(self._destination, name)
         ticket = self._welcome.tickets.get(name, "")
         lane.send(Kind.JOIN, Join(self._welcome.session, ticket, name))
         Joined.parse(lane.expect(Kind.JOINED))

@@ -20,7 +20,7 @@ from ..link.report import Report
 from ..ros_context import start_ros
 from ..topics.config_topic import config_text
 from ..topics.control import Control
-from ..topics.diagnostics import Diagnostics
+from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.sink import Applied, Publish
 from .calibration_services import add_calibration_services
 from .parameters import ParameterNode
@@ -145,6 +145,8 @@ class RosNode:
     def _report(self, report: Report | None) -> None:
         with self._reporting:
             rows = self._diagnostics.rows(report, time.monotonic())
+        if self._control is not None:
+            rows.append(security_row(self._control.protection()))
         more = {
             topic.full_name(self._prefix): {"subscribers": str(count)}
             for topic, count in self._publishers.subscribers().items()

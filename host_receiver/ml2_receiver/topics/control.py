@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from ..link.access import Protection
 from ..link.report import Report
 from ..link.streams import Request
 
@@ -11,6 +12,9 @@ class Control(Protocol):
 
     def report(self) -> Report | None:
         """The session there is, or the last one."""
+
+    def protection(self) -> Protection:
+        """Who may connect."""
 
     def begin(self) -> None:
         """Lets the streams run, now or as soon as a headset is ready for it."""

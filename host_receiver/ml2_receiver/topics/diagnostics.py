@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..configuration.table import Scalar
+from ..link.access import Protection
 from ..link.report import Report, State, TopicReport
 from ..link.statistics import SHARES, TopicStatistics
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
@@ -158,6 +159,16 @@ def _session(report: Report) -> Row:
     values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
     level = Level.ERROR if report.state is State.LOST else Level.OK
     return Row("session", level, f"{report.headset}: {report.state.value}", values)
+
+
+def security_row(protection: Protection) -> Row:
+    """Who may connect, and what others can make of it."""
+    paired = protection.paired
+    if paired is None:
+        message = "insecure: no encryption, and everybody may connect"
+        return Row("security", Level.WARN, message, {"tls": "false"})
+    values = {"tls": "true"} | {f"paired.{id}": name for id, name in paired.items()}
+    return Row("security", Level.OK, f"TLS 1.3, {len(paired)} paired", values)
 
 
 def _clock(clock: ClockStatus) -> Row:

@@ -10,6 +10,8 @@ MAGIC = 0x324D
 VERSION = 1
 CDR_ENCAPSULATION = b"\x00\x01\x00\x00"
 
+# How a TLS connection begins: a handshake record, major version 3.
+_TLS_MAGIC = 0x0316
 _LAYOUT = struct.Struct("<HBBHHIIqq")
 HEADER_BYTES = _LAYOUT.size
 _KIB, _MIB = 1 << 10, 1 << 20
@@ -29,15 +31,19 @@ class Side(Flag):
 
 
 class LaneKind(Flag):
-    """What a connection carries; it is OPENING until HELLO or JOIN has said which it is."""
+    """What a connection carries; it is OPENING until HELLO or JOIN has said which it is.
+
+    PAIRING is one to the port of `ml2-receiver pair`, from beginning to end.
+    """
 
     OPENING = auto()
     CONTROL = auto()
     TIME = auto()
     SENSORS = auto()
     IMAGE = auto()
+    PAIRING = auto()
     OTHER = TIME | SENSORS | IMAGE
-    ANY = OPENING | CONTROL | OTHER
+    ANY = OPENING | CONTROL | OTHER | PAIRING
 
     @staticmethod
     def of(lane: str) -> "LaneKind":
@@ -49,6 +55,7 @@ _LANE_KINDS = {
     "control": LaneKind.CONTROL,
     "time": LaneKind.TIME,
     "sensors": LaneKind.SENSORS,
+    "pairing": LaneKind.PAIRING,
 }
 
 
@@ -98,6 +105,9 @@ class Kind(IntEnum):
     ERROR = 51, Side.BOTH, LaneKind.ANY, 4 * _KIB, Body.JSON
     BYE = 52, Side.BOTH, LaneKind.CONTROL, 4 * _KIB, Body.JSON
     EVENT = 53, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    PAIR_CHALLENGE = 60, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
+    PAIR = 61, Side.DEVICE, LaneKind.PAIRING, 16 * _KIB, Body.JSON
+    PAIRED = 62, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
 
 
 _KINDS = {int(kind): kind for kind in Kind}
@@ -219,6 +229,10 @@ class FrameParser:
         return Frame(header, self._body)
 
     def _checked(self, header: Header) -> Header:
+        if header.magic == _TLS_MAGIC:
+            raise ProtocolError(
+                ErrorCode.MALFORMED, "expected a frame, found TLS: only this side has --insecure"
+            )
         if header.magic != MAGIC:
             raise ProtocolError(
                 ErrorCode.MALFORMED, f"expected magic {MAGIC:#06x}, found {header.magic:#06x}"

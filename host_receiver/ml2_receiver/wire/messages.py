@@ -7,6 +7,9 @@ from typing import Literal
 from ..configuration.table import Scalar
 from .json_body import JsonBody
 
+_NAME_CHARACTERS = 64
+_ID_CHARACTERS = 128
+
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
 TimestampBase = Literal["boottime", "monotonic"]
 
@@ -168,3 +171,40 @@ class Error(JsonBody):
 @dataclass(frozen=True)
 class Bye(JsonBody):
     reason: str
+
+
+@dataclass(frozen=True)
+class PairChallenge(JsonBody):
+    nonce: str
+    name: str
+    software: str
+
+
+@dataclass(frozen=True)
+class Pair(JsonBody):
+    token: str
+    name: str
+    device_id: str
+    certificate: str
+    signature: str
+
+    def __post_init__(self) -> None:
+        _check_text("name", self.name, _NAME_CHARACTERS)
+        _check_text("device_id", self.device_id, _ID_CHARACTERS)
+
+
+@dataclass(frozen=True)
+class Paired(JsonBody):
+    name: str
+    port: int
+
+    def __post_init__(self) -> None:
+        _check_text("name", self.name, _NAME_CHARACTERS)
+        if not 1 <= self.port <= 0xFFFF:
+            raise ValueError(f"port: expected 1 to 65535, found {self.port}")
+
+
+def _check_text(key: str, text: str, most: int) -> None:
+    """What people are shown must not move their terminal's cursor."""
+    if not 1 <= len(text) <= most or not text.isprintable():
+        raise ValueError(f"{key}: expected 1 to {most} printable characters")

@@ -1,0 +1,128 @@
+"""ml2-receiver pair: lets a headset connect from now on."""
+
+import argparse
+import math
+import socket
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import segno
+from rich.live import Live
+
+from ..errors import PairingError
+from ..generated.version import VERSION
+from ..link.discovery import announced_hosts
+from ..link.listener import listen
+from ..security.identity import Identity
+from ..security.paired_devices import PairedDevice, PairedDevices
+from ..security.pairing import VALID_S, Pairing
+from ..security.pairing_listener import PairingListener
+from ..security.pairing_uri import PairingUri
+from .config import Subparsers
+from .entrance import PORT, add_keys
+from .options import name
+from .receiving import address
+from .stopping import stop_signal
+
+_EVERYWHERE = ("0.0.0.0", 0)
+_POLL_S = 0.2
+_EPILOG = """\
+Shows a code for one device, for five minutes. It works with or without a receiver that runs, and
+one that runs lets the device in at once. Whoever sees the code can pair, so show it to nobody else.
+Exit code: 0 when a device was paired, else 2.
+
+examples:
+  ml2-receiver pair                          scan the code with the headset
+  ml2-receiver pair --listen 127.0.0.1:0     for a simulated headset: ml2-headset --pair URI
+  ml2-receiver pair --port 7756              for `run --listen 0.0.0.0:7756`
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "pair", help="show a code with which a headset may connect", epilog=_EPILOG
+    )
+    parser.add_argument(
+        "--listen",
+        type=address,
+        default=_EVERYWHERE,
+        metavar="HOST:PORT",
+        help="for pairing only; default: all interfaces, on a port the system chooses",
+    )
+    parser.add_argument(
+        "--port", type=_port, default=PORT, help=f"where `run` listens; default: {PORT}"
+    )
+    parser.add_argument("--name", type=name, default="", help="of the receiver, where that has one")
+    add_keys(parser)
+    parser.set_defaults(run=_run)
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 0xFFFF:
+        raise argparse.ArgumentTypeError(f"expected a port from 1 to 65535, found {text!r}")
+    return int(text)
+
+
+def _run(options: argparse.Namespace) -> int:
+    stopping = stop_signal()
+    identity = Identity.of(options.keys)
+    pairing = Pairing(identity.fingerprint)
+    with listen(options.listen) as socket_:
+        host, port = socket_.getsockname()[:2]
+        hosts = announced_hosts(host)
+        _show([PairingUri(it, port, identity.fingerprint, pairing.token) for it in hosts])
+        listener = PairingListener(
+            socket_,
+            identity,
+            PairedDevices(options.keys),
+            pairing,
+            name=options.name or socket.gethostname(),
+            software=f"ml2-receiver {VERSION}",
+            sessions_port=options.port,
+            say=lambda text: print(text, file=sys.stderr, flush=True),
+        )
+        try:
+            device = _wait(listener, pairing, stopping)
+        finally:
+            listener.close()
+    print(f"paired with {device.name!r}, fingerprint {device.fingerprint}")
+    return 0
+
+
+def _show(uris: Sequence[PairingUri]) -> None:
+    first, *others = uris
+    if sys.stdout.isatty():
+        print("Scan this with the headset, or give it the line below:\n")
+        segno.make_qr(str(first), error="l").terminal(compact=True)
+    print(first, flush=True)
+    for other in others:
+        print(f"this machine is {other.host}, too, for a headset on another network")
+
+
+def _wait(listener: PairingListener, pairing: Pairing, stopping: threading.Event) -> PairedDevice:
+    with _countdown(pairing):
+        while not listener.paired.wait(_POLL_S):
+            if stopping.is_set():
+                raise PairingError("nobody was paired")
+            if pairing.is_guessed_at:
+                raise PairingError("nobody was paired: too many wrong tokens; somebody may guess")
+            if not pairing.left_s and listener.device is None:
+                raise PairingError(f"nobody was paired within {VALID_S / 60:.0f} minutes")
+    assert listener.device is not None
+    return listener.device
+
+
+@contextmanager
+def _countdown(pairing: Pairing) -> Iterator[None]:
+    if not sys.stdout.isatty():
+        yield
+        return
+    with Live(get_renderable=lambda: _left(pairing), refresh_per_second=2, transient=True):
+        yield
+
+
+def _left(pairing: Pairing) -> str:
+    minutes, seconds = divmod(math.ceil(pairing.left_s), 60)
+    return f"waiting for the headset, {minutes}:{seconds:02} left"

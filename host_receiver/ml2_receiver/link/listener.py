@@ -1,0 +1,41 @@
+"""The sockets that are listened on."""
+
+import errno
+import socket
+
+from ..doctor.process_table import listener_of
+from ..errors import ListenError
+
+# A flood that is turned away must not fill it: who finds it full tries again a second later.
+_BACKLOG = 1024
+# Takes every control frame whole, so that one send() tells whether the peer reads at all.
+_SEND_BUFFER_BYTES = 128 * 1024
+
+
+def listen(address: tuple[str, int]) -> socket.socket:
+    """A socket for Server; port 0 lets the system choose.
+
+    Raises:
+        ListenError: the address cannot be listened on.
+    """
+    try:
+        family, *_, resolved = socket.getaddrinfo(*address, type=socket.SOCK_STREAM)[0]
+        listener = socket.create_server(
+            resolved[:2], family=family, backlog=_BACKLOG, dualstack_ipv6=False
+        )
+    except OSError as error:
+        reason = f"cannot listen on {text(address)}: {error.strerror}"
+        if error.errno == errno.EADDRINUSE:
+            holder = listener_of(address[1])
+            reason += f", by {holder or 'a process of another user'}; end it, or --listen elsewhere"
+        raise ListenError(reason) from error
+    # Linux gives these to every connection it accepts.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
+    return listener
+
+
+def text(address: tuple[str, int]) -> str:
+    """HOST:PORT of what getsockname() has."""
+    host, port = address[:2]
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

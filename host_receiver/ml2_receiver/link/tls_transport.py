@@ -1,0 +1,132 @@
+"""The bytes of one connection in TLS."""
+
+import select
+import socket
+import ssl
+import threading
+from contextlib import suppress
+
+from ..errors import ErrorCode, ProtocolError
+from ..security.contexts import ALPN
+from ..security.fingerprint import fingerprint
+from ..wire.frame import MAGIC
+
+_MAGIC_BYTE = bytes([MAGIC & 0xFF])
+_SCRATCH_BYTES = 64 * 1024
+# Past TLS: SSLSocket's own calls of these names would end it and go on in the clear, or refuse.
+_peek, _send_raw, _receive_raw = socket.socket.recv, socket.socket.send, socket.socket.recv_into
+_shutdown = socket.socket.shutdown
+_REFUSALS = {
+    "CERTIFICATE_VERIFY_FAILED": "it is not paired: run `ml2-receiver pair`",
+    "PEER_DID_NOT_RETURN_A_CERTIFICATE": "it shows no certificate: run `ml2-receiver pair`",
+    "UNSUPPORTED_PROTOCOL": "it does not speak TLS 1.3",
+    "WRONG_VERSION_NUMBER": "it does not speak TLS",
+}
+_PLAINTEXT = "this port speaks TLS only: run `ml2-receiver pair`, or start both with --insecure"
+
+
+class TlsTransport:
+    """A Transport of a socket that was wrapped without handshake.
+
+    OpenSSL must not read and write one connection at the same time, so the socket does not block
+    and a lock is held while it works, but never while it waits.
+    """
+
+    def __init__(self, tls: ssl.SSLSocket) -> None:
+        self._tls = tls
+        self._lock = threading.Lock()
+        self._is_open = self._is_plain = self._has_ended = False
+        self._timeout_ms: float | None = None
+        self._readable, self._writable = select.poll(), select.poll()
+        self._readable.register(tls, select.POLLIN)
+        self._writable.register(tls, select.POLLOUT)
+
+    def handshake(self) -> str | None:
+        try:
+            self._is_plain = self._tls.server_side and self._first_byte() == _MAGIC_BYTE
+            if not self._is_plain:
+                self._tls.do_handshake()
+        except OSError as error:
+            raise ProtocolError(ErrorCode.PAIRING, _refusal(error)) from error
+        if self._is_plain:
+            raise ProtocolError(ErrorCode.PAIRING, _PLAINTEXT)
+        if self._tls.selected_alpn_protocol() != ALPN:
+            raise ProtocolError(ErrorCode.PAIRING, f"it does not speak {ALPN}")
+        with self._lock:
+            self._tls.setblocking(False)
+            self._is_open = True
+        certificate = self._tls.getpeercert(binary_form=True)
+        return fingerprint(certificate) if certificate else None
+
+    def _first_byte(self) -> bytes:
+        return _peek(self._tls, 1, socket.MSG_PEEK)
+
+    def set_timeout(self, seconds: float) -> None:
+        self._timeout_ms = seconds * 1000
+
+    def receive(self, into: memoryview) -> int:
+        filled, length = 0, len(into)
+        while filled < length:
+            try:
+                with self._lock:
+                    count = 0 if self._has_ended else self._tls.recv_into(into[filled:])
+            except ssl.SSLWantReadError:
+                self._wait(self._readable)
+            except ssl.SSLError as error:
+                raise OSError(error.errno, f"broken TLS: {error.reason}") from error
+            else:
+                if not count:
+                    break
+                filled += count
+        if self._has_ended:
+            self.discard()
+        return filled
+
+    def _wait(self, poll: select.poll) -> None:
+        if not poll.poll(self._timeout_ms):
+            raise TimeoutError("the peer is silent")
+
+    def send(self, data: bytes) -> bool:
+        if self._is_plain:
+            return _send_raw(self._tls, data, socket.MSG_DONTWAIT) == len(data)
+        return not self._is_open or not self._unsent(data)
+
+    def send_all(self, data: bytes) -> None:
+        while data := self._unsent(data):
+            self._wait(self._writable)
+
+    def _unsent(self, data: bytes) -> bytes:
+        """What the kernel has no room for."""
+        with self._lock, suppress(ssl.SSLWantWriteError):
+            while data:
+                data = data[self._tls.write(data) :]
+        return data
+
+    def end_output(self) -> None:
+        with self._lock:
+            self._has_ended = True
+            if self._is_open:
+                with suppress(OSError, ValueError):  # of what the peer still sends
+                    self._tls.unwrap()
+        _shutdown(self._tls, socket.SHUT_WR)
+
+    def end(self) -> None:
+        _shutdown(self._tls, socket.SHUT_RDWR)
+
+    def discard(self) -> None:
+        scratch = bytearray(_SCRATCH_BYTES)
+        while self._readable.poll() and _receive_raw(self._tls, scratch):
+            pass
+
+    def abort(self) -> None:
+        with suppress(OSError):  # the peer may have gone
+            _shutdown(self._tls, socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        self._tls.close()
+
+
+def _refusal(error: OSError) -> str:
+    if isinstance(error, ssl.SSLError) and error.reason:
+        return _REFUSALS.get(error.reason, f"the TLS handshake failed: {error.reason}")
+    return "it left the TLS handshake"

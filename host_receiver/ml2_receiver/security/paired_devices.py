@@ -1,0 +1,107 @@
+"""The devices that may connect, a file for each."""
+
+import json
+import ssl
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ..errors import KeysError, PairingError
+from .fingerprint import fingerprint
+from .folder import locked, write
+
+_SUFFIX = ".json"
+
+
+@dataclass(frozen=True)
+class PairedDevice:
+    """`certificate` is DER; `paired` is when, in ISO 8601."""
+
+    name: str
+    device_id: str
+    paired: str
+    certificate: bytes
+
+    @property
+    def fingerprint(self) -> str:
+        return fingerprint(self.certificate)
+
+
+class PairedDevices:
+    """The folder `devices`, which any process may change at any time.
+
+    A file is named by its device's fingerprint, so the names in the folder are who is paired.
+
+    Methods raise KeysError when the folder cannot be used.
+    """
+
+    def __init__(self, keys: Path) -> None:
+        self._folder = keys / "devices"
+
+    def fingerprints(self) -> frozenset[str]:
+        """Those that are paired now."""
+        try:
+            return frozenset(file.stem for file in self._folder.glob(f"*{_SUFFIX}"))
+        except OSError as error:
+            raise KeysError(f"cannot use {self._folder}: {error.strerror}") from error
+
+    def load(self) -> list[PairedDevice]:
+        """Those that are paired now, by name."""
+        devices = [_read(self._file(it)) for it in self.fingerprints()]
+        return sorted((it for it in devices if it is not None), key=lambda it: it.name)
+
+    def add(self, name: str, device_id: str, certificate: bytes) -> PairedDevice:
+        """Pairs it, under another name if that is taken; again if it is paired already."""
+        with locked(self._folder):
+            taken = {it.name for it in self.load() if it.certificate != certificate}
+            paired = datetime.now(UTC).isoformat(timespec="seconds")
+            device = PairedDevice(_free_name(name, taken), device_id, paired, certificate)
+            document = {
+                "name": device.name,
+                "device_id": device_id,
+                "paired": paired,
+                "certificate": ssl.DER_cert_to_PEM_cert(certificate),
+            }
+            text = json.dumps(document, ensure_ascii=False, indent=2) + "\n"
+            write(self._file(device.fingerprint), text.encode())
+        return device
+
+    def remove(self, name: str) -> PairedDevice:
+        """Ends the pairing with the device of this name or fingerprint.
+
+        Raises:
+            PairingError: there is none.
+        """
+        with locked(self._folder):
+            devices = self.load()
+            found = [it for it in devices if name in (it.name, it.fingerprint)]
+            if not found:
+                names = ", ".join(repr(it.name) for it in devices) or "none"
+                raise PairingError(f"no paired device {name!r}; paired: {names}")
+            self._file(found[0].fingerprint).unlink()
+        return found[0]
+
+    def _file(self, fingerprint: str) -> Path:
+        return self._folder / f"{fingerprint}{_SUFFIX}"
+
+
+def _read(file: Path) -> PairedDevice | None:
+    try:
+        document = json.loads(file.read_text("utf-8"))
+        certificate = ssl.PEM_cert_to_DER_cert(document.pop("certificate"))
+        device = PairedDevice(**document, certificate=certificate)
+    except FileNotFoundError:
+        return None  # unpaired meanwhile
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise KeysError(f"{file} is not a paired device; remove it, and pair: {error}") from error
+    if device.fingerprint != file.stem:
+        raise KeysError(f"{file} has another certificate than its name says; remove it, and pair")
+    return device
+
+
+def _free_name(name: str, taken: set[str]) -> str:
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name} ({number})"
+    return free

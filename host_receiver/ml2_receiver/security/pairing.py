@@ -1,0 +1,116 @@
+"""One pairing, without I/O: what is asked of a device, and whether its answer is good."""
+
+import base64
+import binascii
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.hashes import SHA256
+from cryptography.hazmat.primitives.serialization import Encoding
+from cryptography.x509 import load_der_x509_certificate
+
+from ..errors import ErrorCode, ProtocolError
+from ..wire.messages import Pair
+
+VALID_S = 300.0
+WRONG_TOKENS = 5
+_TOKEN_BYTES = 16
+_NONCE_BYTES = 32
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A device that has shown token and key; `certificate` is DER."""
+
+    name: str
+    device_id: str
+    certificate: bytes
+
+
+class Pairing:
+    """A token, for five minutes, one device, and five wrong guesses. Calls must not overlap.
+
+    Args:
+        fingerprint: the receiver's.
+    """
+
+    def __init__(self, fingerprint: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self.token = secrets.token_hex(_TOKEN_BYTES)
+        self._fingerprint, self._clock = fingerprint, clock
+        self._ends_s = clock() + VALID_S
+        self._guesses_left = WRONG_TOKENS
+        self._is_used = False
+
+    @property
+    def left_s(self) -> float:
+        """How long the token is valid; 0 when it is not any more."""
+        is_over = self._is_used or not self._guesses_left
+        return 0.0 if is_over else max(0.0, self._ends_s - self._clock())
+
+    @property
+    def is_guessed_at(self) -> bool:
+        """Whether it is over because of wrong tokens."""
+        return not self._guesses_left
+
+    @staticmethod
+    def nonce() -> str:
+        """For one connection's challenge."""
+        return secrets.token_hex(_NONCE_BYTES)
+
+    def judge(self, pair: Pair, nonce: str) -> Candidate:
+        """The device that answered a challenge; the token is used up.
+
+        Raises:
+            ProtocolError: `pairing`; the message does not have the token.
+        """
+        if not self.left_s:
+            raise _refusal("the token is used or expired; run `ml2-receiver pair` again")
+        if not secrets.compare_digest(pair.token.encode(), self.token.encode()):
+            self._guesses_left -= 1
+            raise _refusal(f"wrong token, {self._guesses_left} more allowed")
+        certificate = _decoded(pair.certificate, "certificate")
+        signed = signed_text(self._fingerprint, nonce, self.token)
+        check_signature(certificate, _decoded(pair.signature, "signature"), signed)
+        self._is_used = True
+        return Candidate(pair.name, pair.device_id, certificate)
+
+
+def signed_text(fingerprint: str, nonce: str, token: str) -> bytes:
+    """What a device signs."""
+    return f"ml2s pair 1\n{fingerprint}\n{nonce}\n{token}".encode("ascii")
+
+
+def check_signature(certificate: bytes, signature: bytes, signed: bytes) -> None:
+    """Whether the key of a DER certificate has signed.
+
+    Raises:
+        ProtocolError: `pairing`.
+    """
+    try:
+        parsed = load_der_x509_certificate(certificate)
+        key = parsed.public_key()
+    except ValueError as error:
+        raise _refusal("the certificate is not one") from error
+    if not isinstance(key, ec.EllipticCurvePublicKey) or not isinstance(key.curve, ec.SECP256R1):
+        raise _refusal("expected a certificate with a key on the curve P-256")
+    if parsed.public_bytes(Encoding.DER) != certificate:
+        raise _refusal("the certificate is not DER")
+    try:
+        key.verify(signature, signed, ec.ECDSA(SHA256()))
+    except InvalidSignature as error:
+        raise _refusal("wrong signature") from error
+
+
+def _decoded(text: str, key: str) -> bytes:
+    try:
+        return base64.b64decode(text.encode("ascii"), validate=True)
+    except (binascii.Error, UnicodeEncodeError) as error:
+        raise _refusal(f"the {key} is not base64") from error
+
+
+def _refusal(message: str) -> ProtocolError:
+    return ProtocolError(ErrorCode.PAIRING, message)

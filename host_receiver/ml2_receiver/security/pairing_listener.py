@@ -1,0 +1,155 @@
+"""Sockets and threads around a Pairing."""
+
+import socket
+import ssl
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from ..errors import ErrorCode, ProtocolError
+from ..wire.frame import FrameParser, Kind, LaneKind, Side, encode_frame
+from ..wire.json_body import JsonBody
+from ..wire.messages import Error, Pair, PairChallenge, Paired
+from .contexts import ALPN, pairing_context
+from .identity import Identity
+from .paired_devices import PairedDevice, PairedDevices
+from .pairing import Pairing
+
+_EXCHANGE_S = 5.0
+_LINGER_S = 1.0
+_CONNECTIONS = 16
+_POLL_S = 0.1
+_SCRATCH_BYTES = 4096
+
+
+class PairingListener:
+    """Pairs the one device that has the token; close() ends it.
+
+    Args:
+        listener: closed by close().
+        sessions_port: where devices are told to connect to afterwards.
+        say: is told, by any thread, what went wrong with whom; never a secret.
+
+    Attributes:
+        paired: set once there is a `device`.
+    """
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        identity: Identity,
+        devices: PairedDevices,
+        pairing: Pairing,
+        *,
+        name: str,
+        software: str,
+        sessions_port: int,
+        say: Callable[[str], None],
+    ) -> None:
+        self.paired = threading.Event()
+        self.device: PairedDevice | None = None
+        self._listener, self._devices, self._pairing, self._say = listener, devices, pairing, say
+        self._context = pairing_context(identity)
+        self._name, self._software, self._port = name, software, sessions_port
+        self._lock = threading.Lock()
+        self._places = threading.BoundedSemaphore(_CONNECTIONS)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._accept, name="pair", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Nobody can connect any more; connections end within seconds, by themselves."""
+        self._closing.set()
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._thread.join()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        while not self._closing.is_set():
+            try:
+                accepted, address = self._listener.accept()
+            except OSError:
+                self._closing.wait(_POLL_S)
+                continue
+            if self._places.acquire(blocking=False):
+                serve = threading.Thread(target=self._serve, args=[accepted, address], daemon=True)
+                serve.start()
+            else:
+                accepted.close()
+
+    def _serve(self, accepted: socket.socket, address: tuple[str, int]) -> None:
+        try:
+            accepted.settimeout(_EXCHANGE_S)
+            exchange = _Exchange(self._context.wrap_socket(accepted, server_side=True))
+            with exchange.tls:
+                self._judge(exchange)
+        except ProtocolError as error:
+            self._say(f"{address[0]}: {error}")
+        except OSError as error:
+            reason = getattr(error, "reason", None) or error.strerror or error
+            self._say(f"{address[0]}: no TLS connection: {reason}")
+        finally:
+            accepted.close()
+            self._places.release()
+
+    def _judge(self, exchange: "_Exchange") -> None:
+        nonce = self._pairing.nonce()
+        try:
+            if exchange.tls.selected_alpn_protocol() != ALPN:
+                raise ProtocolError(ErrorCode.PAIRING, f"expected a device that speaks {ALPN}")
+            challenge = PairChallenge(nonce, self._name, self._software)
+            exchange.send(Kind.PAIR_CHALLENGE, challenge)
+            pair = exchange.receive()
+            with self._lock:
+                candidate = self._pairing.judge(pair, nonce)
+                self.device = self._devices.add(
+                    candidate.name, candidate.device_id, candidate.certificate
+                )
+            exchange.send(Kind.PAIRED, Paired(self._name, self._port))
+            exchange.finish()
+            self.paired.set()
+        except ProtocolError as error:
+            exchange.send(Kind.ERROR, Error(error.code, error.message, fatal=True))
+            exchange.finish()
+            raise
+
+
+class _Exchange:
+    """One connection, for so many seconds in all."""
+
+    def __init__(self, tls: ssl.SSLSocket) -> None:
+        self.tls = tls
+        self._ends_s = time.monotonic() + _EXCHANGE_S
+        self._parser = FrameParser(Side.DEVICE, LaneKind.PAIRING)
+
+    def send(self, kind: Kind, body: JsonBody) -> None:
+        with suppress(OSError):  # who has left needs no answer
+            self.tls.sendall(encode_frame(kind, body.to_bytes(), send_ns=time.time_ns()))
+
+    def receive(self) -> Pair:
+        frame = None
+        while frame is None:
+            self.tls.settimeout(max(0.001, self._ends_s - time.monotonic()))
+            try:
+                count = self.tls.recv_into(self._parser.get_buffer())
+            except TimeoutError as error:
+                message = f"no PAIR within {_EXCHANGE_S} s"
+                raise ProtocolError(ErrorCode.TIMEOUT, message) from error
+            if not count:
+                raise ProtocolError(ErrorCode.PAIRING, "the device left before PAIR")
+            frame = self._parser.buffer_updated(count)
+        if frame.header.kind != Kind.PAIR:
+            raise ProtocolError(ErrorCode.UNEXPECTED, "expected PAIR")
+        return Pair.parse(frame.payload)
+
+    def finish(self) -> None:
+        """Lets the peer read what it was sent: a close with bytes unread would be a reset."""
+        ends_s = time.monotonic() + _LINGER_S
+        with suppress(OSError):
+            socket.socket.shutdown(self.tls, socket.SHUT_WR)
+            while (left_s := ends_s - time.monotonic()) > 0:
+                self.tls.settimeout(left_s)
+                if not self.tls.recv(_SCRATCH_BYTES):
+                    break

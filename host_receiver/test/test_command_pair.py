@@ -1,0 +1,152 @@
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ml2_receiver.cli import main
+from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.security.pairing_uri import PairingUri
+from mock_device import MockDevice
+from ros_processes import Child, environment
+from test_pairing_listener import ERROR, PAIR, PAIRED, Lab, read, send
+from tls_device import Certificate
+
+CONFIG = "/**: {ros__parameters: {world_center: {enabled: false}, battery: {enabled: true}}}"
+COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
+
+
+class Device(Lab):
+    """Pairs with what a URI says."""
+
+    def __init__(self, folder: Path, uri: PairingUri) -> None:
+        self.address = uri.host, uri.port
+        self.fingerprint = uri.fingerprint
+        self.pairing = uri  # type: ignore[assignment]  # for its token
+        self.certificate = Certificate(folder / "device", "device")
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> Path:
+    return tmp_path / "keys"
+
+
+def pair_command(keys: Path, *options: str) -> Child:
+    words = ("pair", "--keys", str(keys), "--listen", "127.0.0.1:0")
+    return Child("-m", "ml2_receiver", *words, *options)
+
+
+def paired(folder: Path, keys: Path) -> Device:
+    with pair_command(keys, "--port", "4711", "--name", "desk") as pairing:
+        device = Device(folder, PairingUri.parse(pairing.line()))
+        assert device.pair() == (PAIRED, {"name": "desk", "port": 4711})
+        assert pairing.line().startswith("paired with 'Magic Leap 2', fingerprint ")
+        assert pairing.wait() == 0
+    return device
+
+
+def test_a_device_is_paired_listed_and_unpaired(
+    tmp_path: Path, keys: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    device = paired(tmp_path, keys)
+    assert main(["devices", "--paired", "--json", "--keys", str(keys)]) == 0
+    (listed,) = json.loads(capsys.readouterr().out)
+    assert listed["name"] == "Magic Leap 2"
+    assert listed["fingerprint"] == device.certificate.fingerprint
+    assert main(["devices", "--paired", "--keys", str(keys)]) == 0
+    assert "Magic Leap 2" in capsys.readouterr().out
+    assert main(["unpair", "Magic Leap 2", "--keys", str(keys)]) == 0
+    assert main(["devices", "--paired", "--keys", str(keys)]) == 0
+    assert "no device is paired: run `ml2-receiver pair`" in capsys.readouterr().out
+
+
+def test_who_is_not_paired_cannot_be_unpaired(
+    keys: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["unpair", "nobody", "--keys", str(keys)]) == 2
+    assert capsys.readouterr().err == "no paired device 'nobody'; paired: none\n"
+
+
+def test_five_wrong_tokens_end_it(tmp_path: Path, keys: Path) -> None:
+    with pair_command(keys) as pairing:
+        device = Device(tmp_path, PairingUri.parse(pairing.line()))
+        for _ in range(5):
+            with device.connect() as tls:
+                send(tls, PAIR, device.answer(read(tls)[1]["nonce"], token="0" * 32))
+                assert read(tls)[0] == ERROR
+        assert pairing.wait() == 2
+    assert "too many wrong tokens" in pairing.errors[-1]
+    assert PairedDevices(keys).load() == []
+
+
+def test_an_interrupt_pairs_nobody(keys: Path) -> None:
+    with pair_command(keys) as pairing:
+        pairing.line()
+        assert pairing.end() == 2
+    assert pairing.errors == ["nobody was paired"]
+
+
+def test_on_a_terminal_there_is_a_code_to_scan_and_the_time_left(keys: Path) -> None:
+    terminal, output = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ml2_receiver", "pair", "--keys", str(keys)],
+        stdout=output,
+        stderr=subprocess.DEVNULL,
+        env={**environment(), "TERM": "xterm"},
+    )
+    os.close(output)
+    shown = b""
+    try:
+        while not re.search(rb"waiting for the headset, 4:5\d left", COLOURS.sub(b"", shown)):
+            shown += os.read(terminal, 1024)
+    finally:
+        process.kill()
+        process.wait()
+        os.close(terminal)
+    assert "▀".encode() in shown
+    assert b"ml2s://" in shown
+
+
+def test_a_running_receiver_lets_in_who_is_paired_and_ends_who_is_not_any_more(
+    tmp_path: Path, keys: Path
+) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(CONFIG)
+    options = ("--no-ros", "--config", str(config), "--listen", "127.0.0.1:0", "--keys", str(keys))
+    with Child("-m", "ml2_receiver", "record", str(tmp_path / "walk"), *options) as receiver:
+        address = receiver.line().removeprefix("listening on ")
+        device = paired(tmp_path, keys)
+        with MockDevice(address, tls=device.certificate.context()) as headset:
+            headset.start()
+            headset.publish("battery")
+            main(["unpair", "Magic Leap 2", "--keys", str(keys)])
+            headset.wires["control"].expect_end()
+        receiver.await_error("session ended: the device was unpaired")
+        assert receiver.end() == 0
+    assert not any("WARNING" in line for line in receiver.errors)
+
+
+def test_insecure_is_loud_and_asks_for_no_eye_images(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(CONFIG.replace("battery", "eye_nasal_left: {enabled: true}, battery"))
+    options = ("--no-ros", "--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
+    with Child("-m", "ml2_receiver", "record", str(tmp_path / "walk"), *options) as receiver:
+        address = receiver.line().removeprefix("listening on ")
+        with MockDevice(address) as headset:
+            assert "eye_nasal_left" not in headset.reach_configure().streams
+            headset.disconnect()
+            headset.start()
+        receiver.await_error("WARNING: --insecure: no encryption")
+        receiver.await_error("eye_nasal_left refused: 'eye images are biometric: pair, or allow")
+        assert receiver.end() == 0
+    with Child(
+        *("-m", "ml2_receiver", "record", str(tmp_path / "eyes"), *options),
+        "--insecure-eye-images",
+    ) as receiver:
+        address = receiver.line().removeprefix("listening on ")
+        with MockDevice(address) as headset:
+            assert "eye_nasal_left" in headset.reach_configure().streams

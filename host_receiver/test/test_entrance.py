@@ -1,0 +1,92 @@
+"""Which address headsets are let in by."""
+
+import socket
+from argparse import Namespace
+from pathlib import Path
+
+import pytest
+
+from fake_sink import FakeSink
+from ml2_receiver.commands import entrance
+from ml2_receiver.commands.entrance import Entrance
+from ml2_receiver.commands.receiving import serving
+from ml2_receiver.configuration.config import load_config
+from ml2_receiver.security.paired_devices import PairedDevices
+from mock_device import MockDevice
+from tls_device import Certificate
+
+
+@pytest.fixture(autouse=True)
+def port(monkeypatch: pytest.MonkeyPatch) -> int:
+    """One that is free instead of the usual one."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        number: int = free.getsockname()[1]
+    monkeypatch.setattr(entrance, "_LOOPBACK", ("127.0.0.1", number))
+    monkeypatch.setattr(entrance, "_EVERYWHERE", ("0.0.0.0", number))
+    return number
+
+
+def options(keys: Path, **others: object) -> Namespace:
+    defaults = {"name": "", "insecure": False, "insecure_eye_images": False, "listen": None}
+    return Namespace(keys=keys, **{**defaults, **others})
+
+
+def listened_on(options: Namespace) -> tuple[str, int]:
+    with Entrance(options) as way_in:
+        host, port = way_in.listener.getsockname()
+        return host, port
+
+
+def test_it_is_this_machine_only_while_nobody_is_paired(tmp_path: Path, port: int) -> None:
+    assert listened_on(options(tmp_path)) == ("127.0.0.1", port)
+
+
+def test_it_is_all_interfaces_once_somebody_is(tmp_path: Path, port: int) -> None:
+    PairedDevices(tmp_path).add("a", "a", Certificate(tmp_path / "a", "a").der)
+    assert listened_on(options(tmp_path)) == ("0.0.0.0", port)
+
+
+def test_without_tls_it_is_this_machine_only_whoever_is_paired(tmp_path: Path, port: int) -> None:
+    PairedDevices(tmp_path).add("a", "a", Certificate(tmp_path / "a", "a").der)
+    assert listened_on(options(tmp_path, insecure=True)) == ("127.0.0.1", port)
+
+
+def test_what_the_user_chose_is_listened_on(tmp_path: Path) -> None:
+    host, _ = listened_on(options(tmp_path, listen=("127.0.0.3", 0)))
+    assert host == "127.0.0.3"
+
+
+def test_without_tls_there_are_no_keys(tmp_path: Path) -> None:
+    listened_on(options(tmp_path / "keys", insecure=True))
+    assert not (tmp_path / "keys").exists()
+
+
+@pytest.mark.parametrize("flags", [(False, False), (True, False), (True, True)])
+def test_eye_images_are_withheld_in_the_clear_unless_allowed(
+    tmp_path: Path, flags: tuple[bool, bool]
+) -> None:
+    insecure, insecure_eye_images = flags
+    flagged = options(tmp_path, insecure=insecure, insecure_eye_images=insecure_eye_images)
+    with Entrance(flagged) as way_in:
+        withheld = set(way_in.withheld)
+    eyes = {f"eye_{place}_{side}" for place in ("nasal", "temple") for side in ("left", "right")}
+    assert withheld == (eyes if flags == (True, False) else set())
+
+
+def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
+    tmp_path: Path, port: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text("/**: {ros__parameters: {battery: {enabled: true}}}")
+    with (
+        Entrance(options(tmp_path / "keys")) as way_in,
+        serving(way_in, load_config(config), FakeSink()) as server,
+    ):
+        assert server.address == f"127.0.0.1:{port}"
+        certificate = Certificate(tmp_path / "a", "a")
+        PairedDevices(tmp_path / "keys").add("a", "a", certificate.der)
+        said = ""
+        while f"listening on 0.0.0.0:{port}" not in said:
+            said += capsys.readouterr().out
+        with MockDevice(f"127.0.0.1:{port}", tls=certificate.context()) as device:
+            device.connect()

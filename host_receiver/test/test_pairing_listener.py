@@ -1,0 +1,231 @@
+"""Pairing over the wire, by a device that is played by hand."""
+
+import base64
+import json
+import socket
+import ssl
+import struct
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.hashes import SHA256
+
+from ml2_receiver.link.listener import listen
+from ml2_receiver.security import pairing_listener
+from ml2_receiver.security.identity import Identity
+from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.security.pairing import Pairing
+from ml2_receiver.security.pairing_listener import PairingListener
+from tls_device import Certificate, anonymous_context
+
+HEADER = struct.Struct("<HBBHHIIqq")
+CHALLENGE, PAIR, PAIRED, ERROR = 60, 61, 62, 51
+
+
+class Lab:
+    def __init__(self, folder: Path) -> None:
+        identity = Identity.of(folder / "keys")
+        self.fingerprint = identity.fingerprint
+        self.devices = PairedDevices(folder / "keys")
+        self.pairing = Pairing(identity.fingerprint)
+        self.said: list[str] = []
+        listener = listen(("127.0.0.1", 0))
+        self.address = listener.getsockname()[:2]
+        self.listener = PairingListener(
+            listener,
+            identity,
+            self.devices,
+            self.pairing,
+            name="desk",
+            software="test 1",
+            sessions_port=7755,
+            say=self.said.append,
+        )
+        self.certificate = Certificate(folder / "device", "device")
+
+    def connect(self, context: ssl.SSLContext | None = None) -> ssl.SSLSocket:
+        bare = socket.create_connection(self.address, 10)
+        return (context or anonymous_context()).wrap_socket(bare)
+
+    def answer(self, nonce: str, **changes: Any) -> dict[str, Any]:
+        """A good PAIR, but for `changes`."""
+        signed = f"ml2s pair 1\n{self.fingerprint}\n{nonce}\n{self.pairing.token}".encode()
+        return {
+            "token": self.pairing.token,
+            "name": "Magic Leap 2",
+            "device_id": "id",
+            "certificate": base64.b64encode(self.certificate.der).decode(),
+            "signature": base64.b64encode(
+                self.certificate.key.sign(signed, ec.ECDSA(SHA256()))
+            ).decode(),
+        } | changes
+
+    def pair(self, **changes: Any) -> tuple[int, Any]:
+        """Kind and body of what comes after PAIR."""
+        with self.connect() as tls:
+            kind, challenge = read(tls)
+            assert kind == CHALLENGE
+            send(tls, PAIR, self.answer(challenge["nonce"], **changes))
+            answer = read(tls)
+            assert tls.recv(1) == b""
+        return answer
+
+
+def send(tls: socket.socket, kind: int, body: Any) -> None:
+    data = json.dumps(body).encode()
+    tls.sendall(HEADER.pack(0x324D, 1, kind, 0, 0, 0, len(data), 0, 0) + data)
+
+
+def read(tls: socket.socket) -> tuple[int, Any]:
+    header = HEADER.unpack(exactly(tls, 32))
+    return header[2], json.loads(exactly(tls, header[6]))
+
+
+def exactly(tls: socket.socket, count: int) -> bytes:
+    data = b""
+    while len(data) < count:
+        more = tls.recv(count - len(data))
+        assert more, data
+        data += more
+    return data
+
+
+@pytest.fixture
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
+    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 0.5)
+    lab = Lab(tmp_path)
+    yield lab
+    lab.listener.close()
+    assert lab.pairing.token not in "\n".join(lab.said)
+
+
+def test_the_device_with_the_token_is_paired(lab: Lab) -> None:
+    assert lab.pair() == (PAIRED, {"name": "desk", "port": 7755})
+    assert lab.listener.paired.wait(5)
+    (device,) = lab.devices.load()
+    assert (device.name, device.device_id) == ("Magic Leap 2", "id")
+    assert device.certificate == lab.certificate.der
+    assert lab.listener.device == device
+
+
+def test_the_challenge_is_signed_by_nothing_but_tls_with_the_shown_certificate(lab: Lab) -> None:
+    with lab.connect() as tls:
+        certificate = tls.getpeercert(binary_form=True)
+        assert certificate is not None
+        assert tls.version() == "TLSv1.3"
+        _, challenge = read(tls)
+    with lab.connect() as tls:
+        assert read(tls)[1]["nonce"] != challenge["nonce"]
+    assert (challenge["name"], challenge["software"]) == ("desk", "test 1")
+    assert len(bytes.fromhex(challenge["nonce"])) == 32
+
+
+def test_a_token_that_was_used_is_refused(lab: Lab, tmp_path: Path) -> None:
+    lab.pair()
+    lab.certificate = Certificate(tmp_path / "second", "second")
+    kind, error = lab.pair()
+    assert (kind, error["code"], error["fatal"]) == (ERROR, "pairing", True)
+    assert "used or expired" in error["message"]
+    assert len(lab.devices.load()) == 1
+
+
+def test_an_answer_to_another_connections_challenge_is_refused(lab: Lab) -> None:
+    with lab.connect() as heard, lab.connect() as replayed:
+        answer = lab.answer(read(heard)[1]["nonce"])
+        read(replayed)
+        send(replayed, PAIR, answer)
+        kind, error = read(replayed)
+    assert (kind, error["code"], error["message"]) == (ERROR, "pairing", "wrong signature")
+    assert lab.devices.load() == []
+
+
+def test_wrong_tokens_are_counted_and_told(lab: Lab) -> None:
+    for _ in range(5):
+        kind, error = lab.pair(token="0" * 32)
+        assert (kind, error["code"]) == (ERROR, "pairing")
+    assert lab.pairing.is_guessed_at
+    assert lab.pair()[0] == ERROR
+    assert lab.devices.load() == []
+    assert any("wrong token, 0 more allowed" in said for said in lab.said)
+
+
+@pytest.mark.parametrize(
+    ("sent", "code"),
+    [
+        (HEADER.pack(0x324D, 1, PAIR, 0, 0, 0, 16385, 0, 0), "too_large"),
+        (HEADER.pack(0x324D, 1, PAIR, 0, 0, 0, 0xFFFFFFFF, 0, 0), "too_large"),
+        (HEADER.pack(0x324D, 2, PAIR, 0, 0, 0, 0, 0, 0), "version"),
+        (HEADER.pack(0x324D, 1, PAIR, 0, 0, 0, 2, 0, 0) + b"{}", "malformed"),
+        (HEADER.pack(0x324D, 1, PAIR, 0, 0, 0, 9000, 0, 0) + b"[" * 9000, "malformed"),
+        (HEADER.pack(0x324D, 1, 1, 0, 0, 0, 2, 0, 0) + b"{}", "unexpected"),
+        (HEADER.pack(0x324D, 1, 16, 0, 0, 0, 2, 0, 0) + b"{}", "unexpected"),
+        (HEADER.pack(0x324D, 1, 200, 0, 0, 0, 2, 0, 0) + b"{}", "unexpected"),
+        (HEADER.pack(0x324D, 1, PAIR, 0, 0, 0, 100, 0, 0) + b"{", "timeout"),
+        (b"", "timeout"),
+        (b"\0" * 100, "malformed"),
+    ],
+)
+def test_hostile_peers_are_refused_and_the_next_device_is_paired(
+    lab: Lab, sent: bytes, code: str
+) -> None:
+    with lab.connect() as tls:
+        read(tls)
+        tls.sendall(sent)
+        kind, error = read(tls)
+    assert (kind, error["code"]) == (ERROR, code)
+    assert lab.pair()[0] == PAIRED
+
+
+def tls_12() -> ssl.SSLContext:
+    context = anonymous_context()
+    context.minimum_version = context.maximum_version = ssl.TLSVersion.TLSv1_2
+    return context
+
+
+def other_protocol() -> ssl.SSLContext:
+    context = anonymous_context()
+    context.set_alpn_protocols(["http/1.1"])
+    return context
+
+
+@pytest.mark.parametrize("context", [tls_12, other_protocol])
+def test_other_protocols_are_refused(lab: Lab, context: Callable[[], ssl.SSLContext]) -> None:
+    with suppress(ssl.SSLError), lab.connect(context()) as tls:
+        assert read(tls)[0] == ERROR
+    assert lab.pair()[0] == PAIRED
+
+
+def test_plaintext_and_silence_do_not_keep_a_device_out(lab: Lab) -> None:
+    with (
+        socket.create_connection(lab.address, 10) as silent,
+        socket.create_connection(lab.address, 10) as plain,
+    ):
+        send(plain, PAIR, {})
+        assert lab.pair()[0] == PAIRED
+        with suppress(ConnectionError):
+            assert silent.recv(100) == b""
+
+
+def test_bytes_now_and_then_do_not_hold_a_place(lab: Lab) -> None:
+    began_s = time.monotonic()
+    with lab.connect() as tls:
+        read(tls)
+        with suppress(OSError):
+            while time.monotonic() - began_s < 8:
+                tls.sendall(b"M")
+                time.sleep(0.1)  # a slow peer, whom nothing tells when to go on
+    assert time.monotonic() - began_s < 8
+
+
+def test_a_seventeenth_connection_has_to_wait(lab: Lab) -> None:
+    held = [socket.create_connection(lab.address, 10) for _ in range(16)]
+    with suppress(OSError), lab.connect() as tls:
+        read(tls)
+        raise AssertionError("let in")
+    for peer in held:
+        peer.close()

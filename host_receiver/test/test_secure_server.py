@@ -1,0 +1,487 @@
+"""Who is let in and what hostile peers can do, while the session of a paired device goes on."""
+
+import socket
+import ssl
+import struct
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from fake_sink import FakeSink
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.access import Access, Everybody, PairedOnly
+from ml2_receiver.link.context import Limits
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.report import State
+from ml2_receiver.link.server import Server
+from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
+from ml2_receiver.wire.messages import Bye, Error, Join
+from mock_device import MockDevice, Wire
+from scene import REQUEST
+from tls_device import Certificate, StreamingDevice, anonymous_context
+
+IMAGE = "world_left/image_raw"
+BATTERY = "battery"
+STRANGER = "127.0.0.2"
+QUICK = Limits(handshake_s=0.5, linger_s=0.3)
+UNLIMITED = replace(QUICK, failed_attempts=10_000)
+
+
+class Lab:
+    """A receiver, and devices with certificates, paired or not."""
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self.folder, self.sink, self.limits = folder, FakeSink(), limits
+        self.devices = PairedDevices(folder / "keys")
+        self.servers: list[Server] = []
+        self.address = self.serve(PairedOnly(folder / "keys"))
+        self.server = self.servers[0]
+
+    def serve(self, access: Access) -> tuple[str, int]:
+        server = Server(
+            listen(("127.0.0.1", 0)),
+            load_table(),
+            REQUEST,
+            self.sink,
+            access=access,
+            name="host",
+            software="test",
+            limits=self.limits,
+        )
+        self.servers.append(server)
+        host, _, port = server.address.rpartition(":")
+        return host, int(port)
+
+    def insecure(self) -> tuple[str, int]:
+        """The address of one more receiver, without TLS."""
+        return self.serve(Everybody())
+
+    def stop(self) -> None:
+        for server in self.servers:
+            server.stop()
+
+    def certificate(
+        self, name: str, issuer: Certificate | None = None, *, is_authority: bool = False
+    ) -> Certificate:
+        return Certificate(self.folder / name, name, issuer, is_authority=is_authority)
+
+    def paired(self, name: str) -> Certificate:
+        certificate = self.certificate(name)
+        self.devices.add(name, name, certificate.der)
+        return certificate
+
+    def streaming(self) -> StreamingDevice:
+        return StreamingDevice(self.server.address, self.paired("headset").context(), BATTERY)
+
+    def connect(self) -> socket.socket:
+        """A stranger's bare connection."""
+        return socket.create_connection(self.address, 5, (STRANGER, 0))
+
+    def received(self) -> int:
+        return len(self.sink.payloads[BATTERY])
+
+    def await_more(self, count: int = 5) -> None:
+        self.sink.await_payloads(BATTERY, self.received() + count)
+
+
+@pytest.fixture
+def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], Lab]]:
+    with ExitStack() as stack:
+
+        def make(limits: Limits) -> Lab:
+            lab = Lab(tmp_path, limits)
+            stack.callback(lab.stop)
+            return lab
+
+        yield make
+
+
+@pytest.fixture
+def lab(open_lab: Callable[[Limits], Lab]) -> Lab:
+    return open_lab(UNLIMITED)
+
+
+def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(lab: Lab) -> None:
+    sent = [
+        CDR_ENCAPSULATION + bytes([it]) * size for it, size in enumerate((0, 5, 16_384, 3 << 20))
+    ]
+    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
+        device.start()
+        for payload in sent:
+            device.publish(IMAGE, payload)
+        assert lab.sink.await_payloads(IMAGE, len(sent)) == sent
+        device.leave()
+    report = lab.sink.await_report()
+    assert (report.state, report.is_final) == (State.ENDED, True)
+
+
+def test_everything_is_tls_13(lab: Lab) -> None:
+    wire = Wire(lab.server.address, "control", lab.paired("headset").context())
+    assert isinstance(wire.socket, ssl.SSLSocket)
+    assert wire.socket.version() == "TLSv1.3"
+    assert wire.socket.selected_alpn_protocol() == "ml2s/1"
+    wire.socket.close()
+
+
+def refused(connect: Callable[[], ssl.SSLSocket]) -> str:
+    """What a peer is told that is refused; with TLS 1.3 it sees an alert at its first read."""
+    try:
+        with connect() as tls:
+            assert tls.recv(1) == b""
+    except (ssl.SSLError, ConnectionError) as error:
+        return str(error).upper()
+    return ""
+
+
+class Relay:
+    """Forwards one connection after the other to a receiver, and keeps every byte."""
+
+    def __init__(self, target: tuple[str, int]) -> None:
+        self.heard = bytearray()
+        self._target = target
+        self._listener = listen(("127.0.0.1", 0))
+        self.address = "{}:{}".format(*self._listener.getsockname())
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                device, _ = self._listener.accept()
+                receiver = socket.create_connection(self._target)
+                for source, sink in ((device, receiver), (receiver, device)):
+                    threading.Thread(target=self._carry, args=[source, sink], daemon=True).start()
+
+    def _carry(self, source: socket.socket, sink: socket.socket) -> None:
+        with suppress(OSError), source, sink:
+            while data := source.recv(1 << 16):
+                self.heard += data
+                sink.sendall(data)
+
+    def close(self) -> None:
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+
+
+@pytest.mark.parametrize("is_encrypted", [True, False])
+def test_who_listens_sees_no_pixel_row_token_or_topic_name(lab: Lab, is_encrypted: bool) -> None:
+    rows = [bytes([(number * 7 + x) % 251 for x in range(1016)]) for number in range(100)]
+    target = lab.address if is_encrypted else lab.insecure()
+    relay = Relay(target)
+    tls = lab.paired("headset").context() if is_encrypted else None
+    with MockDevice(relay.address, tls=tls) as device:
+        device.start()
+        device.publish(IMAGE, CDR_ENCAPSULATION + b"".join(rows))
+        lab.sink.await_payloads(IMAGE, 1)
+        secrets = [device.welcome.session, *device.welcome.tickets.values(), *device.live]
+        words = [*rows, *(it.encode() for it in secrets), b"M2\x01", b"device name"]
+    relay.close()
+    heard = bytes(relay.heard)
+    assert len(heard) > sum(map(len, rows))
+    seen = [word for word in words if word in heard]
+    used = {it.encode() for it in device.welcome.tickets.values()}
+    assert seen == [] if is_encrypted else {*words} - {*seen} <= used
+
+
+def test_an_unpaired_device_is_refused_and_told_by_an_alert(lab: Lab) -> None:
+    unpaired = lab.certificate("unpaired").context()
+    with lab.streaming():
+        said = refused(lambda: unpaired.wrap_socket(lab.connect()))
+        lab.await_more()
+    assert "UNKNOWN_CA" in said
+    lab.sink.await_event("(new connection): pairing: it is not paired: run `ml2-receiver pair`")
+
+
+def test_a_device_that_shows_no_certificate_is_refused(lab: Lab) -> None:
+    with lab.streaming():
+        refused(lambda: anonymous_context().wrap_socket(lab.connect()))
+        lab.await_more()
+    lab.sink.await_event("pairing: it shows no certificate")
+
+
+def test_a_certificate_that_a_paired_device_has_signed_is_refused(lab: Lab) -> None:
+    authority = lab.certificate("authority", is_authority=True)
+    lab.devices.add("authority", "authority", authority.der)
+    forged = lab.certificate("forged", issuer=authority)
+    with lab.streaming():
+        wire = Wire(lab.server.address, "control", forged.context(), STRANGER)
+        wire.expect_error("pairing")
+        lab.await_more()
+        wire.socket.close()
+    lab.sink.await_event("pairing: it is not paired")
+
+
+def test_tls_12_is_refused(lab: Lab) -> None:
+    old = lab.paired("old").context()
+    old.minimum_version = old.maximum_version = ssl.TLSVersion.TLSv1_2
+    with lab.streaming():
+        refused(lambda: old.wrap_socket(lab.connect()))
+        lab.await_more()
+    lab.sink.await_event("pairing: it does not speak TLS 1.3")
+
+
+def test_another_protocol_in_tls_is_refused(lab: Lab) -> None:
+    other = lab.paired("other").context()
+    other.set_alpn_protocols(["http/1.1"])
+    with lab.streaming():
+        refused(lambda: other.wrap_socket(lab.connect()))
+        lab.await_more()
+    lab.sink.await_event("pairing: it does not speak ml2s/1")
+
+
+def test_plaintext_is_answered_in_words(lab: Lab) -> None:
+    with lab.streaming(), MockDevice(lab.server.address, "plain") as plain:
+        error = plain.greet().expect_error("pairing")
+        lab.await_more()
+    assert "this port speaks TLS only" in error.message
+    lab.sink.await_event("pairing: this port speaks TLS only")
+
+
+@pytest.mark.parametrize("sent", [b"GET / HTTP/1.1\r\n\r\n", b"\x16\x03\x01" + b"\xff" * 5000, b""])
+def test_what_is_no_handshake_is_refused(lab: Lab, sent: bytes) -> None:
+    with lab.streaming(), lab.connect() as peer:
+        peer.sendall(sent)
+        peer.shutdown(socket.SHUT_WR)
+        with suppress(ConnectionError):
+            while peer.recv(1000):
+                pass
+        lab.await_more()
+    lab.sink.await_event("pairing: ")
+
+
+def test_a_ticket_is_worth_nothing_on_the_connection_of_another_paired_device(lab: Lab) -> None:
+    thief = lab.paired("thief").context()
+    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
+        welcome = device.connect()
+        stolen = Join(welcome.session, welcome.tickets["sensors"], "sensors")
+        wire = Wire(lab.server.address, "sensors", thief, STRANGER)
+        wire.send(Kind.JOIN, stolen)
+        assert wire.expect_error("ticket").message == "the session is another device's"
+        wire.socket.close()
+        device.join("sensors")
+    said = "\n".join(lab.sink.events)
+    assert welcome.session not in said
+    assert stolen.ticket not in said
+
+
+def test_a_device_id_does_not_take_another_devices_session(lab: Lab) -> None:
+    with (
+        lab.streaming(),
+        MockDevice(lab.server.address, tls=lab.paired("thief").context()) as thief,
+    ):
+        thief.greet().expect_error("busy")
+        lab.await_more()
+
+
+def test_a_device_takes_the_place_of_its_own_session(lab: Lab) -> None:
+    context = lab.paired("headset").context()
+    with MockDevice(lab.server.address, tls=context) as dead:
+        dead.start()
+        with MockDevice(lab.server.address, tls=context) as back:
+            back.start()
+            back.publish(BATTERY)
+            lab.sink.await_payloads(BATTERY, 1)
+
+
+def test_unpairing_ends_the_running_session_and_keeps_the_device_out(lab: Lab) -> None:
+    certificate = lab.paired("headset")
+    context = certificate.context()
+    with MockDevice(lab.server.address, tls=context) as device:
+        device.start()
+        resumable = device.wires["control"].socket
+        assert isinstance(resumable, ssl.SSLSocket)
+        session = resumable.session
+        lab.devices.remove("headset")
+        assert Bye.parse(device.wires["control"].expect(Kind.BYE)).reason == "unpaired"
+        for wire in device.wires.values():
+            wire.expect_end()
+    assert lab.sink.await_report().state is State.ENDED
+    lab.sink.await_event("the device was unpaired")
+    assert session is not None
+    assert session.has_ticket
+    refused(lambda: context.wrap_socket(lab.connect(), session=session))
+
+
+def test_a_device_that_is_paired_while_the_receiver_runs_is_let_in(lab: Lab) -> None:
+    late = lab.certificate("late")
+    refused(lambda: late.context().wrap_socket(lab.connect()))
+    lab.devices.add("late", "late", late.der)
+    with MockDevice(lab.server.address, tls=late.context()) as device:
+        device.start()
+
+
+def test_a_lane_resumes_the_tls_session_of_its_device(lab: Lab) -> None:
+    context = lab.paired("headset").context()
+    with MockDevice(lab.server.address, tls=context) as device:
+        device.start()
+        first = device.wires["control"].socket
+        assert isinstance(first, ssl.SSLSocket)
+        resumed = context.wrap_socket(socket.create_connection(lab.address), session=first.session)
+        with resumed:
+            assert resumed.session_reused
+            resumed.sendall(encode_frame(Kind.JOIN, b"{}"))
+            assert resumed.recv(4)[3] == Kind.ERROR  # and not a TLS alert
+
+
+def test_peers_that_stop_in_the_handshake_are_closed_in_time(lab: Lab) -> None:
+    hello = client_hello(lab)
+    with lab.streaming(), ExitStack() as stack:
+        slow = [stack.enter_context(lab.connect()) for _ in range(3)]
+        for peer, sent in zip(slow, (b"", hello[:40], hello), strict=True):
+            peer.sendall(sent)
+        for peer in slow:
+            while peer.recv(10_000):
+                pass
+        lab.await_more()
+    lab.sink.await_event("timeout: no HELLO or JOIN within 0.5 s")
+
+
+def test_a_byte_now_and_then_does_not_extend_the_handshake(lab: Lab) -> None:
+    hello = client_hello(lab)
+    began_s = time.monotonic()
+    with lab.streaming(), lab.connect() as peer, suppress(ConnectionError):
+        for byte in hello:
+            peer.sendall(bytes([byte]))
+            time.sleep(0.05)  # a slow peer, whom nothing tells when to go on
+    assert time.monotonic() - began_s < 5
+    lab.sink.await_event("timeout: no HELLO or JOIN within 0.5 s")
+
+
+def client_hello(lab: Lab) -> bytes:
+    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+    tls = lab.certificate("slow").context().wrap_bio(incoming, outgoing)
+    with pytest.raises(ssl.SSLWantReadError):
+        tls.do_handshake()
+    return outgoing.read()
+
+
+def test_a_paired_peer_that_stops_in_the_middle_of_a_frame_is_told_and_closed(lab: Lab) -> None:
+    context = lab.paired("other").context()
+    with lab.streaming():
+        wire = Wire(lab.server.address, "control", context, STRANGER)
+        wire.socket.sendall(encode_frame(Kind.HELLO, b"{}")[:-1])
+        wire.expect_error("timeout")
+        lab.await_more()
+        wire.socket.close()
+
+
+def test_a_thousand_half_open_connections_do_not_disturb_a_session(
+    open_lab: Callable[[Limits], Lab],
+) -> None:
+    lab = open_lab(Limits())
+    with lab.streaming() as streaming, ExitStack() as stack:
+        threads = threading.active_count()
+        for _ in range(1000):
+            stack.enter_context(lab.connect())
+        assert threading.active_count() <= threads + 16 + 64
+        lab.await_more(50)
+        lab.sink.await_event(f"{STRANGER} is turned away: ")
+        with MockDevice(lab.server.address, tls=streaming.device.tls) as back:
+            back.start()  # from another address than the thousand
+
+
+def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], Lab]) -> None:
+    lab = open_lab(replace(QUICK, failed_attempts=3, failed_attempts_per_s=0.5))
+    context = lab.paired("headset").context()
+    for _ in range(3):
+        refused(lambda: anonymous_context().wrap_socket(lab.connect()))
+    refused(lambda: context.wrap_socket(lab.connect()))
+    lab.sink.await_event(f"{STRANGER} is turned away: too many failed attempts")
+    with MockDevice(lab.server.address, tls=context) as device:
+        device.connect()  # from elsewhere
+    deadline_s = time.monotonic() + 10
+    while True:
+        try:
+            context.wrap_socket(lab.connect()).close()
+            return
+        except (ssl.SSLError, ConnectionError):
+            assert time.monotonic() < deadline_s
+
+
+def test_one_address_has_so_many_connections(open_lab: Callable[[Limits], Lab]) -> None:
+    lab = open_lab(replace(Limits(), connections_per_address=4))
+    with ExitStack() as stack:
+        for _ in range(4):
+            stack.enter_context(lab.connect())
+        with lab.connect() as fifth, suppress(ConnectionError):
+            assert fifth.recv(1) == b""
+        lab.sink.await_event(f"{STRANGER} is turned away: it has 4 connections")
+
+
+def hostile_frames() -> dict[str, bytes]:
+    huge = struct.pack("<HBBHHIIqq", 0x324D, 1, Kind.HELLO, 0, 0, 0, 0xFFFFFFFF, 0, 0)
+    deep = b"[" * 30_000
+    return {
+        "too_large": huge,
+        "malformed": encode_frame(Kind.HELLO, deep),
+        "malformed ": b"\x00" * 100_000,
+    }
+
+
+@pytest.mark.parametrize("code", hostile_frames())
+def test_a_paired_but_hostile_device_is_refused_and_the_session_goes_on(
+    lab: Lab, code: str
+) -> None:
+    context = lab.paired("hostile").context()
+    with lab.streaming():
+        wire = Wire(lab.server.address, "control", context, STRANGER)
+        wire.socket.sendall(hostile_frames()[code])
+        assert Error.parse(wire.expect(Kind.ERROR)).code == code.strip()
+        lab.await_more()
+        wire.socket.close()
+    lab.sink.await_event(f"{code.strip()}: ")
+
+
+def test_bytes_that_are_no_tls_after_the_handshake_end_that_connection(lab: Lab) -> None:
+    context = lab.paired("hostile").context()
+    with lab.streaming():
+        bare = lab.connect()
+        tls = context.wrap_socket(bare)
+        raw = socket.socket(fileno=tls.detach())
+        raw.settimeout(5)
+        with raw, suppress(ConnectionError):
+            raw.sendall(b"\x17\x03\x03\x40\x00" + b"x" * 0x4000)
+            while raw.recv(1000):
+                pass
+        lab.await_more()
+    lab.sink.await_event("broken TLS: ")
+
+
+def test_a_lane_that_is_cut_into_by_the_network_ends_the_session(lab: Lab) -> None:
+    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
+        device.start()
+        tls = device.wires["world_left"].socket
+        raw = socket.socket(fileno=tls.detach())
+        raw.sendall(b"\x17\x03\x03\x00\x40" + b"x" * 0x40)
+        device.wires.pop("world_left")
+        device.wires["control"].expect_end()
+        raw.close()
+    assert lab.sink.await_report().state is State.LOST
+    lab.sink.await_event("broken TLS: ")
+
+
+def test_a_damaged_file_lets_nobody_in_and_keeps_who_is(lab: Lab) -> None:
+    with lab.streaming():
+        (lab.folder / "keys" / "devices" / ("0" * 64 + ".json")).write_text("{}")
+        lab.sink.await_event("is not a paired device")
+        lab.await_more()
+
+
+def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:
+    while True:
+        to.sendall(data)
+
+
+def test_a_peer_that_does_not_read_is_cut_off(lab: Lab) -> None:
+    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
+        device.start()
+        control = device.wires["control"].socket
+        with pytest.raises(OSError, match=r"EOF|reset|pipe|timed out"):
+            send_endlessly(control, encode_frame(Kind.PING) * 1000)
+    assert lab.sink.await_report().state is State.LOST

@@ -1,0 +1,110 @@
+"""Devices with certificates, made with cryptography and ssl and no code of the product."""
+
+import ssl
+import threading
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from cryptography import x509
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.hashes import SHA256, Hash
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+
+from ml2_receiver.wire.frame import Kind
+from mock_device import MockDevice
+
+_PERIOD_S = 0.02
+
+
+class Certificate:
+    """A key and its certificate, self-signed or by `issuer`, in files of a folder."""
+
+    def __init__(
+        self,
+        folder: Path,
+        name: str,
+        issuer: "Certificate | None" = None,
+        *,
+        is_authority: bool = False,
+    ) -> None:
+        self.key = ec.generate_private_key(ec.SECP256R1())
+        subject: x509.Name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name)])
+        self.subject = subject
+        certificate = (
+            x509.CertificateBuilder()
+            .subject_name(subject)
+            .issuer_name(issuer.subject if issuer else subject)
+            .public_key(self.key.public_key())
+            .serial_number(x509.random_serial_number())
+            .not_valid_before(datetime(2000, 1, 1, tzinfo=UTC))
+            .not_valid_after(datetime(9999, 12, 31, 23, 59, 59, tzinfo=UTC))
+            .add_extension(x509.BasicConstraints(is_authority, None), critical=True)
+            .sign(issuer.key if issuer else self.key, SHA256())
+        )
+        self.der = certificate.public_bytes(Encoding.DER)
+        chain = certificate.public_bytes(Encoding.PEM)
+        if issuer is not None:
+            chain += ssl.DER_cert_to_PEM_cert(issuer.der).encode()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._key_file, self._chain_file = folder / "key.pem", folder / "chain.pem"
+        self._chain_file.write_bytes(chain)
+        self._key_file.write_bytes(
+            self.key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+        )
+
+    @property
+    def fingerprint(self) -> str:
+        digest = Hash(SHA256())
+        digest.update(self.der)
+        return digest.finalize().hex()
+
+    def context(self) -> ssl.SSLContext:
+        """Of a device that shows this certificate."""
+        context = anonymous_context()
+        context.load_cert_chain(self._chain_file, self._key_file)
+        return context
+
+
+def anonymous_context() -> ssl.SSLContext:
+    """Of a device that shows none, and trusts everybody."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    context.set_alpn_protocols(["ml2s/1"])
+    return context
+
+
+class StreamingDevice:
+    """A session that sends a message of `topic` fifty times per second until it is left."""
+
+    def __init__(self, address: str, tls: ssl.SSLContext | None, topic: str) -> None:
+        self.device = MockDevice(address, tls=tls)
+        self._topic = topic
+        self._leaving = threading.Event()
+        self._sender = threading.Thread(target=self._send, daemon=True)
+
+    def __enter__(self) -> Self:
+        self.device.start()
+        self._sender.start()
+        return self
+
+    def _send(self) -> None:
+        with suppress(OSError):  # the receiver has ended the session
+            while not self._leaving.wait(_PERIOD_S):
+                self.device.publish(self._topic)
+                self.device.wires["control"].send(Kind.PING)
+
+    def await_end(self) -> None:
+        """Until the receiver has ended the session."""
+        self._sender.join(10)
+        assert not self._sender.is_alive()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
+    ) -> None:
+        self._leaving.set()
+        self._sender.join()
+        self.device.disconnect()

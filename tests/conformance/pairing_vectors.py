@@ -1,0 +1,38 @@
+"""What a device signs to be paired, and signatures that must be refused: vectors/pairing."""
+
+from typing import Any
+
+from bodies import PAIR, PAIR_CHALLENGE, RECEIVER_FINGERPRINT
+from frame_bytes import case_bytes
+
+_OTHER_CERTIFICATE = (
+    "MIIBNTCB3KADAgECAhRa//JWE4G1sg61eqSSAJX10hSsvDAKBggqhkjOPQQDAjAaMRgwFgYDVQQDDA9Bbm90aGVy"
+    "IGhlYWRzZXQwIBcNMDAwMTAxMDAwMDAwWhgPOTk5OTEyMzEyMzU5NTlaMBoxGDAWBgNVBAMMD0Fub3RoZXIgaGVh"
+    "ZHNldDBZMBMGByqGSM49AgEGCCqGSM49AwEHA0IABJPW/1gl54vYNTTTbnHpmuhQDQ386Bdmu4Vja4TVYo5hx77J"
+    "HbigoDt/8M1tDZ7PiOSmBIaj3huW/9W/hQk03+0wCgYIKoZIzj0EAwIDSAAwRQIgE9j2skKc3yYUYODORjLzAbH3"
+    "QsKVUaD4fxprh1yN4ZICIQDCHFJGBLr3+x5zBH+QE90gL2vkW+7u0I6gHjhgswEXpQ=="
+)
+
+
+def files() -> dict[str, bytes]:
+    good: dict[str, Any] = {
+        "fingerprint": RECEIVER_FINGERPRINT,
+        "nonce": PAIR_CHALLENGE["nonce"],
+        "token": PAIR["token"],
+        "certificate": PAIR["certificate"],
+        "signature": PAIR["signature"],
+    }
+    signed = "ml2s pair 1\n{fingerprint}\n{nonce}\n{token}".format(**good)
+    cases: dict[str, dict[str, Any]] = {
+        "Signature": good | {"signed": signed, "why": "By the certificate's key, over `signed`."},
+        "OtherReceiver": good | {"fingerprint": "6e" * 32, "why": "Signed for another receiver."},
+        "OtherNonce": good | {"nonce": "00" * 32, "why": "Heard on another connection."},
+        "OtherToken": good | {"token": "00" * 16, "why": "Signed for another token."},
+        "OtherKey": good | {"certificate": _OTHER_CERTIFICATE, "why": "Another key has signed."},
+        "NoSignature": good | {"signature": "", "why": "Nothing is not a signature."},
+        "NotDer": good | {"signature": "MAA=", "why": "An empty sequence is not a signature."},
+    }
+    return {
+        f"{name}.json": case_bytes(case | {"is_valid": name == "Signature"})
+        for name, case in cases.items()
+    }
