@@ -71,7 +71,9 @@ class PackagesTest {
             setOf("capture"),
             setOf("clock"),
             setOf("wire"),
+            setOf("link"),
             setOf("session"),
+            setOf("pairing"),
             setOf("stream"),
             ADAPTERS,
         )

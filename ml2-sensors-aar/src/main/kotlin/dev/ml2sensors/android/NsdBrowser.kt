@@ -4,6 +4,7 @@ import android.content.Context
 import android.net.nsd.NsdManager
 import android.net.nsd.NsdServiceInfo
 import android.net.wifi.WifiManager
+import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
@@ -17,10 +18,16 @@ import java.io.IOException
  * The receiver that announces itself by [name] on the headset's network, without a name the only one there is; as the
  * other `discover`, by Android's means.
  */
-public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver {
+public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver =
+    discover(nsdBrowser(context), name)
+
+/** Android is asked for its NsdManager only when a search begins. */
+internal fun nsdBrowser(context: Context): ReceiverBrowser {
     val app = context.applicationContext
-    val wifi = app.getSystemService(WifiManager::class.java)
-    return discover(NsdBrowser(app.getSystemService(NsdManager::class.java), wifi), name)
+    return ReceiverBrowser {
+        val wifi = app.getSystemService(WifiManager::class.java)
+        NsdBrowser(app.getSystemService(NsdManager::class.java), wifi).receivers()
+    }
 }
 
 /** Looks with Android's NsdManager, as of API 29. Without a [wifi] there is no filter of multicast to lift. */
@@ -87,7 +94,10 @@ internal class NsdBrowser(private val nsd: NsdManager, private val wifi: WifiMan
         override fun onServiceResolved(service: NsdServiceInfo) {
             val host = service.host?.hostAddress
             val isWhole = host != null && service.port in 1..65535
-            address.complete(if (isWhole) ReceiverAddress(host, service.port) else null)
+            val announced = service.attributes[ReceiverBrowser.FINGERPRINT_KEY]?.decodeToString()
+            address.complete(
+                if (isWhole) ReceiverAddress(host, service.port, Fingerprint.orNull(announced)) else null,
+            )
         }
 
         override fun onResolveFailed(service: NsdServiceInfo, code: Int) {

@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.Version
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.session.unlessStopped
@@ -29,14 +30,17 @@ import kotlin.time.Duration.Companion.seconds
  * Streams what the receiver asks of [headset] to [receiver], and connects again whenever the link is lost, until
  * stopped. One streamer is one instance in the sense of PROTOCOL.md: it is started once. All methods may be called from
  * any thread; nothing runs on the caller's.
+ *
+ * @param security of all connections; [LinkSecurity.Insecure] refuses eye images unless it allows them.
  */
 public class Ml2Streamer(
     private val headset: Headset,
     private val receiver: Receiver,
+    private val security: LinkSecurity,
 ) {
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
     private val hostClock = HostClock(headset.clock)
-    private val active = ActiveStreams(headset, hostClock, scope)
+    private val active = ActiveStreams(headset.sparingEyes(security), hostClock, scope)
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
     private val instanceId = UUID.randomUUID().toString()
@@ -78,7 +82,7 @@ public class Ml2Streamer(
         while (!stopReason.isCompleted) {
             try {
                 val address = unlessStopped(stopReason) { receiver.locate() } ?: break
-                Session(address, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
+                Session(address, security, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
                     pause = FIRST_PAUSE
                     mutableState.value = StreamerState.Connected(name)
                 }

@@ -6,10 +6,9 @@ import com.github.ajalt.clikt.core.PrintMessage
 import com.github.ajalt.clikt.core.ProgramResult
 import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.context
+import com.github.ajalt.clikt.parameters.groups.provideDelegate
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
-import com.github.ajalt.clikt.parameters.options.defaultLazy
-import com.github.ajalt.clikt.parameters.options.flag
 import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
 import com.github.ajalt.clikt.parameters.options.versionOption
@@ -17,8 +16,6 @@ import com.github.ajalt.clikt.parameters.types.choice
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
-import dev.ml2sensors.session.Receiver
-import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
@@ -44,9 +41,7 @@ internal const val EXIT_USAGE = 2
 
 /** Parses the command line, makes the headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
-    private val receiver by option(metavar = "NAME|HOST:PORT", help = "Which receiver; default: the one there is.")
-        .convert { receiver(it) ?: fail("expected a name, or HOST:PORT with a port of 1 to 65535, found '$it'") }
-        .defaultLazy { Receiver.discover(MulticastBrowser()) }
+    private val link by LinkOptions()
     private val source by option(help = "The simulated device (default), or test signals without native code.")
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
@@ -63,8 +58,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         .convert { (positive(it) ?: fail("expected a positive number, found '$it'")).seconds }
     private val rateFactor by option(metavar = "X|max", help = "Replay X times as fast, or as fast as can be sent.")
         .convert { rateFactor(it) ?: fail("expected a positive number or max, found '$it'") }
-    private val insecure by option(help = "Accepted without effect: nothing is encrypted yet.").flag()
-    private val insecureEyeImages by option(help = "Accepted without effect: nothing is encrypted yet.").flag()
 
     init {
         versionOption(Version.NAME)
@@ -80,8 +73,14 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     override fun help(context: Context): String = "Streams a simulated or recorded headset to a receiver."
 
     override fun run() {
+        val uri = link.pair
+        if (uri != null) {
+            echo(headset().use { link.pairWith(uri, it.identity) })
+            return
+        }
+        val link = link.open { echo(it, err = true) }
         val isWell = headset().use { headset ->
-            runBlocking { naming { stream(headset, receiver, duration, stopSignal(), ::echo, ::simulateLater) } }
+            runBlocking { naming { stream(headset, link, duration, stopSignal(), ::echo, ::simulateLater) } }
         }
         if (!isWell) throw ProgramResult(1)
     }
@@ -137,17 +136,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         /** Far from any other clock, so that a time that was not converted is noticed. */
         const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
     }
-}
-
-private val HOST_AND_PORT = Regex("""(?:\[(.+)]|([^:]+)):(\d{1,5})""")
-
-/** A name has no colon. */
-private fun receiver(text: String): Receiver? =
-    if (':' in text || text.isEmpty()) address(text) else Receiver.discover(MulticastBrowser(), text)
-
-private fun address(text: String): ReceiverAddress? {
-    val (bracketed, plain, port) = HOST_AND_PORT.matchEntire(text)?.destructured ?: return null
-    return port.toInt().takeIf { it in 1..65535 }?.let { ReceiverAddress(bracketed.ifEmpty { plain }, it) }
 }
 
 /** Where the script ml2-headset has found it. */
