@@ -36,6 +36,10 @@ internal class TlsChannel(
     /** False as long as a refusal of our certificate can still come: TLS 1.3 tells it after the handshake. */
     private var hasHeard = false
 
+    /** Android's engine deciphers nothing after our close_notify: what still comes is passed over, to its end. */
+    @Volatile
+    private var hasFinished = false
+
     private val empty = ByteBuffer.allocate(0)
 
     /**
@@ -98,10 +102,15 @@ internal class TlsChannel(
         }
         return when (result.status) {
             Status.BUFFER_UNDERFLOW -> receive()
-            Status.CLOSED -> open(plain).hasRemaining()
+            Status.CLOSED -> open(plain).hasRemaining() || hasFinished && passOver()
             Status.BUFFER_OVERFLOW -> error("a TLS record of more than ${BufferStock.BUFFER_BYTES} bytes")
             else -> true
         }
+    }
+
+    private fun passOver(): Boolean {
+        open(arrived).run { position(limit()) }
+        return receive()
     }
 
     private fun receive(): Boolean {
@@ -171,6 +180,7 @@ internal class TlsChannel(
     override fun finishWriting() {
         synchronized(writing) {
             if (!socket.isOpen) return
+            hasFinished = true
             engine.closeOutbound()
             while (!engine.isOutboundDone) wrapNothing()
             socket.shutdownOutput()

@@ -14,12 +14,13 @@ import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
 import java.io.Closeable
+import java.net.ServerSocket
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */
-internal class SessionFixture(drainLimit: Duration = 2.seconds) : Closeable {
-    val host = ScriptedHost()
+internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSocket = ServerSocket()) : Closeable {
+    val host = ScriptedHost(server = server)
     val streams = FakeStreams(drainLimit)
     val stop = CompletableDeferred<String>()
     val clock = HostClock(System::nanoTime)
