@@ -17,7 +17,7 @@ public class PairingUri private constructor(public val receiver: ReceiverAddress
 
     public companion object {
         private val FORM = Regex(
-            """ml2s://(?:\[([0-9A-Fa-f:.]{2,45})]|([A-Za-z0-9.-]{1,253})):([0-9]{1,5})""" +
+            """ml2s://(?:\[([0-9A-Fa-f:.]{2,45})]|([A-Za-z0-9.-]{1,253})):([1-9][0-9]{0,4})""" +
                 """\?fp=([0-9a-f]{64})&token=([0-9a-f]{32})""",
         )
 

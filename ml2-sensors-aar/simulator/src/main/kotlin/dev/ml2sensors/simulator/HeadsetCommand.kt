@@ -16,6 +16,7 @@ import com.github.ajalt.clikt.parameters.types.choice
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
+import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
@@ -74,15 +75,18 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     override fun run() {
         val uri = link.pair
-        if (uri != null) {
-            echo(headset().use { link.pairWith(uri, it.identity) })
-            return
-        }
-        val link = link.open { echo(it, err = true) }
-        val isWell = headset().use { headset ->
-            runBlocking { naming { stream(headset, link, duration, stopSignal(), ::echo, ::simulateLater) } }
-        }
+        val isWell = headset().use { if (uri == null) stream(it) else pair(it, uri) }
         if (!isWell) throw ProgramResult(1)
+    }
+
+    private fun stream(headset: Headset): Boolean {
+        val link = link.open { echo(it, err = true) }
+        return runBlocking { naming { stream(headset, link, duration, stopSignal(), ::echo, ::simulateLater) } }
+    }
+
+    private fun pair(headset: Headset, uri: PairingUri): Boolean {
+        echo(link.pairWith(uri, headset.identity))
+        return true
     }
 
     private fun headset(): Headset {

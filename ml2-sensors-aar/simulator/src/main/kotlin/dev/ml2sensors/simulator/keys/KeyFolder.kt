@@ -39,7 +39,11 @@ internal class KeyFolder(private val folder: Path) {
 
     private fun load(): DeviceIdentity {
         val store = KeyStore.getInstance(FORMAT)
-        keyFile.inputStream().use { store.load(it, PASSWORD) }
+        try {
+            keyFile.inputStream().use { store.load(it, PASSWORD) }
+        } catch (e: IOException) {
+            throw IOException("cannot read $keyFile: ${e.message}", e)
+        }
         val key = store.getKey(ALIAS, PASSWORD) as? PrivateKey
         val certificate = store.getCertificate(ALIAS) as? X509Certificate
         if (key == null || certificate == null) throw IOException("$keyFile has no key '$ALIAS' with its certificate")
