@@ -66,11 +66,13 @@ internal class TlsChannel(
     private fun shake() {
         val result = engine.unwrap(open(arrived), open(plain).clear())
         plain?.flip()
-        if (result.status == Status.BUFFER_UNDERFLOW && !receive() || result.status == Status.CLOSED) {
+        val hasEnded = if (result.status == Status.BUFFER_UNDERFLOW) !receive() else result.status == Status.CLOSED
+        if (hasEnded) {
             throw EOFException("the receiver at $receiver closed the connection in the handshake of TLS")
         }
-        val first = open(arrived)
-        if (first.hasRemaining() && first.get(first.position()) !in TLS_RECORDS) throw PlaintextReceiverException(receiver)
+        val next = open(arrived)
+        val isRecord = !next.hasRemaining() || next.get(next.position()) in TLS_RECORDS
+        if (!isRecord) throw PlaintextReceiverException(receiver)
     }
 
     override fun read(target: ByteBuffer): Int = synchronized(reading) {
@@ -102,7 +104,7 @@ internal class TlsChannel(
         }
         return when (result.status) {
             Status.BUFFER_UNDERFLOW -> receive()
-            Status.CLOSED -> open(plain).hasRemaining() || hasFinished && passOver()
+            Status.CLOSED -> open(plain).hasRemaining() || (hasFinished && passOver())
             Status.BUFFER_OVERFLOW -> error("a TLS record of more than ${BufferStock.BUFFER_BYTES} bytes")
             else -> true
         }

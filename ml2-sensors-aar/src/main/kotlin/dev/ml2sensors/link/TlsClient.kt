@@ -68,7 +68,8 @@ internal class TlsClient(
     }
 
     private fun explained(failure: SSLException, receiver: String): LinkException {
-        val unpinned = generateSequence<Throwable>(failure) { it.cause }.firstNotNullOfOrNull { it as? UnpinnedException }
+        val causes = generateSequence<Throwable>(failure) { it.cause }
+        val unpinned = causes.filterIsInstance<UnpinnedException>().firstOrNull()
         return if (unpinned == null) {
             TlsException(receiver, failure.message ?: failure.javaClass.simpleName, failure)
         } else {

@@ -28,7 +28,8 @@ public class PairingUri private constructor(public val receiver: ReceiverAddress
                     "found ${text.length} other characters"
             }.destructured
             require(bracketed.isEmpty() || ':' in bracketed) { "expected an IPv6 address in brackets" }
-            return PairingUri(ReceiverAddress(bracketed.ifEmpty { plain }, port.toInt(), Fingerprint(fingerprint)), token)
+            val host = bracketed.ifEmpty { plain }
+            return PairingUri(ReceiverAddress(host, port.toInt(), Fingerprint(fingerprint)), token)
         }
     }
 }

@@ -32,7 +32,10 @@ internal class ReceiverStore(private val file: File) {
         }
     }
 
-    private fun damaged(cause: Exception) = IOException("$file is damaged, pair again without it: ${cause.message}", cause)
+    private fun damaged(cause: Exception) = IOException(
+        "$file is damaged, pair again without it: ${cause.message}",
+        cause,
+    )
 
     /** In place of what was known of the same one. */
     @Synchronized

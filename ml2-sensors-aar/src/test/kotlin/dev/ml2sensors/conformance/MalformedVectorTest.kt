@@ -123,7 +123,8 @@ class MalformedVectorTest {
     }
 
     private fun startSession(host: VectorHost): Deferred<Throwable?> {
-        val session = Session(ReceiverAddress("127.0.0.1", host.port), LinkSecurity.Insecure(), headset.clock, hostClock, streams)
+        val session =
+            Session(ReceiverAddress("127.0.0.1", host.port), LinkSecurity.Insecure(), headset.clock, hostClock, streams)
         val capabilities = Hello.Capabilities(streams.capabilities)
         val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())
         return scope.async { runCatching { session.run(hello, CompletableDeferred()) {} }.exceptionOrNull() }

@@ -39,13 +39,18 @@ internal class Mutation(private val random: Random) {
         const val MOST_REPEATS = 40
         const val LONGEST_COPY = 256
 
-        val TOKENS = listOf(
-            "{", "}", "[", "]", "\"", ":", ",", "\\", "\\u0000", "\\ud800", "\\u", "null", "true", "-0", "1e999", "1.5", "-1",
-            "9223372036854775807", "9223372036854775808", "0x1", "NaN", "Infinity", "\"name\":", "\"streams\":", "{\"a\":",
-            " ", "\n", "/*", "'", "\u00e9", "\ud83d\ude00", "&", "?", "@", "#", "%00", "ml2s://",
-        ).map(String::toByteArray) + listOf(
-            byteArrayOf(0), byteArrayOf(-1, -1, -1, -1), byteArrayOf(0xC0.toByte(), 0x80.toByte()),
-            byteArrayOf(0x32, 0x4D, 1, 2), byteArrayOf(0, 0, 1, 0), byteArrayOf(0, 0, 0, -128),
-        )
+        val TOKENS =
+            """{ } [ ] " : , \ \u0000 \ud800 \u null true -0 1e999 1.5 -1 9223372036854775807 9223372036854775808
+            0x1 NaN Infinity "name": "streams": {"a": /* ' & ? @ # %00 ml2s:// é 😀""".split(Regex("\\s+"))
+                .map(String::toByteArray) + listOf(
+                byteArrayOf(32),
+                byteArrayOf(10),
+                byteArrayOf(0),
+                byteArrayOf(-1, -1, -1, -1),
+                byteArrayOf(0xC0.toByte(), 0x80.toByte()),
+                byteArrayOf(0x32, 0x4D, 1, 2),
+                byteArrayOf(0, 0, 1, 0),
+                byteArrayOf(0, 0, 0, -128),
+            )
     }
 }

@@ -33,7 +33,15 @@ class TlsChannelTest(private val provider: TlsProvider) {
     @Test
     fun gatheringWritesOfAnySizeArriveWholeAndInOrder() {
         val random = Random(1)
-        val sizes = listOf(0 to 0, 1 to 0, 0 to 1, 160 to 1016 * 1016, 16_383 to 2, 16_384 to 16_384, 70_000 to 5_000_000)
+        val sizes = listOf(
+            0 to 0,
+            1 to 0,
+            0 to 1,
+            160 to 1016 * 1016,
+            16_383 to 2,
+            16_384 to 16_384,
+            70_000 to 5_000_000,
+        )
         val frames = sizes.map { (head, tail) -> direct(random.nextBytes(head)) to direct(random.nextBytes(tail)) }
         val expected = MessageDigest.getInstance("SHA-256")
         for ((head, tail) in frames) {

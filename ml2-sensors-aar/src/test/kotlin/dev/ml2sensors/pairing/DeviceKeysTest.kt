@@ -126,7 +126,11 @@ class DeviceKeysTest {
 
     @Test
     fun aDamagedFileIsNamed() {
-        for (text in listOf("", "{", """{"receivers": [{"name": "x", "fingerprint": "0", "host": "h", "port": 1}]}""")) {
+        for (text in listOf(
+            "",
+            "{",
+            """{"receivers": [{"name": "x", "fingerprint": "0", "host": "h", "port": 1}]}""",
+        )) {
             val file = File(folder, "receivers.json").apply { writeText(text) }
             val failure = assertFailsWith<IOException> { keys.receivers }
             assertTrue("$file is damaged" in failure.message.orEmpty(), "$failure")

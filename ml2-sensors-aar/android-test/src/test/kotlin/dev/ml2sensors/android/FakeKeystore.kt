@@ -21,7 +21,7 @@ import java.util.Enumeration
 
 /** What Robolectric lacks: the provider `AndroidKeyStore`, with keys that are made for one [made] specification each. */
 class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
-    private val entries = HashMap<String, Pair<PrivateKey, Certificate>>()
+    private val content = HashMap<String, Pair<PrivateKey, Certificate>>()
     val made = ArrayList<KeyGenParameterSpec>()
 
     init {
@@ -72,7 +72,7 @@ class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
 
         override fun generateKeyPair(): KeyPair {
             val (key, certificate) = keytool(specification.certificateSubject.name)
-            entries[specification.keystoreAlias] = key to certificate
+            content[specification.keystoreAlias] = key to certificate
             made += specification
             return KeyPair(certificate.publicKey, key)
         }
@@ -81,17 +81,17 @@ class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private inner class Store : KeyStoreSpi() {
         override fun engineLoad(stream: InputStream?, password: CharArray?) = Unit
 
-        override fun engineGetKey(alias: String, password: CharArray?): Key? = entries[alias]?.first
+        override fun engineGetKey(alias: String, password: CharArray?): Key? = content[alias]?.first
 
-        override fun engineGetCertificate(alias: String): Certificate? = entries[alias]?.second
+        override fun engineGetCertificate(alias: String): Certificate? = content[alias]?.second
 
-        override fun engineContainsAlias(alias: String): Boolean = alias in entries
+        override fun engineContainsAlias(alias: String): Boolean = alias in content
 
-        override fun engineIsKeyEntry(alias: String): Boolean = alias in entries
+        override fun engineIsKeyEntry(alias: String): Boolean = alias in content
 
-        override fun engineSize(): Int = entries.size
+        override fun engineSize(): Int = content.size
 
-        override fun engineAliases(): Enumeration<String> = Collections.enumeration(entries.keys)
+        override fun engineAliases(): Enumeration<String> = Collections.enumeration(content.keys)
 
         override fun engineGetCertificateChain(alias: String) = error("not asked for")
 
