@@ -43,9 +43,9 @@ private const val FRAMES = 300
 private const val ROUNDS = 7
 private val threads = ManagementFactory.getThreadMXBean() as ThreadMXBean
 
-private class Round(val framesPerSecond: Double, val cpuMicros: Double, val allocatedBytes: Double)
+private class Measured(val framesPerSecond: Double, val cpuMicros: Double, val allocatedBytes: Double)
 
-private fun measure(open: (LoopbackSink) -> LinkChannel): Round = LoopbackSink(isRead = false).use { sink ->
+private fun measure(open: (LoopbackSink) -> LinkChannel): Measured = LoopbackSink(isRead = false).use { sink ->
     val channel = open(sink)
     sink.drain()
     val writer = FrameWriter(channel) { System.nanoTime() }
@@ -57,14 +57,14 @@ private fun measure(open: (LoopbackSink) -> LinkChannel): Round = LoopbackSink(i
     val cpuNanos = threads.currentThreadCpuTime
     val begin = System.nanoTime()
     repeat(FRAMES) { writer.write(head.clear(), pixels.clear()) }
-    Round(
+    Measured(
         FRAMES * 1e9 / (System.nanoTime() - begin),
         (threads.currentThreadCpuTime - cpuNanos) / 1e3 / FRAMES,
         (threads.getThreadAllocatedBytes(id) - allocated).toDouble() / FRAMES,
     ).also { channel.close() }
 }
 
-private fun JsonObjectBuilder.report(way: String, rounds: List<Round>) {
+private fun JsonObjectBuilder.report(way: String, rounds: List<Measured>) {
     put("${way}_frames_per_s", rounds.map { it.framesPerSecond }.median())
     put("${way}_cpu_us_per_frame", rounds.map { it.cpuMicros }.median())
     put("${way}_alloc_bytes_per_frame", rounds.map { it.allocatedBytes }.median())
