@@ -1,5 +1,6 @@
 package dev.ml2sensors.benchmark
 
+import java.io.IOException
 import java.net.InetAddress
 import java.net.InetSocketAddress
 import java.nio.ByteBuffer
@@ -33,8 +34,10 @@ internal class LoopbackSink(isRead: Boolean = true) : AutoCloseable {
 
     private fun drain(peer: SocketChannel) {
         val buffer = ByteBuffer.allocateDirect(1 shl 20)
-        do {
-            val read = peer.read(buffer.clear())
-        } while (read >= 0)
+        try {
+            while (peer.read(buffer.clear()) >= 0) Unit
+        } catch (_: IOException) {
+            // Closed with what the peer has sent, such as session tickets, unread
+        }
     }
 }
