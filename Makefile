@@ -118,6 +118,9 @@ $(ktlint_jar):
 bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoint]; results in build/bench
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
+fuzz-kotlin: ## Look for bytes that the Kotlin readers mistake, DURATION seconds for each reader
+	ml2-sensors-aar/fuzz.sh $(DURATION)
+
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
@@ -125,4 +128,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench soak clean
+.PHONY: help setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz-kotlin soak clean

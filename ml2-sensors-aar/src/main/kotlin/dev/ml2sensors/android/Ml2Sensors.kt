@@ -9,16 +9,22 @@ import android.os.Build
 import android.provider.Settings
 import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeSource
+import dev.ml2sensors.pairing.DeviceKeys
+import dev.ml2sensors.pairing.PairedReceiver
+import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourcedHeadset
+import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.StateFlow
 import kotlinx.coroutines.flow.asStateFlow
+import kotlinx.coroutines.withContext
 import java.security.MessageDigest
 
 /** The headset that this app runs on. */
@@ -44,6 +50,33 @@ public object Ml2Sensors {
             permissionsOf(app)
         }
         return AndroidHeadset(headset, native.orEmpty(), bases.asStateFlow())
+    }
+
+    /**
+     * Pairs this headset with the receiver that shows [uri], text or QR code of `ml2-receiver pair`: once, then
+     * [connect] finds it.
+     *
+     * @throws IllegalArgumentException for a text that is no such URI.
+     * @throws java.io.IOException as [DeviceKeys.pair] does.
+     */
+    public suspend fun pair(context: Context, uri: String): PairedReceiver {
+        val app = context.applicationContext
+        val parsed = PairingUri.parse(uri)
+        return withContext(Dispatchers.IO) { AndroidKeys.open(app) }.pair(parsed, identityOf(app))
+    }
+
+    /**
+     * A streamer of [headset], not yet started, to the receiver that this headset is paired with: the one that announces
+     * itself, else the last one where it was paired.
+     *
+     * @throws IllegalStateException when it is paired with none.
+     * @throws java.io.IOException when what is known of them cannot be read.
+     */
+    public suspend fun connect(context: Context, headset: Headset): Ml2Streamer = withContext(Dispatchers.IO) {
+        val app = context.applicationContext
+        val keys = AndroidKeys.open(app)
+        check(keys.receivers.isNotEmpty()) { "this headset is paired with no receiver; run ml2-receiver pair" }
+        Ml2Streamer(headset, keys.receiver(nsdBrowser(app)), keys.security())
     }
 
     /** The id is Android's for this app, user and device, and tells nothing else of any of them. */

@@ -4,6 +4,7 @@ import android.content.Context
 import android.net.nsd.NsdManager
 import android.net.nsd.NsdServiceInfo
 import android.net.wifi.WifiManager
+import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
@@ -93,7 +94,10 @@ internal class NsdBrowser(private val nsd: NsdManager, private val wifi: WifiMan
         override fun onServiceResolved(service: NsdServiceInfo) {
             val host = service.host?.hostAddress
             val isWhole = host != null && service.port in 1..65535
-            address.complete(if (isWhole) ReceiverAddress(host, service.port) else null)
+            val announced = service.attributes[ReceiverBrowser.FINGERPRINT_KEY]?.decodeToString()
+            address.complete(
+                if (isWhole) ReceiverAddress(host, service.port, Fingerprint.orNull(announced)) else null,
+            )
         }
 
         override fun onResolveFailed(service: NsdServiceInfo, code: Int) {

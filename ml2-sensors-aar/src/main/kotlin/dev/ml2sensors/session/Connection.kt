@@ -1,5 +1,9 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.link.LinkChannel
+import dev.ml2sensors.link.LinkException
+import dev.ml2sensors.link.LinkSecurity
+import dev.ml2sensors.link.PlainChannel
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorBody
 import dev.ml2sensors.wire.ErrorCode
@@ -20,10 +24,10 @@ import java.net.UnknownHostException
 import java.nio.ByteBuffer
 import java.nio.channels.SocketChannel
 
-/** One blocking TCP connection to the receiver: one thread reads it, any may write. Interrupts close it. */
-internal class Connection private constructor(private val socket: SocketChannel, rosNowNanos: () -> Long) : Closeable {
-    private val reader = FrameReader(socket)
-    val writer: FrameWriter = FrameWriter(socket, rosNowNanos)
+/** Frames over one blocking connection to the receiver: one thread reads it, any may write. Interrupts close it. */
+internal class Connection private constructor(private val channel: LinkChannel, rosNowNanos: () -> Long) : Closeable {
+    private val reader = FrameReader(channel)
+    val writer: FrameWriter = FrameWriter(channel, rosNowNanos)
 
     /**
      * Waits for the next frame of one of the kinds [allowed]; null at the end of the stream. An ERROR that is not fatal
@@ -45,7 +49,7 @@ internal class Connection private constructor(private val socket: SocketChannel,
     /** Reads what still arrives, and throws it away. */
     fun discard() {
         val sink = ByteBuffer.allocate(DISCARD_BYTES)
-        do sink.clear() while (socket.read(sink) >= 0)
+        do sink.clear() while (channel.read(sink) >= 0)
     }
 
     private fun decodeError(body: ByteArray): ErrorBody = try {
@@ -55,18 +59,12 @@ internal class Connection private constructor(private val socket: SocketChannel,
     }
 
     /** Ends the input, so that a thread that waits in [read] finds the end of the stream. */
-    fun finishReading() {
-        if (socket.isOpen) socket.shutdownInput()
-    }
+    fun finishReading(): Unit = channel.finishReading()
 
-    /** Tells the peer that nothing more will come, unless it is closed. */
-    fun finishWriting() {
-        if (socket.isOpen) socket.shutdownOutput()
-    }
+    /** Tells the peer that nothing more will come, unless it is closed; blocks while the peer does not read. */
+    fun finishWriting(): Unit = channel.finishWriting()
 
-    override fun close() {
-        socket.close()
-    }
+    override fun close(): Unit = channel.close()
 
     companion object {
         private const val DISCARD_BYTES = 4096
@@ -80,8 +78,15 @@ internal class Connection private constructor(private val socket: SocketChannel,
         /**
          * Connects. An [urgent] connection is marked DSCP CS6, so that an access point may let it pass images; of any
          * other the kernel holds little, so that images do not grow stale there.
+         *
+         * @throws LinkException when what answers is not the receiver that [security] and the address ask for.
          */
-        fun open(receiver: ReceiverAddress, rosNowNanos: () -> Long, urgent: Boolean = true): Connection {
+        fun open(
+            receiver: ReceiverAddress,
+            security: LinkSecurity,
+            rosNowNanos: () -> Long,
+            urgent: Boolean = true,
+        ): Connection {
             val address = InetSocketAddress(receiver.host, receiver.port)
             if (address.isUnresolved) throw UnknownHostException("no address is known for ${receiver.host}")
             val socket = SocketChannel.open()
@@ -93,11 +98,16 @@ internal class Connection private constructor(private val socket: SocketChannel,
                     socket.setOption(StandardSocketOptions.SO_SNDBUF, BULK_SEND_BUFFER_BYTES)
                 }
                 socket.connect(address)
-                return Connection(socket, rosNowNanos)
+                return Connection(security.channel(socket, receiver), rosNowNanos)
             } catch (e: Throwable) {
                 socket.close()
                 throw e
             }
+        }
+
+        private fun LinkSecurity.channel(socket: SocketChannel, receiver: ReceiverAddress): LinkChannel = when (this) {
+            is LinkSecurity.Paired -> client.open(socket, "$receiver", receiver.fingerprint)
+            is LinkSecurity.Insecure -> PlainChannel(socket)
         }
     }
 }

@@ -90,7 +90,7 @@ internal class ControlLane(private val connection: Connection) {
     suspend fun finish(reason: String): Unit = speaking.withLock {
         saidBye = true
         writeNow(FrameKind.BYE, ControlJson.encode(Bye.of(reason)))
-        connection.finishWriting()
+        withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.finishWriting() } }
     }
 
     /** Tells the peer why the session ends. Best effort: the connection may be what failed. */
@@ -98,8 +98,10 @@ internal class ControlLane(private val connection: Connection) {
         try {
             withTimeoutOrNull(FAREWELL_LIMIT) {
                 write(FrameKind.ERROR, ErrorBody.of(error.code, error.message.orEmpty(), fatal = true))
-                connection.finishWriting()
-                blockingIo { connection.discard() }
+                blockingIo {
+                    connection.finishWriting()
+                    connection.discard()
+                }
             }
         } catch (lost: IOException) {
             error.addSuppressed(lost)

@@ -1,7 +1,13 @@
 package dev.ml2sensors.session
 
-/** Where a receiver listens. */
-public data class ReceiverAddress(val host: String, val port: Int) : Receiver {
+import dev.ml2sensors.link.Fingerprint
+
+/**
+ * Where a receiver listens.
+ *
+ * @property fingerprint of the certificate it must have there; null for any that this device is paired with.
+ */
+public data class ReceiverAddress(val host: String, val port: Int, val fingerprint: Fingerprint? = null) : Receiver {
     init {
         require(host.isNotEmpty()) { "a receiver's host is empty" }
         require(port in 1..65535) { "a receiver's port is 1 to 65535, not $port" }

@@ -5,7 +5,7 @@ import kotlinx.coroutines.flow.Flow
 /** Looks for receivers on the local networks: DNS-SD over mDNS, in the platform's way. */
 public fun interface ReceiverBrowser {
     /**
-     * The receivers there are, by name, whenever that changes. Every collection looks anew, and looks no longer when it
+     * The receivers there are, by name, whenever that changes, with the fingerprints they announce. Every collection looks anew, and looks no longer when it
      * ends. Fails with an [java.io.IOException] where looking is impossible.
      */
     public fun receivers(): Flow<Map<String, ReceiverAddress>>
@@ -13,5 +13,8 @@ public fun interface ReceiverBrowser {
     public companion object {
         /** The type of the service, without a domain. */
         public const val SERVICE_TYPE: String = "_ml2sensors._tcp"
+
+        /** The key of the TXT record whose value is the fingerprint of the receiver's certificate. */
+        public const val FINGERPRINT_KEY: String = "fp"
     }
 }

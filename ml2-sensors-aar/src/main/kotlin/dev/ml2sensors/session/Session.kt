@@ -1,6 +1,7 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.wire.Bye
@@ -40,6 +41,7 @@ import kotlin.time.TimeSource
  */
 internal class Session(
     private val receiver: ReceiverAddress,
+    private val security: LinkSecurity,
     private val deviceClock: DeviceClock,
     private val hostClock: HostClock,
     private val streams: StreamControl,
@@ -209,7 +211,7 @@ internal class Session(
 
     private suspend fun open(urgent: Boolean): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
         blockingIo {
-            Connection.open(receiver, hostClock::rosNowNanos, urgent).also(connections::add)
+            Connection.open(receiver, security, hostClock::rosNowNanos, urgent).also(connections::add)
         }
     }
 

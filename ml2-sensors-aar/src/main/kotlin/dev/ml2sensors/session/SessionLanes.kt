@@ -70,7 +70,9 @@ internal class SessionLanes(
         withTimeoutOrNull(limit) { senders.values.joinAll() }
         senders.values.forEach { it.cancel() }
         senders.values.joinAll()
-        senders.keys.forEach { connections.getValue(it).finishWriting() }
+        withTimeoutOrNull(limit) {
+            for (name in senders.keys) blockingIo { connections.getValue(name).finishWriting() }
+        }
     }
 
     private suspend fun connect(name: String, urgent: Boolean): Connection {

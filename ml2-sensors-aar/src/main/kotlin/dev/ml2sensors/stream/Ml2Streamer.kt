@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.Version
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.session.toBody
@@ -32,17 +33,19 @@ import kotlin.time.Duration.Companion.seconds
  * stopped. One streamer is one instance in the sense of PROTOCOL.md: it is started once. All methods may be called from
  * any thread; nothing runs on the caller's.
  *
+ * @param security of all connections; [LinkSecurity.Insecure] refuses eye images unless it allows them.
  * @param localDefaults by stream id, what runs on the headset, for readers there, from the first attempt that finds no
  * receiver until one says what it wants; empty values are the stream's default ones.
  */
 public class Ml2Streamer(
     private val headset: Headset,
     private val receiver: Receiver,
+    private val security: LinkSecurity,
     private val localDefaults: Map<String, StreamValues> = emptyMap(),
 ) {
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
     private val hostClock = HostClock(headset.clock)
-    private val active = ActiveStreams(headset, hostClock, scope)
+    private val active = ActiveStreams(headset.sparingEyes(security), hostClock, scope)
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
     private val instanceId = UUID.randomUUID().toString()
@@ -106,7 +109,7 @@ public class Ml2Streamer(
             backOff.begin()
             try {
                 val address = unlessStopped(stopReason) { receiver.locate() } ?: break
-                Session(address, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
+                Session(address, security, headset.clock, hostClock, active).run(hello(), stopReason) { name ->
                     backOff.succeeded()
                     mutableState.value = StreamerState.Connected(name)
                 }

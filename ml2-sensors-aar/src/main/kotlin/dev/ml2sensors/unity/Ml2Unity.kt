@@ -5,6 +5,7 @@ import dev.ml2sensors.android.Ml2Sensors
 import dev.ml2sensors.android.missingPermissions
 import dev.ml2sensors.android.nsdBrowser
 import dev.ml2sensors.capture.LocalFrames
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
@@ -52,7 +53,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
         val defaults = json.decodeFromString<Map<String, StreamValues>>(defaultsJson.ifEmpty { "{}" })
         val wanted = Receiver.parse(receiver, nsdBrowser(app))
         stop()
-        val next = UnityRun(headset, wanted, receiver, defaults)
+        val next = UnityRun(headset, wanted, LinkSecurity.Insecure(), receiver, defaults)
         topics.forEach { next.open(it.name, it.type) }
         run = next
         val before = ending

@@ -1,5 +1,6 @@
 package dev.ml2sensors.unity
 
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.StreamValues
@@ -16,10 +17,11 @@ import java.util.concurrent.CopyOnWriteArrayList
 internal class UnityRun(
     headset: Headset,
     receiver: Receiver,
+    security: LinkSecurity,
     private val receiverText: String,
     private val defaults: Map<String, StreamValues>,
 ) {
-    private val streamer = Ml2Streamer(headset, receiver, defaults)
+    private val streamer = Ml2Streamer(headset, receiver, security, defaults)
     private val publishers = CopyOnWriteArrayList<TopicPublisher>()
 
     /** The streams of the receiver's configuration and of the defaults. */

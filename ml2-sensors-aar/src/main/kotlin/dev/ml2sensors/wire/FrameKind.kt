@@ -22,6 +22,9 @@ internal enum class FrameKind(val code: Int, val maxLength: Int) {
     ERROR(51, 4 * KIB),
     BYE(52, 4 * KIB),
     EVENT(53, 4 * KIB),
+    PAIR_CHALLENGE(60, 4 * KIB),
+    PAIR(61, 16 * KIB),
+    PAIRED(62, 4 * KIB),
     ;
 
     companion object {

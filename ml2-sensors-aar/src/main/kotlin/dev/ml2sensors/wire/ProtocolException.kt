@@ -17,4 +17,5 @@ internal enum class ErrorCode(val wireName: String) {
     CHANNEL("channel"),
     TIMEOUT("timeout"),
     SOURCE("source"),
+    PAIRING("pairing"),
 }

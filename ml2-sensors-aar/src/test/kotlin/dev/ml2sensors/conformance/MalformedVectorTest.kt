@@ -1,6 +1,7 @@
 package dev.ml2sensors.conformance
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
@@ -122,7 +123,8 @@ class MalformedVectorTest {
     }
 
     private fun startSession(host: VectorHost): Deferred<Throwable?> {
-        val session = Session(ReceiverAddress("127.0.0.1", host.port), headset.clock, hostClock, streams)
+        val session =
+            Session(ReceiverAddress("127.0.0.1", host.port), LinkSecurity.Insecure(), headset.clock, hostClock, streams)
         val capabilities = Hello.Capabilities(streams.capabilities)
         val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())
         return scope.async { runCatching { session.run(hello, CompletableDeferred()) {} }.exceptionOrNull() }

@@ -16,6 +16,9 @@ import dev.ml2sensors.wire.FrameWriter
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.Join
 import dev.ml2sensors.wire.Joined
+import dev.ml2sensors.wire.PairBody
+import dev.ml2sensors.wire.PairChallenge
+import dev.ml2sensors.wire.Paired
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.Status
 import dev.ml2sensors.wire.Welcome
@@ -156,6 +159,9 @@ class WireVectorTest {
                 "ERROR" to ErrorBody.serializer(),
                 "BYE" to Bye.serializer(),
                 "EVENT" to Event.serializer(),
+                "PAIR_CHALLENGE" to PairChallenge.serializer(),
+                "PAIR" to PairBody.serializer(),
+                "PAIRED" to Paired.serializer(),
             )
     }
 }

@@ -20,9 +20,12 @@ import kotlin.test.assertNotNull
  * strict: [close] fails when the device broke the protocol. Waits are bounded; only failures take their whole limit.
  *
  * @param receiveBufferBytes of its sockets; small for a receiver that is soon full.
+ * @param server not yet bound; plaintext or TLS.
  */
-internal class ScriptedHost(receiveBufferBytes: Int? = null) : Closeable {
-    private val server = ServerSocket()
+internal class ScriptedHost(
+    receiveBufferBytes: Int? = null,
+    private val server: ServerSocket = ServerSocket(),
+) : Closeable {
     private val hellos = LinkedBlockingQueue<HostSession>()
     private val received = ConcurrentHashMap<String, Long>()
     private val breaches = CopyOnWriteArrayList<String>()

@@ -1,6 +1,7 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.wire.Hello
 import kotlinx.coroutines.CompletableDeferred
@@ -13,20 +14,24 @@ import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
 import java.io.Closeable
+import java.net.ServerSocket
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
 /** Sessions of [FakeStreams] with a [ScriptedHost]. */
-internal class SessionFixture(drainLimit: Duration = 2.seconds) : Closeable {
-    val host = ScriptedHost()
+internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSocket = ServerSocket()) : Closeable {
+    val host = ScriptedHost(server = server)
     val streams = FakeStreams(drainLimit)
     val stop = CompletableDeferred<String>()
     val clock = HostClock(System::nanoTime)
     private val scope = CoroutineScope(Dispatchers.Default)
 
     /** Runs a session; its outcome is why it failed, null when it ended in order. */
-    fun run(receiver: ReceiverAddress = host.address): Deferred<Throwable?> {
-        val session = Session(receiver, DeviceClock(System::nanoTime), clock, streams)
+    fun run(
+        receiver: ReceiverAddress = host.address,
+        security: LinkSecurity = LinkSecurity.Insecure(),
+    ): Deferred<Throwable?> {
+        val session = Session(receiver, security, DeviceClock(System::nanoTime), clock, streams)
         val capabilities = Hello.Capabilities(streams.capabilities)
         val hello = Hello(listOf(1), "device", "instance", "Größe", "test", capabilities, mapOf("camera" to true))
         return scope.async {

@@ -1,5 +1,6 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.source.Answer
@@ -58,7 +59,7 @@ class LocalStreamsTest {
     @Test
     fun whatAReceiverWantsReplacesThem() = runBlocking<Unit> {
         ScriptedHost().use { host ->
-            val streamer = Ml2Streamer(headset, host.address, mapOf("world_left" to StreamValues()))
+            val streamer = Ml2Streamer(headset, host.address, LinkSecurity.Insecure(), mapOf("world_left" to StreamValues()))
             streamer.start()
             host.awaitHello().close()
             assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
@@ -80,7 +81,7 @@ class LocalStreamsTest {
     private fun now() = headset.clock.nowNanos()
 
     private fun withStreamer(vararg ids: String, test: suspend (Ml2Streamer) -> Unit) = runBlocking<Unit> {
-        val streamer = Ml2Streamer(headset, nowhere, ids.associateWith { StreamValues() })
+        val streamer = Ml2Streamer(headset, nowhere, LinkSecurity.Insecure(), ids.associateWith { StreamValues() })
         try {
             streamer.start()
             test(streamer)

@@ -1,6 +1,7 @@
 package dev.ml2sensors.stream
 
 import app.cash.turbine.test
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.VectorSample
@@ -83,7 +84,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aReceiverWithoutAnAddressIsWaitedFor() = runBlocking<Unit> {
-        val streamer = Ml2Streamer(fixture.headset, ReceiverAddress("no-such-host.invalid", 1))
+        val streamer = Ml2Streamer(fixture.headset, ReceiverAddress("no-such-host.invalid", 1), LinkSecurity.Insecure())
         streamer.start()
         val state = withTimeout(StreamFixture.LIMIT) {
             streamer.state.first { it is StreamerState.Connecting && it.reason != null }
@@ -122,7 +123,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aStopBeforeTheStartIsAnEndToo() = runBlocking<Unit> {
-        val streamer = Ml2Streamer(fixture.headset, fixture.host.address)
+        val streamer = Ml2Streamer(fixture.headset, fixture.host.address, LinkSecurity.Insecure())
         withTimeout(StreamFixture.LIMIT) { streamer.stop("never mind") }
         assertEquals(StreamerState.Ended("never mind"), streamer.state.value)
     }

@@ -1,6 +1,7 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
@@ -23,7 +24,7 @@ internal class StreamFixture(
 ) : Closeable {
     val host = ScriptedHost(receiveBufferBytes)
     val headset = FakeHeadset(timeline)
-    val streamer = Ml2Streamer(headset, host.address)
+    val streamer = Ml2Streamer(headset, host.address, LinkSecurity.Insecure(allowsEyeImages = true))
 
     /** Present device time. */
     val now: Long get() = headset.clock.nowNanos()

@@ -1,5 +1,6 @@
 package dev.ml2sensors.benchmark
 
+import java.io.IOException
 import java.net.InetAddress
 import java.net.InetSocketAddress
 import java.nio.ByteBuffer
@@ -7,29 +8,36 @@ import java.nio.channels.ServerSocketChannel
 import java.nio.channels.SocketChannel
 import kotlin.concurrent.thread
 
-/** A connected TCP socket whose other end reads and forgets. */
-internal class LoopbackSink : AutoCloseable {
+/** A connected TCP socket whose other end, the [peer], reads and forgets; unless [isRead], only from [drain] on. */
+internal class LoopbackSink(isRead: Boolean = true) : AutoCloseable {
     val channel: SocketChannel
-    private val reader: Thread
+    val peer: SocketChannel
+    private var reader: Thread? = null
 
     init {
         ServerSocketChannel.open().use { server ->
             server.bind(InetSocketAddress(InetAddress.getLoopbackAddress(), 0))
             channel = SocketChannel.open(server.localAddress)
-            val peer = server.accept()
-            reader = thread(name = "sink") { peer.use(::drain) }
+            peer = server.accept()
         }
+        if (isRead) drain()
+    }
+
+    fun drain() {
+        reader = thread(name = "sink") { peer.use(::drain) }
     }
 
     override fun close() {
         channel.close()
-        reader.join()
+        reader?.join()
     }
 
     private fun drain(peer: SocketChannel) {
         val buffer = ByteBuffer.allocateDirect(1 shl 20)
-        do {
-            val read = peer.read(buffer.clear())
-        } while (read >= 0)
+        try {
+            while (peer.read(buffer.clear()) >= 0) Unit
+        } catch (_: IOException) {
+            // Closed with what the peer has sent, such as session tickets, unread
+        }
     }
 }

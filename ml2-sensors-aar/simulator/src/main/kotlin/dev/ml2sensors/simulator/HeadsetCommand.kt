@@ -6,10 +6,9 @@ import com.github.ajalt.clikt.core.PrintMessage
 import com.github.ajalt.clikt.core.ProgramResult
 import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.context
+import com.github.ajalt.clikt.parameters.groups.provideDelegate
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
-import com.github.ajalt.clikt.parameters.options.defaultLazy
-import com.github.ajalt.clikt.parameters.options.flag
 import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
 import com.github.ajalt.clikt.parameters.options.versionOption
@@ -17,7 +16,7 @@ import com.github.ajalt.clikt.parameters.types.choice
 import com.github.ajalt.clikt.parameters.types.file
 import com.github.ajalt.clikt.parameters.types.long
 import dev.ml2sensors.Version
-import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
@@ -43,15 +42,7 @@ internal const val EXIT_USAGE = 2
 
 /** Parses the command line, makes the headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
-    private val receiver by option(metavar = "NAME|HOST:PORT", help = "Which receiver; default: the one there is.")
-        .convert { text ->
-            try {
-                Receiver.parse(text, MulticastBrowser())
-            } catch (mistake: IllegalArgumentException) {
-                fail(mistake.message.orEmpty())
-            }
-        }
-        .defaultLazy { Receiver.discover(MulticastBrowser()) }
+    private val link by LinkOptions()
     private val source by option(help = "The simulated device (default), or test signals without native code.")
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
@@ -68,8 +59,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         .convert { (positive(it) ?: fail("expected a positive number, found '$it'")).seconds }
     private val rateFactor by option(metavar = "X|max", help = "Replay X times as fast, or as fast as can be sent.")
         .convert { rateFactor(it) ?: fail("expected a positive number or max, found '$it'") }
-    private val insecure by option(help = "Accepted without effect: nothing is encrypted yet.").flag()
-    private val insecureEyeImages by option(help = "Accepted without effect: nothing is encrypted yet.").flag()
 
     init {
         versionOption(Version.NAME)
@@ -85,10 +74,19 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     override fun help(context: Context): String = "Streams a simulated or recorded headset to a receiver."
 
     override fun run() {
-        val isWell = headset().use { headset ->
-            runBlocking { naming { stream(headset, receiver, duration, stopSignal(), ::echo, ::simulateLater) } }
-        }
+        val uri = link.pair
+        val isWell = headset().use { if (uri == null) stream(it) else pair(it, uri) }
         if (!isWell) throw ProgramResult(1)
+    }
+
+    private fun stream(headset: Headset): Boolean {
+        val link = link.open { echo(it, err = true) }
+        return runBlocking { naming { stream(headset, link, duration, stopSignal(), ::echo, ::simulateLater) } }
+    }
+
+    private fun pair(headset: Headset, uri: PairingUri): Boolean {
+        echo(link.pairWith(uri, headset.identity))
+        return true
     }
 
     private fun headset(): Headset {

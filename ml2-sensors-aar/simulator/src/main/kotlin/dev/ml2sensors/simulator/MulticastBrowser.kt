@@ -1,5 +1,6 @@
 package dev.ml2sensors.simulator
 
+import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
 import kotlinx.coroutines.Dispatchers
@@ -49,7 +50,8 @@ internal class MulticastBrowser(private val interfaces: List<InetAddress> = mult
 
 private fun address(service: ServiceInfo): ReceiverAddress? {
     val host = (service.inet4Addresses.toList<InetAddress>() + service.inet6Addresses).firstOrNull() ?: return null
-    return service.port.takeIf { it in 1..65535 }?.let { ReceiverAddress(host.hostAddress, it) }
+    val fingerprint = Fingerprint.orNull(service.getPropertyString(ReceiverBrowser.FINGERPRINT_KEY))
+    return service.port.takeIf { it in 1..65535 }?.let { ReceiverAddress(host.hostAddress, it, fingerprint) }
 }
 
 /** An IPv4 address of every network, or the one that JmDNS's own property names. */

@@ -22,7 +22,7 @@ import kotlinx.coroutines.launch
 import kotlin.time.Duration
 
 /**
- * Streams [headset] to [receiver] and says what happens, until a recording is over, [duration] has passed since the
+ * Streams [headset] over [link] and says what happens, until a recording is over, [duration] has passed since the
  * first sample, or [stop] is completed. At the first sample it launches [onBegun]. A receiver that lets the app
  * publish gets [AppUptime], too.
  *
@@ -30,16 +30,16 @@ import kotlin.time.Duration
  */
 internal suspend fun stream(
     headset: Headset,
-    receiver: Receiver,
+    link: Link,
     duration: Duration?,
     stop: CompletableDeferred<String>,
     say: (String) -> Unit,
     onBegun: suspend () -> Unit,
 ): Boolean = coroutineScope {
     val hasBegun = CompletableDeferred<Unit>()
-    val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), receiver)
+    val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), link.receiver, link.security)
     val uptime = AppUptime(streamer, headset.clock)
-    val narration = launch { streamer.narrate(receiver, say) }
+    val narration = launch { streamer.narrate(link.receiver, say) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     launch {
         hasBegun.await()

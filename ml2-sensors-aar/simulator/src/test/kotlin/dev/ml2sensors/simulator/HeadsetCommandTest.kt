@@ -37,6 +37,10 @@ class HeadsetCommandTest {
             "--receiver h:1 --simulate a=1 --source test-signal" to "--simulate needs --source simulated",
             "--receiver h:1 --simulate a=1 --replay $recording" to "--simulate needs --source simulated",
             "--receiver h:1 --unknown" to "no such option --unknown",
+            "--pair http://h:1" to "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS",
+            "--insecure-eye-images --source test-signal" to "--insecure-eye-images needs --insecure",
+            "--keys $folder --receiver h:1 --source test-signal" to "paired with no receiver: run ml2-receiver pair",
+            "--pair $URI --insecure --source test-signal" to "--pair and --insecure exclude each other",
         )
         for ((arguments, message) in wrong) {
             val command = HeadsetCommand()
@@ -72,6 +76,15 @@ class HeadsetCommandTest {
     }
 
     @Test
+    fun aPairingThatFailsIsOneLineAndExitsWith1() {
+        val run = Run("--keys $folder --pair $URI --source test-signal")
+        val output = run.output.readText().lines()
+        assertTrue(output[0].startsWith("Error: no pairing with the receiver at 127.0.0.1:1: "), "$output")
+        assertEquals(listOf(""), output.drop(1))
+        assertEquals(1, run.process.waitFor())
+    }
+
+    @Test
     fun versionIsTheLibrarys() {
         val run = Run("--version")
         assertEquals("ml2-headset version ${Version.NAME}\n", run.output.readText())
@@ -82,7 +95,8 @@ class HeadsetCommandTest {
     fun signalsEndTheWaitForAReceiver() {
         val recording = RecordingFiles(folder).folder
         for (signal in listOf("INT", "TERM")) {
-            val run = Run("--receiver 127.0.0.1:1 --replay $recording")
+            val run = Run("--insecure --receiver 127.0.0.1:1 --replay $recording")
+            assertTrue("WARNING: --insecure" in run.output.readLine())
             assertEquals("connecting to 127.0.0.1:1", run.output.readLine())
             ProcessBuilder("kill", "-$signal", "${run.process.pid()}").start().waitFor()
             assertTrue(run.output.readText().endsWith("ended: SIG$signal\n"))
@@ -98,5 +112,7 @@ class HeadsetCommandTest {
         val output = process.inputStream.bufferedReader()
     }
 }
+
+private val URI = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}"
 
 private fun words(arguments: String) = arguments.split(' ').filter(String::isNotEmpty)

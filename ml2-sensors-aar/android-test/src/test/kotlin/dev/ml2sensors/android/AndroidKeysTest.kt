@@ -1,0 +1,48 @@
+package dev.ml2sensors.android
+
+import android.security.keystore.KeyProperties
+import kotlinx.coroutines.runBlocking
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.RuntimeEnvironment
+import org.robolectric.annotation.Config
+import java.security.spec.ECGenParameterSpec
+import java.time.Instant
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+
+@RunWith(RobolectricTestRunner::class)
+@Config(sdk = [29], manifest = Config.NONE)
+class AndroidKeysTest {
+    private val app = RuntimeEnvironment.getApplication()
+    private val keystore = FakeKeystore()
+
+    @Test
+    fun theKeyIsMadeOnceInTheKeystoreAsTheProtocolAsksFor() = keystore.use {
+        val first = AndroidKeys.open(app).identity.fingerprint
+        assertEquals(first, AndroidKeys.open(app).identity.fingerprint)
+        val made = keystore.made.single()
+        assertEquals("secp256r1", assertIs<ECGenParameterSpec>(made.algorithmParameterSpec).name)
+        assertEquals(KeyProperties.PURPOSE_SIGN, made.purposes)
+        assertEquals(setOf(KeyProperties.DIGEST_NONE, KeyProperties.DIGEST_SHA256), made.digests.toSet())
+        assertEquals(Instant.parse("2000-01-01T00:00:00Z"), made.certificateNotBefore.toInstant())
+        assertEquals(Instant.parse("9999-12-31T23:59:59Z"), made.certificateNotAfter.toInstant())
+    }
+
+    @Test
+    fun aHeadsetThatIsNotPairedSaysWhatToDo() = keystore.use {
+        Ml2Sensors.open(app).use { headset ->
+            val failure = assertFailsWith<IllegalStateException> { runBlocking { Ml2Sensors.connect(app, headset) } }
+            assertTrue("ml2-receiver pair" in failure.message.orEmpty())
+        }
+    }
+
+    @Test
+    fun whatIsNoPairingUriIsRefusedBeforeAnythingIsMade() = keystore.use {
+        assertFailsWith<IllegalArgumentException> { runBlocking { Ml2Sensors.pair(app, "ml2s://desk:1") } }
+        assertEquals(emptyList(), keystore.made)
+    }
+}

@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Runs Jazzer on each FuzzTarget for so many seconds; what it has found interesting stays in target/fuzz.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+seconds=$1
+mvn -q -f .. test-compile dependency:build-classpath -pl ml2-sensors-aar \
+    -Dmdep.outputFile=target/fuzz-classpath -Dmdep.includeScope=test
+classpath=target/test-classes:target/classes:$(<target/fuzz-classpath)
+for reader in FRAMES BODIES PAIRING URI; do
+    corpus=target/fuzz/$reader
+    mkdir -p "$corpus"
+    echo "fuzzing $reader for $seconds s"
+    java -cp "$classpath" com.code_intelligence.jazzer.Jazzer \
+        --target_class=dev.ml2sensors.fuzz.JazzerTarget --target_args="$reader" \
+        --instrumentation_includes='dev.ml2sensors.**' --reproducer_path=target/fuzz \
+        "$corpus" -max_total_time="$seconds" -max_len=8192 -artifact_prefix=target/fuzz/ -print_final_stats=1 \
+        2>target/fuzz/"$reader".log || { tail -n 30 target/fuzz/"$reader".log >&2; exit 1; }
+    grep -E 'stat::number_of_executed_units|DONE' target/fuzz/"$reader".log
+done

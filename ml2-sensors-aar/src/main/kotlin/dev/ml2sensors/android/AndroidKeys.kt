@@ -1,0 +1,52 @@
+package dev.ml2sensors.android
+
+import android.content.Context
+import android.security.keystore.KeyGenParameterSpec
+import android.security.keystore.KeyProperties
+import dev.ml2sensors.link.DeviceIdentity
+import dev.ml2sensors.pairing.DeviceKeys
+import java.io.File
+import java.security.KeyPairGenerator
+import java.security.KeyStore
+import java.security.PrivateKey
+import java.security.cert.X509Certificate
+import java.security.spec.ECGenParameterSpec
+import java.util.Date
+import javax.security.auth.x500.X500Principal
+
+/** The keys of this app on this headset: the private one in Android's Keystore, which does not let it out. */
+internal object AndroidKeys {
+    private const val PROVIDER = "AndroidKeyStore"
+    private const val ALIAS = "dev.ml2sensors.device"
+
+    /** 2000-01-01 and the last second of 9999, RFC 5280, 4.1.2.5: the headset's date may be wrong. */
+    private val NOT_BEFORE = Date(946_684_800_000)
+    private val NOT_AFTER = Date(253_402_300_799_000)
+
+    /** Makes them when there are none. */
+    @Synchronized
+    fun open(context: Context): DeviceKeys {
+        val store = KeyStore.getInstance(PROVIDER).apply { load(null) }
+        if (!store.containsAlias(ALIAS)) make()
+        val identity = DeviceIdentity(
+            store.getKey(ALIAS, null) as PrivateKey,
+            store.getCertificate(ALIAS) as X509Certificate,
+        )
+        return DeviceKeys(identity, File(context.filesDir, "ml2-sensors-receivers.json"))
+    }
+
+    /** TLS signs digests that it has made itself, pairing has SHA-256 made. */
+    private fun make() {
+        val specification = KeyGenParameterSpec.Builder(ALIAS, KeyProperties.PURPOSE_SIGN)
+            .setAlgorithmParameterSpec(ECGenParameterSpec("secp256r1"))
+            .setDigests(KeyProperties.DIGEST_NONE, KeyProperties.DIGEST_SHA256)
+            .setCertificateSubject(X500Principal("CN=ML2 Sensors"))
+            .setCertificateNotBefore(NOT_BEFORE)
+            .setCertificateNotAfter(NOT_AFTER)
+            .build()
+        KeyPairGenerator.getInstance(KeyProperties.KEY_ALGORITHM_EC, PROVIDER).run {
+            initialize(specification)
+            generateKeyPair()
+        }
+    }
+}

@@ -1,0 +1,25 @@
+package dev.ml2sensors.link
+
+import java.security.PrivateKey
+import java.security.Signature
+import java.security.cert.X509Certificate
+
+/**
+ * Who the device is to its receivers: an EC P-256 key of its own, and a certificate that this key has signed.
+ *
+ * @param privateKey may be one that cannot be read, of a key store; it signs SHA-256 digests and what is one already.
+ */
+public class DeviceIdentity(internal val privateKey: PrivateKey, public val certificate: X509Certificate) {
+    init {
+        require(privateKey.algorithm == "EC") { "a device's key is an EC key, not ${privateKey.algorithm}" }
+    }
+
+    public val fingerprint: Fingerprint = Fingerprint.of(certificate)
+
+    /** ECDSA with SHA-256, in DER. */
+    internal fun sign(message: ByteArray): ByteArray = Signature.getInstance("SHA256withECDSA").run {
+        initSign(privateKey)
+        update(message)
+        sign()
+    }
+}

@@ -1,0 +1,25 @@
+package dev.ml2sensors.link
+
+import java.security.MessageDigest
+import java.security.cert.X509Certificate
+
+/** A certificate by SHA-256 of its DER bytes: [hex], 64 lower-case hexadecimal digits. */
+public data class Fingerprint(public val hex: String) {
+    init {
+        require(FORM.matches(hex)) { "a fingerprint is 64 lower-case hexadecimal digits, not '$hex'" }
+    }
+
+    override fun toString(): String = hex
+
+    public companion object {
+        private val FORM = Regex("[0-9a-f]{64}")
+
+        public fun of(certificate: X509Certificate): Fingerprint {
+            val digest = MessageDigest.getInstance("SHA-256").digest(certificate.encoded)
+            return Fingerprint(digest.joinToString("") { "%02x".format(it) })
+        }
+
+        /** Null for a text that is none. */
+        public fun orNull(text: String?): Fingerprint? = text?.takeIf(FORM::matches)?.let(::Fingerprint)
+    }
+}

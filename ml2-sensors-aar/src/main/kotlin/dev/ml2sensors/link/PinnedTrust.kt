@@ -1,0 +1,35 @@
+package dev.ml2sensors.link
+
+import java.net.Socket
+import java.security.cert.CertificateException
+import java.security.cert.X509Certificate
+import javax.net.ssl.SSLEngine
+import javax.net.ssl.X509ExtendedTrustManager
+
+/** The one rule: a receiver's certificate is one of [pinned]. Names, dates and chains mean nothing. */
+internal class PinnedTrust(private val pinned: Set<Fingerprint>) : X509ExtendedTrustManager() {
+    override fun checkServerTrusted(chain: Array<X509Certificate>, authType: String) {
+        val found = Fingerprint.of(chain.first())
+        if (found !in pinned) throw UnpinnedException(found)
+    }
+
+    override fun checkServerTrusted(chain: Array<X509Certificate>, authType: String, socket: Socket?) =
+        checkServerTrusted(chain, authType)
+
+    override fun checkServerTrusted(chain: Array<X509Certificate>, authType: String, engine: SSLEngine?) =
+        checkServerTrusted(chain, authType)
+
+    override fun checkClientTrusted(chain: Array<X509Certificate>, authType: String) = refuseClients()
+
+    override fun checkClientTrusted(chain: Array<X509Certificate>, authType: String, socket: Socket?) = refuseClients()
+
+    override fun checkClientTrusted(chain: Array<X509Certificate>, authType: String, engine: SSLEngine?) =
+        refuseClients()
+
+    override fun getAcceptedIssuers(): Array<X509Certificate> = emptyArray()
+
+    private fun refuseClients(): Nothing = throw CertificateException("a device is no server")
+}
+
+/** The certificate that was [found] is not one that is pinned. */
+internal class UnpinnedException(val found: Fingerprint) : CertificateException("not pinned: $found")

@@ -1,0 +1,84 @@
+package dev.ml2sensors.link
+
+import java.net.InetSocketAddress
+import java.nio.channels.SocketChannel
+import java.security.Provider
+import java.security.cert.X509Certificate
+import javax.net.ssl.SSLContext
+import javax.net.ssl.SSLEngine
+import javax.net.ssl.SSLException
+
+/**
+ * The device's end of TLS 1.3. It keeps the receivers' session tickets, so that the lanes after the first are cheap.
+ *
+ * @param identity null shows no certificate, as in pairing.
+ * @param pinned the certificates that a receiver may have.
+ * @param provider of TLS, null for the platform's.
+ */
+internal class TlsClient(
+    identity: DeviceIdentity?,
+    private val pinned: Set<Fingerprint>,
+    provider: Provider? = null,
+) {
+    private val context =
+        (if (provider == null) SSLContext.getInstance(TLS) else SSLContext.getInstance(TLS, provider)).apply {
+            init(identity?.let { arrayOf(IdentityKeys(it)) }, arrayOf(PinnedTrust(pinned)), null)
+        }
+
+    /**
+     * Makes TLS of a connected [socket], which it owns then.
+     *
+     * @param receiver where that is, for people.
+     * @param expected the one of the pinned certificates it must have; null for any of them.
+     * @throws LinkException when this is not such a receiver.
+     */
+    fun open(socket: SocketChannel, receiver: String, expected: Fingerprint? = null): LinkChannel {
+        val engine = engine(socket.remoteAddress as InetSocketAddress)
+        val channel = TlsChannel(socket, engine, receiver)
+        try {
+            channel.handshake()
+            check(engine, receiver, if (expected == null) pinned else setOf(expected))
+            return channel
+        } catch (e: SSLException) {
+            channel.close()
+            throw explained(e, receiver)
+        } catch (e: Throwable) {
+            channel.close()
+            throw e
+        }
+    }
+
+    /** The address as a number, since a name would be sent in the clear. */
+    private fun engine(peer: InetSocketAddress): SSLEngine =
+        context.createSSLEngine(peer.address.hostAddress, peer.port).apply {
+            useClientMode = true
+            sslParameters = sslParameters.apply {
+                protocols = arrayOf(TLS)
+                applicationProtocols = arrayOf(APPLICATION_PROTOCOL)
+            }
+        }
+
+    /** A resumed session has shown no certificate to [PinnedTrust]; it remembers the one of the first. */
+    private fun check(engine: SSLEngine, receiver: String, trusted: Set<Fingerprint>) {
+        val found = Fingerprint.of(engine.session.peerCertificates.first() as X509Certificate)
+        if (found !in trusted || found !in pinned) throw WrongReceiverException(receiver, trusted, found)
+        if (engine.applicationProtocol != APPLICATION_PROTOCOL) {
+            throw TlsException(receiver, "a server of '${engine.applicationProtocol}' instead of $APPLICATION_PROTOCOL")
+        }
+    }
+
+    private fun explained(failure: SSLException, receiver: String): LinkException {
+        val causes = generateSequence<Throwable>(failure) { it.cause }
+        val unpinned = causes.filterIsInstance<UnpinnedException>().firstOrNull()
+        return if (unpinned == null) {
+            TlsException(receiver, failure.message ?: failure.javaClass.simpleName, failure)
+        } else {
+            WrongReceiverException(receiver, pinned, unpinned.found)
+        }
+    }
+
+    private companion object {
+        const val TLS = "TLSv1.3"
+        const val APPLICATION_PROTOCOL = "ml2s/1"
+    }
+}

@@ -1,0 +1,54 @@
+package dev.ml2sensors.pairing
+
+import dev.ml2sensors.link.Fingerprint
+import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.session.ReceiverBrowser
+import kotlinx.coroutines.FlowPreview
+import kotlinx.coroutines.flow.debounce
+import kotlinx.coroutines.flow.firstOrNull
+import kotlinx.coroutines.flow.mapNotNull
+import kotlinx.coroutines.withTimeoutOrNull
+import java.io.IOException
+import kotlin.time.Duration.Companion.milliseconds
+
+/**
+ * A receiver that this device is paired with.
+ *
+ * @property address where it served sessions when they were paired, with its fingerprint.
+ */
+public data class PairedReceiver(val name: String, val fingerprint: Fingerprint, val address: ReceiverAddress)
+
+/**
+ * The one of [paired] that announces itself, wherever it is now; as long as none does, the one paired last, where it
+ * was then.
+ */
+internal class KnownReceiver(private val paired: List<PairedReceiver>, private val browser: ReceiverBrowser) :
+    Receiver {
+    init {
+        require(paired.isNotEmpty()) { "paired with no receiver" }
+    }
+
+    override suspend fun locate(): ReceiverAddress = announced() ?: paired.last().address
+
+    @OptIn(FlowPreview::class)
+    private suspend fun announced(): ReceiverAddress? = try {
+        withTimeoutOrNull(PATIENCE) {
+            browser.receivers().debounce(SETTLING).mapNotNull { found ->
+                paired.reversed().firstNotNullOfOrNull { known ->
+                    found.values.firstOrNull { it.fingerprint == known.fingerprint }
+                }
+            }.firstOrNull()
+        }
+    } catch (_: IOException) {
+        null // Where looking is impossible, the address is left
+    }
+
+    override fun toString(): String = "receiver '${paired.last().name}'"
+
+    private companion object {
+        /** RFC 6762, 6: answers come within 120 ms. */
+        val SETTLING = 150.milliseconds
+        val PATIENCE = 500.milliseconds
+    }
+}

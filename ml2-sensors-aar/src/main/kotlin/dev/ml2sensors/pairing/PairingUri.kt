@@ -1,0 +1,35 @@
+package dev.ml2sensors.pairing
+
+import dev.ml2sensors.link.Fingerprint
+import dev.ml2sensors.session.ReceiverAddress
+
+/**
+ * What `ml2-receiver pair` shows: `ml2s://HOST:PORT?fp=FINGERPRINT&token=TOKEN`, an IPv6 address in brackets.
+ *
+ * @property receiver where it waits for the device, with the fingerprint it must have.
+ * @property token pairs one device, once; to be kept secret until then.
+ */
+public class PairingUri private constructor(public val receiver: ReceiverAddress, internal val token: String) {
+    internal val fingerprint: Fingerprint get() = checkNotNull(receiver.fingerprint)
+
+    /** Without the token. */
+    override fun toString(): String = "ml2s://$receiver?fp=$fingerprint"
+
+    public companion object {
+        private val FORM = Regex(
+            """ml2s://(?:\[([0-9A-Fa-f:.]{2,45})]|([A-Za-z0-9.-]{1,253})):([1-9][0-9]{0,4})""" +
+                """\?fp=([0-9a-f]{64})&token=([0-9a-f]{32})""",
+        )
+
+        /** @throws IllegalArgumentException for anything else, in words that do not repeat it: it may be secret. */
+        public fun parse(text: String): PairingUri {
+            val (bracketed, plain, port, fingerprint, token) = requireNotNull(FORM.matchEntire(text)) {
+                "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS, as ml2-receiver pair shows it, " +
+                    "found ${text.length} other characters"
+            }.destructured
+            require(bracketed.isEmpty() || ':' in bracketed) { "expected an IPv6 address in brackets" }
+            val host = bracketed.ifEmpty { plain }
+            return PairingUri(ReceiverAddress(host, port.toInt(), Fingerprint(fingerprint)), token)
+        }
+    }
+}

@@ -1,0 +1,21 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.link.LinkSecurity
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
+
+/** This headset, without images of the wearer's eyes where [security] does not protect them. */
+internal fun Headset.sparingEyes(security: LinkSecurity): Headset =
+    if (security is LinkSecurity.Insecure && !security.allowsEyeImages) SparedEyes(this) else this
+
+private class SparedEyes(private val headset: Headset) : Headset by headset {
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
+        if (EYE_IMAGES in stream.permissions) Answer.Refused(REFUSAL) else headset.negotiate(stream, requested)
+
+    private companion object {
+        const val EYE_IMAGES = "com.magicleap.permission.EYE_CAMERA"
+        const val REFUSAL = "eye images are biometric: pair, or allow with --insecure-eye-images"
+    }
+}

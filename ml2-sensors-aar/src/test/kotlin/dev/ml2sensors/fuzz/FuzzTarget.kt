@@ -1,0 +1,103 @@
+package dev.ml2sensors.fuzz
+
+import dev.ml2sensors.conformance.Vector
+import dev.ml2sensors.pairing.PairingUri
+import dev.ml2sensors.wire.Bye
+import dev.ml2sensors.wire.Configure
+import dev.ml2sensors.wire.ControlJson
+import dev.ml2sensors.wire.ErrorBody
+import dev.ml2sensors.wire.FrameKind
+import dev.ml2sensors.wire.FrameReader
+import dev.ml2sensors.wire.Joined
+import dev.ml2sensors.wire.PairChallenge
+import dev.ml2sensors.wire.Paired
+import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.Start
+import dev.ml2sensors.wire.TimeBodies
+import dev.ml2sensors.wire.Welcome
+import java.io.EOFException
+import java.nio.channels.Channels
+import kotlin.test.assertContentEquals
+import kotlin.test.assertEquals
+
+/** What reads bytes of strangers: anything may be refused in the way that is documented, nothing else may happen. */
+internal enum class FuzzTarget {
+    FRAMES {
+        override fun seeds() = Vector.loadAll("wire").map { it.bytes }
+
+        override fun read(data: ByteArray) {
+            val reader = FrameReader(Channels.newChannel(data.inputStream()))
+            try {
+                while (true) {
+                    val frame = reader.next(FrameKind.entries.toSet()) ?: break
+                    assertEquals(frame.header.length, frame.body.size)
+                    if (frame.kind == FrameKind.TIME_REPLY) TimeBodies.exchange(1, frame.body, 2)
+                }
+            } catch (_: ProtocolException) {
+            } catch (_: EOFException) {
+            }
+        }
+    },
+
+    BODIES {
+        override fun seeds() = Vector.loadAll("wire").map { it.bytes.drop(HEADER_BYTES).toByteArray() }
+
+        override fun read(data: ByteArray) {
+            body<Welcome>(data)
+            body<Joined>(data)
+            body<Configure>(data)
+            body<Start>(data)
+            body<ErrorBody>(data)
+            body<Bye>(data)
+        }
+    },
+
+    PAIRING {
+        override fun seeds() = listOf(
+            """{"nonce": "${"0123456789abcdef".repeat(4)}", "name": "desk", "software": "ml2-receiver 0.1.0"}""",
+            """{"name": "desk", "port": 7755}""",
+        ).map(String::toByteArray)
+
+        override fun read(data: ByteArray) {
+            body<PairChallenge>(data)
+            body<Paired>(data)
+        }
+    },
+
+    URI {
+        override fun seeds() = listOf("192.168.1.5", "[fd00::7]").map { host ->
+            "ml2s://$host:7756?fp=${"0123456789abcdef".repeat(4)}&token=${"0123456789abcdef".repeat(2)}".toByteArray()
+        }
+
+        override fun read(data: ByteArray) {
+            val text = data.decodeToString()
+            val uri = try {
+                PairingUri.parse(text)
+            } catch (_: IllegalArgumentException) {
+                return
+            }
+            assertEquals("ml2s", text.substringBefore(':'))
+            assertEquals(text.substringAfter("token="), uri.token)
+        }
+    }, ;
+
+    abstract fun seeds(): List<ByteArray>
+
+    /** Fails for what must not happen. */
+    abstract fun read(data: ByteArray)
+
+    /** A body that is taken is the same after it was written and read again. */
+    protected inline fun <reified T> body(data: ByteArray) {
+        val first = try {
+            ControlJson.decode<T>(data)
+        } catch (_: ProtocolException) {
+            return
+        }
+        val written = ControlJson.encode(first)
+        assertContentEquals(written, ControlJson.encode(ControlJson.decode<T>(written)))
+    }
+
+    private companion object {
+        const val HEADER_BYTES = 32
+    }
+}

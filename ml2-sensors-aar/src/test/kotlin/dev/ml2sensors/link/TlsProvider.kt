@@ -1,0 +1,10 @@
+package dev.ml2sensors.link
+
+import org.conscrypt.Conscrypt
+import java.security.Provider
+
+/** Whose TLS the device uses; Conscrypt is Android's. */
+enum class TlsProvider(val newInstance: () -> Provider?) {
+    JVM({ null }),
+    CONSCRYPT({ Conscrypt.newProvider() }),
+}

@@ -1,0 +1,196 @@
+package dev.ml2sensors.pairing
+
+import dev.ml2sensors.link.Fingerprint
+import dev.ml2sensors.link.TestIdentity
+import dev.ml2sensors.link.TlsPeer
+import dev.ml2sensors.link.WrongReceiverException
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.session.ReceiverBrowser
+import dev.ml2sensors.source.Headset
+import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.runTest
+import kotlinx.serialization.json.jsonPrimitive
+import org.junit.jupiter.api.Timeout
+import org.junit.jupiter.api.io.TempDir
+import java.io.DataInputStream
+import java.io.File
+import java.io.IOException
+import java.security.Signature
+import java.security.cert.CertificateFactory
+import java.security.cert.X509Certificate
+import java.util.Base64
+import javax.net.ssl.SSLSocket
+import kotlin.test.Test
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
+import kotlin.test.assertNull
+import kotlin.test.assertTrue
+
+@Timeout(60)
+class DeviceKeysTest {
+    @TempDir
+    lateinit var folder: File
+
+    private val device = Headset.Identity("device-1", "Größe")
+    private val receiver = TestIdentity.receiver.fingerprint
+    private val keys get() = DeviceKeys(TestIdentity.device, File(folder, "receivers.json"))
+
+    @Test
+    fun theDeviceProvesThatTheKeyIsItsOwnAndRemembersTheReceiver() {
+        lateinit var pair: HostFrame
+        pairing({ socket, frame ->
+            pair = frame
+            socket.write(PAIRED, """{"name": "desk", "port": 7755, "later": 1}""")
+            assertEquals(-1, socket.inputStream.read(), "it ends the connection")
+        }) { uri -> assertEquals("desk", keys.pair(uri, device).name) }
+        val body = pair.json.mapValues { it.value.jsonPrimitive.content }
+        assertEquals(setOf("token", "name", "device_id", "certificate", "signature"), body.keys)
+        assertEquals(listOf(TOKEN, "Größe", "device-1"), listOf("token", "name", "device_id").map(body::getValue))
+        val der = Base64.getDecoder().decode(body["certificate"])
+        val certificate = CertificateFactory.getInstance("X.509").generateCertificate(der.inputStream())
+        assertEquals(TestIdentity.device.certificate, certificate as X509Certificate)
+        val isSigned = Signature.getInstance("SHA256withECDSA").run {
+            initVerify(certificate)
+            update("ml2s pair 1\n$receiver\n$NONCE\n$TOKEN".toByteArray())
+            verify(Base64.getDecoder().decode(body["signature"]))
+        }
+        assertTrue(isSigned)
+        val known = PairedReceiver("desk", receiver, ReceiverAddress("127.0.0.1", 7755, receiver))
+        assertEquals(listOf(known), keys.receivers)
+    }
+
+    @Test
+    fun aRefusalIsToldInTheReceiversWordsAndNothingIsRemembered() {
+        pairing({ socket, _ ->
+            socket.write(HostFrame.ERROR, """{"code": "pairing", "message": "wrong token", "fatal": true}""")
+            socket.inputStream.read()
+        }) { uri ->
+            val failure = assertFailsWith<PairingException> { keys.pair(uri, device) }
+            assertTrue("wrong token" in failure.message.orEmpty(), "$failure")
+            assertFalse(TOKEN in failure.message.orEmpty(), "$failure")
+        }
+        assertEquals(emptyList(), keys.receivers)
+    }
+
+    @Test
+    fun flawedAnswersAreRefused() {
+        val flawed = listOf(
+            """{"name": "desk", "port": 0}""",
+            """{"name": "desk", "port": 70000}""",
+            """{"name": "desk"}""",
+            """{"name": 7, "port": 7755}""",
+            "[]",
+        )
+        for (answer in flawed) {
+            pairing({ socket, _ ->
+                socket.write(PAIRED, answer)
+                socket.inputStream.read()
+            }) { uri -> assertFailsWith<PairingException>(answer) { keys.pair(uri, device) } }
+        }
+        pairing({ socket, _ -> socket.inputStream.read() }, nonce = "00") { uri ->
+            assertFailsWith<PairingException> { keys.pair(uri, device) }
+        }
+    }
+
+    @Test
+    fun anotherMachineLearnsNeitherTokenNorCertificate() {
+        var first = 0
+        TlsPeer(needsCertificate = false) { first = it.inputStream.read() }.use { peer ->
+            val uri = uri(peer.port, TestIdentity.other.fingerprint)
+            assertFailsWith<WrongReceiverException> { runBlocking { keys.pair(uri, device) } }
+            assertTrue(peer.awaitOutcome() is IOException && first == 0)
+        }
+    }
+
+    @Test
+    fun aReceiverThatIsGoneIsToldWithWhatToDo() {
+        val port = TlsPeer { }.use { it.port }
+        val failure = assertFailsWith<PairingException> { runBlocking { keys.pair(uri(port), device) } }
+        assertTrue("127.0.0.1:$port" in "$failure" && "`ml2-receiver pair`" in "$failure", "$failure")
+    }
+
+    @Test
+    fun aReceiverPairedAnewTakesItsOldPlace() {
+        val store = ReceiverStore(File(folder, "receivers.json"))
+        val other = TestIdentity.other.fingerprint
+        store.add(PairedReceiver("desk", receiver, ReceiverAddress("a", 1, receiver)))
+        store.add(PairedReceiver("robot", other, ReceiverAddress("b", 2, other)))
+        store.add(PairedReceiver("desk", receiver, ReceiverAddress("c", 3, receiver)))
+        assertEquals(listOf("robot" to "b", "desk" to "c"), keys.receivers.map { it.name to it.address.host })
+        assertEquals(listOf("receivers.json"), folder.list()?.toList(), "nothing is left behind")
+    }
+
+    @Test
+    fun aDamagedFileIsNamed() {
+        for (text in listOf(
+            "",
+            "{",
+            """{"receivers": [{"name": "x", "fingerprint": "0", "host": "h", "port": 1}]}""",
+        )) {
+            val file = File(folder, "receivers.json").apply { writeText(text) }
+            val failure = assertFailsWith<IOException> { keys.receivers }
+            assertTrue("$file is damaged" in failure.message.orEmpty(), "$failure")
+        }
+    }
+
+    @Test
+    fun anAnnouncedReceiverIsFoundByItsFingerprintUnderAnyNameAndAddress() = runTest {
+        paired()
+        val there = ReceiverAddress("10.0.0.9", 9, receiver)
+        val strangers = mapOf("desk" to ReceiverAddress("10.0.0.8", 8, TestIdentity.other.fingerprint))
+        assertEquals(there, keys.receiver(browser(strangers + ("renamed" to there))).locate())
+    }
+
+    @Test
+    fun withoutAnAnnouncementItIsWhereItWasPaired() = runTest {
+        paired()
+        val known = ReceiverAddress("192.168.1.5", 7755, receiver)
+        assertEquals(known, keys.receiver(browser(mapOf("desk" to ReceiverAddress("10.0.0.8", 8)))).locate())
+        assertEquals(known, keys.receiver({ flow { throw IOException("no network") } }).locate())
+        assertTrue(testScheduler.currentTime <= 500, "a reconnection is not delayed by a second")
+    }
+
+    private fun paired() = ReceiverStore(File(folder, "receivers.json"))
+        .add(PairedReceiver("desk", receiver, ReceiverAddress("192.168.1.5", 7755, receiver)))
+
+    private fun browser(found: Map<String, ReceiverAddress>) = ReceiverBrowser {
+        flow {
+            emit(found)
+            awaitCancellation()
+        }
+    }
+
+    /** Runs [test] with the URI of a receiver that sends its challenge, waits for PAIR, and does [answer]. */
+    private fun pairing(
+        answer: (SSLSocket, HostFrame) -> Unit,
+        nonce: String = NONCE,
+        test: suspend (PairingUri) -> Unit,
+    ) {
+        TlsPeer(needsCertificate = false) { socket ->
+            socket.write(PAIR_CHALLENGE, """{"nonce": "$nonce", "name": "desk", "software": "test"}""")
+            val frame = HostFrame.read("pairing", DataInputStream(socket.inputStream)) ?: return@TlsPeer
+            assertEquals(PAIR, frame.kind)
+            answer(socket, frame)
+        }.use { peer ->
+            runBlocking { test(uri(peer.port)) }
+            assertNull(peer.awaitOutcome()?.takeIf { it !is IOException })
+        }
+    }
+
+    private fun SSLSocket.write(kind: Int, json: String) = outputStream.write(HostFrame.bytes(kind, json.toByteArray()))
+
+    private fun uri(port: Int, fingerprint: Fingerprint = receiver) =
+        PairingUri.parse("ml2s://127.0.0.1:$port?fp=$fingerprint&token=$TOKEN")
+
+    private companion object {
+        const val PAIR_CHALLENGE = 60
+        const val PAIR = 61
+        const val PAIRED = 62
+        const val TOKEN = "00112233445566778899aabbccddeeff"
+        val NONCE = "fedcba9876543210".repeat(4)
+    }
+}
