@@ -35,7 +35,9 @@ internal class LoopbackSink(isRead: Boolean = true) : AutoCloseable {
     private fun drain(peer: SocketChannel) {
         val buffer = ByteBuffer.allocateDirect(1 shl 20)
         try {
-            while (peer.read(buffer.clear()) >= 0) Unit
+            do {
+                buffer.clear()
+            } while (peer.read(buffer) >= 0)
         } catch (_: IOException) {
             // Closed with what the peer has sent, such as session tickets, unread
         }
