@@ -59,7 +59,8 @@ class LocalStreamsTest {
     @Test
     fun whatAReceiverWantsReplacesThem() = runBlocking<Unit> {
         ScriptedHost().use { host ->
-            val streamer = Ml2Streamer(headset, host.address, LinkSecurity.Insecure(), mapOf("world_left" to StreamValues()))
+            val defaults = mapOf("world_left" to StreamValues())
+            val streamer = Ml2Streamer(headset, host.address, LinkSecurity.Insecure(), defaults)
             streamer.start()
             host.awaitHello().close()
             assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
