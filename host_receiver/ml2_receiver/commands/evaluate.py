@@ -72,8 +72,9 @@ def _run(options: argparse.Namespace) -> int:
     truth = None if options.truth is None else read_tum(options.truth)
     it = evaluate(options.bag, options.camera, options.estimator, truth, _watched)
     write_report(options.out, it)
-    shown = Table("", "headset", "truth" if truth else "", box=None)
-    for row in table(summary(it)):
+    heading, *rows = table(summary(it))
+    shown = Table(*heading, box=None)
+    for row in rows:
         shown.add_row(*row)
     Console().print(shown)
     print(f"wrote {options.out / 'report.html'}")

@@ -38,7 +38,8 @@ class Evaluation:
 
     Attributes:
         headset: agreement with the headset's own poses.
-        truth: agreement with the true poses, where they are known.
+        truth: agreement with the true poses, where they are known; what the estimator adds to
+            `pipeline`, that of the headset's own poses with them.
     """
 
     camera: str
@@ -47,6 +48,7 @@ class Evaluation:
     estimate: Trajectory
     headset: Agreement
     truth: Agreement | None
+    pipeline: Agreement | None
 
 
 def evaluate(
@@ -78,6 +80,7 @@ def evaluate(
         found,
         agreement(sequence.reference, found),
         None if truth is None else agreement(truth, found),
+        None if truth is None else agreement(truth, sequence.reference),
     )
 
 
@@ -135,6 +138,7 @@ def summary(it: Evaluation) -> dict[str, Any]:
         "images_placed": len(it.estimate),
         **_figures(it.headset),
         "truth": None if it.truth is None else _figures(it.truth),
+        "headset_against_truth": None if it.pipeline is None else _figures(it.pipeline),
     }
 
 

@@ -31,6 +31,7 @@ The estimator was given the images and the camera's lens, nothing else. Its traj
 turned and moved as a whole onto the reference (Sim(3), Umeyama); the errors are what is left.
 The time offset is what, added to the images' stamps, would give the least error: a shift that
 images and poses have in common shows only against the truth."""
+_HEADINGS = ("estimate and headset", "estimate and truth", "headset and truth")
 _STYLE = """\
 body { font: 16px/1.5 sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
 table { border-collapse: collapse } td, th { padding: .2rem 1rem .2rem 0; text-align: left }
@@ -62,15 +63,16 @@ def write_report(folder: Path, evaluation: Evaluation) -> None:
         raise EvaluationError(f"cannot write to {folder}: {error.strerror}") from error
 
 
-def table(figures: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """What is told, of the headset's poses, and of the truth where it is known."""
-    yield "duration", f"{figures['duration_s']:.1f} s", ""
-    yield "images sent", f"{figures['images_sent']}", ""
-    yield "images received", f"{figures['images_received']}", ""
-    yield "images placed", f"{figures['images_placed']}", ""
-    truth = figures["truth"]
+def table(figures: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """A heading, then rows; with two more columns where the truth is known."""
+    with_truth = [figures[key] for key in ("truth", "headset_against_truth") if figures[key]]
+    yield ("", *_HEADINGS[: 1 + len(with_truth)])
+    blank = [""] * len(with_truth)
+    yield "duration", f"{figures['duration_s']:.1f} s", *blank
+    for what in ("sent", "received", "placed"):
+        yield f"images {what}", f"{figures[f'images_{what}']}", *blank
     for name, tell in _TOLD.items():
-        yield name, tell(figures), "" if truth is None else tell(truth)
+        yield name, *(tell(it) for it in (figures, *with_truth))
 
 
 def _error(name: str, figures: Mapping[str, Any]) -> str:
@@ -118,20 +120,21 @@ def _pictured(it: Evaluation) -> Pictured:
     return Pictured(during, estimate, comparison.stamps_s, comparison.errors_m)
 
 
-def _markdown(title: str, rows: list[tuple[str, str, str]], drawn: Mapping[str, bytes]) -> str:
+def _markdown(title: str, rows: list[tuple[str, ...]], drawn: Mapping[str, bytes]) -> str:
     lines = [f"# {title}", "", _EXPLANATION, "", *_markdown_table(rows), ""]
     for name in drawn:
         lines += [f"![{_CAPTIONS[name]}]({name}.png)", ""]
     return "\n".join(lines)
 
 
-def _markdown_table(rows: list[tuple[str, str, str]]) -> Iterator[str]:
-    yield "| | against the headset | against the truth |"
-    yield "|---|---|---|"
-    yield from (f"| {' | '.join(row)} |" for row in rows)
+def _markdown_table(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    heading, *rest = (f"| {' | '.join(row)} |" for row in rows)
+    yield heading
+    yield "|---" * len(rows[0]) + "|"
+    yield from rest
 
 
-def _page(title: str, rows: list[tuple[str, str, str]], drawn: Mapping[str, bytes]) -> str:
+def _page(title: str, rows: list[tuple[str, ...]], drawn: Mapping[str, bytes]) -> str:
     cells = ("<tr>" + "".join(f"<td>{html.escape(it)}</td>" for it in row) for row in rows)
     figures = (
         f'<figure><img alt="" src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
@@ -143,7 +146,7 @@ def _page(title: str, rows: list[tuple[str, str, str]], drawn: Mapping[str, byte
             f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}',
             f"</title><style>{_STYLE}</style><h1>{html.escape(title)}</h1>",
             f"<p>{html.escape(_EXPLANATION)}</p>",
-            "<table><tr><th></th><th>against the headset</th><th>against the truth</th></tr>",
+            "<table>",
             *cells,
             "</table>",
             *figures,

@@ -1,0 +1,101 @@
+"""Walks with the simulated headset, and keeps what a subscriber in ROS 2 got of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from bags import write_bag
+from ml2_receiver.evaluation.tum import write_tum
+from ml2_receiver.topics.stamps import stamp_reader
+from ml2_receiver.topics.string_message import encode_string
+from processes import PREFIX, ROOT, Received, receive
+from simulated_truth import SimulatedTruth
+from true_walk import TrueWalk, camera_in_head
+from walks import Walk
+
+# The walk begins within a second of the first image.
+_REST_S = 2.0
+_IMAGES_HZ = 30
+# What is kept of the transforms before the first image and after the last.
+_MARGIN_NS = 100_000_000
+_CLOCK_WAS_SET_NS = 200_000
+_CONFIG = '{"headset": "simulated", "session": "validation", "streams": {}}'
+
+
+@dataclass(frozen=True)
+class Walked:
+    """Of one walk.
+
+    Attributes:
+        bag: recording of what arrived in ROS 2 from the walk's first image to its last.
+        truth: TUM file of where the camera truly was at the instants that stamps denote.
+        images_sent: that the simulated headset captured in that time.
+    """
+
+    bag: Path
+    truth: Path
+    images_sent: int
+
+
+def stream(walk: Walk, folder: Path) -> Walked:
+    """Runs headset, receiver and an independent subscriber.
+
+    Raises:
+        RuntimeError: a message was lost, or this machine's clock was set.
+    """
+    folder.mkdir(parents=True)
+    simulation = SimulatedTruth.now()
+    mounting = camera_in_head(simulation, walk.camera)
+    walk = walk.scaled(mounting)
+    (folder / "walk.tum").write_text("".join(walk.tum()))
+    (folder / "config.yaml").write_text(_config(walk.camera))
+    simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", "cache="]
+    options = ["--duration", str(walk.duration_s + _REST_S), *simulate]
+    received = receive(folder / "config.yaml", options, folder)
+    _check_nothing_is_lost(received)
+    if abs(SimulatedTruth.now().boottime_ns - simulation.boottime_ns) > _CLOCK_WAS_SET_NS:
+        raise RuntimeError("this machine's clock was set: no truth can be told")
+    truth = TrueWalk.found(received, walk, mounting, simulation)
+    record(received, folder / "bag", truth.start_ns, truth.end_ns)
+    write_tum(folder / "truth.tum", truth.trajectory(received))
+    # Captures are on a grid of whole seconds, and so is the walk's start.
+    images_sent = int(walk.duration_s * _IMAGES_HZ + 1e-6) + 1
+    return Walked(folder / "bag", folder / "truth.tum", images_sent)
+
+
+def record(received: Received, bag: Path, start_ns: int, end_ns: int) -> None:
+    """What has stamps from `start_ns` to `end_ns`, and a little more of the transforms."""
+    config = f"{PREFIX}/config"
+    messages = [(config, 0, encode_string(_CONFIG))]
+    for topic, (type, payloads) in received.topics.items():
+        read_stamp = stamp_reader(type)
+        margin_ns = _MARGIN_NS if topic == "/tf" else 0
+        arrivals_ns = (round(at_s * 1e9) for at_s in received.arrivals_s[topic])
+        messages += [
+            (topic, at_ns, payload)
+            for at_ns, payload in zip(arrivals_ns, payloads, strict=True)
+            if start_ns - margin_ns <= read_stamp(payload) <= end_ns + margin_ns
+        ]
+    types = {topic: type for topic, (type, _) in received.topics.items()}
+    messages.sort(key=lambda it: it[1])
+    write_bag(bag, types | {config: "std_msgs/msg/String"}, messages)
+
+
+def _config(camera: str) -> str:
+    """The packaged one, with this camera alone."""
+    tree = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    (node,) = tree.values()
+    for name, section in node["ros__parameters"].items():
+        if "enabled" in section:
+            section["enabled"] = name == camera
+    return str(yaml.safe_dump(tree))
+
+
+def _check_nothing_is_lost(received: Received) -> None:
+    for topic, seen in received.snapshot["topics"].items():
+        produced = int(received.books(topic)["produced"])
+        if seen["count"] != produced:
+            raise RuntimeError(f"{topic}: {seen['count']} of {produced} messages arrived")
