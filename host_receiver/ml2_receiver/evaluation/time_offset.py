@@ -28,10 +28,13 @@ def time_offset_s(reference: Trajectory, estimate: Trajectory) -> float | None:
     at_s, found = at_s[is_inside], found[is_inside]
     if len(at_s) < 4:
         return None
-    before, now, after = (
-        _mean_squared_error(found, _interpolated(at_s + shift_s, known_s, known))
-        for shift_s in (-_STEP_S, 0.0, _STEP_S)
-    )
+    try:
+        before, now, after = (
+            _mean_squared_error(found, _interpolated(at_s + shift_s, known_s, known))
+            for shift_s in (-_STEP_S, 0.0, _STEP_S)
+        )
+    except cv2.error:  # all on one line
+        return None
     curvature = before - 2 * now + after
     return float(_STEP_S * (before - after) / (2 * curvature)) if curvature > 0 else None
 
