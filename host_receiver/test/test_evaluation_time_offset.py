@@ -10,7 +10,7 @@ from trajectories import START_NS, moved, wandering
 def test_a_shift_is_found_to_a_fraction_of_a_millisecond(shift_s: float) -> None:
     reference = wandering(rate_hz=90, duration_s=8)
     estimate = moved(wandering(shift_s=shift_s, duration_s=7), 0.3, (1, 2, 0.5))
-    assert time_offset_s(reference, estimate) == pytest.approx(shift_s, abs=3e-4)
+    assert time_offset_s(reference, estimate) == pytest.approx(shift_s, abs=2e-5)
 
 
 def test_nothing_is_told_of_stamps_that_do_not_overlap() -> None:

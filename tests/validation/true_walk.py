@@ -13,7 +13,7 @@ from processes import Received
 from room import TO_ROS
 from simulated_truth import OPTICAL, SimulatedTruth
 from transforms import moving
-from walks import Walk
+from walks import REST_S, Walk
 
 _NANOS = 1_000_000_000
 _STEP_NS = 5_000_000
@@ -36,11 +36,11 @@ class TrueWalk:
     def found(
         received: Received, walk: Walk, mounting: Matrix, simulation: SimulatedTruth
     ) -> TrueWalk:
-        """The simulation begins at a whole second of its clock: the one that fits the poses."""
+        """The walk begins at a whole second of the simulation's clock: the one that fits."""
         frame = f"{walk.camera}_optical_frame"
         poses = {at: pose for (child, at), pose in moving(received).items() if child == frame}
         first = int(simulation.mltime_ns(min(poses)) // _NANOS)
-        begins = [simulation.ros_ns(second * _NANOS) for second in range(first, first + 3)]
+        begins = [simulation.ros_ns(second * _NANOS) for second in range(first, first + REST_S + 2)]
 
         def misfit_m(it: TrueWalk) -> float:
             differences = [pose[:3, 3] - it.pose(at)[:3, 3] for at, pose in poses.items()]

@@ -67,7 +67,7 @@ def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
     walked = stream(walk, folder)
     _say(f"{walk.name}: evaluating")
     figures = _evaluate(folder, walk.camera, walked.truth)
-    return _entry(walk.name, figures | {"images_sent": walked.images_sent})
+    return _entry(walk.name, figures | {"images_sent": walked.images_sent, "walked": walked.walked})
 
 
 def _evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, Any]:

@@ -20,6 +20,8 @@ _GLANCE_RAD, _GLANCE_S = math.radians(20), 3.5
 _NOD_RAD, _TILT_RAD = math.radians(5), math.radians(2)
 _STEPS_HZ, _BOB_M, _SWAY_M = 1.8, 0.01, 0.012
 _RISE_M = 0.06
+# Until every stream of a headset runs; whole seconds.
+REST_S = 2
 # To get from rest to speed and back.
 _RAMP_S = 1.0
 _RATE_HZ = 100
@@ -74,10 +76,10 @@ class Walk:
         return replace(self, radius_m=high)
 
     def tum(self) -> Iterator[str]:
-        """Lines of a TUM file for the simulated headset."""
-        for index in range(math.ceil(self.duration_s * _RATE_HZ) + 1):
-            at_s = min(index / _RATE_HZ, self.duration_s)
-            pose = self.head(at_s)
+        """Lines of a TUM file for the simulated headset, which rests for REST_S at first."""
+        for index in range(math.ceil((REST_S + self.duration_s) * _RATE_HZ) + 1):
+            at_s = index / _RATE_HZ
+            pose = self.head(at_s - REST_S)
             numbers = (*pose[:3, 3], *_quaternion(pose))
             yield f"{at_s:.3f} {' '.join(f'{it:.12f}' for it in numbers)}\n"
 

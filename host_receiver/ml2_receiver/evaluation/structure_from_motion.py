@@ -18,8 +18,8 @@ from .placement import Map
 
 # Every so many images one is a key: it helps to make the map. The others are placed in it.
 _KEY_INTERVAL = 4
-# Each key is matched with those 1, 2, 4, ... keys before it.
-_REACHES = (1, 2, 4, 8, 16)
+# Each key is matched with those so many keys before it.
+_REACHES = (1, 2, 4, 8)
 # Every so many keys one is matched with all of its kind, to find places again.
 _LOOP_INTERVAL = 6
 _LARGEST_SIDE_PX = 640
@@ -38,11 +38,13 @@ def structure_from_motion(images: Images, camera: Camera) -> Trajectory:
             raise EvaluationError("one image is no trajectory")
         names = [_name(stamp_ns) for stamp_ns in stamps_ns]
         keys = names[::_KEY_INTERVAL]
-        _find_features(folder, pinhole)
-        _match(folder, [*_pairs_of_keys(keys), *_pairs_with_keys(names)])
-        placed = _map(folder, keys)
-        poses = ((at, placed.pose(_name(at))) for at in stamps_ns)
-        return [(at, pose) for at, pose in poses if pose is not None]
+        _find_features(folder, pinhole, keys)
+        _match(folder, list(_pairs(keys)))
+        map_ = Map(_model(folder), folder / "images")
+        poses = (
+            map_.pose(name, keys[index // _KEY_INTERVAL :][:2]) for index, name in enumerate(names)
+        )
+        return [(at, it) for at, it in zip(stamps_ns, poses, strict=True) if it is not None]
 
 
 def _name(stamp_ns: int) -> str:
@@ -74,33 +76,27 @@ def _write_pinhole_images(
     )
 
 
-def _find_features(folder: Path, pinhole: pycolmap.Camera) -> None:
+def _find_features(folder: Path, pinhole: pycolmap.Camera, keys: Sequence[str]) -> None:
     options = pycolmap.FeatureExtractionOptions()
     options.sift.max_num_features = _FEATURES
+    options.sift.first_octave = 0
     reader = pycolmap.ImageReaderOptions()
     reader.camera_model = pinhole.model.name
     reader.camera_params = pinhole.params_to_string()
     pycolmap.extract_features(
         folder / "database",
         folder / "images",
+        image_names=keys,
         camera_mode=pycolmap.CameraMode.SINGLE,
         reader_options=reader,
         extraction_options=options,
     )
 
 
-def _pairs_of_keys(keys: Sequence[str]) -> Iterator[tuple[str, str]]:
+def _pairs(keys: Sequence[str]) -> Iterator[tuple[str, str]]:
     for reach in _REACHES:
         yield from zip(keys, keys[reach:], strict=False)
     yield from itertools.combinations(keys[::_LOOP_INTERVAL], 2)
-
-
-def _pairs_with_keys(names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Each other image with the key before it and the one after it."""
-    for index, name in enumerate(names):
-        before = index - index % _KEY_INTERVAL
-        if before != index:
-            yield from ((name, key) for key in names[before::_KEY_INTERVAL][:2])
 
 
 def _match(folder: Path, pairs: Sequence[tuple[str, str]]) -> None:
@@ -111,10 +107,9 @@ def _match(folder: Path, pairs: Sequence[tuple[str, str]]) -> None:
     pycolmap.match_image_pairs(folder / "database", pairing_options=pairing)
 
 
-def _map(folder: Path, keys: Sequence[str]) -> Map:
-    """The largest of the models that the keys give."""
+def _model(folder: Path) -> pycolmap.Reconstruction:
+    """The largest of those that the keys give."""
     options = pycolmap.IncrementalPipelineOptions()
-    options.image_names = list(keys)
     options.random_seed = _SEED
     options.extract_colors = False
     options.ba_refine_focal_length = options.ba_refine_extra_params = False
@@ -123,5 +118,4 @@ def _map(folder: Path, keys: Sequence[str]) -> Map:
     models = pycolmap.incremental_mapping(folder / "database", folder / "images", folder, options)
     if not models:
         raise EvaluationError("structure from motion finds no two images with a common scene")
-    best = max(models.values(), key=lambda model: model.num_reg_images())
-    return Map(best, pycolmap.Database.open(folder / "database"))
+    return max(models.values(), key=lambda model: model.num_reg_images())
