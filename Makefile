@@ -122,7 +122,7 @@ soak: build ## Full load for DURATION seconds: does anything grow? Result in bui
 	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
 validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (30 minutes)
-	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/validation/validate.py
+	$(run) env PYTHONPATH=host_receiver:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
 
 clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
