@@ -120,7 +120,8 @@ def _paint(seed: int) -> NDArray[np.uint8]:
     random = np.random.default_rng(seed)
     levels = [random.integers(0, 255, (side, side)).astype(np.float32) for side in (64, 256, 512)]
     large = [cv2.resize(it, (4096, 4096), interpolation=cv2.INTER_CUBIC) for it in levels]
-    return np.clip(np.mean(large, axis=0), 0, 255).astype(np.uint8)
+    paint: NDArray[np.uint8] = np.clip(np.mean(large, axis=0), 0, 255).astype(np.uint8)
+    return paint
 
 
 def _rendered(

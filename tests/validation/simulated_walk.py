@@ -21,6 +21,8 @@ from walks import REST_S, Walk
 # The simulation begins within a second of the first image.
 _SPARE_S = 1.5
 _IMAGES_HZ = 30
+# Stamps are some microseconds off the grid of captures.
+_HALF_NS = 10**9 // _IMAGES_HZ // 2
 _TRIES = 5
 # What is kept of the transforms before the first image and after the last.
 _MARGIN_NS = 100_000_000
@@ -78,7 +80,7 @@ def _streamed(walk: Walk, folder: Path) -> Walked:
     if abs(SimulatedTruth.now().boottime_ns - simulation.boottime_ns) > _CLOCK_WAS_SET_NS:
         raise RuntimeError("this machine's clock was set: no truth can be told")
     truth = TrueWalk.found(received, walk, mounting, simulation)
-    record(received, folder / "bag", truth.start_ns, truth.end_ns)
+    record(received, folder / "bag", truth.start_ns - _HALF_NS, truth.end_ns + _HALF_NS)
     write_tum(folder / "truth.tum", truth.trajectory(received))
     # Captures are on a grid of whole seconds, and so is the walk's start.
     images_sent = int(walk.duration_s * _IMAGES_HZ + 1e-6) + 1

@@ -57,12 +57,11 @@ class TrueWalk:
         return self.walk.head((stamp_ns - self.start_ns) / _NANOS) @ self.mounting
 
     def trajectory(self, received: Received) -> Trajectory:
-        """At the images' stamps, and close enough between them to interpolate."""
+        """At the transforms' stamps, and close enough between them to interpolate."""
         frame = f"{self.walk.camera}_optical_frame"
         stamps = {at for child, at in moving(received) if child == frame}
-        during = (at for at in stamps if self.start_ns <= at <= self.end_ns)
-        between = range(self.start_ns, self.end_ns, _STEP_NS)
-        return [(at, self.pose(at)) for at in sorted({*during, *between})]
+        between = range(min(stamps), max(stamps), _STEP_NS)
+        return [(at, self.pose(at)) for at in sorted({*stamps, *between})]
 
 
 def camera_in_head(simulation: SimulatedTruth, camera: str) -> Matrix:

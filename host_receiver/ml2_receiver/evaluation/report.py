@@ -92,8 +92,8 @@ def _offset(figures: Mapping[str, Any]) -> str:
 _TOLD: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "path": lambda it: f"{it['path_m']:.2f} m",
     "matched pairs": lambda it: f"{it['matched_pairs']}",
-    "longest time between a pair": lambda it: f"{it['max_dt_s'] * 1000:.3f} ms",
-    **{f"position error, {name}": partial(_error, name) for name in STATISTICS},
+    "longest time in a pair": lambda it: f"{it['max_dt_s'] * 1000:.3f} ms",
+    **{f"error, {name}": partial(_error, name) for name in STATISTICS},
     "error per metre, rmse": partial(_relative, "rpe_m_per_m", 100, "cm"),
     "turn per metre, rmse": partial(_relative, "rpe_deg_per_m", 1, "deg"),
     "time offset": _offset,
