@@ -92,7 +92,7 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) tests/end_to_end
+	$(pytest) tests/end_to_end tests/validation
 
 lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
 	$(run) ruff check --config $(settings) $(python)

@@ -49,7 +49,7 @@ def _entries() -> Iterator[dict[str, Any]]:
         _say(f"{_FAULTY.name}, {name}")
         out = _OUT / f"fault_{number + 1}"
         inject(fault, _FAULTY.camera, faulty / "bag", out / "bag")
-        figures = _evaluate(out, _FAULTY.camera, faulty / "truth.tum")
+        figures = evaluate(out, _FAULTY.camera, faulty / "truth.tum")
         yield _entry(_FAULTY.name, figures) | {"fault": name}
         shutil.rmtree(out / "bag")
     for bag in _OUT.glob("walk_*/bag"):
@@ -57,7 +57,7 @@ def _entries() -> Iterator[dict[str, Any]]:
     if EXCERPT.is_dir():
         _say("the recorded excerpt")
         replay(_OUT / "euroc")
-        yield _entry("EuRoC V1_01, excerpt", _evaluate(_OUT / "euroc", CAMERA))
+        yield _entry("EuRoC V1_01, excerpt", evaluate(_OUT / "euroc", CAMERA))
     else:
         _say(f"no recorded excerpt at {EXCERPT}")
 
@@ -66,11 +66,11 @@ def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
     _say(f"{walk.name}: streaming")
     walked = stream(walk, folder)
     _say(f"{walk.name}: evaluating")
-    figures = _evaluate(folder, walk.camera, walked.truth)
+    figures = evaluate(folder, walk.camera, walked.truth)
     return _entry(walk.name, figures | {"images_sent": walked.images_sent, "walked": walked.walked})
 
 
-def _evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, Any]:
+def evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, Any]:
     """As anyone would, by the command."""
     command: list[str | Path] = [RECEIVER, "evaluate", "--bag", folder / "bag", "--camera", camera]
     command += ["--estimator", _ESTIMATOR, "--out", folder / "evaluation"]
