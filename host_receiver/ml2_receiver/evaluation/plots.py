@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -60,11 +61,9 @@ def _png(draw: Callable[[Figure, Pictured], None], pictured: Pictured) -> bytes:
 def _draw_plane(figure: Figure, it: Pictured) -> None:
     axes = figure.add_subplot()
     reference, found = _positions(it.reference), it.error_positions()
-    axes.plot(*reference[:, :2].T, color="0.6", linewidth=3, label="headset")
-    points = axes.scatter(
-        found[:, 0], found[:, 1], c=it.errors_m, s=8, cmap="viridis", label="estimate"
-    )
-    figure.colorbar(points, label="error, m")
+    axes.plot(*reference[:, :2].T, color="0.8", linewidth=8, label="headset")
+    points = axes.scatter(*found[:, :2].T, **_coloured(it))
+    figure.colorbar(points, label="error, cm")
     axes.set(xlabel="x, m", ylabel="y, m", title="From above", aspect="equal")
     axes.legend()
 
@@ -72,11 +71,17 @@ def _draw_plane(figure: Figure, it: Pictured) -> None:
 def _draw_space(figure: Figure, it: Pictured) -> None:
     axes = figure.add_subplot(projection="3d")
     reference, found = _positions(it.reference), it.error_positions()
-    axes.plot(*reference.T, color="0.6", linewidth=2, label="headset")
-    points = axes.scatter(*found.T, c=it.errors_m, s=6, cmap="viridis", label="estimate")
-    figure.colorbar(points, label="error, m", shrink=0.7)
+    axes.plot(*reference.T, color="0.8", linewidth=2, label="headset")
+    points = axes.scatter(*found.T, **_coloured(it))
+    figure.colorbar(points, label="error, cm", shrink=0.7)
     axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m", title="In space")
     axes.legend()
+
+
+def _coloured(it: Pictured) -> dict[str, Any]:
+    """By error, and before the line."""
+    style = {"s": 8, "cmap": "viridis", "label": "estimate", "zorder": 3}
+    return {"c": it.errors_m * 100, **style}
 
 
 def _draw_axes(figure: Figure, it: Pictured) -> None:
