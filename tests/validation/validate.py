@@ -16,7 +16,7 @@ from typing import Any
 
 from faults import FAULTS, inject
 from processes import EXCERPT, RECEIVER, ROOT
-from recorded_excerpt import CAMERA, replay
+from recorded_excerpt import evaluate_excerpt
 from simulated_walk import stream
 from tables import page
 from walks import WALKS, Walk
@@ -56,8 +56,7 @@ def _entries() -> Iterator[dict[str, Any]]:
         shutil.rmtree(bag)
     if EXCERPT.is_dir():
         _say("the recorded excerpt")
-        replay(_OUT / "euroc")
-        yield _entry("EuRoC V1_01, excerpt", evaluate(_OUT / "euroc", CAMERA))
+        yield evaluate_excerpt(_OUT / "euroc", _ESTIMATOR)
     else:
         _say(f"no recorded excerpt at {EXCERPT}")
 

@@ -136,13 +136,14 @@ def summary(it: Evaluation) -> dict[str, Any]:
         "images_sent": it.sequence.images_sent,
         "images_received": len(stamps_ns),
         "images_placed": len(it.estimate),
-        **_figures(it.headset),
-        "truth": None if it.truth is None else _figures(it.truth),
-        "headset_against_truth": None if it.pipeline is None else _figures(it.pipeline),
+        **figures_of(it.headset),
+        "truth": None if it.truth is None else figures_of(it.truth),
+        "headset_against_truth": None if it.pipeline is None else figures_of(it.pipeline),
     }
 
 
-def _figures(it: Agreement) -> dict[str, Any]:
+def figures_of(it: Agreement) -> dict[str, Any]:
+    """Those of one agreement; lengths in m, times in s."""
     comparison = it.comparison
     return {
         "path_m": comparison.reference_path_m,

@@ -22,6 +22,8 @@ _KEY_INTERVAL = 4
 _REACHES = (1, 2, 4, 8)
 # Every so many keys one is matched with all of its kind, to find places again.
 _LOOP_INTERVAL = 6
+# Of the first pair and of every point, at least: COLMAP's own, then those of one that hardly moves.
+_PARALLAX_DEG = ((16.0, 1.5), (2.0, 0.3))
 _LARGEST_SIDE_PX = 640
 _FEATURES = 1500
 _SEED = 1
@@ -115,7 +117,11 @@ def _model(folder: Path) -> pycolmap.Reconstruction:
     options.ba_refine_focal_length = options.ba_refine_extra_params = False
     options.mapper.abs_pose_refine_focal_length = False
     options.mapper.abs_pose_refine_extra_params = False
-    models = pycolmap.incremental_mapping(folder / "database", folder / "images", folder, options)
-    if not models:
-        raise EvaluationError("structure from motion finds no two images with a common scene")
-    return max(models.values(), key=lambda model: model.num_reg_images())
+    for first_deg, least_deg in _PARALLAX_DEG:
+        options.mapper.init_min_tri_angle = first_deg
+        options.mapper.filter_min_tri_angle = options.triangulation.min_angle = least_deg
+        paths = folder / "database", folder / "images", folder
+        models = pycolmap.incremental_mapping(*paths, options)
+        if models:
+            return max(models.values(), key=lambda model: model.num_reg_images())
+    raise EvaluationError("structure from motion finds no parallax: did the camera move sideways?")
