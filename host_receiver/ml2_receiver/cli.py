@@ -9,7 +9,19 @@ from typing import Any, NoReturn
 
 import shtab
 
-from .commands import config, devices, doctor, export, latency, play, products, record, run, topics
+from .commands import (
+    config,
+    devices,
+    doctor,
+    evaluate,
+    export,
+    latency,
+    play,
+    products,
+    record,
+    run,
+    topics,
+)
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -64,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
         config,
         devices,
         doctor,
+        evaluate,
         export,
         latency,
         play,

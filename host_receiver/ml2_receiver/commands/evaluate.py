@@ -1,0 +1,88 @@
+"""ml2-receiver evaluate: how well the headset's poses agree with those that its images show."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from ..errors import EvaluationError
+from .config import Subparsers
+from .ros_start import ros_needed
+
+if TYPE_CHECKING:
+    from ..evaluation.estimator import Images
+
+_CAMERAS = ("world_center", "world_left", "world_right", "color")
+_EPILOG = """\
+Estimates the trajectory from the images of a recording alone, and compares it with the poses of
+the same camera in /tf: error after alignment, drift, time offset, plots. Writes report.html, which
+needs no other file, report.md, report.json, and both trajectories as TUM files.
+Estimators: sfm is structure from motion by COLMAP, which takes a few minutes.
+
+examples:
+  ml2-receiver record walk                         record first: walk about for 20 s
+  ml2-receiver evaluate --bag walk --camera world_center
+  ml2-receiver evaluate --bag walk --camera world_left --out walk-left
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "evaluate",
+        help="compare the headset's poses with those that images show",
+        epilog=_EPILOG,
+    )
+    parser.add_argument(
+        "--bag", type=Path, required=True, help="folder that ml2-receiver record has written"
+    )
+    parser.add_argument("--camera", choices=_CAMERAS, required=True)
+    parser.add_argument("--estimator", choices=("sfm",), default="sfm", help="default: sfm")
+    parser.add_argument(
+        "--truth",
+        type=Path,
+        metavar="FILE",
+        help="TUM file of the camera's true poses, where they are known, to compare with as well",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("evaluation"),
+        metavar="FOLDER",
+        help="for the report; default: evaluation. An earlier report there is replaced",
+    )
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    with ros_needed():
+        try:
+            from ..evaluation.evaluation import evaluate, summary
+            from ..evaluation.report import table, write_report
+            from ..evaluation.tum import read_tum
+        except ModuleNotFoundError as error:
+            if error.name not in ("cv2", "matplotlib"):
+                raise
+            raise EvaluationError(
+                f"evaluation needs {error.name}: pip install 'ml2-receiver[evaluate]'"
+            ) from error
+    truth = None if options.truth is None else read_tum(options.truth)
+    it = evaluate(options.bag, options.camera, options.estimator, truth, _watched)
+    write_report(options.out, it)
+    heading, *rows = table(summary(it))
+    shown = Table(*heading, box=None)
+    for row in rows:
+        shown.add_row(*row)
+    Console().print(shown)
+    print(f"wrote {options.out / 'report.html'}")
+    return 0
+
+
+def _watched(images: "Images", count: int) -> "Images":
+    """Says how far the reading is, and then that the rest takes its time."""
+    console = Console(stderr=True)
+    yield from track(images, "reading images", total=count, console=console, transient=True)
+    print("estimating the trajectory, for some minutes", file=sys.stderr, flush=True)

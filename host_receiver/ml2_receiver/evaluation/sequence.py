@@ -1,0 +1,142 @@
+"""Images and poses of one camera in a recording."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from rclpy.serialization import deserialize_message
+
+from ..configuration.table import load_table
+from ..errors import EvaluationError
+from ..products.camera import Camera, camera_of, metadata_stamp_ns
+from ..products.messages import JpegDecoder, pixels_of
+from ..products.tree import Tree
+from ..recording.bag_reader import BagReader
+from ..topics.message_types import message_class
+from ..topics.stamps import stamp_reader
+from .estimator import Images, Trajectory
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """What a recording has of one camera.
+
+    Attributes:
+        topic: of the images, and `type` theirs.
+        camera: as its first camera_info, with the metadata of the same capture, describes it.
+        images_sent: how many captures the headset counted from the first to the last that it tells
+            of; where it counted none, as many as arrived.
+        stamps_ns: of the images that arrived.
+        reference: where /tf says that the optical frame was in the world, by rising stamp.
+    """
+
+    bag: Path
+    topic: str
+    type: str
+    camera: Camera
+    images_sent: int
+    stamps_ns: list[int]
+    reference: Trajectory
+
+    def images(self) -> Images:
+        """Reads the images from the recording, one at a time.
+
+        Raises:
+            RecordingError: the recording is broken.
+            EvaluationError: a message is no image, or stamps do not rise.
+        """
+        jpeg, read_stamp, last_ns = JpegDecoder(), stamp_reader(self.type), -1
+        for message in BagReader(self.bag).messages():
+            if message.topic != self.topic:
+                continue
+            try:
+                image, stamp_ns = _decoded(message.payload, self.type), read_stamp(message.payload)
+                if hasattr(image, "format"):
+                    pixels = cv2.cvtColor(jpeg(image), cv2.COLOR_BGR2GRAY)
+                else:
+                    pixels = pixels_of(image)
+                if stamp_ns <= last_ns:
+                    raise ValueError(f"stamp {stamp_ns} comes after {last_ns}")
+            except ValueError as error:
+                raise EvaluationError(f"{self.bag}: {self.topic}: {error}") from error
+            last_ns = stamp_ns
+            yield stamp_ns, pixels.astype(np.uint8, copy=False)
+
+
+def read_sequence(bag: Path, camera: str) -> Sequence:
+    """All but the images, which are read as often as they are asked for.
+
+    Args:
+        camera: its stream, such as world_center.
+
+    Raises:
+        RecordingError: it is no recording of this receiver.
+        EvaluationError: it has not this camera's images, camera_info and poses.
+    """
+    reader = BagReader(bag)
+    topics = {topic.role: topic for topic in load_table().streams[camera].topics}
+    names = {role: topic.full_name(reader.prefix) for role, topic in topics.items()}
+    payloads: dict[str, list[bytes]] = {name: [] for name in (*names.values(), *_TRANSFORMS)}
+    read_stamp = stamp_reader(topics["image"].type)
+    stamps_ns = []
+    for message in reader.messages():
+        if message.topic == names["image"]:
+            stamps_ns.append(read_stamp(message.payload))
+        elif message.topic in payloads:
+            payloads[message.topic].append(message.payload)
+    infos = payloads[names["camera_info"]]
+    if not stamps_ns or not infos:
+        raise EvaluationError(f"{bag} has no images with camera_info of {camera}")
+    try:
+        texts = [_decoded(it, _STRING).data for it in payloads[names["metadata"]]]
+        lens, frame = _camera(infos[0], texts)
+        reference = _poses(payloads, camera, frame)
+        captures = _captures(texts) or len(stamps_ns)
+    except ValueError as error:
+        raise EvaluationError(f"{bag}: {camera}: {error}") from error
+    if not reference:
+        raise EvaluationError(f"{bag}: /tf never says where {frame} is")
+    type = topics["image"].type
+    return Sequence(bag, names["image"], type, lens, captures, stamps_ns, reference)
+
+
+_TRANSFORMS = ("/tf", "/tf_static")
+_STRING, _TF = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage"
+
+
+def _decoded(payload: bytes, type: str) -> Any:
+    try:
+        return deserialize_message(payload, message_class(type))
+    except Exception as error:  # rclpy has no type of its own for it
+        raise ValueError(f"expected a {type}: {error}") from error
+
+
+def _camera(info_payload: bytes, metadata: list[str]) -> tuple[Camera, str]:
+    """With the name of its optical frame."""
+    read_stamp = stamp_reader("sensor_msgs/msg/CameraInfo")
+    same = (it for it in metadata if metadata_stamp_ns(it) == read_stamp(info_payload))
+    info = _decoded(info_payload, "sensor_msgs/msg/CameraInfo")
+    return camera_of(info, next(same, None)), str(info.header.frame_id)
+
+
+def _poses(payloads: dict[str, list[bytes]], camera: str, frame: str) -> Trajectory:
+    """What is before the frame's own name, that of a receiver, is before all of its frames."""
+    table = load_table()
+    name = frame.removesuffix(table.streams[camera].frame)
+    tree = Tree({frame: camera}, name + table.world_frame, name + table.head_frame)
+    for payload in payloads["/tf_static"][-1:]:
+        tree.stand(_decoded(payload, _TF))
+    messages = (_decoded(payload, _TF) for payload in payloads["/tf"])
+    return sorted({at: pose for it in messages for _, at, pose in tree.poses(it)}.items())
+
+
+def _captures(metadata: list[str]) -> int:
+    """By their numbers, which count those that never arrived too; 0 where there are none."""
+    numbers = [json.loads(it).get("frame_number") for it in metadata]
+    counted = [number for number in numbers if isinstance(number, int)]
+    return max(counted) - min(counted) + 1 if counted else 0
