@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import EvaluationError
 from ..export.pose import Pose
@@ -13,16 +12,24 @@ from ..products.rectification import rectify
 from .estimator import Images, Trajectory
 from .landmarks import Floats, Landmarks
 from .tracks import Grey, Pixels, Tracks
+from .views import (
+    LEAST_POINTS,
+    LEAST_START_POINTS,
+    View,
+    parallax_rad,
+    placed,
+    rays_of,
+    relative_pose,
+)
 
-_LARGEST_SIDE_PX = 1100
-# Angles between rays at the start, and what the camera must have moved by before a new keyframe.
-_START_PARALLAX_RAD = np.radians(2.0)
+# Larger images are made smaller, so that they are placed as fast as they come.
+_LARGEST_SIDE_PX = 1024
+# A keyframe is made when rays to the same points have turned so far, or fewer are left of them.
 _KEY_PARALLAX_RAD = np.radians(1.0)
-_LEAST_START_POINTS = 60
-_LEAST_POINTS = 15
 _LEAST_KEPT = 0.75
 _MOST_OFF_PX = 1.5
-_RANSAC_ROUNDS = 100
+_ROUGH = 4
+_EDGE_PX = 15
 
 
 def odometry(images: Images, camera: Camera) -> Trajectory:
@@ -61,8 +68,8 @@ class _Way:
         self._tracks, self._landmarks = Tracks(), Landmarks()
         self._pose: Pose = np.eye(4)
         self._turn: Floats = np.eye(3)
-        self._key = _View(np.zeros(0, np.int64), np.zeros((0, 3)), np.eye(4))
-        self._waiting: list[tuple[int, _View]] = []
+        self._key = View(np.zeros(0, np.int64), np.zeros((0, 3)), np.eye(4))
+        self._waiting: list[tuple[int, View]] = []
 
     def take(self, stamp_ns: int, image: Grey) -> None:
         """The next image."""
@@ -80,28 +87,30 @@ class _Way:
 
     def _begin(self, stamp_ns: int) -> None:
         """Waits until some image before sees the same points from elsewhere."""
-        if len(self._tracks.ids) < _LEAST_START_POINTS:
+        if len(self._tracks.ids) < LEAST_START_POINTS:
             self._waiting.clear()
             self._tracks.replenish(self._mask)
         now = self._view(np.eye(4))
         self._waiting.append((stamp_ns, now))
         first = self._waiting[0][1]
-        pair = _relative(first, now, float(self._matrix[0, 0]))
+        pair = relative_pose(first, now, float(self._matrix[0, 0]))
         if pair is None:
             return
         self._pose = pair
         self._landmarks.see(first.ids, first.rays, first.pose)
         self._make_key()
         for at, view in self._waiting:
-            self._pose = _placed(view, self._landmarks, self._pose, self._off())[0]
+            self._pose = placed(view, self._landmarks, self._pose, self._off())[0]
             self.poses[at] = self._pose
         self._waiting.clear()
 
     def _place(self) -> bool:
         """Whether enough landmarks say where the camera is now."""
         view = self._view(self._pose)
-        pose, is_right = _placed(view, self._landmarks, self._pose, self._off())
-        if int(is_right.sum()) < _LEAST_POINTS:
+        pose, is_right = placed(view, self._landmarks, self._pose, self._off())
+        if int(is_right.sum()) < LEAST_POINTS:  # rather a rough pose than none
+            pose, is_right = placed(view, self._landmarks, self._pose, _ROUGH * self._off())
+        if int(is_right.sum()) < LEAST_POINTS:
             return False
         self._pose = pose
         self._tracks.keep(is_right | ~self._landmarks.known(view.ids))
@@ -110,7 +119,7 @@ class _Way:
     def _is_key(self) -> bool:
         view = self._view(self._pose)
         kept = np.isin(self._key.ids, view.ids).mean()
-        return bool(kept < _LEAST_KEPT) or _parallax_rad(self._key, view) > _KEY_PARALLAX_RAD
+        return bool(kept < _LEAST_KEPT) or parallax_rad(self._key, view) > _KEY_PARALLAX_RAD
 
     def _make_key(self) -> None:
         view = self._view(self._pose)
@@ -121,12 +130,12 @@ class _Way:
         is_new = np.isin(self._key.ids, new)
         self._landmarks.see(self._key.ids[is_new], self._key.rays[is_new], self._pose)
 
-    def _view(self, pose: Pose) -> _View:
-        return _View(self._tracks.ids.copy(), _rays(self._tracks.pixels, self._matrix), pose)
+    def _view(self, pose: Pose) -> View:
+        return View(self._tracks.ids.copy(), rays_of(self._tracks.pixels, self._matrix), pose)
 
     def _expected(self) -> Pixels:
         """Where the corners will be when the camera goes on turning as it does."""
-        rays = _rays(self._tracks.pixels, self._matrix) @ self._turn.T
+        rays = rays_of(self._tracks.pixels, self._matrix) @ self._turn.T
         pixels = rays @ self._matrix.T
         return (pixels[:, :2] / np.maximum(pixels[:, 2:], 0.1)).astype(np.float32)
 
@@ -146,95 +155,6 @@ class _Way:
         lens = self._camera.lens
         white = rectify(np.full((lens.height, lens.width), 255, np.uint8), self._camera)
         size = round(lens.width * self._scale), round(lens.height * self._scale)
-        mask = cv2.resize(white, size, interpolation=cv2.INTER_NEAREST)
-        return cv2.erode(mask, np.ones((15, 15), np.uint8), borderValue=0).astype(np.uint8)
-
-
-class _View:
-    """What an image shows: rays (x, y, 1) of tracks, and where its camera is."""
-
-    def __init__(self, ids: NDArray[np.int64], rays: Floats, pose: Pose) -> None:
-        self.ids, self.rays, self.pose = ids, rays, pose
-
-    def common(self, other: _View) -> tuple[Floats, Floats]:
-        """Rays of the tracks that both have."""
-        _, ours, theirs = np.intersect1d(self.ids, other.ids, return_indices=True)
-        return self.rays[ours], other.rays[theirs]
-
-
-def _rays(pixels: Pixels, matrix: Floats) -> Floats:
-    homogeneous = np.hstack([pixels.astype(np.float64), np.ones((len(pixels), 1))])
-    rays: Floats = homogeneous @ np.linalg.inv(matrix).T
-    return rays
-
-
-def _parallax_rad(one: _View, other: _View) -> float:
-    """The median angle between rays to the same points."""
-    ours, theirs = one.common(other)
-    if not len(ours):
-        return np.inf
-    a, b = ours @ one.pose[:3, :3].T, theirs @ other.pose[:3, :3].T
-    cosines = np.einsum("ij,ij->i", a, b) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
-    return float(np.median(np.arccos(cosines.clip(-1, 1))))
-
-
-def _relative(one: _View, other: _View, focal_px: float) -> Pose | None:
-    """Where the other camera is in the frame of the one, at distance 1; None if that is unclear."""
-    ours, theirs = one.common(other)
-    if len(ours) < _LEAST_START_POINTS:
-        return None
-    essential, is_right = cv2.findEssentialMat(
-        ours[:, :2], theirs[:, :2], np.eye(3), cv2.RANSAC, 0.9999, 1 / focal_px
-    )
-    if essential is None or essential.shape != (3, 3):
-        return None
-    count, rotation, translation, _ = cv2.recoverPose(
-        essential, ours[:, :2], theirs[:, :2], np.eye(3), mask=is_right
-    )
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation.T, -rotation.T @ translation.ravel()
-    moved = _View(other.ids, other.rays, pose)
-    is_clear = count > 0.7 * len(ours) and _parallax_rad(one, moved) > _START_PARALLAX_RAD
-    return pose if is_clear else None
-
-
-def _placed(
-    view: _View, landmarks: Landmarks, guess: Pose, most_off: float
-) -> tuple[Pose, NDArray[np.bool_]]:
-    """The pose that sees the landmarks where they are seen, and which tracks agree with it."""
-    is_right = landmarks.known(view.ids)
-    seen = np.flatnonzero(is_right)
-    is_right = np.zeros(len(view.ids), bool)
-    if len(seen) < _LEAST_POINTS:
-        return guess, is_right
-    points, pixels = landmarks.points(view.ids[seen]), view.rays[seen, :2].copy()
-    rotation, translation = _inverse_vectors(guess)
-    is_found, rotation, translation, inliers = cv2.solvePnPRansac(
-        points,
-        pixels,
-        np.eye(3),
-        None,
-        rotation,
-        translation,
-        useExtrinsicGuess=True,
-        iterationsCount=_RANSAC_ROUNDS,
-        reprojectionError=most_off,
-        confidence=0.999,
-    )
-    if not is_found or inliers is None:
-        return guess, is_right
-    good = inliers.ravel()
-    rotation, translation = cv2.solvePnPRefineLM(
-        points[good], pixels[good], np.eye(3), None, rotation, translation
-    )
-    is_right[seen[good]] = True
-    pose = np.eye(4)
-    pose[:3, :3] = cv2.Rodrigues(rotation)[0].T
-    pose[:3, 3] = -pose[:3, :3] @ translation.ravel()
-    return pose, is_right
-
-
-def _inverse_vectors(pose: Pose) -> tuple[Floats, Floats]:
-    rotation = pose[:3, :3].T
-    vector = cv2.Rodrigues(rotation)[0]
-    return vector.astype(np.float64), (-rotation @ pose[:3, 3:]).astype(np.float64)
+        mask = cv2.resize(white, size, interpolation=cv2.INTER_NEAREST).astype(np.uint8)
+        edge = np.ones((_EDGE_PX, _EDGE_PX), np.uint8)
+        return cv2.erode(mask, edge, borderValue=(0,)).astype(np.uint8, copy=False)

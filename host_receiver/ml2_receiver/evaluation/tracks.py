@@ -12,7 +12,7 @@ type Grey = NDArray[np.uint8]
 _MOST = 500
 _APART_PX = 16
 _QUALITY = 0.005
-_WINDOW_PX = 17
+_WINDOW_PX = 21
 _LEVELS = 4
 # A corner that does not lead back to where it came from is another one.
 _MOST_ASTRAY_PX = 0.7
@@ -56,7 +56,7 @@ class Tracks:
         assert self._last is not None
         free = mask.copy()
         for x, y in self.pixels.round().astype(int).tolist():
-            cv2.circle(free, (x, y), _APART_PX, 0, -1)
+            cv2.circle(free, (x, y), _APART_PX, (0,), -1)
         wanted = _MOST - len(self.ids)
         if wanted <= 0:
             return
