@@ -2,6 +2,8 @@
 
 import argparse
 import sys
+import threading
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +14,7 @@ from rich.table import Table
 from ..errors import EvaluationError
 from .config import Subparsers
 from .ros_start import ros_needed
+from .stopping import stop_signal
 
 if TYPE_CHECKING:
     from ..evaluation.estimator import Images
@@ -21,12 +24,14 @@ _EPILOG = """\
 Estimates the trajectory from the images of a recording alone, and compares it with the poses of
 the same camera in /tf: error after alignment, drift, time offset, plots. Writes report.html, which
 needs no other file, report.md, report.json, and both trajectories as TUM files.
-Estimators: sfm is structure from motion by COLMAP, which takes a few minutes.
+Estimators: sfm is structure from motion by COLMAP, which takes a few minutes. odometry places
+images as they come; it closes no loops, so it is the less accurate one.
 
 examples:
   ml2-receiver record walk                         record first: walk about for 20 s
   ml2-receiver evaluate --bag walk --camera world_center
   ml2-receiver evaluate --bag walk --camera world_left --out walk-left
+  ml2-receiver evaluate --live --camera world_center       beside `run`; walk about, then Ctrl-C
 """
 
 
@@ -36,11 +41,20 @@ def add_parser(subparsers: Subparsers) -> None:
         help="compare the headset's poses with those that images show",
         epilog=_EPILOG,
     )
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--bag", type=Path, help="folder that ml2-receiver record has written")
+    source.add_argument(
+        "--live", action="store_true", help="what `run` publishes, until Ctrl-C or its end"
+    )
     parser.add_argument(
-        "--bag", type=Path, required=True, help="folder that ml2-receiver record has written"
+        "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
     )
     parser.add_argument("--camera", choices=_CAMERAS, required=True)
-    parser.add_argument("--estimator", choices=("sfm",), default="sfm", help="default: sfm")
+    parser.add_argument(
+        "--estimator",
+        choices=("sfm", "odometry"),
+        help="default: sfm for a recording, odometry for live images",
+    )
     parser.add_argument(
         "--truth",
         type=Path,
@@ -61,6 +75,7 @@ def _run(options: argparse.Namespace) -> int:
     with ros_needed():
         try:
             from ..evaluation.evaluation import evaluate, summary
+            from ..evaluation.live import evaluate_live
             from ..evaluation.report import table, write_report
             from ..evaluation.tum import read_tum
         except ModuleNotFoundError as error:
@@ -70,7 +85,15 @@ def _run(options: argparse.Namespace) -> int:
                 f"evaluation needs {error.name}: pip install 'ml2-receiver[evaluate]'"
             ) from error
     truth = None if options.truth is None else read_tum(options.truth)
-    it = evaluate(options.bag, options.camera, options.estimator, truth, _watched)
+    if options.live:
+        estimator, stopping = options.estimator or "odometry", stop_signal()
+        watched = partial(_watched_live, stopping)
+        it, dropped = evaluate_live(options.prefix, options.camera, estimator, truth, watched)
+        if dropped:
+            print(f"WARNING: {estimator} was too slow for {dropped} images", file=sys.stderr)
+    else:
+        estimator = options.estimator or "sfm"
+        it = evaluate(options.bag, options.camera, estimator, truth, _watched)
     write_report(options.out, it)
     heading, *rows = table(summary(it))
     shown = Table(*heading, box=None)
@@ -86,3 +109,13 @@ def _watched(images: "Images", count: int) -> "Images":
     console = Console(stderr=True)
     yield from track(images, "reading images", total=count, console=console, transient=True)
     print("estimating the trajectory, for some minutes", file=sys.stderr, flush=True)
+
+
+def _watched_live(stopping: threading.Event, images: "Images") -> "Images":
+    """Until Ctrl-C, or until no more come."""
+    print("estimating until Ctrl-C", file=sys.stderr, flush=True)
+    console = Console(stderr=True)
+    for image in track(images, "images", total=None, console=console, transient=True):
+        if stopping.is_set():
+            return
+        yield image

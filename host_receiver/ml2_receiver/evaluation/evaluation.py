@@ -71,6 +71,17 @@ def evaluate(
     estimate = estimator_named(estimator)
     sequence = read_sequence(bag, camera)
     found = estimate(watched(sequence.images(), len(sequence.stamps_ns)), sequence.camera)
+    return judged(sequence, camera, estimator, found, truth)
+
+
+def judged(
+    sequence: Sequence, camera: str, estimator: str, found: Trajectory, truth: Trajectory | None
+) -> Evaluation:
+    """What `estimator` found, compared with all there is to compare it with.
+
+    Raises:
+        EvaluationError: it is no trajectory, or what is needed is missing.
+    """
     if len(found) < 3:
         raise EvaluationError(f"{estimator} placed {len(found)} images, of 3 or more needed")
     return Evaluation(
@@ -85,7 +96,7 @@ def evaluate(
 
 
 def estimator_named(name: str) -> Estimator:
-    """`sfm`.
+    """`sfm` or `odometry`.
 
     Raises:
         EvaluationError: a library that it needs is missing.
@@ -96,6 +107,10 @@ def estimator_named(name: str) -> Estimator:
                 from .structure_from_motion import structure_from_motion
 
                 return structure_from_motion
+            case "odometry":
+                from .odometry import odometry
+
+                return odometry
     except ModuleNotFoundError as error:
         raise EvaluationError(
             f"{name} needs {error.name}: pip install 'ml2-receiver[evaluate]'"

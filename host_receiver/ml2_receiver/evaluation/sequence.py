@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,22 +51,30 @@ class Sequence:
             RecordingError: the recording is broken.
             EvaluationError: a message is no image, or stamps do not rise.
         """
-        jpeg, read_stamp, last_ns = JpegDecoder(), stamp_reader(self.type), -1
-        for message in BagReader(self.bag).messages():
-            if message.topic != self.topic:
-                continue
-            try:
-                image, stamp_ns = _decoded(message.payload, self.type), read_stamp(message.payload)
-                if hasattr(image, "format"):
-                    pixels = cv2.cvtColor(jpeg(image), cv2.COLOR_BGR2GRAY)
-                else:
-                    pixels = pixels_of(image)
-                if stamp_ns <= last_ns:
-                    raise ValueError(f"stamp {stamp_ns} comes after {last_ns}")
-            except ValueError as error:
-                raise EvaluationError(f"{self.bag}: {self.topic}: {error}") from error
-            last_ns = stamp_ns
-            yield stamp_ns, pixels.astype(np.uint8, copy=False)
+        messages = (it for it in BagReader(self.bag).messages() if it.topic == self.topic)
+        return grey_images((it.payload for it in messages), self.type)
+
+
+def grey_images(payloads: Iterable[bytes], type: str) -> Images:
+    """Decodes images, each when it is asked for.
+
+    Raises:
+        EvaluationError: a message is no image, or stamps do not rise.
+    """
+    jpeg, read_stamp, last_ns = JpegDecoder(), stamp_reader(type), -1
+    for payload in payloads:
+        try:
+            image, stamp_ns = _decoded(payload, type), read_stamp(payload)
+            if hasattr(image, "format"):
+                pixels = cv2.cvtColor(jpeg(image), cv2.COLOR_BGR2GRAY)
+            else:
+                pixels = pixels_of(image)
+            if stamp_ns <= last_ns:
+                raise ValueError(f"stamp {stamp_ns} comes after {last_ns}")
+        except ValueError as error:
+            raise EvaluationError(f"an image cannot be used: {error}") from error
+        last_ns = stamp_ns
+        yield stamp_ns, pixels.astype(np.uint8, copy=False)
 
 
 def read_sequence(bag: Path, camera: str) -> Sequence:
@@ -79,30 +88,77 @@ def read_sequence(bag: Path, camera: str) -> Sequence:
         EvaluationError: it has not this camera's images, camera_info and poses.
     """
     reader = BagReader(bag)
-    topics = {topic.role: topic for topic in load_table().streams[camera].topics}
-    names = {role: topic.full_name(reader.prefix) for role, topic in topics.items()}
-    payloads: dict[str, list[bytes]] = {name: [] for name in (*names.values(), *_TRANSFORMS)}
-    read_stamp = stamp_reader(topics["image"].type)
-    stamps_ns = []
+    parts = Parts(reader.prefix, camera)
     for message in reader.messages():
-        if message.topic == names["image"]:
-            stamps_ns.append(read_stamp(message.payload))
-        elif message.topic in payloads:
-            payloads[message.topic].append(message.payload)
-    infos = payloads[names["camera_info"]]
-    if not stamps_ns or not infos:
-        raise EvaluationError(f"{bag} has no images with camera_info of {camera}")
-    try:
-        texts = [_decoded(it, _STRING).data for it in payloads[names["metadata"]]]
-        lens, frame = _camera(infos[0], texts)
-        reference = _poses(payloads, camera, frame)
-        captures = _captures(texts) or len(stamps_ns)
-    except ValueError as error:
-        raise EvaluationError(f"{bag}: {camera}: {error}") from error
-    if not reference:
-        raise EvaluationError(f"{bag}: /tf never says where {frame} is")
-    type = topics["image"].type
-    return Sequence(bag, names["image"], type, lens, captures, stamps_ns, reference)
+        parts.take(message.topic, message.payload)
+    return parts.sequence(bag)
+
+
+class Parts:
+    """Collects what a Sequence is made of, message by message; of images the stamps alone.
+
+    Args:
+        prefix: of the headset's topics.
+        camera: its stream, such as world_center.
+
+    Attributes:
+        types: of the topics that are needed, by absolute name.
+        image: which of them has the images.
+    """
+
+    def __init__(self, prefix: str, camera: str) -> None:
+        topics = {topic.role: topic for topic in load_table().streams[camera].topics}
+        self._names = {role: topic.full_name(prefix) for role, topic in topics.items()}
+        self.types = {topic.full_name(prefix): topic.type for topic in topics.values()}
+        self.types |= dict.fromkeys(_TRANSFORMS, _TF)
+        self.image = self._names["image"]
+        self._camera = camera
+        self._read_stamp = stamp_reader(self.types[self.image])
+        self._stamps_ns: list[int] = []
+        self._payloads: dict[str, list[bytes]] = {name: [] for name in self.types}
+
+    def take(self, topic: str, payload: bytes) -> None:
+        """A message of any topic."""
+        if topic == self.image:
+            self._stamps_ns.append(self._read_stamp(payload))
+        elif topic in self._payloads:
+            self._payloads[topic].append(payload)
+
+    def camera(self) -> Camera | None:
+        """As its first camera_info describes it; None before that and the metadata are here.
+
+        Raises:
+            EvaluationError: they describe no camera.
+        """
+        infos, texts = (self._payloads[self._names[it]] for it in ("camera_info", "metadata"))
+        if not infos or not texts:
+            return None
+        try:
+            return _camera(infos[0], [_decoded(it, _STRING).data for it in texts])[0]
+        except ValueError as error:
+            raise EvaluationError(f"{self._camera}: {error}") from error
+
+    def sequence(self, bag: Path) -> Sequence:
+        """Of all that was taken.
+
+        Raises:
+            EvaluationError: it has not this camera's images, camera_info and poses.
+        """
+        payloads, camera = self._payloads, self._camera
+        infos = payloads[self._names["camera_info"]]
+        if not self._stamps_ns or not infos:
+            raise EvaluationError(f"{bag} has no images with camera_info of {camera}")
+        try:
+            texts = [_decoded(it, _STRING).data for it in payloads[self._names["metadata"]]]
+            lens, frame = _camera(infos[0], texts)
+            reference = _poses(payloads, camera, frame)
+            captures = _captures(texts) or len(self._stamps_ns)
+        except ValueError as error:
+            raise EvaluationError(f"{bag}: {camera}: {error}") from error
+        if not reference:
+            raise EvaluationError(f"{bag}: /tf never says where {frame} is")
+        type = self.types[self.image]
+        return Sequence(bag, self.image, type, lens, captures, self._stamps_ns, reference)
 
 
 _TRANSFORMS = ("/tf", "/tf_static")

@@ -77,14 +77,12 @@ def placed(
     if len(seen) < LEAST_POINTS:
         return guess, is_right
     points, pixels = landmarks.points(view.ids[seen]), view.rays[seen, :2].copy()
-    rotation, translation = _inverse_vectors(guess)
-    is_found, rotation, translation, inliers = cv2.solvePnPRansac(
+    is_found, turn, shift, inliers = cv2.solvePnPRansac(
         points,
         pixels,
         np.eye(3),
         _NO_DISTORTION,
-        rotation,
-        translation,
+        *_inverse_vectors(guess),
         useExtrinsicGuess=True,
         iterationsCount=_RANSAC_ROUNDS,
         reprojectionError=most_off,
@@ -93,13 +91,13 @@ def placed(
     if not is_found or inliers is None:
         return guess, is_right
     good = inliers.ravel()
-    rotation, translation = cv2.solvePnPRefineLM(
-        points[good], pixels[good], np.eye(3), _NO_DISTORTION, rotation, translation
+    turn, shift = cv2.solvePnPRefineLM(
+        points[good], pixels[good], np.eye(3), _NO_DISTORTION, turn, shift
     )
     is_right[seen[good]] = True
     pose = np.eye(4)
-    pose[:3, :3] = cv2.Rodrigues(rotation)[0].T
-    pose[:3, 3] = -pose[:3, :3] @ translation.ravel()
+    pose[:3, :3] = cv2.Rodrigues(turn)[0].T
+    pose[:3, 3] = -pose[:3, :3] @ np.ravel(shift)
     return pose, is_right
 
 
