@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message
 from ..configuration.table import load_table
 from ..errors import EvaluationError
 from ..products.camera import Camera, camera_of, metadata_stamp_ns
-from ..products.messages import JpegDecoder, pixels_of
+from ..products.pixels import JpegDecoder, pixels_of
 from ..products.tree import Tree
 from ..recording.bag_reader import BagReader
 from ..topics.message_types import message_class

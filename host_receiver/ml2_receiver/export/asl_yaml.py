@@ -1,0 +1,24 @@
+"""YAML as OpenCV's cv::FileStorage reads it, which ORB-SLAM3, OpenVINS and readers of EuRoC use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+
+def asl_yaml(document: Mapping[str, Any]) -> str:
+    """With the first line that OpenCV wants, which is no directive of YAML."""
+    text = yaml.dump(dict(document), Dumper=_Dumper, sort_keys=False, default_flow_style=None)
+    return f"%YAML:1.0\n---\n{text}"
+
+
+class _Dumper(yaml.SafeDumper):
+    """Numbers in the one notation that YAML 1.0 and 1.1 share; nothing is broken over lines."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options | {"width": 10_000})
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
