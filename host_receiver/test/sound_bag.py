@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from bag_scene import TYPES
@@ -18,6 +19,7 @@ IMAGES, INFOS = f"{PREFIX}/world_left/image_raw", f"{PREFIX}/world_left/camera_i
 METADATA, IMU = f"{PREFIX}/world_left/metadata", f"{PREFIX}/imu_left/imu"
 FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
 WIDTH, HEIGHT = 8, 6
+K, D = (5.0, 0.0, 3.5, 0.0, 5.5, 2.5, 0.0, 0.0, 1.0), (0.1, -0.02, 3e-3, -4e-4)
 SECOND_NS = 1_000_000_000
 BEGIN_NS = 1_700_000_000 * SECOND_NS
 LATENCY_NS = 10_000_000
@@ -35,6 +37,7 @@ class Message:
     type: str
     frame: str = FRAME
     size: tuple[int, int] = (WIDTH, HEIGHT)
+    position: tuple[float, float, float] = (1.0, 2.0, 3.0)
     payload: bytes | None = None
 
     def encoded(self) -> bytes:
@@ -58,6 +61,11 @@ def sound() -> list[Message]:
     return sorted(messages, key=lambda it: it.stamp_ns)
 
 
+def pixels(it: Message) -> NDArray[np.uint8]:
+    """Height x width, other ones for each stamp."""
+    return np.random.default_rng(it.stamp_ns).integers(0, 256, it.size[::-1], np.uint8)
+
+
 def written(folder: Path, messages: list[Message]) -> Path:
     """A rosbag2 folder of these, in the order of their log times."""
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
@@ -67,6 +75,27 @@ def written(folder: Path, messages: list[Message]) -> Path:
                 connections[it.topic] = writer.add_connection(it.topic, it.type, typestore=TYPES)
             writer.write(connections[it.topic], it.log_ns, it.encoded())
     return folder
+
+
+def config() -> Message:
+    """What a recording of ours begins with."""
+    text = TYPES.types["std_msgs/msg/String"]('{"headset": "h", "session": "s", "streams": {}}')
+    payload = bytes(TYPES.serialize_cdr(text, "std_msgs/msg/String"))
+    return Message(f"{PREFIX}/config", 0, BEGIN_NS, "std_msgs/msg/String", payload=payload)
+
+
+def second_camera(messages: list[Message], position: tuple[float, float, float]) -> list[Message]:
+    """world_right beside world_left: the same stamps, another place."""
+    return [
+        replace(
+            it,
+            topic=it.topic.replace("world_left", "world_right"),
+            frame="world_right_optical_frame",
+            position=position,
+        )
+        for it in messages
+        if it.frame == FRAME and it.type != "sensor_msgs/msg/Imu"
+    ]
 
 
 def _times(rate_hz: int) -> Iterator[int]:
@@ -84,18 +113,18 @@ def _header(it: Message) -> Any:
 
 def _image(it: Message) -> Any:
     width, height = it.size
-    pixels = np.zeros(width * height, np.uint8)
+    shown = pixels(it).ravel()
     return TYPES.types["sensor_msgs/msg/Image"](
-        _header(it), height, width, "mono8", 0, width, pixels
+        _header(it), height, width, "mono8", 0, width, shown
     )
 
 
 def _info(it: Message) -> Any:
     width, height = it.size
-    none, k, p = np.zeros(4), np.eye(3).ravel(), np.eye(3, 4).ravel()
     region = TYPES.types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    r, p = np.eye(3).ravel(), np.hstack([np.array(K).reshape(3, 3), np.zeros((3, 1))]).ravel()
     return TYPES.types["sensor_msgs/msg/CameraInfo"](
-        _header(it), height, width, "equidistant", none, k, k, p, 0, 0, region
+        _header(it), height, width, "equidistant", np.array(D), np.array(K), r, p, 0, 0, region
     )
 
 
@@ -117,7 +146,7 @@ def _imu(it: Message) -> Any:
 def _transforms(it: Message) -> Any:
     kinds = TYPES.types
     transform = kinds["geometry_msgs/msg/Transform"](
-        kinds["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0),
+        kinds["geometry_msgs/msg/Vector3"](*it.position),
         kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
     )
     header = kinds["std_msgs/msg/Header"](_header(it).stamp, WORLD)

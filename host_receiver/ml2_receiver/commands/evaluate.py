@@ -18,6 +18,7 @@ from .stopping import stop_signal
 
 if TYPE_CHECKING:
     from ..evaluation.estimator import Images
+    from ..evaluation.evaluation import Evaluation
 
 _CAMERAS = ("world_center", "world_left", "world_right", "color")
 _EPILOG = """\
@@ -31,6 +32,7 @@ examples:
   ml2-receiver record walk                         record first: walk about for 20 s
   ml2-receiver evaluate --bag walk --camera world_center
   ml2-receiver evaluate --bag walk --camera world_left --out walk-left
+  ml2-receiver evaluate --bag walk --camera world_left --trajectory CameraTrajectory.txt
   ml2-receiver evaluate --live --camera world_center       beside `run`; walk about, then Ctrl-C
 """
 
@@ -50,10 +52,17 @@ def add_parser(subparsers: Subparsers) -> None:
         "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
     )
     parser.add_argument("--camera", choices=_CAMERAS, required=True)
-    parser.add_argument(
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument(
         "--estimator",
         choices=("sfm", "odometry"),
         help="default: sfm for a recording, odometry for live images",
+    )
+    way.add_argument(
+        "--trajectory",
+        type=Path,
+        metavar="FILE",
+        help="what ORB-SLAM3, OpenVINS or another program made of the recording, instead",
     )
     parser.add_argument(
         "--truth",
@@ -72,28 +81,19 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.live and options.trajectory is not None:
+        raise EvaluationError("--trajectory is of a recording: say which one by --bag")
     with ros_needed():
         try:
-            from ..evaluation.evaluation import evaluate, summary
-            from ..evaluation.live import evaluate_live
+            from ..evaluation.evaluation import summary
             from ..evaluation.report import table, write_report
-            from ..evaluation.tum import read_tum
         except ModuleNotFoundError as error:
             if error.name not in ("cv2", "matplotlib"):
                 raise
             raise EvaluationError(
                 f"evaluation needs {error.name}: pip install 'ml2-receiver[evaluate]'"
             ) from error
-    truth = None if options.truth is None else read_tum(options.truth)
-    if options.live:
-        estimator, stopping = options.estimator or "odometry", stop_signal()
-        watched = partial(_watched_live, stopping)
-        it, dropped = evaluate_live(options.prefix, options.camera, estimator, truth, watched)
-        if dropped:
-            print(f"WARNING: {estimator} was too slow for {dropped} images", file=sys.stderr)
-    else:
-        estimator = options.estimator or "sfm"
-        it = evaluate(options.bag, options.camera, estimator, truth, _watched)
+    it = _evaluation(options)
     write_report(options.out, it)
     heading, *rows = table(summary(it))
     shown = Table(*heading, box=None)
@@ -102,6 +102,27 @@ def _run(options: argparse.Namespace) -> int:
     Console().print(shown)
     print(f"wrote {options.out / 'report.html'}")
     return 0
+
+
+def _evaluation(options: argparse.Namespace) -> "Evaluation":
+    from ..evaluation.evaluation import evaluate, judged
+    from ..evaluation.live import evaluate_live
+    from ..evaluation.sequence import read_sequence
+    from ..evaluation.slam_files import read_trajectory
+    from ..evaluation.tum import read_tum
+
+    truth = None if options.truth is None else read_tum(options.truth)
+    if options.trajectory is not None:
+        found = read_trajectory(options.trajectory)
+        sequence = read_sequence(options.bag, options.camera)
+        return judged(sequence, options.camera, options.trajectory.name, found, truth)
+    if not options.live:
+        return evaluate(options.bag, options.camera, options.estimator or "sfm", truth, _watched)
+    estimator, watched = options.estimator or "odometry", partial(_watched_live, stop_signal())
+    it, dropped = evaluate_live(options.prefix, options.camera, estimator, truth, watched)
+    if dropped:
+        print(f"WARNING: {estimator} was too slow for {dropped} images", file=sys.stderr)
+    return it
 
 
 def _watched(images: "Images", count: int) -> "Images":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,6 +30,15 @@ def read_tum(path: Path) -> Trajectory:
     Raises:
         EvaluationError: it cannot be read, or is another format.
     """
+    return read_rows(path, tum_row)
+
+
+def read_rows(path: Path, row: Callable[[list[str]], tuple[int, Pose]]) -> Trajectory:
+    """As read_tum(), of another format.
+
+    Args:
+        row: makes stamp_ns and a pose of the words of a line, or raises ValueError.
+    """
     try:
         with path.open("rb") as file:
             text = file.read(_MOST_BYTES + 1)
@@ -40,7 +50,7 @@ def read_tum(path: Path) -> Trajectory:
     for number, line in enumerate(text.splitlines(), 1):
         words = line.partition(b"#")[0].decode("ascii", "replace").split()
         try:
-            poses |= [_pose(words)] if words else []
+            poses |= [row(words)] if words else []
         except ValueError as error:
             raise EvaluationError(f"{path}:{number}: {error}") from error
     return sorted(poses.items())
@@ -60,12 +70,27 @@ def _quaternion(pose: Pose) -> tuple[float, ...]:
     return float(x), float(y), float(z), math.cos(angle / 2)
 
 
-def _pose(words: list[str]) -> tuple[int, Pose]:
+def tum_row(words: list[str]) -> tuple[int, Pose]:
+    """Of a TUM file.
+
+    Raises:
+        ValueError: it is of another format.
+    """
     if len(words) != 8:
         raise ValueError(f"expected 8 numbers, found {len(words)} words")
-    seconds, _, decimals = words[0].partition(".")
-    stamp_ns = int(seconds) * _NANOS_PER_SECOND + int(decimals[:9].ljust(9, "0"))
-    x, y, z, qx, qy, qz, qw = map(float, words[1:])
+    return nanos_of(words[0]), pose_of_words(words[1:4], words[4:])
+
+
+def nanos_of(seconds: str) -> int:
+    """Exactly."""
+    whole, _, decimals = seconds.partition(".")
+    return int(whole) * _NANOS_PER_SECOND + int(decimals[:9].ljust(9, "0"))
+
+
+def pose_of_words(position: list[str], quaternion: list[str]) -> Pose:
+    """From x y z, and x y z w."""
+    x, y, z = map(float, position)
+    qx, qy, qz, qw = map(float, quaternion)
     translation = SimpleNamespace(x=x, y=y, z=z)
     rotation = SimpleNamespace(x=qx, y=qy, z=qz, w=qw)
-    return stamp_ns, pose_of(SimpleNamespace(translation=translation, rotation=rotation))
+    return pose_of(SimpleNamespace(translation=translation, rotation=rotation))

@@ -15,10 +15,13 @@ def asl_yaml(document: Mapping[str, Any]) -> str:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Numbers in the one notation that YAML 1.0 and 1.1 share; nothing is broken over lines."""
+    """OpenCV wants lists deeper than their key, and reads no line that is broken or an alias."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options | {"width": 10_000})
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+        super().increase_indent(flow, False)
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
