@@ -133,6 +133,11 @@ def test_a_transform_said_twice_is_a_hint(tmp_path: Path) -> None:
     assert check.figures["repeated"] == 1
 
 
+def test_transforms_may_come_in_any_order(tmp_path: Path) -> None:
+    late = damaged("/tf", lambda n, it: replace(it, log_ns=it.log_ns + 30 * MS * (n % 2)))
+    assert {it.verdict for it in checks(tmp_path, late).values()} == {"ok"}
+
+
 def test_transforms_in_a_ring_are_no_place(tmp_path: Path) -> None:
     ring = [replace(it, frame="magicleap_world") for it in sound() if it.topic == "/tf"]
     images = [replace(it, frame="magicleap_world") for it in sound() if it.topic == IMAGES]

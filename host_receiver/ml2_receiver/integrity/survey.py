@@ -21,7 +21,8 @@ from ..topics.string_message import decode_string
 
 type Stamps = NDArray[np.int64]
 
-_STRING, _TF = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+_STRING = "std_msgs/msg/String"
 _MOST_FRAMES = 1000
 
 
@@ -91,7 +92,7 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
             _promise(found, payload)
         elif name.endswith("/metadata"):
             _stamp(topic, _metadata_stamp_ns(payload), time_ns)
-    elif topic.type == _TF:
+    elif topic.type == TRANSFORMS:
         is_static = name.endswith("_static")
         for stamp in _transforms(found, payload, is_static=is_static):
             if not is_static:
@@ -112,7 +113,7 @@ def _stamp(topic: TopicRecord, stamp: int, time_ns: int) -> None:
 
 def _transforms(found: Survey, payload: bytes, *, is_static: bool) -> Iterator[int]:
     """The first stamp of a message stands for it."""
-    transforms = decoder(_TF)(payload).transforms
+    transforms = decoder(TRANSFORMS)(payload).transforms
     for number, it in enumerate(transforms):
         edge = it.header.frame_id, it.child_frame_id
         if is_static:

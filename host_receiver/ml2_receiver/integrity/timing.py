@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .check import Check, Verdict, of_share
-from .survey import Stamps, TopicRecord
+from .survey import TRANSFORMS, Stamps, TopicRecord
 
 IMU, IMAGES = "sensor_msgs/msg/Imu", ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 PERIODIC = (IMU, *IMAGES)
@@ -30,7 +30,8 @@ def timing(name: str, topic: TopicRecord) -> Iterator[Check]:
     yield _messages(name, topic)
     if not topic.stamps:
         return
-    yield _order(name, topic.stamps_ns)
+    if topic.type != TRANSFORMS:  # which may come in any order
+        yield _order(name, topic.stamps_ns)
     intervals_ns = np.diff(topic.stamps_ns)
     intervals_ns = intervals_ns[intervals_ns > 0]
     if topic.type in PERIODIC and len(intervals_ns) >= 2:
