@@ -118,6 +118,8 @@ def test_orb_slam3_gets_settings_and_times(tmp_path: Path) -> None:
         assert node.real() == pytest.approx(value)
     for name in ("Camera.width", "Camera.height", "Camera.fps", "ORBextractor.nFeatures"):
         assert settings.getNode(name).isInt()
+    lines = (tmp_path / "out/orb_slam3.yaml").read_text().splitlines()
+    assert "Camera1.fx: 5.0" in lines, "people change these files"
     times = (tmp_path / "out/orb_slam3_times.txt").read_text().splitlines()
     images = tmp_path / "out/mav0/cam0/data"
     assert sorted(f"{it}.png" for it in times) == sorted(it.name for it in images.iterdir())

@@ -116,20 +116,22 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
         found = read_trajectory(options.trajectory)
         sequence = read_sequence(options.bag, options.camera)
         return judged(sequence, options.camera, options.trajectory.name, found, truth)
+    estimator = options.estimator or ("odometry" if options.live else "sfm")
     if not options.live:
-        return evaluate(options.bag, options.camera, options.estimator or "sfm", truth, _watched)
-    estimator, watched = options.estimator or "odometry", partial(_watched_live, stop_signal())
+        return evaluate(options.bag, options.camera, estimator, truth, partial(_watched, estimator))
+    watched = partial(_watched_live, stop_signal())
     it, dropped = evaluate_live(options.prefix, options.camera, estimator, truth, watched)
     if dropped:
         print(f"WARNING: {estimator} was too slow for {dropped} images", file=sys.stderr)
     return it
 
 
-def _watched(images: "Images", count: int) -> "Images":
+def _watched(estimator: str, images: "Images", count: int) -> "Images":
     """Says how far the reading is, and then that the rest takes its time."""
     console = Console(stderr=True)
     yield from track(images, "reading images", total=count, console=console, transient=True)
-    print("estimating the trajectory, for some minutes", file=sys.stderr, flush=True)
+    if estimator == "sfm":
+        print("estimating the trajectory, for some minutes", file=sys.stderr, flush=True)
 
 
 def _watched_live(stopping: threading.Event, images: "Images") -> "Images":

@@ -15,10 +15,16 @@ def asl_yaml(document: Mapping[str, Any]) -> str:
 
 
 class _Dumper(yaml.SafeDumper):
-    """OpenCV wants lists deeper than their key, and reads no line that is broken or an alias."""
+    """OpenCV wants lists deeper than their key, and reads no line that is broken or an alias.
+
+    Lists of numbers are on one line, keys on lines of their own.
+    """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options | {"width": 10_000})
+
+    def represent_mapping(self, tag: str, mapping: Any, flow_style: Any = None) -> yaml.MappingNode:
+        return super().represent_mapping(tag, mapping, flow_style=False)
 
     def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
         super().increase_indent(flow, False)
