@@ -20,6 +20,7 @@ METADATA, IMU = f"{PREFIX}/world_left/metadata", f"{PREFIX}/imu_left/imu"
 FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
 WIDTH, HEIGHT = 8, 6
 K, D = (5.0, 0.0, 3.5, 0.0, 5.5, 2.5, 0.0, 0.0, 1.0), (0.1, -0.02, 3e-3, -4e-4)
+TURN_RATE, ACCELERATION = (0.1, -0.2, 0.3), (1.0, 9.8, -2.0)
 SECOND_NS = 1_000_000_000
 BEGIN_NS = 1_700_000_000 * SECOND_NS
 LATENCY_NS = 10_000_000
@@ -135,11 +136,12 @@ def _metadata(it: Message) -> Any:
 
 
 def _imu(it: Message) -> Any:
-    vector = TYPES.types["geometry_msgs/msg/Vector3"](0.0, 9.8, 0.0)
+    turn_rate = TYPES.types["geometry_msgs/msg/Vector3"](*TURN_RATE)
+    acceleration = TYPES.types["geometry_msgs/msg/Vector3"](*ACCELERATION)
     turn = TYPES.types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
     unknown = np.zeros(9)
     return TYPES.types["sensor_msgs/msg/Imu"](
-        _header(it), turn, unknown, vector, unknown, vector, unknown
+        _header(it), turn, unknown, turn_rate, unknown, acceleration, unknown
     )
 
 

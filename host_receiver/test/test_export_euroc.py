@@ -16,10 +16,12 @@ import yaml
 
 from ml2_receiver.cli import main
 from sound_bag import (
+    ACCELERATION,
     BEGIN_NS,
     IMAGES,
     IMU,
     INFOS,
+    TURN_RATE,
     Message,
     config,
     pixels,
@@ -80,7 +82,7 @@ def test_a_recording_is_a_euroc_folder(tmp_path: Path) -> None:
     found = [[float(it) for it in row] for row in rows(root / "imu0/data.csv")]
     stamps = [it.stamp_ns for it in sound() if it.topic == IMU]
     assert [row[0] for row in found] == pytest.approx(stamps, rel=0, abs=256)
-    assert {tuple(row[1:]) for row in found} == {(0, 9.8, 0, 0, 9.8, 0)}
+    assert {tuple(row[1:]) for row in found} == {(*TURN_RATE, *ACCELERATION)}
 
 
 def test_sensor_yaml_has_lens_and_place_as_opencv_reads_them(tmp_path: Path) -> None:

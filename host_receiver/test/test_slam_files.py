@@ -38,16 +38,17 @@ def test_orb_slam3_has_nanoseconds_and_the_camera(tmp_path: Path) -> None:
 
 def test_open_vins_has_the_imu_from_which_the_camera_follows(tmp_path: Path) -> None:
     """The IMU stands at (1, 2, 3), turned by 90 degrees about z. The camera's axes are the IMU's
-    turned by 90 degrees about x, and it stands 0.5 m along the IMU's x axis, which is the world's
-    y axis. JPL's quaternion from world to IMU is Hamilton's from IMU to world."""
+    turned by 90 degrees about x. It stands 0.5 m along the IMU's x axis, which is the world's y
+    axis, and 0.2 m along its y axis, which is the world's x axis backwards. JPL's quaternion from
+    world to IMU is Hamilton's from IMU to world."""
     rotation, _ = cv2.Rodrigues(np.array([np.pi / 2, 0, 0]))
-    imu_in_camera = -rotation.T @ [0.5, 0, 0]
+    imu_in_camera = -rotation.T @ [0.5, 0.2, 0]
     camera = f"{S} 0.0 0.0 {S} " + " ".join(f"{it:.6f}" for it in imu_in_camera)
     line = state("1403715273.26214", f"0.0 0.0 {S} {S} 1.0 2.0 3.0", camera)
     (tmp_path / "state.txt").write_text(STATE_HEAD + line)
     ((at_ns, pose),) = read_trajectory(tmp_path / "state.txt")
     assert at_ns == 1403715273262140000
-    assert pose[:3, 3] == pytest.approx([1.0, 2.5, 3.0], abs=1e-5)
+    assert pose[:3, 3] == pytest.approx([0.8, 2.5, 3.0], abs=1e-5)
     imu, _ = cv2.Rodrigues(np.array([0, 0, np.pi / 2]))
     assert pose[:3, :3] == pytest.approx(imu @ rotation, abs=1e-5)
 
