@@ -105,7 +105,8 @@ class LiveCamera:
         Raises:
             EvaluationError: a message is no image, or stamps do not rise.
         """
-        return grey_images(self._payloads(), self._parts.types[self._parts.image])
+        topic = self._parts.image
+        return grey_images(self._payloads(), self._parts.types[topic], topic)
 
     def sequence(self) -> Sequence:
         """Of all that came; after this camera was left.

@@ -52,11 +52,15 @@ class Sequence:
             EvaluationError: a message is no image, or stamps do not rise.
         """
         messages = (it for it in BagReader(self.bag).messages() if it.topic == self.topic)
-        return grey_images((it.payload for it in messages), self.type)
+        where = f"{self.bag}: {self.topic}"
+        return grey_images((it.payload for it in messages), self.type, where)
 
 
-def grey_images(payloads: Iterable[bytes], type: str) -> Images:
+def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
     """Decodes images, each when it is asked for.
+
+    Args:
+        where: they come from, for errors.
 
     Raises:
         EvaluationError: a message is no image, or stamps do not rise.
@@ -72,7 +76,7 @@ def grey_images(payloads: Iterable[bytes], type: str) -> Images:
             if stamp_ns <= last_ns:
                 raise ValueError(f"stamp {stamp_ns} comes after {last_ns}")
         except ValueError as error:
-            raise EvaluationError(f"an image cannot be used: {error}") from error
+            raise EvaluationError(f"{where}: {error}") from error
         last_ns = stamp_ns
         yield stamp_ns, pixels.astype(np.uint8, copy=False)
 
