@@ -90,8 +90,6 @@ def _run(options: argparse.Namespace) -> int:
         _export_kalibr(options.kalibr, rig, topic, noise)
     if reader is not None and options.euroc is not None:
         _export_euroc(options.euroc, reader, rig, topic, noise)
-    print("T_cam_imu is not in it: the headset does not say where its IMUs are.")
-    print("kalibr_calibrate_imu_camera finds it from a recording.")
     return 0
 
 
@@ -110,6 +108,8 @@ def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | 
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
         texts["imu.yaml"] = imu(topic, rig.imu_rate_hz, noise)
     _write(folder, texts)
+    print("T_cam_imu is not in camchain.yaml: the headset does not say where its IMUs are.")
+    print("kalibr_calibrate_imu_camera finds it from a recording.")
 
 
 def _export_euroc(
