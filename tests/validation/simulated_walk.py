@@ -87,6 +87,7 @@ def _streamed(walk: Walk, folder: Path) -> Walked:
     if fetched != images_sent:
         raise FellBehindError(f"{images_sent - fetched} of {images_sent} captures came too late")
     record(received, folder / "bag", *window_ns)
+    (folder / "received.pickle").unlink()
     write_tum(folder / "truth.tum", truth.trajectory(received))
     return Walked(folder / "bag", folder / "truth.tum", images_sent)
 
