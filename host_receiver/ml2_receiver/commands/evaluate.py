@@ -83,16 +83,15 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.live and options.trajectory is not None:
         raise EvaluationError("--trajectory is of a recording: say which one by --bag")
-    with ros_needed():
-        try:
-            from ..evaluation.evaluation import summary
-            from ..evaluation.report import table, write_report
-        except ModuleNotFoundError as error:
-            if error.name not in ("cv2", "matplotlib"):
-                raise
-            raise EvaluationError(
-                f"evaluation needs {error.name}: pip install 'ml2-receiver[evaluate]'"
-            ) from error
+    try:
+        from ..evaluation.evaluation import summary
+        from ..evaluation.report import table, write_report
+    except ModuleNotFoundError as error:
+        if error.name not in ("cv2", "matplotlib"):
+            raise
+        raise EvaluationError(
+            f"evaluation needs {error.name}: pip install 'ml2-receiver[evaluate]'"
+        ) from error
     it = _evaluation(options)
     write_report(options.out, it)
     heading, *rows = table(summary(it))
@@ -106,7 +105,6 @@ def _run(options: argparse.Namespace) -> int:
 
 def _evaluation(options: argparse.Namespace) -> "Evaluation":
     from ..evaluation.evaluation import evaluate, judged
-    from ..evaluation.live import evaluate_live
     from ..evaluation.sequence import read_sequence
     from ..evaluation.slam_files import read_trajectory
     from ..evaluation.tum import read_tum
@@ -119,6 +117,8 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
     estimator = options.estimator or ("odometry" if options.live else "sfm")
     if not options.live:
         return evaluate(options.bag, options.camera, estimator, truth, partial(_watched, estimator))
+    with ros_needed():
+        from ..evaluation.live import evaluate_live
     watched = partial(_watched_live, stop_signal())
     it, dropped = evaluate_live(options.prefix, options.camera, estimator, truth, watched)
     if dropped:

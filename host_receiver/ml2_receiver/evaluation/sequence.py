@@ -6,11 +6,9 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
-from rclpy.serialization import deserialize_message
 
 from ..configuration.table import load_table
 from ..errors import EvaluationError
@@ -18,8 +16,9 @@ from ..products.camera import Camera, camera_of, metadata_stamp_ns
 from ..products.pixels import JpegDecoder, pixels_of
 from ..products.tree import Tree
 from ..recording.bag_reader import BagReader
-from ..topics.message_types import message_class
+from ..recording.decoding import decoder
 from ..topics.stamps import stamp_reader
+from ..topics.string_message import decode_string
 from .estimator import Images, Trajectory
 
 
@@ -66,9 +65,10 @@ def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
         EvaluationError: a message is no image, or stamps do not rise.
     """
     jpeg, read_stamp, last_ns = JpegDecoder(), stamp_reader(type), -1
+    decode = decoder(type)
     for payload in payloads:
         try:
-            image, stamp_ns = _decoded(payload, type), read_stamp(payload)
+            image, stamp_ns = decode(payload), read_stamp(payload)
             if hasattr(image, "format"):
                 pixels = cv2.cvtColor(jpeg(image), cv2.COLOR_BGR2GRAY)
             else:
@@ -138,7 +138,7 @@ class Parts:
         if not infos or not texts:
             return None
         try:
-            return _camera(infos[0], [_decoded(it, _STRING).data for it in texts])[0]
+            return _camera(infos[0], [decode_string(it) for it in texts])[0]
         except ValueError as error:
             raise EvaluationError(f"{self._camera}: {error}") from error
 
@@ -153,7 +153,7 @@ class Parts:
         if not self._stamps_ns or not infos:
             raise EvaluationError(f"{bag} has no images with camera_info of {camera}")
         try:
-            texts = [_decoded(it, _STRING).data for it in payloads[self._names["metadata"]]]
+            texts = [decode_string(it) for it in payloads[self._names["metadata"]]]
             lens, frame = _camera(infos[0], texts)
             reference = _poses(payloads, camera, frame)
             captures = _captures(texts) or len(self._stamps_ns)
@@ -166,21 +166,14 @@ class Parts:
 
 
 _TRANSFORMS = ("/tf", "/tf_static")
-_STRING, _TF = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage"
-
-
-def _decoded(payload: bytes, type: str) -> Any:
-    try:
-        return deserialize_message(payload, message_class(type))
-    except Exception as error:  # rclpy has no type of its own for it
-        raise ValueError(f"expected a {type}: {error}") from error
+_INFO, _TF = "sensor_msgs/msg/CameraInfo", "tf2_msgs/msg/TFMessage"
 
 
 def _camera(info_payload: bytes, metadata: list[str]) -> tuple[Camera, str]:
     """With the name of its optical frame."""
-    read_stamp = stamp_reader("sensor_msgs/msg/CameraInfo")
+    read_stamp = stamp_reader(_INFO)
     same = (it for it in metadata if metadata_stamp_ns(it) == read_stamp(info_payload))
-    info = _decoded(info_payload, "sensor_msgs/msg/CameraInfo")
+    info = decoder(_INFO)(info_payload)
     return camera_of(info, next(same, None)), str(info.header.frame_id)
 
 
@@ -190,8 +183,8 @@ def _poses(payloads: dict[str, list[bytes]], camera: str, frame: str) -> Traject
     name = frame.removesuffix(table.streams[camera].frame)
     tree = Tree({frame: camera}, name + table.world_frame, name + table.head_frame)
     for payload in payloads["/tf_static"][-1:]:
-        tree.stand(_decoded(payload, _TF))
-    messages = (_decoded(payload, _TF) for payload in payloads["/tf"])
+        tree.stand(decoder(_TF)(payload))
+    messages = (decoder(_TF)(payload) for payload in payloads["/tf"])
     return sorted({at: pose for it in messages for _, at, pose in tree.poses(it)}.items())
 
 
