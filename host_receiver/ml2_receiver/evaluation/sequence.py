@@ -138,7 +138,7 @@ class Parts:
         if not infos or not texts:
             return None
         try:
-            return _camera(infos[0], [decode_string(it) for it in texts])[0]
+            return _camera(infos[0], [decode_string(it).decode() for it in texts])[0]
         except ValueError as error:
             raise EvaluationError(f"{self._camera}: {error}") from error
 
@@ -153,7 +153,7 @@ class Parts:
         if not self._stamps_ns or not infos:
             raise EvaluationError(f"{bag} has no images with camera_info of {camera}")
         try:
-            texts = [decode_string(it) for it in payloads[self._names["metadata"]]]
+            texts = [decode_string(it).decode() for it in payloads[self._names["metadata"]]]
             lens, frame = _camera(infos[0], texts)
             reference = _poses(payloads, camera, frame)
             captures = _captures(texts) or len(self._stamps_ns)
