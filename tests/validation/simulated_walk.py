@@ -6,6 +6,7 @@ import shutil
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import yaml
 
@@ -50,16 +51,20 @@ class Walked:
 def stream(walk: Walk, folder: Path) -> Walked:
     """Runs headset, receiver and an independent subscriber; again when the simulation fell behind.
 
+    `folder` is made anew.
+
     Raises:
         RuntimeError: a message was lost, or this machine's clock was set.
     """
-    for walked in range(1, _TRIES + 1):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        try:
-            return replace(_streamed(walk, folder), walked=walked)
-        except FellBehindError as error:
-            print(f"{walk.name}: {error}", file=sys.stderr, flush=True)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix="films") as films:
+        for walked in range(1, _TRIES + 1):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+            try:
+                return replace(_streamed(walk, folder, films), walked=walked)
+            except FellBehindError as error:
+                print(f"{walk.name}: {error}", file=sys.stderr, flush=True)
     raise RuntimeError(f"{walk.name}: this machine is too busy to simulate a headset")
 
 
@@ -67,18 +72,20 @@ class FellBehindError(Exception):
     """The simulated headset's own thread came too late to fetch an image: nothing was sent."""
 
 
-def _streamed(walk: Walk, folder: Path) -> Walked:
+def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
     simulation = SimulatedTruth.now()
     mounting = camera_in_head(simulation, walk.camera)
     walk = walk.scaled(mounting)
     (folder / "walk.tum").write_text("".join(walk.tum()))
     (folder / "config.yaml").write_text(_config(walk.camera))
-    simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", "cache="]
+    simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", f"cache={films}"]
     options = ["--duration", str(REST_S + walk.duration_s + _SPARE_S), *simulate]
     received = receive(folder / "config.yaml", options, folder)
     _check_nothing_is_lost(received)
     if abs(SimulatedTruth.now().boottime_ns - simulation.boottime_ns) > _CLOCK_WAS_SET_NS:
         raise RuntimeError("this machine's clock was set: no truth can be told")
+    if not received.messages(f"{walk.camera}/camera_info"):
+        raise FellBehindError("the walk was over before all that the camera sees was drawn")
     truth = TrueWalk.found(received, walk, mounting, simulation)
     # Captures are on a grid of whole seconds, and so is the walk's start.
     images_sent = int(walk.duration_s * _IMAGES_HZ + 1e-6) + 1
