@@ -149,9 +149,11 @@ internal class ActiveStreams(
             changes.withLock {
                 // What was configured in the meantime has a START of its own
                 val fresh = wanted.filter { (spec, values) -> accepted[spec] == values && spec !in running }
-                // The tree first, so that no image comes before it
-                fresh.entries.sortedBy { it.key != StreamTable.tf }.forEach { (spec, values) -> begin(spec, values) }
+                // The tree first, so that no image comes before it, and nothing that is new is said twice
+                val (tf, others) = fresh.entries.partition { it.key == StreamTable.tf }
+                tf.forEach { (spec, values) -> begin(spec, values) }
                 tree.repeat()
+                others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
             }
             hasStarted.complete(Unit)
