@@ -149,7 +149,7 @@ def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | 
         return Finding(check, "hint", f"not measured: the session is {state}", again)
     numbers = _streams(rows) | _tested(test)
     arriving, needed = numbers["arriving_mbit_per_s"], numbers["needed_mbit_per_s"]
-    found = f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['p99_ms']:.1f} ms"
+    found = f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
     fix = ""
     if "free_mbit_per_s" in numbers:
         free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
@@ -170,7 +170,7 @@ def _streams(rows: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
     return {
         "arriving_mbit_per_s": sum(float(row["mbit_per_s"]) for row in topics),
         "needed_mbit_per_s": sum(map(_needed_mbit_per_s, topics)),
-        "p99_ms": max((float(row.get("latency_p99_ms", 0)) for row in topics), default=0.0),
+        "slowest_p99_ms": max((float(row.get("latency_p99_ms", 0)) for row in topics), default=0.0),
         "dropped": sum(int(row.get("dropped.queue_full", 0)) for row in topics),
     }
 

@@ -5,8 +5,8 @@ import threading
 from collections.abc import Callable, Mapping
 
 import rclpy
-from rclpy.context import Context
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
