@@ -149,7 +149,9 @@ def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | 
         return Finding(check, "hint", f"not measured: the session is {state}", again)
     numbers = _streams(rows) | _tested(test)
     arriving, needed = numbers["arriving_mbit_per_s"], numbers["needed_mbit_per_s"]
-    found = f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
+    found = (
+        f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
+    )
     fix = ""
     if "free_mbit_per_s" in numbers:
         free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
