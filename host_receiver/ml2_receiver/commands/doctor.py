@@ -36,6 +36,7 @@ _LISTEN_S = 1.0
 _HEAR_S = 3.0  # /diagnostics come once per second
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
+The link to a headset that is connected is tried for about 2 s, beside its streams.
 Exit code: 0, or 1 when anything is "wrong"; a "hint" may not matter to you.
 
 examples:
