@@ -170,8 +170,8 @@ def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | 
 def _streams(rows: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
     topics = [row for row in rows.values() if "rate_hz" in row]
     return {
-        "arriving_mbit_per_s": sum(float(row["mbit_per_s"]) for row in topics),
-        "needed_mbit_per_s": sum(map(_needed_mbit_per_s, topics)),
+        "arriving_mbit_per_s": round(sum(float(row["mbit_per_s"]) for row in topics), 2),
+        "needed_mbit_per_s": round(sum(map(_needed_mbit_per_s, topics)), 2),
         "slowest_p99_ms": max((float(row.get("latency_p99_ms", 0)) for row in topics), default=0.0),
         "dropped": sum(int(row.get("dropped.queue_full", 0)) for row in topics),
     }
@@ -184,10 +184,14 @@ def _needed_mbit_per_s(topic: Mapping[str, str]) -> float:
 
 
 def _tested(test: Mapping[str, str] | str) -> dict[str, float]:
-    if isinstance(test, str):
+    if isinstance(test, str) or test.get("state") != "measured":
         return {}
-    names = ("free_mbit_per_s", "streams_mbit_per_s", "filler_bytes", "duration_s")
-    return {name: float(test[name]) for name in names if name in test}
+    return {
+        "free_mbit_per_s": float(test["free_mbit_per_s"]),
+        "streams_mbit_per_s": float(test["streams_mbit_per_s"]),
+        "filler_bytes": int(test["filler_bytes"]),
+        "duration_s": float(test["duration_s"]),
+    }
 
 
 def _why(test: Mapping[str, str] | str) -> str:
