@@ -146,10 +146,18 @@ def test_a_link_that_carries_too_little_has_a_fix() -> None:
         assert remedy in finding.fix
 
 
-def test_full_queues_are_a_hint_however_much_is_free() -> None:
+@pytest.mark.parametrize(
+    ("test", "fix"),
+    [
+        (tried(100.0, 150.0), "cable"),
+        ("the headset does not answer", "cable"),
+        (tried(900.0, 250.0), "whether this machine is busy"),
+    ],
+)
+def test_full_queues_are_a_hint_however_much_is_free(test: dict[str, str] | str, fix: str) -> None:
     rows = ROWS | {"/a": IMAGE_ROW | {"dropped.queue_full": "7"}}
-    finding = findings.link(rows, tried(900.0, 250.0))
-    assert (finding.level, "cable" in finding.fix) == ("hint", True)
+    finding = findings.link(rows, test)
+    assert (finding.level, fix in finding.fix) == ("hint", True)
     assert "; 7 messages were dropped as the link or this machine was too slow" in finding.found
 
 

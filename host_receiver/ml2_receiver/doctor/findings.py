@@ -18,6 +18,10 @@ _MORE_LINK = (
     "use Wi-Fi of 5 or 6 GHz near its access point, or a cable; or ask for less: fewer streams, a"
     " lower update_rate, color (JPEG) in place of raw cameras"
 )
+_LESS_LOAD = (
+    "the link carries enough now: see whether this machine is busy, or the link worse at times, and"
+    " look again"
+)
 
 
 @dataclass(frozen=True)
@@ -152,18 +156,19 @@ def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | 
     found = (
         f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
     )
-    fix = ""
+    fix, is_enough = "", False
     if "free_mbit_per_s" in numbers:
         free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
         found += f"; in a test {free:.1f} Mbit/s were free besides {streams:.1f} of the streams"
         found += f", which need {needed:.1f}"
-        fix = _MORE_LINK if free + streams < needed else ""
+        is_enough = free + streams >= needed
+        fix = "" if is_enough else _MORE_LINK
     else:
         found += f"; what more it carries is not known: {_why(test)}"
         fix = "look again in a minute; an app that knows no link test needs an update"
     if dropped := int(numbers["dropped"]):
         found += f"; {dropped} messages were dropped as the link or this machine was too slow"
-        fix = _MORE_LINK
+        fix = _LESS_LOAD if is_enough else _MORE_LINK
     return Finding(check, "hint" if fix else "ok", found, fix, numbers)
 
 
