@@ -14,6 +14,7 @@ _RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
 _PYTHON = (3, 12)
 _NODE = "ml2_receiver"
 _DOMAIN = "ROS_DOMAIN_ID"
+_LINK = "link to headset"
 _MORE_LINK = (
     "use Wi-Fi of 5 or 6 GHz near its access point, or a cable; or ask for less: fewer streams, a"
     " lower update_rate, color (JPEG) in place of raw cameras"
@@ -145,13 +146,16 @@ def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | 
     `test` is the row of a link test, or why there was none. It runs beside the streams and shares
     the link with them, so what the link carries is the sum of both.
     """
-    check, again = "link to headset", "look again while a headset streams"
+    again = "look again while a headset streams"
     if isinstance(rows, str):
-        return Finding(check, "hint", f"not measured: {rows}", again)
+        return Finding(_LINK, "hint", f"not measured: {rows}", again)
     state = rows.get("session", {}).get("state")
     if state != "connected":
-        return Finding(check, "hint", f"not measured: the session is {state}", again)
-    numbers = _streams(rows) | _tested(test)
+        return Finding(_LINK, "hint", f"not measured: the session is {state}", again)
+    return _link(_streams(rows) | _tested(test), _why(test))
+
+
+def _link(numbers: Mapping[str, float], why_not_tried: str) -> Finding:
     arriving, needed = numbers["arriving_mbit_per_s"], numbers["needed_mbit_per_s"]
     found = (
         f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
@@ -164,12 +168,12 @@ def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | 
         is_enough = free + streams >= needed
         fix = "" if is_enough else _MORE_LINK
     else:
-        found += f"; what more it carries is not known: {_why(test)}"
+        found += f"; what more it carries is not known: {why_not_tried}"
         fix = "look again in a minute; an app that knows no link test needs an update"
     if dropped := int(numbers["dropped"]):
         found += f"; {dropped} messages were dropped as the link or this machine was too slow"
         fix = _LESS_LOAD if is_enough else _MORE_LINK
-    return Finding(check, "hint" if fix else "ok", found, fix, numbers)
+    return Finding(_LINK, "hint" if fix else "ok", found, fix, numbers)
 
 
 def _streams(rows: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
