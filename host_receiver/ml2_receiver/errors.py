@@ -10,6 +10,7 @@ ReceiverError
 ├── ProductsError   what products are made with is missing
 ├── ExportError     nothing there to export, or not in that format
 ├── LatencyError    nothing there to measure, or no plot of it
+├── LinkTestError   no headset to try the link to, or not now
 ├── RecordingError  a recording that cannot be written or read
 ├── EvaluationError  a recording or images that give no trajectory
 ├── PlaybackError   a receiver that cannot be played to
@@ -106,6 +107,10 @@ class ExportError(ReceiverError):
 
 class LatencyError(ReceiverError):
     """There is nothing to measure, or it cannot be plotted."""
+
+
+class LinkTestError(ReceiverError):
+    """There is no headset to try the link to, or it cannot be tried now."""
 
 
 class RecordingError(ReceiverError):

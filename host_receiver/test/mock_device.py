@@ -26,6 +26,7 @@ from ml2_receiver.wire.messages import (
     Hello,
     Join,
     Joined,
+    LinkTest,
     Start,
     Status,
     StreamAnswer,
@@ -276,6 +277,17 @@ class MockDevice:
         self.wires["time"].send(Kind.TIME_REQUEST, struct.pack("<q", t1))
         times: tuple[int, int, int] = _TIMES.unpack(self.wires["time"].expect(Kind.TIME_REPLY))
         return times
+
+    def expect_link_test(self) -> LinkTest:
+        """LINK_TEST, to be answered by fill()."""
+        asked = LinkTest.parse(self.wires["control"].expect(Kind.LINK_TEST))
+        if "link_test" not in self.wires:
+            self.join("link_test")
+        return asked
+
+    def fill(self, length: int) -> None:
+        """One FILLER frame; without length the end."""
+        self.wires["link_test"].send(Kind.FILLER, bytes(length))
 
     def leave(self) -> None:
         """The orderly end."""

@@ -6,6 +6,7 @@ import pytest
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.link.report import Report, State, TopicReport
 from ml2_receiver.link.statistics import TopicStatistics
+from ml2_receiver.link.throughput import Throughput
 from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
 from ml2_receiver.wire.messages import ChannelStatus, ClockStatus, StreamAnswer
@@ -263,3 +264,34 @@ def test_the_session_tells_what_the_headset_can_and_may_and_answered(
     assert session.values["stream.world_left"] == "applied"
     assert session.values["stream.gaze"] == "refused: not calibrated"
     assert topic.values["expected_hz"] == "30"
+
+
+@pytest.mark.parametrize(
+    ("link", "level", "values"),
+    [
+        (Throughput(1, "running"), Level.OK, {}),
+        (Throughput(2, "unanswered"), Level.WARN, {}),
+        (
+            Throughput(3, "measured", 67_108_864, 1.25, 412.345, 250.0),
+            Level.OK,
+            {
+                "filler_bytes": "67108864",
+                "duration_s": "1.250",
+                "free_mbit_per_s": "412.35",
+                "streams_mbit_per_s": "250.00",
+            },
+        ),
+    ],
+)
+def test_a_link_test_has_a_row(
+    diagnostics: Diagnostics,
+    statistics: TopicStatistics,
+    link: Throughput,
+    level: Level,
+    values: dict[str, str],
+) -> None:
+    assert all(row.name != "link" for row in diagnostics.rows(report(statistics), 0.0))
+    rows = diagnostics.rows(replace(report(statistics), link=link), 1.0)
+    (row,) = [row for row in rows if row.name == "link"]
+    assert row.level == level
+    assert row.values == {"state": link.state, "tests": str(link.number)} | values

@@ -23,6 +23,7 @@ from ml2_receiver.wire.messages import (
     Hello,
     Join,
     Joined,
+    LinkTest,
     PeerLimits,
     Start,
     Status,
@@ -49,6 +50,7 @@ BODIES: list[JsonBody] = [
     Channel(65535, "tf", "tf", "/tf", "tf2_msgs/msg/TFMessage", "tf", "", "sensors"),
     ChannelEnd(1),
     Start(2**63 - 1),
+    LinkTest(1),
     Status(
         True, 0.5, {"/tf": ChannelStatus(3, 2, {"queue_full": 1})}, ClockStatus("frozen", -1, 2, 3)
     ),

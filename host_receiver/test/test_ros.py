@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 from ml2_receiver.wire.frame import Kind
 from ml2_receiver.wire.messages import Error, Start
 from mock_device import MockDevice
-from ros_processes import Child, Receiver, Subscriber
+from ros_processes import Child, Client, Receiver, Subscriber
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -169,6 +169,25 @@ def test_diagnostics_have_the_session_and_each_topic(device: MockDevice) -> None
     left = found[IMAGE]
     assert (left["level"], left["received"], left["gaps"]) == (1, "2", "2")
     assert (left["produced"], left["subscribers"]) == ("4", "0")
+
+
+def test_a_link_test_is_asked_for_by_a_service_and_told_in_diagnostics(
+    device: MockDevice, client: Client
+) -> None:
+    with Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber:
+        assert "link" not in rows(subscriber.message())
+        accepted, words = client.ask("trigger", "test_link")
+        assert (accepted, "row link" in words) == (True, True)
+        assert client.ask("trigger", "test_link") == [False, "the link is being tested already"]
+        device.expect_link_test()
+        device.fill(1000)
+        device.fill(1000)
+        device.fill(0)
+        while (found := rows(subscriber.message()).get("link", {})).get("state") != "measured":
+            pass
+    assert (found["level"], found["tests"], found["filler_bytes"]) == (0, "1", "2000")
+    assert float(found["free_mbit_per_s"]) > 0
+    assert float(found["streams_mbit_per_s"]) == 0
 
 
 START = """

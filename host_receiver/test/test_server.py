@@ -150,6 +150,58 @@ def test_a_second_headset_is_busy_and_the_first_goes_on(server: Server, sink: Fa
         sink.await_event("busy: 'device name' is connected")
 
 
+def test_what_the_link_carries_is_measured_beside_the_streams(
+    server: Server, sink: FakeSink
+) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        server.test_link()
+        assert device.expect_link_test().bytes == 64 << 20
+        for _ in range(100):
+            device.fill(1 << 16)
+            device.publish(IMAGE, PAYLOAD + bytes(10_000))
+        sink.await_payloads(IMAGE, 100)
+        device.fill(0)
+        device.leave()
+    report = sink.await_report()
+    assert report.link is not None
+    assert (report.link.state, report.link.filler_bytes) == ("measured", 100 << 16)
+    assert report.link.free_mbit_per_s > report.link.streams_mbit_per_s > 0
+    counts = {row.topic.name: row.statistics for row in report.topics}
+    assert (counts[IMAGE].received, counts[IMAGE].gaps) == (100, 0)
+    assert (report.state, report.is_final, report.skipped_frames) == (State.ENDED, True, 0)
+
+
+def test_a_device_that_knows_no_link_test_goes_on(server: Server, sink: FakeSink) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        server.test_link()
+        device.wires["control"].expect(Kind.LINK_TEST)
+        device.publish(IMAGE)
+        sink.await_payloads(IMAGE, 1)
+        report = server.report()
+        assert report is not None
+        assert report.link is not None
+        assert (report.state, report.link.state) == (State.CONNECTED, "running")
+
+
+def test_a_device_that_floods_a_link_test_is_told_and_the_next_one_served(
+    server: Server, sink: FakeSink
+) -> None:
+    with MockDevice(server.address) as device:
+        device.start()
+        server.test_link()
+        device.expect_link_test()
+        with pytest.raises(ConnectionError):
+            send_endlessly(
+                device.wires["link_test"].socket, encode_frame(Kind.FILLER, bytes(1 << 16))
+            )
+        sink.await_event("unexpected: FILLER of more than 67108864 B was not asked for")
+    assert sink.await_report().state is State.LOST
+    with MockDevice(server.address, "another") as device:
+        device.start()
+
+
 def test_a_paused_server_starts_when_told(sink: FakeSink) -> None:
     server = serve(sink, Limits(), is_paused=True)
     with MockDevice(server.address) as device:

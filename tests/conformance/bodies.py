@@ -28,6 +28,7 @@ WELCOME: Body = {
     "tickets": {
         "time": "0123456789abcdef0123456789abcdef",
         "sensors": "123456789abcdef0123456789abcdef0",
+        "link_test": "3456789abcdef0123456789abcdef012",
         "world_left": "23456789abcdef0123456789abcdef01",
     },
     "received": {"battery": 12, "world_left/image_raw": 4294967297},
@@ -133,6 +134,8 @@ CLOCK_DETAILS: Body = {
     "epoch": 1,
     "bases": {"accel_right": "boottime", "color": "monotonic"},
 }
+
+LINK_TEST: Body = {"bytes": 64 * 1024 * 1024}
 
 EVENT: Body = {
     "event": "tracking_lost",

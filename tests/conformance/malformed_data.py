@@ -70,6 +70,7 @@ def cuts() -> dict[str, Case]:
             header(KINDS["DATA"], BOUNDS["DATA"], channel=CHANNELS[1]["id"]) + STRING_PAYLOAD,
             "An image lane that claims 16 MiB",
         ),
+        "FillerCut": cut("streaming", "link_test", frame("FILLER", b"noise"), "The link test"),
         "SensorDataCut": cut("streaming", "sensors", data(CHANNELS[0]["id"]), "The sensors lane"),
         "TimeRequestCut": cut("streaming", "time", frame("TIME_REQUEST", time), "The time lane"),
     }

@@ -11,6 +11,7 @@ from bodies import (
     CONFIGURED,
     EVENT,
     HELLO,
+    LINK_TEST,
     STATUS,
     STRING_PAYLOAD,
     WELCOME,
@@ -67,6 +68,7 @@ def bounds() -> dict[str, Case]:
         "JOINED": ("connected", "sensors"),
         "CONFIGURE": ("joined", "control"),
         "START": ("configured", "control"),
+        "LINK_TEST": ("streaming", "control"),
         "TIME_REPLY": ("joined", "time"),
         "PING": ("streaming", "control"),
         "PONG": ("streaming", "control"),
@@ -101,6 +103,7 @@ def places() -> dict[str, Case]:
         "EVENT": ("control", json_frame("EVENT", EVENT)),
         "DATA": ("sensors", frame("DATA", STRING_PAYLOAD, channel=7)),
         "TIME_REQUEST": ("time", frame("TIME_REQUEST", bytes(8))),
+        "FILLER": ("control", frame("FILLER", b"noise")),
     }
     from_receiver = {
         f"{pascal(name)}FromReceiver": Case(
@@ -131,6 +134,15 @@ def places() -> dict[str, Case]:
         "TimeReplyOnSensors": case(
             "streaming", "sensors", frame("TIME_REPLY", bytes(24)), "Belongs on time."
         ),
+        "LinkTestFirst": case(
+            "connected", "control", json_frame("LINK_TEST", LINK_TEST), "WELCOME comes first."
+        ),
+        "LinkTestOnSensors": case(
+            "streaming", "sensors", json_frame("LINK_TEST", LINK_TEST), "Belongs on control."
+        ),
+        "LinkTestTwice": case(
+            "streaming", "control", json_frame("LINK_TEST", LINK_TEST) * 2, "One at a time."
+        ),
         "PingOnTime": case("streaming", "time", frame("PING"), "Belongs on control."),
         "SilentSession": Case(
             "streaming", "control", b"", error("timeout"), "Nothing on control for dead_s."
@@ -154,6 +166,7 @@ def keys() -> dict[str, Case]:
         | key_cases("JOINED", "connected", "sensors", JOINED)
         | key_cases("CONFIGURE", "joined", "control", CONFIGURE)
         | key_cases("START", "configured", "control", START)
+        | key_cases("LINK_TEST", "streaming", "control", LINK_TEST)
         | key_cases("BYE", "streaming", "control", BYE)
     )
 
@@ -177,7 +190,16 @@ def bodies() -> dict[str, Case]:
         sent = json_frame("START", START | {"channels": channels})
         return Case("configured", "control", sent, MALFORMED, why)
 
+    def link_test(why: str, count: Any) -> Case:
+        sent = json_frame("LINK_TEST", {"bytes": count})
+        return Case("streaming", "control", sent, MALFORMED, why)
+
     return {
+        "LinkTestOfNothing": link_test("At least 1.", 0),
+        "LinkTestNegative": link_test("At least 1.", -1),
+        "LinkTestEndless": link_test("At most 64 MiB.", 64 * 1024 * 1024 + 1),
+        "LinkTestHuge": link_test("Does not fit i64.", 2**63),
+        "LinkTestFraction": link_test("It counts.", 1.5),
         "WelcomeOtherVersion": welcome("Was not offered.", "version", version=2),
         "WelcomeVersionHuge": Case(
             "connected", "control", frame("WELCOME", huge), MALFORMED, "Does not fit i64."

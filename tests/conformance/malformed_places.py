@@ -8,6 +8,7 @@ from bodies import (
     EVENT,
     HELLO,
     JOIN,
+    LINK_TEST,
     SESSION,
     STATUS,
     TICKET,
@@ -38,6 +39,7 @@ def places() -> dict[str, Case]:
         "WELCOME": json_frame("WELCOME", WELCOME),
         "CONFIGURE": json_frame("CONFIGURE", CONFIGURE),
         "START": json_frame("START", {"request": 1}),
+        "LINK_TEST": json_frame("LINK_TEST", LINK_TEST),
         "JOINED": json_frame("JOINED", {"lane": "sensors"}),
         "TIME_REPLY": frame("TIME_REPLY", bytes(24)),
     }
@@ -49,6 +51,10 @@ def places() -> dict[str, Case]:
     elsewhere = [
         ("DATA", "control", data(CHANNEL["id"])),
         ("DATA", "time", data(CHANNEL["id"])),
+        ("DATA", "link_test", data(CHANNEL["id"])),
+        ("FILLER", "control", frame("FILLER", b"noise")),
+        ("FILLER", "sensors", frame("FILLER", b"noise")),
+        ("FILLER", "world_left", frame("FILLER", b"noise")),
         ("TIME_REQUEST", "control", frame("TIME_REQUEST", bytes(8))),
         ("TIME_REQUEST", "sensors", frame("TIME_REQUEST", bytes(8))),
         ("STATUS", "sensors", json_frame("STATUS", STATUS)),
@@ -88,6 +94,12 @@ def order() -> dict[str, Case]:
             json_frame("CONFIGURED", CONFIGURED),
             unexpected,
             "No request is open.",
+        ),
+        "FillerNotAskedFor": Case(
+            "streaming", "link_test", frame("FILLER", b"noise"), unexpected, "No LINK_TEST came."
+        ),
+        "FillerEndNotAskedFor": Case(
+            "streaming", "link_test", frame("FILLER"), unexpected, "There is no test to end."
         ),
         "DataBeforeStart": Case(
             "configuring", "sensors", data(CHANNEL["id"]), unexpected, "Not started."

@@ -116,6 +116,7 @@ def bounds() -> dict[str, Case]:
         "ERROR": ("streaming", "control"),
         "DATA": ("streaming", "world_left"),
         "TIME_REQUEST": ("streaming", "time"),
+        "FILLER": ("streaming", "link_test"),
     }
     cases: dict[str, Case] = {}
     for name, place in places.items():
@@ -138,7 +139,7 @@ def skips() -> dict[str, Case]:
         f"UnknownKindsOn{pascal(lane)}": Case(
             "streaming", lane, sent, {"skipped": 3}, "Unknown kinds are skipped and counted."
         )
-        for lane in ("control", "time", "sensors", "world_left")
+        for lane in ("control", "time", "sensors", "link_test", "world_left")
     }
 
 

@@ -115,6 +115,7 @@ class ScriptedDevice:
         self._request = self.control.expect("CONFIGURE").json["request"]
         if given == "configuring":
             return
+        self.join("link_test")
         self.join("world_left")
         for body in CHANNELS:
             self.control.send(json_frame("CHANNEL", body))

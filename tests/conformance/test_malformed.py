@@ -153,6 +153,9 @@ def check_lane_goes_on(lane: str, peer: Peer, sink: CountingSink) -> None:
         case "control":
             peer.send(frame("PING"))
             peer.expect("PONG")
+        case "link_test":
+            peer.send(frame("FILLER"))
+            assert peer.expect("ERROR").json["code"] == "unexpected"
         case "time":
             peer.send(frame("TIME_REQUEST", bytes(8)))
             peer.expect("TIME_REPLY")

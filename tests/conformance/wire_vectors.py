@@ -13,6 +13,7 @@ from bodies import (
     EVENT,
     HELLO,
     JOIN,
+    LINK_TEST,
     PAIR,
     PAIR_CHALLENGE,
     PAIRED,
@@ -79,6 +80,7 @@ JSON_KINDS: list[tuple[str, str, str, Body, str]] = [
     ("CHANNEL", "device", "control", CHANNEL, "A topic gets its number."),
     ("CHANNEL_END", "device", "control", {"id": 7}, "The topic has ended."),
     ("START", "receiver", "control", {"request": 1}, "The publishers exist."),
+    ("LINK_TEST", "receiver", "control", LINK_TEST, "As much filler as can be asked for."),
     ("STATUS", "device", "control", STATUS, "Drops by reason, and a clock far from the host's."),
     ("EVENT", "device", "control", EVENT, "Something happened to the device."),
     ("ERROR", "receiver", "control", ERROR, "A fatal ERROR."),
@@ -154,6 +156,18 @@ def kinds() -> dict[str, Case]:
                     },
                 )
             ],
+        ),
+        "LinkTestLeast": (
+            "receiver",
+            "control",
+            "As little filler as can be asked for.",
+            [read("LINK_TEST", json={"bytes": 1})],
+        ),
+        "Filler": (
+            "device",
+            "link_test",
+            "Noise, and the end of a test, which has no body.",
+            [read("FILLER", send=5, hex="6b1f00ff"), read("FILLER", send=6)],
         ),
         "StatusClockDetails": (
             "device",

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from books import assert_books_balance
 from processes import (
     PREFIX,
     Received,
@@ -38,15 +39,6 @@ def config(tmp_path: Path) -> Path:
         "    world_left: {enabled: true}\n    other_sensors: {enabled: true}\n"
     )
     return file
-
-
-def assert_books_balance(received: Received) -> None:
-    for topic, seen in received.snapshot["topics"].items():
-        books = received.books(topic)
-        dropped = sum(int(n) for key, n in books.items() if key.startswith("dropped."))
-        assert int(books["produced"]) == int(books["received"]) + int(books["gaps"]), topic
-        assert int(books["gaps"]) == dropped, topic
-        assert 0 < seen["count"] <= int(books["received"]), topic
 
 
 def dropped(received: Received, topic: str, reason: str) -> int:

@@ -1,13 +1,16 @@
 """ml2-receiver doctor: what keeps a receiver on this machine from working, and what to do."""
 
+from __future__ import annotations
+
 import argparse
 import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.markup import escape
@@ -26,10 +29,14 @@ from .entrance import PORT
 from .live import diagnostics_node
 from .options import add_name
 
+if TYPE_CHECKING:
+    from ..watch.diagnostics_node import DiagnosticsNode, Values
+
 _LISTEN_S = 1.0
 _HEAR_S = 3.0  # /diagnostics come once per second
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
+The link to a headset that is connected is tried for about 2 s, beside its streams.
 Exit code: 0, or 1 when anything is "wrong"; a "hint" may not matter to you.
 
 examples:
@@ -79,7 +86,7 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
     domain = os.environ.get("ROS_DOMAIN_ID")
     yield findings.domain(domain, running)
     is_running = any((it or "0") == (domain or "0") for it in running.values())
-    yield findings.link(_said(options.name) if is_running else "no receiver runs here")
+    yield _link(options.name) if is_running else findings.link("no receiver runs here", "")
     if file is not None:
         load_config(file)
         yield findings.parameter_file(str(file), node_names(file.read_bytes()))
@@ -92,12 +99,25 @@ def _announced() -> Sequence[FoundReceiver] | str:
         return str(error)
 
 
-def _said(receiver: str) -> Mapping[str, Mapping[str, str]] | str:
+def _link(receiver: str) -> Finding:
     try:
         with diagnostics_node() as node:
-            return node.rows(receiver, _HEAR_S)
+            rows = node.rows(receiver, _HEAR_S)
+            if rows.get("session", {}).get("state") != "connected":
+                return findings.link(rows, "")
+            return findings.link(rows, _tested(node, receiver))
     except RosError as error:
-        return str(error)
+        return findings.link(str(error), "")
+
+
+def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:
+    from ..watch.link_test import try_link
+
+    with Console(stderr=True).status("trying the link to the headset"):
+        try:
+            return try_link(node, receiver)
+        except RosError as error:
+            return str(error)
 
 
 def _table(found: Sequence[Finding]) -> Table:

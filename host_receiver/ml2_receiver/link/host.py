@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable
 
-from ..errors import ErrorCode, ProtocolError
+from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import VERSION, Frame, Kind
 from ..wire.messages import Bye, Hello, Join
 from .connection import Connection
@@ -189,6 +189,16 @@ class Host:
         """Stops all streams until start(); the headset stays connected."""
         self._is_paused = True
         self.update()
+
+    def test_link(self) -> None:
+        """Tries what the link to the headset carries; the session's report has the result.
+
+        Raises:
+            LinkTestError: no headset is connected, or it is being asked already.
+        """
+        if self.session is None:
+            raise LinkTestError("no headset is connected")
+        self.session.test_link()
 
     def update(self) -> None:
         """Tells the headset when what is wanted of it, Context.idle included, has changed."""

@@ -7,6 +7,7 @@ from enum import Enum
 from ..configuration.table import Topic
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
 from .statistics import TopicStatistics
+from .throughput import Throughput
 
 
 class State(Enum):
@@ -35,7 +36,7 @@ class Report:
     """One session. `clock` is None before the first STATUS; `is_final` after the last one.
 
     `software`, `capabilities` (streams it has) and `permissions` are the headset's own words;
-    `answers` are its last ones, by stream.
+    `answers` are its last ones, by stream; `link` is the last link test, None when there was none.
     """
 
     state: State
@@ -49,3 +50,4 @@ class Report:
     capabilities: Sequence[str] = ()
     permissions: Mapping[str, bool] = field(default_factory=dict)
     answers: Mapping[str, StreamAnswer] = field(default_factory=dict)
+    link: Throughput | None = None

@@ -130,6 +130,15 @@ class Server:
         with self._lock:
             self._host.update()
 
+    def test_link(self) -> None:
+        """Tries what the link to the headset carries, for about 2 s; report() has the result.
+
+        Raises:
+            LinkTestError: no headset is connected, or it is being asked already.
+        """
+        with self._lock:
+            self._host.test_link()
+
     def report(self) -> Report | None:
         """The session there is, or the last one."""
         with self._lock:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ..configuration.table import Topic
-from ..errors import ErrorCode, ProtocolError
+from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..topics.sink import Applied
 from ..wire.frame import VERSION, Frame, Kind
 from ..wire.json_body import JsonBody
@@ -30,8 +30,10 @@ from .context import Context, Ending, Send, close, error_body
 from .report import Report, State, TopicReport
 from .statistics import Instance, TopicStatistics
 from .streams import Demand, Streams
+from .throughput import LinkTrial
 
 _NEEDED_LANES = ("time", "sensors")
+_TEST_LANE = "link_test"
 _TOKEN_BYTES = 16
 
 
@@ -57,13 +59,14 @@ class Session:
         self.state = State.CONNECTED
         self.streams = Streams(context.table, instance, context.sink, context.frame_prefix)
         self.instance = instance
+        self.link = LinkTrial(context.clock, instance.received_bytes)
         self.status: Status | None = None
         self.skipped_frames = 0
         self._context, self._say = context, say
         self.control = control
         self._tickets = {
             lane: secrets.token_hex(_TOKEN_BYTES)
-            for lane in (*_NEEDED_LANES, *context.table.image_lanes)
+            for lane in (*_NEEDED_LANES, _TEST_LANE, *context.table.image_lanes)
         }
         self._joined = {"control"}
         self._open = {control}
@@ -75,6 +78,7 @@ class Session:
             Kind.CHANNEL_END: lambda body: self.streams.end(ChannelEnd.parse(body)),
             Kind.CONFIGURED: lambda body: self._configured(Configured.parse(body)),
             Kind.STATUS: self._status,
+            Kind.FILLER: lambda body: self.link.filled(len(body)),
             Kind.PING: lambda _: self.send(Kind.PONG),
             Kind.PONG: lambda _: None,
             Kind.EVENT: lambda body: self._event(repr(Event.parse(body).text)),
@@ -180,6 +184,16 @@ class Session:
         if due is not None:
             self.send(Kind.CONFIGURE if isinstance(due, Configure) else Kind.START, due)
 
+    def test_link(self) -> None:
+        """Asks for filler; report() has what became of it.
+
+        Raises:
+            LinkTestError: the device is not there yet or no more, or is being asked already.
+        """
+        if self.state is not State.CONNECTED or not self._is_complete:
+            raise LinkTestError("no headset is connected")
+        self.send(Kind.LINK_TEST, self.link.ask())
+
     def _status(self, body: bytearray) -> None:
         self.status = Status.parse(body)
 
@@ -260,6 +274,7 @@ class Session:
             capabilities=self.hello.capabilities.streams,
             permissions=self.hello.permissions,
             answers=self.streams.answers,
+            link=self.link.report(),
             topics=[
                 self._topic_report(self.streams.topic(name), counts)
                 for name, counts in list(self.instance.topics.items())

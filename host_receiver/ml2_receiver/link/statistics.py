@@ -107,6 +107,10 @@ class Instance:
     topics: dict[str, TopicStatistics] = field(default_factory=dict, compare=False)
     custom: dict[str, Topic] = field(default_factory=dict, compare=False)
 
+    def received_bytes(self) -> int:
+        """Payloads that arrived, of all topics."""
+        return sum(topic.received_bytes for topic in self.topics.values())
+
     def received(self) -> dict[str, int]:
         """Messages that arrived, by topic."""
         return {name: topic.received for name, topic in self.topics.items()}

@@ -8,7 +8,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..configuration.config_file import ConfigFile
 from ..configuration.table import load_table
-from ..errors import ConfigError
+from ..errors import ReceiverError
 from ..topics.control import Control
 from .parameters import ParameterNode
 
@@ -17,7 +17,7 @@ type Outcome = tuple[bool, str]
 
 
 def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> None:
-    """~/start, ~/stop, ~/save_config, ~/reload, and ~/enable_<section> for each that has `enabled`.
+    """~/start, ~/stop, ~/test_link, ~/save_config, ~/reload, ~/enable_<section> where it can be.
 
     They answer with what ROS's parameter services would, and log nothing themselves.
     """
@@ -30,23 +30,22 @@ def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> Non
         control.pause()
         return True, "streams are stopped until ~/start"
 
+    def test_link() -> Outcome:
+        control.test_link()
+        return True, "filler is asked for; /diagnostics has the rate, row link, in a few seconds"
+
     def save() -> Outcome:
-        try:
-            file.save(node.config)
-        except ConfigError as error:
-            return False, str(error)
+        file.save(node.config)
         return True, f"written to {file.path}"
 
     def reload() -> Outcome:
-        try:
-            result = node.load(file.load())
-        except ConfigError as error:
-            return False, str(error)
+        result = node.load(file.load())
         return result.successful, result.reason
 
     for name, act in {
         "start": start,
         "stop": stop,
+        "test_link": test_link,
         "save_config": save,
         "reload": reload,
     }.items():
@@ -58,7 +57,10 @@ def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> Non
 
 def _trigger(act: Callable[[], Outcome]) -> Callable[[Any, Any], Any]:
     def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = act()
+        try:
+            response.success, response.message = act()
+        except ReceiverError as error:
+            response.success, response.message = False, str(error)
         return response
 
     return respond

@@ -25,5 +25,12 @@ class Control(Protocol):
     def request(self, request: Request) -> None:
         """Asks for other streams or values; streams whose values stay go on undisturbed."""
 
+    def test_link(self) -> None:
+        """Tries what the link to the headset carries, for about 2 s; report() has the result.
+
+        Raises:
+            LinkTestError: no headset is connected, or it is being asked already.
+        """
+
     def update(self) -> None:
         """Which streams are idle has changed."""

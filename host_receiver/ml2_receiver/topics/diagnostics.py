@@ -11,6 +11,7 @@ from ..configuration.table import Scalar
 from ..link.access import Protection
 from ..link.report import Report, State, TopicReport
 from ..link.statistics import SHARES, TopicStatistics
+from ..link.throughput import Throughput
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
 
 _STALE_AFTER_S = 2.0
@@ -60,12 +61,13 @@ class Diagnostics:
         self._past: dict[str, _Past] = {}
 
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
-        """One row for the session, one for its clock and one for each topic it has had."""
+        """Rows for the session, its clock, its last link test, and each topic it has had."""
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
+        link = [] if report.link is None else [_link(report.link)]
         topics = [self._topic(topic, report, now_s) for topic in report.topics]
-        return [_session(report), *clock, *topics]
+        return [_session(report), *clock, *link, *topics]
 
     def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Row:
         statistics, device = topic.statistics, topic.device
@@ -185,6 +187,22 @@ def _clock(clock: ClockStatus) -> Row:
     level = Level.WARN if is_vague or clock.state == "holdover" else Level.OK
     message = f"{clock.state}, stamps within {clock.uncertainty_ns / 1e6:.3f} ms of the capture"
     return Row("clock", level, message, values)
+
+
+def _link(link: Throughput) -> Row:
+    values = {"state": link.state, "tests": str(link.number)}
+    if link.state != "measured":
+        level = Level.OK if link.state == "running" else Level.WARN
+        return Row("link", level, f"link test: {link.state}", values)
+    values |= {
+        "filler_bytes": str(link.filler_bytes),
+        "duration_s": f"{link.duration_s:.3f}",
+        "free_mbit_per_s": f"{link.free_mbit_per_s:.2f}",
+        "streams_mbit_per_s": f"{link.streams_mbit_per_s:.2f}",
+    }
+    free, streams = link.free_mbit_per_s, link.streams_mbit_per_s
+    message = f"{free:.0f} Mbit/s were free besides {streams:.0f} of the streams"
+    return Row("link", Level.OK, message, values)
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:

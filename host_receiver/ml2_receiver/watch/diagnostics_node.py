@@ -2,10 +2,11 @@
 
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
@@ -17,6 +18,7 @@ from .raw_taker import RawSubscription, RawTaker
 _DEPTH = 10
 
 type Values = Mapping[str, str]
+type Rows = Mapping[str, Values]
 
 
 class DiagnosticsNode:
@@ -28,7 +30,7 @@ class DiagnosticsNode:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._rows: dict[str, dict[str, Values]] = {}
+        self._rows: dict[str, Rows] = {}
         self._context = start_ros()
         self._node = rclpy.create_node("ml2_tools", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
@@ -43,20 +45,31 @@ class DiagnosticsNode:
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
-    def rows(self, receiver: str, timeout_s: float) -> dict[str, Values]:
+    @property
+    def context(self) -> Context:
+        """Of other nodes beside this one; ends with it."""
+        return self._context
+
+    def rows(
+        self, receiver: str, timeout_s: float, when: Callable[[Rows], bool] = lambda _: True
+    ) -> Rows:
         """The values by row ("session", "clock", and the topics), and the row's own words as
-        "message"; waits for the first.
+        "message"; waits for the first of which `when` is true.
 
         Args:
             receiver: as in its --name, or empty.
 
         Raises:
-            RosError: this receiver says nothing.
+            RosError: this receiver says nothing, or not that.
         """
         with self._changed:
-            if self._changed.wait_for(lambda: receiver in self._rows, timeout_s):
+            if self._changed.wait_for(
+                lambda: receiver in self._rows and when(self._rows[receiver]), timeout_s
+            ):
                 return self._rows[receiver]
             others = sorted(self._rows)
+        if receiver in others:
+            raise RosError(f"the receiver has not said within {timeout_s:.0f} s what is awaited")
         if others:
             names = ", ".join(f"--name {name}" if name else "no --name" for name in others)
             raise RosError(f"no such receiver in this ROS domain, but with {names}")

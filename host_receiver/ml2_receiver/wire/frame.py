@@ -41,8 +41,9 @@ class LaneKind(Flag):
     TIME = auto()
     SENSORS = auto()
     IMAGE = auto()
+    LINK_TEST = auto()
     PAIRING = auto()
-    OTHER = TIME | SENSORS | IMAGE
+    OTHER = TIME | SENSORS | IMAGE | LINK_TEST
     ANY = OPENING | CONTROL | OTHER | PAIRING
 
     @staticmethod
@@ -55,6 +56,7 @@ _LANE_KINDS = {
     "control": LaneKind.CONTROL,
     "time": LaneKind.TIME,
     "sensors": LaneKind.SENSORS,
+    "link_test": LaneKind.LINK_TEST,
     "pairing": LaneKind.PAIRING,
 }
 
@@ -65,6 +67,7 @@ class Body(Enum):
     JSON = auto()
     PAYLOAD = auto()
     TIMES = auto()
+    NOISE = auto()
     EMPTY = auto()
 
 
@@ -99,6 +102,8 @@ class Kind(IntEnum):
     DATA = 16, Side.DEVICE, LaneKind.SENSORS | LaneKind.IMAGE, 16 * _MIB, Body.PAYLOAD
     TIME_REQUEST = 32, Side.DEVICE, LaneKind.TIME, 8, Body.TIMES
     TIME_REPLY = 33, Side.RECEIVER, LaneKind.TIME, 24, Body.TIMES
+    LINK_TEST = 40, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    FILLER = 41, Side.DEVICE, LaneKind.LINK_TEST, 64 * _KIB, Body.NOISE
     STATUS = 48, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
     PING = 49, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
     PONG = 50, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY

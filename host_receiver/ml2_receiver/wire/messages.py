@@ -9,6 +9,7 @@ from .json_body import JsonBody
 
 _NAME_CHARACTERS = 64
 _ID_CHARACTERS = 128
+MAX_LINK_TEST_BYTES = 64 << 20
 
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
 TimestampBase = Literal["boottime", "monotonic"]
@@ -117,6 +118,15 @@ class ChannelEnd(JsonBody):
 class Start(JsonBody):
     request: int
     channels: int | None = None
+
+
+@dataclass(frozen=True)
+class LinkTest(JsonBody):
+    bytes: int
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.bytes <= MAX_LINK_TEST_BYTES:
+            raise ValueError(f"bytes: expected 1 to {MAX_LINK_TEST_BYTES}, found {self.bytes}")
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.Frame
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Hello
+import dev.ml2sensors.wire.LinkTestBody
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.Status
@@ -32,6 +33,7 @@ import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
+import java.util.concurrent.ConcurrentLinkedQueue
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
@@ -46,7 +48,7 @@ internal class Session(
     private val hostClock: HostClock,
     private val streams: StreamControl,
 ) {
-    private val connections = mutableListOf<Connection>()
+    private val connections = ConcurrentLinkedQueue<Connection>()
     private val announced = HashSet<Int>()
 
     /** All CHANNELs that were written, in their order, and how many before the last CONFIGURED. */
@@ -126,6 +128,8 @@ internal class Session(
                 lanes.startSending()
                 streams.start(announcing.withLock { written.take(start.channels ?: writtenBeforeAnswer).toSet() })
             }
+
+            FrameKind.LINK_TEST -> lanes.linkTest.begin(ControlJson.decode<LinkTestBody>(frame.body).bytes)
 
             FrameKind.ERROR -> {
                 val error = ControlJson.decode<ErrorBody>(frame.body)
@@ -223,6 +227,7 @@ internal class Session(
             setOf(
                 FrameKind.CONFIGURE,
                 FrameKind.START,
+                FrameKind.LINK_TEST,
                 FrameKind.ERROR,
                 FrameKind.PING,
                 FrameKind.PONG,

@@ -29,6 +29,10 @@ internal class SessionLanes(
     private val connections = HashMap<String, Connection>()
     private val senders = HashMap<String, Job>()
 
+    val linkTest: LinkTest = LinkTest(launch) {
+        connect(LINK_TEST, urgent = false).also { launch { watch(it) } }.writer
+    }
+
     /** Opens lane [name] unless it is open. */
     suspend fun join(name: String) {
         if (name in connections) return
@@ -64,6 +68,7 @@ internal class SessionLanes(
      * together, since it takes one that ends long before BYE for a loss too.
      */
     suspend fun finish(limit: Duration) {
+        linkTest.finish(limit)
         senders.keys.forEach { lane(it).finish() }
         withTimeoutOrNull(limit) { senders.values.joinAll() }
         senders.keys.forEach { lane(it).dropQueued() }
@@ -96,5 +101,6 @@ internal class SessionLanes(
     companion object {
         const val TIME: String = "time"
         const val SENSORS: String = "sensors"
+        const val LINK_TEST: String = "link_test"
     }
 }

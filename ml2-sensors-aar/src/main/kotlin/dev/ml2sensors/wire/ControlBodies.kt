@@ -90,6 +90,15 @@ internal class Start(val request: Long, val channels: Int? = null) {
 }
 
 @Serializable
+internal class LinkTestBody(val bytes: Int) {
+    init {
+        require(bytes in 1..LINK_TEST_LIMIT) { "bytes: expected 1 to $LINK_TEST_LIMIT, found $bytes" }
+    }
+}
+
+private const val LINK_TEST_LIMIT = 64 shl 20
+
+@Serializable
 internal class Status(
     val final: Boolean,
     @SerialName("uptime_s") val uptimeSeconds: Double,

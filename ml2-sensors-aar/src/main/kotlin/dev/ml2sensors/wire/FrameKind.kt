@@ -16,6 +16,8 @@ internal enum class FrameKind(val code: Int, val maxLength: Int) {
     DATA(16, 16 * KIB * KIB),
     TIME_REQUEST(32, TimeBodies.REQUEST_BYTES),
     TIME_REPLY(33, TimeBodies.REPLY_BYTES),
+    LINK_TEST(40, 4 * KIB),
+    FILLER(41, 64 * KIB),
     STATUS(48, 64 * KIB),
     PING(49, 0),
     PONG(50, 0),

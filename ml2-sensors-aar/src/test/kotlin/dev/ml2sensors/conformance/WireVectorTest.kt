@@ -16,6 +16,7 @@ import dev.ml2sensors.wire.FrameWriter
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.Join
 import dev.ml2sensors.wire.Joined
+import dev.ml2sensors.wire.LinkTestBody
 import dev.ml2sensors.wire.PairBody
 import dev.ml2sensors.wire.PairChallenge
 import dev.ml2sensors.wire.Paired
@@ -155,6 +156,7 @@ class WireVectorTest {
                 "CHANNEL" to ChannelBody.serializer(),
                 "CHANNEL_END" to ChannelEnd.serializer(),
                 "START" to Start.serializer(),
+                "LINK_TEST" to LinkTestBody.serializer(),
                 "STATUS" to Status.serializer(),
                 "ERROR" to ErrorBody.serializer(),
                 "BYE" to Bye.serializer(),

@@ -9,6 +9,7 @@ import dev.ml2sensors.wire.ErrorBody
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.FrameReader
 import dev.ml2sensors.wire.Joined
+import dev.ml2sensors.wire.LinkTestBody
 import dev.ml2sensors.wire.PairChallenge
 import dev.ml2sensors.wire.Paired
 import dev.ml2sensors.wire.ProtocolException
@@ -47,6 +48,7 @@ internal enum class FuzzTarget {
             body<Joined>(data)
             body<Configure>(data)
             body<Start>(data)
+            body<LinkTestBody>(data)
             body<ErrorBody>(data)
             body<Bye>(data)
         }

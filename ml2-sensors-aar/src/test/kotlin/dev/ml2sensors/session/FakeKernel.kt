@@ -11,6 +11,9 @@ import java.util.concurrent.Semaphore
 /** The sending side of a connection that takes a frame for every permit, and blocks in between. */
 internal class FakeKernel(private val open: Boolean = false) {
     val sequences = CopyOnWriteArrayList<Int>()
+
+    /** Of the bodies. */
+    val lengths = CopyOnWriteArrayList<Int>()
     private val permits = Semaphore(0)
     private val entered = Semaphore(0)
     private val written = Semaphore(0)
@@ -39,7 +42,9 @@ internal class FakeKernel(private val open: Boolean = false) {
             entered.release()
             if (!open) permits.acquire()
             if (isBroken) throw IOException("broken")
-            sequences += FrameHeader.read(sources[0].duplicate()).sequence
+            val header = FrameHeader.read(sources[0].duplicate())
+            lengths += header.length
+            sequences += header.sequence
             val count = sources.sumOf { it.remaining() }
             sources.forEach { it.position(it.limit()) }
             written.release()

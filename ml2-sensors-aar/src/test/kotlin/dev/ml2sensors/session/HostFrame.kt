@@ -34,6 +34,8 @@ internal class HostFrame(
         const val DATA = 16
         const val TIME_REQUEST = 32
         const val TIME_REPLY = 33
+        const val LINK_TEST = 40
+        const val FILLER = 41
         const val STATUS = 48
         const val PING = 49
         const val PONG = 50

@@ -34,7 +34,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
     fun welcome(
         received: Map<String, Long>? = null,
         version: Int = 1,
-        lanes: List<String> = listOf("time", "sensors") + StreamTable.all.map { it.id },
+        lanes: List<String> = listOf("time", "sensors", "link_test") + StreamTable.all.map { it.id },
         timeouts: String = """{"handshake_s": 5, "ping_s": 1, "dead_s": 20}""",
     ) {
         val tickets = lanes.joinToString { """"$it": "${ticket(it)}"""" }
@@ -59,6 +59,19 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
             log.count { it.kind == HostFrame.CHANNEL }
         }
         write(HostFrame.START, """{"request": $request, "channels": $channels}""")
+    }
+
+    /** Sends LINK_TEST. */
+    fun testLink(bytes: Int) {
+        lock.withLock { judge.testLink(bytes) }
+        write(HostFrame.LINK_TEST, """{"bytes": $bytes}""")
+    }
+
+    /** The filler up to the end of link test number [index], counted from 0. */
+    fun awaitFiller(index: Int = 0): List<HostFrame> = awaitLog("the end of link test $index") {
+        val filler = log.filter { it.kind == HostFrame.FILLER }
+        val ends = filler.indices.filter { filler[it].body.isEmpty() }
+        ends.getOrNull(index)?.let { filler.subList(0, it + 1) }
     }
 
     fun write(kind: Int, json: String = "", lane: String = "control") {

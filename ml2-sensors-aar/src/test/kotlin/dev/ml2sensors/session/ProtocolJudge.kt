@@ -17,10 +17,18 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
     private val channels = HashMap<Int, Channel>()
     private var saidBye = false
 
+    /** What may still come of filler; null when nothing was asked for. */
+    private var fillerBytes: Int? = null
+
     fun topic(channel: Int): String? = channels[channel]?.topic
 
     /** The receiver says START: what is announced may carry data. */
     fun start() = channels.values.forEach { it.mayCarry = true }
+
+    /** The receiver asks for filler. */
+    fun testLink(bytes: Int) {
+        fillerBytes = bytes
+    }
 
     fun judge(frame: HostFrame) {
         if (frame.lane == "control" && frame.kind != HostFrame.END && saidBye) host.breach("after BYE: $frame")
@@ -28,6 +36,7 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
             HostFrame.CHANNEL -> announce(frame)
             HostFrame.CHANNEL_END -> end(frame)
             HostFrame.DATA -> carry(frame)
+            HostFrame.FILLER -> fill(frame)
             HostFrame.BYE -> saidBye = true
         }
     }
@@ -61,6 +70,12 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
         }
         if (!frame.body.take(4).toByteArray().contentEquals(ENCAPSULATION)) host.breach("no CDR: $frame")
         channel.lastSequence = frame.sequence
+    }
+
+    private fun fill(frame: HostFrame) {
+        val left = (fillerBytes ?: return host.breach("not asked for: $frame")) - frame.body.size
+        if (left < 0 || frame.lane != "link_test") host.breach("more than asked for, or elsewhere: $frame")
+        fillerBytes = left.takeIf { frame.body.isNotEmpty() }
     }
 
     private companion object {

@@ -43,6 +43,14 @@ class SecureSessionTest(private val provider: TlsProvider) {
     }
 
     @Test
+    fun fillerOfALinkTestIsEncryptedToo() {
+        fixture.run(security = paired(TestIdentity.device))
+        val session = fixture.started("world_left")
+        session.testLink(1_000_000)
+        assertEquals(1_000_000, session.awaitFiller().sumOf { it.body.size })
+    }
+
+    @Test
     fun aDeviceThatIsNotPairedIsToldAndNeverConnected() {
         val outcome = fixture.run(security = paired(TestIdentity.other))
         assertIs<NotPairedException>(fixture.outcome(outcome))

@@ -1,0 +1,76 @@
+"""`ml2-receiver doctor` tries the link to a headset that streams."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from books import assert_books_balance
+from processes import RECEIVER, Received, headset_command
+from proxy import Proxy
+from stage import Stage, staged
+
+# One raw camera at 30 Hz, 248 Mbit/s, and what is small.
+CONFIG = """
+/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true}
+    other_sensors: {enabled: true}
+"""
+NEEDED_MBIT_PER_S = (240, 270)
+SLOW_BYTES_PER_S = 10e6
+PATIENCE_S = 60.0
+
+
+def tried(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Received]:
+    """What doctor found of a link, and what arrived of the streams before, beside and after."""
+    config = folder / "config.yaml"
+    config.write_text(CONFIG)
+    with contextlib.ExitStack() as stack:
+        stage = stack.enter_context(staged(config, folder))
+        proxy = stack.enter_context(Proxy(stage.address, bytes_per_s))
+        command = headset_command(proxy.address, "--source", "test-signal")
+        headset = stack.enter_context(stage.started("headset", command))
+        stage.await_seconds(3)
+        found = doctor(stage)
+        headset.terminate()
+        return found, stage.result()
+
+
+def doctor(stage: Stage) -> dict[str, Any]:
+    """The finding on the link."""
+    said = subprocess.run(
+        [RECEIVER, "doctor", "--json"],
+        env=stage.environment,
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,  # 1 when the machine has something else wrong
+    )
+    (link,) = [it for it in json.loads(said.stdout) if it["check"] == "link to headset"]
+    assert isinstance(link, dict)
+    return link
+
+
+@pytest.mark.parametrize("bytes_per_s", [None, SLOW_BYTES_PER_S])
+def test_doctor_finds_what_a_link_carries_and_no_message_is_lost_unaccounted(
+    tmp_path: Path, bytes_per_s: float | None
+) -> None:
+    link, received = tried(tmp_path, bytes_per_s)
+    assert_books_balance(received)
+    numbers = link["numbers"]
+    free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
+    least, most = NEEDED_MBIT_PER_S
+    assert numbers["filler_bytes"] > 1 << 20
+    assert free > 0
+    assert streams > 0
+    assert least < numbers["needed_mbit_per_s"] < most
+    assert f"{free:.1f} Mbit/s were free besides {streams:.1f} of the streams" in link["found"]
+    if bytes_per_s is not None:
+        assert free + streams < least
+        assert (link["level"], "5 or 6 GHz" in link["fix"]) == ("hint", True)
