@@ -83,6 +83,15 @@ def test_five_wrong_tokens_end_it(tmp_path: Path, keys: Path) -> None:
     assert PairedDevices(keys).load() == []
 
 
+def test_a_folder_that_takes_nothing_is_named(tmp_path: Path, keys: Path) -> None:
+    with pair_command(keys) as pairing:
+        device = Device(tmp_path, PairingUri.parse(pairing.line()))
+        (keys / "devices").write_text("in the way")
+        assert device.pair()[0] == ERROR
+        assert pairing.wait() == 2
+    assert pairing.errors[-1].startswith("cannot use ")
+
+
 def test_an_interrupt_pairs_nobody(keys: Path) -> None:
     with pair_command(keys) as pairing:
         pairing.line()

@@ -106,11 +106,23 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
 
 def test_the_device_with_the_token_is_paired(lab: Lab) -> None:
     assert lab.pair() == (PAIRED, {"name": "desk", "port": 7755})
-    assert lab.listener.paired.wait(5)
+    assert lab.listener.ended.wait(5)
     (device,) = lab.devices.load()
     assert (device.name, device.device_id) == ("Magic Leap 2", "id")
     assert device.certificate == lab.certificate.der
     assert lab.listener.device == device
+
+
+def test_a_device_that_cannot_be_remembered_is_told_and_pairing_ends(
+    lab: Lab, tmp_path: Path
+) -> None:
+    (tmp_path / "keys" / "devices").write_text("in the way")
+    kind, error = lab.pair()
+    assert (kind, error["code"]) == (ERROR, "pairing")
+    assert "cannot remember" in error["message"]
+    assert lab.listener.ended.wait(5)
+    assert "cannot use" in str(lab.listener.failure)
+    assert lab.listener.device is None
 
 
 def test_the_challenge_is_signed_by_nothing_but_tls_with_the_shown_certificate(lab: Lab) -> None:

@@ -122,6 +122,26 @@ def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(lab: Lab
     assert (report.state, report.is_final) == (State.ENDED, True)
 
 
+def test_headsets_whose_certificates_have_the_same_name_can_all_connect(lab: Lab) -> None:
+    for number in range(3):
+        same = Certificate(lab.folder / str(number), "ML2 Sensors")
+        lab.devices.add("headset", str(number), same.der)
+        with MockDevice(lab.server.address, str(number), tls=same.context()) as device:
+            device.start()
+            device.leave()
+
+
+def test_a_certificate_that_openssl_does_not_take_lets_nobody_in_and_keeps_who_is(lab: Lab) -> None:
+    with lab.streaming():
+        lab.devices.add("bad", "id", b"0")
+        lab.sink.await_event("the certificate of 'bad' cannot be used; unpair it")
+        lab.await_more()
+        lab.devices.remove("bad")
+        with MockDevice(lab.server.address, tls=lab.paired("other").context()) as other:
+            other.greet().expect_error("busy")
+        lab.await_more()
+
+
 def test_everything_is_tls_13(lab: Lab) -> None:
     wire = Wire(lab.server.address, "control", lab.paired("headset").context())
     assert isinstance(wire.socket, ssl.SSLSocket)

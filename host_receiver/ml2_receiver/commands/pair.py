@@ -103,13 +103,15 @@ def _show(uris: Sequence[PairingUri]) -> None:
 
 def _wait(listener: PairingListener, pairing: Pairing, stopping: threading.Event) -> PairedDevice:
     with _countdown(pairing):
-        while not listener.paired.wait(_POLL_S):
+        while not listener.ended.wait(_POLL_S):
             if stopping.is_set():
                 raise PairingError("nobody was paired")
             if pairing.is_guessed_at:
                 raise PairingError("nobody was paired: too many wrong tokens; somebody may guess")
             if not pairing.left_s and listener.device is None:
                 raise PairingError(f"nobody was paired within {VALID_S / 60:.0f} minutes")
+    if listener.failure is not None:
+        raise listener.failure
     assert listener.device is not None
     return listener.device
 

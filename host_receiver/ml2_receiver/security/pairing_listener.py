@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from ..errors import ErrorCode, ProtocolError
+from ..errors import ErrorCode, KeysError, ProtocolError
 from ..wire.frame import FrameParser, Kind, LaneKind, Side, encode_frame
 from ..wire.json_body import JsonBody
 from ..wire.messages import Error, Pair, PairChallenge, Paired
@@ -32,7 +32,7 @@ class PairingListener:
         say: is told, by any thread, what went wrong with whom; never a secret.
 
     Attributes:
-        paired: set once there is a `device`.
+        ended: set once there is a `device`, or a `failure` to remember it.
     """
 
     def __init__(
@@ -47,8 +47,9 @@ class PairingListener:
         sessions_port: int,
         say: Callable[[str], None],
     ) -> None:
-        self.paired = threading.Event()
+        self.ended = threading.Event()
         self.device: PairedDevice | None = None
+        self.failure: KeysError | None = None
         self._listener, self._devices, self._pairing, self._say = listener, devices, pairing, say
         self._context = pairing_context(identity)
         self._name, self._software, self._port = name, software, sessions_port
@@ -81,12 +82,15 @@ class PairingListener:
 
     def _serve(self, accepted: socket.socket, address: tuple[str, int]) -> None:
         try:
+            ends_s = time.monotonic() + _EXCHANGE_S
             accepted.settimeout(_EXCHANGE_S)
-            exchange = _Exchange(self._context.wrap_socket(accepted, server_side=True))
-            with exchange.tls:
-                self._judge(exchange)
+            with self._context.wrap_socket(accepted, server_side=True) as tls:
+                self._judge(_Exchange(tls, ends_s))
         except ProtocolError as error:
             self._say(f"{address[0]}: {error}")
+        except KeysError as error:
+            self.failure = error
+            self.ended.set()
         except OSError as error:
             reason = getattr(error, "reason", None) or error.strerror or error
             self._say(f"{address[0]}: no TLS connection: {reason}")
@@ -103,25 +107,25 @@ class PairingListener:
             exchange.send(Kind.PAIR_CHALLENGE, challenge)
             pair = exchange.receive()
             with self._lock:
-                candidate = self._pairing.judge(pair, nonce)
-                self.device = self._devices.add(
-                    candidate.name, candidate.device_id, candidate.certificate
-                )
+                it = self._pairing.judge(pair, nonce)
+                self.device = self._devices.add(it.name, it.device_id, it.certificate)
             exchange.send(Kind.PAIRED, Paired(self._name, self._port))
             exchange.finish()
-            self.paired.set()
+            self.ended.set()
+        except KeysError:
+            exchange.refuse(ErrorCode.PAIRING, "the receiver cannot remember it")
+            raise
         except ProtocolError as error:
-            exchange.send(Kind.ERROR, Error(error.code, error.message, fatal=True))
-            exchange.finish()
+            exchange.refuse(error.code, error.message)
             raise
 
 
 class _Exchange:
-    """One connection, for so many seconds in all."""
+    """One connection, until `ends_s` in monotonic time."""
 
-    def __init__(self, tls: ssl.SSLSocket) -> None:
+    def __init__(self, tls: ssl.SSLSocket, ends_s: float) -> None:
         self.tls = tls
-        self._ends_s = time.monotonic() + _EXCHANGE_S
+        self._ends_s = ends_s
         self._parser = FrameParser(Side.DEVICE, LaneKind.PAIRING)
 
     def send(self, kind: Kind, body: JsonBody) -> None:
@@ -143,6 +147,10 @@ class _Exchange:
         if frame.header.kind != Kind.PAIR:
             raise ProtocolError(ErrorCode.UNEXPECTED, "expected PAIR")
         return Pair.parse(frame.payload)
+
+    def refuse(self, code: ErrorCode, message: str) -> None:
+        self.send(Kind.ERROR, Error(code, message, fatal=True))
+        self.finish()
 
     def finish(self) -> None:
         """Lets the peer read what it was sent: a close with bytes unread would be a reset."""
