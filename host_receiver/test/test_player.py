@@ -89,8 +89,8 @@ def test_what_is_no_recording_is_refused_with_the_reason(
 
 
 def test_a_length_that_no_machine_can_have_is_refused_with_the_reason(tmp_path: Path) -> None:
-    message = struct.pack("<BQ", 5, 1 << 63)
-    chunk = struct.pack("<QQQIIQ", 0, 0, len(message), 0, 0, len(message)) + message
+    unknown = struct.pack("<BQ", 0x70, 1 << 63)
+    chunk = struct.pack("<QQQIIQ", 0, 0, len(unknown), 0, 0, len(unknown)) + unknown
     header = struct.pack("<BQ", 1, 8) + bytes(8)
     file = tmp_path / "long.mcap"
     file.write_bytes(
