@@ -127,7 +127,7 @@ fuzz-kotlin:
 	ml2-sensors-aar/fuzz.sh $(DURATION)
 
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
-	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
 clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
