@@ -94,6 +94,14 @@ def channels() -> dict[str, Case]:
         "ChannelAnnouncedAgain": case(
             "channel", "A topic that stays is not announced again.", CHANNEL, given="streaming"
         ),
+        "ChannelOtherId": Case(
+            "streaming",
+            "control",
+            json_frame("CHANNEL_END", {"id": CHANNEL["id"]})
+            + json_frame("CHANNEL", CHANNEL | {"id": 99}),
+            error("channel"),
+            "A topic keeps its id; else the receiver would have to know any number of them.",
+        ),
         "ChannelEndUnknown": Case(
             "streaming",
             "control",
