@@ -126,6 +126,11 @@ fuzz-python: setup
 fuzz-kotlin:
 	ml2-sensors-aar/fuzz.sh $(DURATION)
 
+audit: setup ## Ask a public database for vulnerabilities of what the receiver needs
+	$(run) python3 -m venv build/audit
+	build/audit/bin/pip install --quiet pip-audit
+	build/audit/bin/pip-audit --strict -r host_receiver/environment/requirements.txt
+
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
@@ -133,4 +138,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak clean
+.PHONY: help audit setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak clean
