@@ -29,7 +29,7 @@ class PairingListener:
     Args:
         listener: closed by close().
         sessions_port: where devices are told to connect to afterwards.
-        say: is told, by any thread, what went wrong with whom; never a secret.
+        say: is told, one call after the other, what went wrong with whom; never a secret.
 
     Attributes:
         ended: set once there is a `device`, or a `failure` to remember it.
@@ -87,16 +87,20 @@ class PairingListener:
             with self._context.wrap_socket(accepted, server_side=True) as tls:
                 self._judge(_Exchange(tls, ends_s))
         except ProtocolError as error:
-            self._say(f"{address[0]}: {error}")
+            self._tell(address, str(error))
         except KeysError as error:
             self.failure = error
             self.ended.set()
         except OSError as error:
             reason = getattr(error, "reason", None) or error.strerror or error
-            self._say(f"{address[0]}: no TLS connection: {reason}")
+            self._tell(address, f"no TLS connection: {reason}")
         finally:
             accepted.close()
             self._places.release()
+
+    def _tell(self, address: tuple[str, int], what: str) -> None:
+        with self._lock:
+            self._say(f"{address[0]}: {what}")
 
     def _judge(self, exchange: "_Exchange") -> None:
         nonce = self._pairing.nonce()
