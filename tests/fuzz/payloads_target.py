@@ -11,7 +11,7 @@ from ml2_receiver.topics.string_message import decode_string, encode_string
 from vectors import vectors
 
 _STAMPED = ("sensor_msgs/msg/CameraInfo", "std_msgs/msg/String", "tf2_msgs/msg/TFMessage")
-_CALIBRATION = Calibration(640, 480, "plumb_bob", (0.0,) * 5, (1.0,) * 9, (1.0,) * 9, (1.0,) * 12)
+_CALIBRATION = Calibration(1016, 1016, "plumb_bob", (0.0,) * 5, (1.0,) * 9, (1.0,) * 9, (1.0,) * 12)
 
 
 def seeds() -> Iterator[bytes]:
