@@ -42,6 +42,10 @@ def hellos() -> dict[str, Case]:
             MALFORMED,
             "Fits neither i64 nor the digit limit of careless parsers.",
         ),
+        "HelloNameEmpty": case("malformed", "People have to know it by something.", name=""),
+        "HelloNameTooLong": case("malformed", "65 characters.", name="x" * 65),
+        "HelloNameWithEscape": case("malformed", "Would move a terminal's cursor.", name="\x1b[2J"),
+        "HelloSoftwareTooLong": case("malformed", "129 characters.", software="x" * 129),
         "HelloPermissionText": case(
             "malformed", "Permissions are true or false.", permissions={"a": "true"}
         ),

@@ -29,6 +29,6 @@ class EventLimit:
         if self._said < self._per_second:
             self._said += 1
             text = text[:_MOST_CHARACTERS]
-            self._say(text if text.isprintable() else repr(text)[1:-1])
+            self._say(text if text.isprintable() else repr(text)[1:-1][:_MOST_CHARACTERS])
         else:
             self._withheld += 1
