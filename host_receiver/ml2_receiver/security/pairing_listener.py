@@ -4,6 +4,7 @@ import socket
 import ssl
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -54,7 +55,7 @@ class PairingListener:
         self._context = pairing_context(identity)
         self._name, self._software, self._port = name, software, sessions_port
         self._lock = threading.Lock()
-        self._places = threading.BoundedSemaphore(_CONNECTIONS)
+        self._open: dict[ssl.SSLSocket, str] = {}
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._accept, name="pair", daemon=True)
         self._thread.start()
@@ -74,33 +75,49 @@ class PairingListener:
             except OSError:
                 self._closing.wait(_POLL_S)
                 continue
-            if self._places.acquire(blocking=False):
-                serve = threading.Thread(target=self._serve, args=[accepted, address], daemon=True)
-                serve.start()
-            else:
-                accepted.close()
+            try:
+                accepted.settimeout(_EXCHANGE_S)
+                tls = self._context.wrap_socket(
+                    accepted, server_side=True, do_handshake_on_connect=False
+                )
+            except OSError:
+                accepted.close()  # it has left already
+                continue
+            self._take_in(tls, address[0])
+            threading.Thread(target=self._serve, args=[tls, address[0]], daemon=True).start()
 
-    def _serve(self, accepted: socket.socket, address: tuple[str, int]) -> None:
+    def _take_in(self, tls: ssl.SSLSocket, host: str) -> None:
+        """If there are too many, the oldest of the machine that has most of them has to go."""
+        with self._lock:
+            if len(self._open) >= _CONNECTIONS:
+                counts = Counter(self._open.values())
+                oldest = max(self._open, key=lambda it: counts[self._open[it]])
+                del self._open[oldest]
+                with suppress(OSError):
+                    socket.socket.shutdown(oldest, socket.SHUT_RDWR)
+            self._open[tls] = host
+
+    def _serve(self, tls: ssl.SSLSocket, host: str) -> None:
+        ends_s = time.monotonic() + _EXCHANGE_S
         try:
-            ends_s = time.monotonic() + _EXCHANGE_S
-            accepted.settimeout(_EXCHANGE_S)
-            with self._context.wrap_socket(accepted, server_side=True) as tls:
-                self._judge(_Exchange(tls, ends_s))
+            tls.do_handshake()
+            self._judge(_Exchange(tls, ends_s))
         except ProtocolError as error:
-            self._tell(address, str(error))
+            self._tell(host, str(error))
         except KeysError as error:
             self.failure = error
             self.ended.set()
         except OSError as error:
             reason = getattr(error, "reason", None) or error.strerror or error
-            self._tell(address, f"no TLS connection: {reason}")
+            self._tell(host, f"no TLS connection: {reason}")
         finally:
-            accepted.close()
-            self._places.release()
+            with self._lock:
+                self._open.pop(tls, None)
+            tls.close()
 
-    def _tell(self, address: tuple[str, int], what: str) -> None:
+    def _tell(self, host: str, what: str) -> None:
         with self._lock:
-            self._say(f"{address[0]}: {what}")
+            self._say(f"{host}: {what}")
 
     def _judge(self, exchange: "_Exchange") -> None:
         nonce = self._pairing.nonce()
