@@ -16,7 +16,7 @@ from typing import Any
 
 from ml2_receiver.configuration.table import load_table
 from processes import (
-    EYES_IN_THE_CLEAR,
+    IN_THE_CLEAR,
     PREFIX,
     RECEIVER,
     ROOT,
@@ -110,7 +110,7 @@ def load_run(
     names: tuple[str, ...] = ("",),
     source: str = "simulated",
     record: Path | None = None,
-    security: Security = EYES_IN_THE_CLEAR,
+    security: Security = IN_THE_CLEAR,
 ) -> list[Loaded]:
     """Runs one headset for each name, empty for none, all at once.
 

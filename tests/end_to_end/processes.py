@@ -47,8 +47,8 @@ class Security:
     headset: Sequence[str | Path]
 
 
-_EYES = ("--insecure", "--insecure-eye-images")
-INSECURE, EYES_IN_THE_CLEAR = Security(_EYES[:1], _EYES[:1]), Security(_EYES, _EYES)
+_INSECURE = ("--insecure", "--insecure-eye-images")
+IN_THE_CLEAR = Security(_INSECURE, _INSECURE)
 
 
 def paired(folder: Path) -> Security:
@@ -127,7 +127,7 @@ def receive(
     on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
     receiver_options: Sequence[str] = (),
     program: Sequence[str | Path] = (HEADSET,),
-    security: Security = INSECURE,
+    security: Security = IN_THE_CLEAR,
 ) -> Received:
     """Runs a headset to its end and returns all that arrived; logs are in `folder`.
 
@@ -194,13 +194,15 @@ def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
 
 
 def receive_command(
-    config: Path, address: str, *options: str, security: Security = INSECURE
+    config: Path, address: str, *options: str, security: Security = IN_THE_CLEAR
 ) -> list[str | Path]:
     """The receiver, listening on `address`."""
     return [RECEIVER, "run", "--config", config, "--listen", address, *security.receiver, *options]
 
 
-def headset_command(address: str, *options: str, security: Security = INSECURE) -> list[str | Path]:
+def headset_command(
+    address: str, *options: str, security: Security = IN_THE_CLEAR
+) -> list[str | Path]:
     """The headset, connecting to `address`."""
     return [HEADSET, "--receiver", address, *security.headset, *options]
 

@@ -12,8 +12,7 @@ import pytest
 
 from ml2_receiver.configuration.table import load_table
 from processes import (
-    EYES_IN_THE_CLEAR,
-    INSECURE,
+    IN_THE_CLEAR,
     PREFIX,
     RECEIVER,
     Security,
@@ -58,7 +57,7 @@ def test_who_listens_between_the_two_learns_nothing_unless_both_are_insecure(
         proxies.append(Proxy(address, captures=True))
         return proxies[0]
 
-    security = paired(tmp_path) if is_encrypted else EYES_IN_THE_CLEAR
+    security = paired(tmp_path) if is_encrypted else IN_THE_CLEAR
     received = receive(config, ["--duration", "3"], tmp_path, listened, security=security)
     images = received.messages(IMAGE)
     assert images
@@ -82,7 +81,7 @@ def test_who_listens_between_the_two_learns_nothing_unless_both_are_insecure(
 def test_a_headset_withholds_images_of_eyes_in_the_clear_whatever_the_receiver_allows(
     config: Path, tmp_path: Path
 ) -> None:
-    security = Security(EYES_IN_THE_CLEAR.receiver, INSECURE.headset)
+    security = Security(IN_THE_CLEAR.receiver, ("--insecure",))
     received = receive(config, ["--duration", "2"], tmp_path, security=security)
     assert received.messages(IMAGE)
     assert f"{PREFIX}/{EYE}" not in received.topics
