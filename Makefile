@@ -6,7 +6,7 @@ DURATION ?= 15
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/fuzz tests/aar tests/unity tests/end_to_end tests/bench
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 device_library := build/native/device/libml2sensors.so
@@ -92,7 +92,7 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) tests/end_to_end
+	$(pytest) tests/end_to_end tests/validation
 
 lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
 	$(run) ruff check --config $(settings) $(python)
@@ -134,8 +134,11 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
+validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (30 minutes)
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
+
 clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help audit setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak clean
+.PHONY: help audit setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak validate clean

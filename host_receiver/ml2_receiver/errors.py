@@ -11,6 +11,7 @@ ReceiverError
 ├── ExportError     nothing there to export, or not in that format
 ├── LatencyError    nothing there to measure, or no plot of it
 ├── RecordingError  a recording that cannot be written or read
+├── EvaluationError  a recording or images that give no trajectory
 ├── PlaybackError   a receiver that cannot be played to
 ├── DiscoveryError  receivers cannot be looked for
 ├── KeysError       the folder with keys and paired devices
@@ -109,6 +110,10 @@ class LatencyError(ReceiverError):
 
 class RecordingError(ReceiverError):
     """A recording cannot be written, or is not one that can be read."""
+
+
+class EvaluationError(ReceiverError):
+    """There is no trajectory to evaluate, or what it is evaluated with is missing."""
 
 
 class PlaybackError(ReceiverError):

@@ -9,6 +9,7 @@ COMMANDS = [
     ["config", "show"],
     ["devices"],
     ["doctor"],
+    ["inspect"],
     ["latency"],
     ["pair"],
     ["run"],

@@ -14,7 +14,7 @@ from ml2_receiver.export.pose import pose_of
 from ml2_receiver.products.camera import metadata_stamp_ns
 from ml2_receiver.products.captures import Captures
 from ml2_receiver.products.losses import Losses
-from ml2_receiver.products.messages import pixels_of
+from ml2_receiver.products.pixels import pixels_of
 from ml2_receiver.products.product import Points, Registered, Shared
 
 WIDTH, HEIGHT = 8, 6

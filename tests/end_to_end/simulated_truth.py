@@ -46,6 +46,8 @@ class SimulatedTruth:
         library = ctypes.CDLL(str(LIBRARY))
         library.ml2sim_mltime_of_boottime.restype = ctypes.c_int64
         library.ml2sim_mltime_of_boottime.argtypes = [ctypes.c_int64]
+        library.ml2sim_boottime_of_mltime.restype = ctypes.c_int64
+        library.ml2sim_boottime_of_mltime.argtypes = [ctypes.c_int64]
         library.ml2sim_true_pose.argtypes = [
             ctypes.c_uint32,
             ctypes.c_int64,
@@ -55,9 +57,17 @@ class SimulatedTruth:
         library.ml2sim_reset()
         return SimulatedTruth(library, _boottime_minus_realtime_ns())
 
+    def mltime_ns(self, stamp_ns: int) -> int:
+        """The simulation's own time at a ROS time."""
+        return int(self.library.ml2sim_mltime_of_boottime(stamp_ns + self.boottime_ns))
+
+    def ros_ns(self, mltime_ns: int) -> int:
+        """The ROS time at the simulation's own."""
+        return int(self.library.ml2sim_boottime_of_mltime(mltime_ns)) - self.boottime_ns
+
     def optical_frame(self, camera: str, stamp_ns: int) -> Matrix:
         """Of a camera in magicleap_world, at a ROS time."""
-        mltime = self.library.ml2sim_mltime_of_boottime(stamp_ns + self.boottime_ns)
+        mltime = self.mltime_ns(stamp_ns)
         pose = _Pose()
         assert self.library.ml2sim_true_pose(_CAMERAS[camera], mltime, ctypes.byref(pose)) == 0
         device, matrix = pose.matrix(), np.eye(4)

@@ -56,7 +56,7 @@ def camchain(cameras: Sequence[RigCamera]) -> str:
     comments = []
     for number, camera in enumerate(cameras):
         it = camera.calibration
-        model, coefficients, residual_px = _distortion(it)
+        model, coefficients, residual_px = distortion(it)
         row = chain[f"cam{number}"] = {
             "camera_model": "pinhole",
             "intrinsics": [it.k[0], it.k[4], it.k[2], it.k[5]],
@@ -82,7 +82,7 @@ def _yaml(document: Mapping[str, Any]) -> str:
     return yaml.safe_dump(dict(document), sort_keys=False, default_flow_style=None, width=200)
 
 
-def _distortion(it: Calibration) -> tuple[str, list[float], float]:
+def distortion(it: Calibration) -> tuple[str, list[float], float]:
     """Kalibr's model and coefficients, and by how many pixels they miss at most."""
     expected = {"equidistant": 4, "plumb_bob": 5}.get(it.model)
     if len(it.d) != expected or it.k[0] <= 0 or it.k[4] <= 0:

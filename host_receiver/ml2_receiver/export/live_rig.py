@@ -6,7 +6,6 @@ import json
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,24 +17,16 @@ from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ..configuration.calibration import Calibration
 from ..configuration.table import load_table
 from ..errors import ExportError
 from ..ros_context import start_ros
 from .kalibr import CAMERAS, RigCamera
 from .pose import Pose, pose_of
+from .rig import Rig, calibration_of
 
 _IMU_MESSAGES = 100
 _STAMPS = 256
 _WAIT_S = 0.1
-
-
-@dataclass(frozen=True)
-class Rig:
-    """The cameras in the order asked for, at one instant, and the rate of the IMU's stamps."""
-
-    cameras: tuple[RigCamera, ...]
-    imu_rate_hz: float | None
 
 
 def look(prefix: str, cameras: Sequence[str], imu: str | None, patience_s: float) -> Rig:
@@ -120,7 +111,7 @@ class _Observer:
             tuple(
                 RigCamera(
                     topics[camera].full_name(self._prefix),
-                    _calibration(self.infos[camera]),
+                    calibration_of(self.infos[camera]),
                     # A single camera is nowhere in particular.
                     poses.get(self.infos[camera].header.frame_id, np.eye(4)),
                 )
@@ -153,8 +144,3 @@ class _Observer:
                 raise ExportError(f"/tf, {it.child_frame_id}: {error}") from error
             if len(self._poses) > _STAMPS:
                 self._poses.popitem(last=False)
-
-
-def _calibration(info: CameraInfo) -> Calibration:
-    rows = (tuple(map(float, it)) for it in (info.d, info.k, info.r, info.p))
-    return Calibration(info.width, info.height, info.distortion_model, *rows)

@@ -16,7 +16,8 @@ from .camera import camera_of
 from .captures import Captures
 from .lens import Floats, Lens, z_per_distance
 from .losses import Losses
-from .messages import JpegDecoder, cloud_message, image_message, pixels_of
+from .messages import cloud_message, image_message
+from .pixels import JpegDecoder, pixels_of
 from .points import colours_of, points_of
 from .rectification import rectify, rectify_depth
 from .registration import register

@@ -1,4 +1,4 @@
-"""Reads the recordings of this receiver, also those that a kill has cut off."""
+"""Reads recordings, also those that a kill has cut off."""
 
 import io
 import struct
@@ -33,33 +33,26 @@ class BagMessage:
     payload: bytes
 
 
-class BagReader:
-    """One recording.
+class Bag:
+    """One recording, of this receiver or of any other program that writes rosbag2 as MCAP.
 
     Args:
         path: the folder, or the .mcap file in it.
 
     Attributes:
         types: the type of each topic, by its absolute name.
-        config: what the headset made of the first configuration.
-        prefix: of the headset's topics.
 
     Raises:
-        RecordingError: it cannot be read, or `ml2-receiver record` has not written it.
+        RecordingError: it cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = _file(path)
         self.types = self._read_types()
-        configs = [
-            name
-            for name, type in self.types.items()
-            if name.endswith(_CONFIG_SUFFIX) and type == _STRING
-        ]
-        if len(configs) != 1:
-            raise RecordingError(f"{path} is not of ml2-receiver: it has no topic .../config")
-        self.prefix = configs[0].removesuffix(_CONFIG_SUFFIX)
-        self.config = self._read_config(configs[0])
+
+    @property
+    def size_bytes(self) -> int:
+        return self._path.stat().st_size
 
     def messages(self) -> Iterator[BagMessage]:
         """All of them in the order of the file, that of their arrival, with CRCs checked.
@@ -92,15 +85,6 @@ class BagReader:
                 types[record.topic] = schemas.get(record.schema_id, "")
         return types
 
-    def _read_config(self, topic: str) -> ConfigText:
-        for message in self.messages():
-            if message.topic == topic:
-                try:
-                    return ConfigText.parse(decode_string(message.payload))
-                except (ValueError, ProtocolError) as error:
-                    raise RecordingError(f"{self._path}: {topic}: {error}") from error
-        raise RecordingError(f"{self._path} has nothing of a headset")
-
     def _records(self) -> Iterator[McapRecord]:
         with _opened(self._path) as file:
             reader = StreamReader(
@@ -115,6 +99,39 @@ class BagReader:
             except _BROKEN as error:
                 if file.tell() < self._path.stat().st_size or file.tell() == 0:
                     raise RecordingError(f"{self._path} is broken: {error}") from error
+
+
+class BagReader(Bag):
+    """One recording of `ml2-receiver record`.
+
+    Attributes:
+        config: what the headset made of the first configuration.
+        prefix: of the headset's topics.
+
+    Raises:
+        RecordingError: it cannot be read, or `ml2-receiver record` has not written it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        configs = [
+            name
+            for name, type in self.types.items()
+            if name.endswith(_CONFIG_SUFFIX) and type == _STRING
+        ]
+        if len(configs) != 1:
+            raise RecordingError(f"{path} is not of ml2-receiver: it has no topic .../config")
+        self.prefix = configs[0].removesuffix(_CONFIG_SUFFIX)
+        self.config = self._read_config(configs[0])
+
+    def _read_config(self, topic: str) -> ConfigText:
+        for message in self.messages():
+            if message.topic == topic:
+                try:
+                    return ConfigText.parse(decode_string(message.payload))
+                except (ValueError, ProtocolError) as error:
+                    raise RecordingError(f"{self._path}: {topic}: {error}") from error
+        raise RecordingError(f"{self._path} has nothing of a headset")
 
 
 def _broken_up(chunk: Chunk) -> list[McapRecord]:

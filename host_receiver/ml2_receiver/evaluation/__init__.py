@@ -1,0 +1,1 @@
+"""How well a trajectory that is estimated from images alone agrees with the headset's own poses."""

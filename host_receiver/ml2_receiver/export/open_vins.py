@@ -1,0 +1,106 @@
+"""Settings of OpenVINS, which listens to the topics of `ml2-receiver run` or of a played bag.
+
+Format: https://docs.openvins.com, config/ in https://github.com/rpng/open_vins
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .asl_yaml import asl_yaml
+from .kalibr import ImuNoise
+
+IMU_CHAIN, CAMERA_CHAIN = "kalibr_imu_chain.yaml", "kalibr_imucam_chain.yaml"
+_GRAVITY = 9.81
+_IDENTITY_3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+_IDENTITY_4 = [[float(row == column) for column in range(4)] for row in range(4)]
+# What it wants to be told and has in its own examples; start while moving, as heads do.
+_INITIALIZATION = {
+    "init_window_time": 2.0,
+    "init_imu_thresh": 1.5,
+    "init_max_disparity": 10.0,
+    "init_max_features": 50,
+    "init_dyn_use": True,
+    "init_dyn_mle_opt_calib": False,
+    "init_dyn_mle_max_iter": 50,
+    "init_dyn_mle_max_time": 0.05,
+    "init_dyn_mle_max_threads": 6,
+    "init_dyn_num_pose": 6,
+    "init_dyn_min_deg": 10.0,
+    "init_dyn_inflation_ori": 10,
+    "init_dyn_inflation_vel": 100,
+    "init_dyn_inflation_bg": 10,
+    "init_dyn_inflation_ba": 100,
+    "init_dyn_min_rec_cond": 1e-12,
+    "init_dyn_bias_g": [0.0, 0.0, 0.0],
+    "init_dyn_bias_a": [0.0, 0.0, 0.0],
+}
+_FILTER = {
+    "use_fej": True,
+    "integration": "rk4",
+    "use_stereo": False,
+    "max_cameras": 1,
+    "calib_cam_extrinsics": True,
+    "calib_cam_intrinsics": False,
+    "calib_cam_timeoffset": True,
+    "calib_imu_intrinsics": False,
+    "calib_imu_g_sensitivity": False,
+    "max_clones": 11,
+    "max_slam": 50,
+    "max_slam_in_update": 25,
+    "max_msckf_in_update": 40,
+    "dt_slam_delay": 1,
+    "gravity_mag": _GRAVITY,
+    "feat_rep_msckf": "GLOBAL_3D",
+    "feat_rep_slam": "ANCHORED_MSCKF_INVERSE_DEPTH",
+    "feat_rep_aruco": "ANCHORED_MSCKF_INVERSE_DEPTH",
+    "try_zupt": False,
+}
+_FRONT_END = {
+    "use_klt": True,
+    "num_pts": 200,
+    "fast_threshold": 20,
+    "grid_x": 5,
+    "grid_y": 5,
+    "min_px_dist": 10,
+    "knn_ratio": 0.70,
+    "track_frequency": 31.0,
+    "downsample_cameras": False,
+    "num_opencv_threads": 4,
+    "histogram_method": "HISTOGRAM",
+    "use_aruco": False,
+    "num_aruco": 1024,
+    "downsize_aruco": True,
+    "up_msckf_sigma_px": 1,
+    "up_msckf_chi2_multipler": 1,
+    "up_slam_sigma_px": 1,
+    "up_slam_chi2_multipler": 1,
+    "up_aruco_sigma_px": 1,
+    "up_aruco_chi2_multipler": 1,
+    "use_mask": False,
+}
+
+
+def estimator_config() -> str:
+    """estimator_config.yaml: for the camera of CAMERA_CHAIN, which is camchain-imucam.yaml of
+    Kalibr under that name. It writes its states, which `evaluate --trajectory` reads."""
+    document: dict[str, Any] = {"verbosity": "INFO", **_FILTER, **_INITIALIZATION}
+    document |= {
+        "record_timing_information": False,
+        "record_timing_filepath": "timing.txt",
+        "save_total_state": True,
+        "filepath_est": "open_vins_state.txt",
+        "filepath_std": "open_vins_deviation.txt",
+        "filepath_gt": "open_vins_truth.txt",
+    }
+    chains = {"relative_config_imu": IMU_CHAIN, "relative_config_imucam": CAMERA_CHAIN}
+    return asl_yaml(document | _FRONT_END | chains)
+
+
+def imu_chain(topic: str, rate_hz: float, noise: ImuNoise) -> str:
+    """kalibr_imu_chain.yaml: an IMU without scale, skew or turned axes, as far as is known."""
+    unit: dict[str, Any] = {"T_i_b": _IDENTITY_4, **vars(noise), "rostopic": topic}
+    unit |= {"time_offset": 0.0, "update_rate": round(rate_hz, 2), "model": "kalibr"}
+    unit |= dict.fromkeys(("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC"), _IDENTITY_3)
+    unit["Tg"] = [[0.0] * 3] * 3
+    return asl_yaml({"imu0": unit})

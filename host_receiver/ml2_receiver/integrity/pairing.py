@@ -1,0 +1,67 @@
+"""Whether each image has the camera_info and the metadata of its capture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .check import Check, of_share
+from .survey import Stamps, Survey, TopicRecord
+from .timing import IMAGES
+
+_PARTNERS = ("camera_info", "metadata")
+# One in a hundred is what a lossy link may cost.
+_MOST_ALONE = 0.01
+
+
+def pairing(survey: Survey) -> Iterator[Check]:
+    """Of every image topic beside which there is a camera_info or metadata."""
+    for name, images in survey.topics.items():
+        if images.type not in IMAGES:
+            continue
+        camera = name.removesuffix("/compressed").rpartition("/")[0]
+        for partner in _PARTNERS:
+            other = survey.topics.get(f"{camera}/{partner}")
+            if other is not None:
+                yield _pairs(name, images, partner, other)
+
+
+def _pairs(name: str, images: TopicRecord, partner: str, other: TopicRecord) -> Check:
+    """What came before the first or after the last of the others is no loss."""
+    images_ns, others_ns = np.unique(images.stamps_ns), np.unique(other.stamps_ns)
+    check = f"pairs with {partner}"
+    if not len(images_ns) or not len(others_ns):
+        is_one_missing = len(images_ns) != len(others_ns)
+        counts = f"{len(images_ns)} images, {len(others_ns)} {partner}"
+        return Check(name, check, "wrong" if is_one_missing else "hint", counts)
+    alone, orphans = _without(images_ns, others_ns), _without(others_ns, images_ns)
+    pairs = len(np.intersect1d(images_ns, others_ns))
+    figures = {"pairs": pairs, "images_alone": alone, f"{partner}_alone": orphans}
+    if difference := _difference(images, other):
+        return Check(name, check, "wrong", difference, figures)
+    if not alone and not orphans:
+        return Check(name, check, "ok", f"{pairs} pairs", figures)
+    found = f"{alone} images without {partner}, {orphans} {partner} without image"
+    return Check(name, check, of_share(alone + orphans, pairs, _MOST_ALONE), found, figures)
+
+
+def _without(some_ns: Stamps, others_ns: Stamps) -> int:
+    """How many have no partner although there are earlier and later ones."""
+    alone_ns = np.setdiff1d(some_ns, others_ns, assume_unique=True)
+    return int(((alone_ns > others_ns[0]) & (alone_ns < others_ns[-1])).sum())
+
+
+def _difference(images: TopicRecord, other: TopicRecord) -> str:
+    """What both say of the capture, and should say alike."""
+    for what, ours, theirs in (
+        ("frame", images.frames, other.frames),
+        ("size", images.sizes, other.sizes),
+    ):
+        if ours and theirs and set(ours) != set(theirs):
+            return f"expected the same {what} in both, found {_listed(ours)} and {_listed(theirs)}"
+    return ""
+
+
+def _listed(things: object) -> str:
+    return ", ".join(sorted(map(str, things)))[:200]  # type: ignore[call-overload]

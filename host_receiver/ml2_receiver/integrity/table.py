@@ -1,0 +1,75 @@
+"""Checks for people: a row per topic, then what is not well in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from .check import VERDICTS, Check
+
+_COLOURS = {"ok": "green", "hint": "yellow", "wrong": "red"}
+_BARS = " ▁▂▃▄▅▆▇█"
+_COLUMNS = {
+    "messages": ("messages", "messages"),
+    "rate": ("Hz", "rate_hz"),
+    "gaps": ("missing", "missing"),
+    "jitter": ("jitter\np99 ms", "p99_ms"),
+    "latency": ("latency\np99 ms", "p99_ms"),
+    "stamps": ("stamps", ""),
+    "pairs with camera_info": ("camera\ninfo", "pairs"),
+    "pairs with metadata": ("metadata", "pairs"),
+    "transforms": ("at\n/tf", "exact"),
+}
+
+
+def integrity_table(checks: Sequence[Check]) -> Table:
+    """Figures in the colour of their verdict, and the jitter of stamps as a histogram."""
+    table = Table(box=SIMPLE_HEAD)
+    table.add_column("topic", no_wrap=True)
+    for heading, _ in _COLUMNS.values():
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("intervals\n-½ to +½ period", no_wrap=True)
+    rows: dict[str, dict[str, Check]] = {}
+    for check in checks:
+        rows.setdefault(check.topic, {})[check.check] = check
+    for topic, row in rows.items():
+        if "messages" in row:
+            cells = (_cell(row.get(check), key) for check, (_, key) in _COLUMNS.items())
+            table.add_row(escape(topic), *cells, _histogram(row.get("jitter")))
+    return table
+
+
+def problems(checks: Sequence[Check]) -> list[str]:
+    """A line for each check that is not ok, with the worst first, as markup."""
+    bad = [check for check in checks if check.verdict != "ok"]
+    bad.sort(key=lambda check: -VERDICTS.index(check.verdict))
+    return [
+        f"[{_COLOURS[it.verdict]}]{it.verdict}[/] {escape(f'{it.topic}: {it.check}: {it.found}')}"
+        for it in bad
+    ]
+
+
+def _cell(check: Check | None, key: str) -> str:
+    if check is None:
+        return "-"
+    return f"[{_COLOURS[check.verdict]}]{_figure(check, key)}[/]"
+
+
+def _figure(check: Check, key: str) -> str:
+    value = check.figures.get(key, check.verdict)
+    return f"{value:.2f}" if isinstance(value, float) else str(value)
+
+
+def _histogram(check: Check | None) -> str:
+    """Every bin that has anything is seen."""
+    counts = _counts(check.figures) if check is not None else []
+    most = max(counts, default=0)
+    return "".join(_BARS[-(-count * (len(_BARS) - 1) // most)] if most else " " for count in counts)
+
+
+def _counts(figures: Mapping[str, object]) -> list[int]:
+    counts = figures.get("histogram_counts")
+    return counts if isinstance(counts, list) else []

@@ -1,0 +1,24 @@
+"""Writes recordings by rosbags, which shares nothing with the product's own writer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+_TYPES = get_typestore(Stores.ROS2_JAZZY)
+
+type Messages = Iterable[tuple[str, int, bytes]]
+
+
+def write_bag(folder: Path, types: Mapping[str, str], messages: Messages) -> None:
+    """An MCAP of topics, times in ns and payloads; `types` are by topic."""
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {
+            topic: writer.add_connection(topic, type, typestore=_TYPES)
+            for topic, type in types.items()
+        }
+        for topic, time_ns, payload in messages:
+            writer.write(connections[topic], time_ns, payload)

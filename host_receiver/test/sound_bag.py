@@ -1,0 +1,165 @@
+"""A recording in which all is well, for tests to damage before rosbags writes it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from bag_scene import TYPES
+
+PREFIX = "/magic_leap2"
+IMAGES, INFOS = f"{PREFIX}/world_left/image_raw", f"{PREFIX}/world_left/camera_info"
+METADATA, IMU = f"{PREFIX}/world_left/metadata", f"{PREFIX}/imu_left/imu"
+FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
+WIDTH, HEIGHT = 8, 6
+K, D = (5.0, 0.0, 3.5, 0.0, 5.5, 2.5, 0.0, 0.0, 1.0), (0.1, -0.02, 3e-3, -4e-4)
+TURN_RATE, ACCELERATION = (0.1, -0.2, 0.3), (1.0, 9.8, -2.0)
+SECOND_NS = 1_000_000_000
+BEGIN_NS = 1_700_000_000 * SECOND_NS
+LATENCY_NS = 10_000_000
+DURATION_S = 3
+CAMERA_HZ, IMU_HZ, TF_HZ = 30, 200, 60
+
+
+@dataclass
+class Message:
+    """One that is not encoded yet; `stamp_ns` is that of the capture."""
+
+    topic: str
+    stamp_ns: int
+    log_ns: int
+    type: str
+    frame: str = FRAME
+    size: tuple[int, int] = (WIDTH, HEIGHT)
+    position: tuple[float, float, float] = (1.0, 2.0, 3.0)
+    payload: bytes | None = None
+
+    def encoded(self) -> bytes:
+        """`payload` if there is one."""
+        if self.payload is not None:
+            return self.payload
+        return bytes(TYPES.serialize_cdr(_MAKE[self.type](self), self.type))
+
+
+def sound() -> list[Message]:
+    """Three seconds of a camera, an IMU and the camera's transforms, in the order of the stamps."""
+    camera = [("sensor_msgs/msg/Image", IMAGES), ("sensor_msgs/msg/CameraInfo", INFOS)]
+    camera += [("std_msgs/msg/String", METADATA), ("tf2_msgs/msg/TFMessage", "/tf")]
+    messages = [
+        _at(stamp_ns, topic, type) for type, topic in camera for stamp_ns in _times(CAMERA_HZ)
+    ]
+    messages += [_at(it, IMU, "sensor_msgs/msg/Imu") for it in _times(IMU_HZ)]
+    taken = {it.stamp_ns for it in messages if it.topic == "/tf"}
+    heads = [it for it in _times(TF_HZ) if it not in taken]
+    messages += [_at(it, "/tf", "tf2_msgs/msg/TFMessage") for it in heads]
+    return sorted(messages, key=lambda it: it.stamp_ns)
+
+
+def pixels(it: Message) -> NDArray[np.uint8]:
+    """Height x width, other ones for each stamp."""
+    return np.random.default_rng(it.stamp_ns).integers(0, 256, it.size[::-1], np.uint8)
+
+
+def written(folder: Path, messages: list[Message]) -> Path:
+    """A rosbag2 folder of these, in the order of their log times."""
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections: dict[str, Any] = {}
+        for it in sorted(messages, key=lambda it: it.log_ns):
+            if it.topic not in connections:
+                connections[it.topic] = writer.add_connection(it.topic, it.type, typestore=TYPES)
+            writer.write(connections[it.topic], it.log_ns, it.encoded())
+    return folder
+
+
+def config() -> Message:
+    """What a recording of ours begins with."""
+    text = TYPES.types["std_msgs/msg/String"]('{"headset": "h", "session": "s", "streams": {}}')
+    payload = bytes(TYPES.serialize_cdr(text, "std_msgs/msg/String"))
+    return Message(f"{PREFIX}/config", 0, BEGIN_NS, "std_msgs/msg/String", payload=payload)
+
+
+def second_camera(messages: list[Message], position: tuple[float, float, float]) -> list[Message]:
+    """world_right beside world_left: the same stamps, another place."""
+    return [
+        replace(
+            it,
+            topic=it.topic.replace("world_left", "world_right"),
+            frame="world_right_optical_frame",
+            position=position,
+        )
+        for it in messages
+        if it.frame == FRAME and it.type != "sensor_msgs/msg/Imu"
+    ]
+
+
+def _times(rate_hz: int) -> Iterator[int]:
+    return (BEGIN_NS + n * SECOND_NS // rate_hz for n in range(DURATION_S * rate_hz))
+
+
+def _at(stamp_ns: int, topic: str, type: str) -> Message:
+    return Message(topic, stamp_ns, stamp_ns + LATENCY_NS, type)
+
+
+def _header(it: Message) -> Any:
+    time = TYPES.types["builtin_interfaces/msg/Time"](*divmod(it.stamp_ns, SECOND_NS))
+    return TYPES.types["std_msgs/msg/Header"](time, it.frame)
+
+
+def _image(it: Message) -> Any:
+    width, height = it.size
+    shown = pixels(it).ravel()
+    return TYPES.types["sensor_msgs/msg/Image"](
+        _header(it), height, width, "mono8", 0, width, shown
+    )
+
+
+def _info(it: Message) -> Any:
+    width, height = it.size
+    region = TYPES.types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    r, p = np.eye(3).ravel(), np.hstack([np.array(K).reshape(3, 3), np.zeros((3, 1))]).ravel()
+    return TYPES.types["sensor_msgs/msg/CameraInfo"](
+        _header(it), height, width, "equidistant", np.array(D), np.array(K), r, p, 0, 0, region
+    )
+
+
+def _metadata(it: Message) -> Any:
+    sec, nanosec = divmod(it.stamp_ns, SECOND_NS)
+    text = json.dumps({"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": it.frame})
+    return TYPES.types["std_msgs/msg/String"](text)
+
+
+def _imu(it: Message) -> Any:
+    turn_rate = TYPES.types["geometry_msgs/msg/Vector3"](*TURN_RATE)
+    acceleration = TYPES.types["geometry_msgs/msg/Vector3"](*ACCELERATION)
+    turn = TYPES.types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+    unknown = np.zeros(9)
+    return TYPES.types["sensor_msgs/msg/Imu"](
+        _header(it), turn, unknown, turn_rate, unknown, acceleration, unknown
+    )
+
+
+def _transforms(it: Message) -> Any:
+    kinds = TYPES.types
+    transform = kinds["geometry_msgs/msg/Transform"](
+        kinds["geometry_msgs/msg/Vector3"](*it.position),
+        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+    )
+    header = kinds["std_msgs/msg/Header"](_header(it).stamp, WORLD)
+    stamped = kinds["geometry_msgs/msg/TransformStamped"](header, it.frame, transform)
+    return kinds["tf2_msgs/msg/TFMessage"]([stamped])
+
+
+_MAKE = {
+    "sensor_msgs/msg/Image": _image,
+    "sensor_msgs/msg/CameraInfo": _info,
+    "std_msgs/msg/String": _metadata,
+    "sensor_msgs/msg/Imu": _imu,
+    "tf2_msgs/msg/TFMessage": _transforms,
+}

@@ -1,0 +1,155 @@
+"""Images of a running receiver, here of a node that publishes a rendered walk."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped
+from rclpy.context import Context
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header, String
+from tf2_msgs.msg import TFMessage
+
+from ml2_receiver.cli import main
+from ml2_receiver.errors import EvaluationError
+from ml2_receiver.evaluation import live
+from ml2_receiver.evaluation.live import LiveCamera
+from ml2_receiver.evaluation.odometry import odometry
+from rendered_room import CAMERA, Walk
+from ros_processes import environment
+
+PREFIX, CAMERA_NAME = "/live_test", "world_left"
+FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
+WALK = Walk.about(1)
+PATIENCE_S = 10.0
+
+
+class Headset:
+    """Publishes what a receiver would."""
+
+    def __init__(self) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context)
+        self.node: Node = rclpy.create_node("live_test", context=self.context)
+        topic = f"{PREFIX}/{CAMERA_NAME}"
+        self._images = self.node.create_publisher(Image, f"{topic}/image_raw", 5)
+        self._infos = self.node.create_publisher(CameraInfo, f"{topic}/camera_info", 5)
+        self._metadata = self.node.create_publisher(String, f"{topic}/metadata", 5)
+        self._transforms = self.node.create_publisher(TFMessage, "/tf", 100)
+
+    def walk(self) -> None:
+        """Once somebody has subscribed to everything; twenty images a second."""
+        deadline_s = time.monotonic() + PATIENCE_S
+        publishers = (self._images, self._infos, self._metadata, self._transforms)
+        while not all(it.get_subscription_count() for it in publishers):
+            assert time.monotonic() < deadline_s
+            time.sleep(0.01)
+        for (stamp_ns, pixels), pose in zip(list(WALK.images()), WALK.poses, strict=True):
+            sec, nanosec = divmod(stamp_ns, 1_000_000_000)
+            header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=FRAME)
+            self._transforms.publish(TFMessage(transforms=[_transform(header, pose)]))
+            self._infos.publish(_info(header))
+            self._metadata.publish(String(data=_metadata(sec, nanosec)))
+            image = Image(header=header, height=pixels.shape[0], width=pixels.shape[1])
+            image.encoding, image.step, image.data = "mono8", pixels.shape[1], pixels.tobytes()
+            self._images.publish(image)
+            time.sleep(0.05)
+
+    def close(self) -> None:
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+def _transform(header: Header, pose: Any) -> TransformStamped:
+    """Of the position alone."""
+    world = Header(stamp=header.stamp, frame_id=WORLD)
+    it = TransformStamped(header=world, child_frame_id=FRAME)
+    it.transform.translation.x, it.transform.translation.y, it.transform.translation.z = (
+        float(value) for value in pose[:3, 3]
+    )
+    return it
+
+
+def _info(header: Header) -> CameraInfo:
+    lens, p = CAMERA.lens, np.hstack([np.array(CAMERA.matrix).reshape(3, 3), np.zeros((3, 1))])
+    return CameraInfo(
+        header=header,
+        height=lens.height,
+        width=lens.width,
+        distortion_model=lens.model,
+        d=list(lens.coefficients),
+        k=list(CAMERA.matrix),
+        r=list(CAMERA.rotation),
+        p=p.ravel().tolist(),
+    )
+
+
+def _metadata(sec: int, nanosec: int) -> str:
+    lens = CAMERA.lens
+    intrinsics = {
+        "width": lens.width,
+        "height": lens.height,
+        "focal_length": [lens.fx, lens.fy],
+        "principal_point": [lens.cx, lens.cy],
+        "distortion_model": lens.model,
+        "distortion": list(lens.coefficients),
+    }
+    return json.dumps({"stamp": {"sec": sec, "nanosec": nanosec}, "intrinsics": intrinsics})
+
+
+@pytest.fixture
+def headset(monkeypatch: pytest.MonkeyPatch) -> Iterator[Headset]:
+    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        monkeypatch.setenv(name, environment()[name])
+    headset = Headset()
+    yield headset
+    headset.close()
+
+
+def test_images_are_placed_as_they_come_and_all_that_is_compared_is_kept(headset: Headset) -> None:
+    walking = threading.Thread(target=headset.walk)
+    with LiveCamera(PREFIX, CAMERA_NAME) as camera:
+        walking.start()
+        lens = camera.camera()
+        found = odometry(camera.images(), lens)
+    walking.join()
+    sequence = camera.sequence()
+    assert lens.lens == CAMERA.lens
+    assert [at for at, _ in found] == sequence.stamps_ns == WALK.stamps_ns()
+    assert camera.dropped == 0
+    assert [pose[:3, 3].tolist() for _, pose in sequence.reference] == pytest.approx(
+        np.array([pose[:3, 3] for pose in WALK.poses])
+    )
+
+
+def test_images_that_too_many_wait_before_are_dropped_and_counted(
+    headset: Headset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live, "_MOST_WAITING", 5)
+    with LiveCamera(PREFIX, CAMERA_NAME) as camera:
+        headset.walk()
+        deadline_s = time.monotonic() + PATIENCE_S
+        while len(camera.sequence().stamps_ns) < len(WALK.poses):
+            assert time.monotonic() < deadline_s
+            time.sleep(0.01)
+        assert camera.dropped == len(WALK.poses) - 5
+        assert len(list(camera.images())) == 5
+
+
+def test_without_a_headset_it_says_what_to_start(
+    headset: Headset, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(live, "_PATIENCE_S", 0.3)
+    with LiveCamera("/nobody", CAMERA_NAME) as camera, pytest.raises(EvaluationError, match="run"):
+        camera.camera()
+    assert main(["evaluate", "--live", "--prefix", "/nobody", "--camera", CAMERA_NAME]) == 2
+    assert "is `ml2-receiver run` running" in capsys.readouterr().err

@@ -1,0 +1,55 @@
+"""What a recording has of a camera, from a bag that rosbags wrote."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bags import write_bag
+from ml2_receiver.errors import EvaluationError
+from ml2_receiver.evaluation.sequence import read_sequence
+from ml2_receiver.topics.string_message import encode_string
+from wall_walk import CAMERA, IMAGE, PREFIX, TYPES, images, recording, trajectory
+
+COUNT = 6
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return recording(tmp_path_factory.mktemp("walk") / "bag", COUNT, images_dropped=(2,))
+
+
+def test_images_come_with_their_stamps_and_pixels(bag: Path) -> None:
+    sequence = read_sequence(bag, CAMERA)
+    sent = [it for number, it in enumerate(images(COUNT)) if number != 2]
+    found = list(sequence.images())
+    assert [at for at, _ in found] == [at for at, _ in sent] == sequence.stamps_ns
+    for (_, ours), (_, theirs) in zip(found, sent, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_an_image_that_never_arrived_counts_as_sent(bag: Path) -> None:
+    sequence = read_sequence(bag, CAMERA)
+    assert (sequence.images_sent, len(sequence.stamps_ns)) == (COUNT, COUNT - 1)
+
+
+def test_poses_are_those_of_the_optical_frame(bag: Path) -> None:
+    found, sent = read_sequence(bag, CAMERA).reference, trajectory(COUNT)
+    assert [at for at, _ in found] == [at for at, _ in sent]
+    np.testing.assert_allclose([it for _, it in found], [it for _, it in sent], atol=1e-9)
+
+
+def test_another_camera_is_not_in_it(bag: Path) -> None:
+    with pytest.raises(EvaluationError, match="has no images with camera_info of world_right"):
+        read_sequence(bag, "world_right")
+
+
+def test_a_payload_that_is_no_image_is_told(tmp_path: Path, bag: Path) -> None:
+    from ml2_receiver.recording.bag_reader import BagReader
+
+    config = (f"{PREFIX}/config", 0, encode_string('{"headset":"h","session":"s","streams":{}}'))
+    rest = [(it.topic, it.time_ns, it.payload) for it in BagReader(bag).messages()]
+    cut = [(at, ns, it[:60] if at == IMAGE else it) for at, ns, it in rest if at != config[0]]
+    write_bag(tmp_path / "bag", TYPES, [config, *cut])
+    with pytest.raises(EvaluationError, match=IMAGE):
+        list(read_sequence(tmp_path / "bag", CAMERA).images())

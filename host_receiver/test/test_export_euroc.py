@@ -1,0 +1,208 @@
+"""Recordings in the files of other programs, read back by OpenCV and the csv module."""
+
+from __future__ import annotations
+
+import csv
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from ml2_receiver.cli import main
+from sound_bag import (
+    ACCELERATION,
+    BEGIN_NS,
+    IMAGES,
+    IMU,
+    INFOS,
+    TURN_RATE,
+    Message,
+    config,
+    pixels,
+    second_camera,
+    sound,
+    written,
+)
+
+NOISE = {
+    "accelerometer_noise_density": 0.002,
+    "accelerometer_random_walk": 0.0003,
+    "gyroscope_noise_density": 0.0002,
+    "gyroscope_random_walk": 0.00002,
+}
+OPTIONS = [f"--{name.replace('_', '-')}={value}" for name, value in NOISE.items()]
+BASELINE_M = 0.15
+
+
+def export(tmp_path: Path, messages: list[Message], *options: str) -> int:
+    bag = written(tmp_path / "bag", [config(), *messages])
+    return main(["export", "--euroc", str(tmp_path / "out"), "--bag", str(bag), *options])
+
+
+def rows(path: Path) -> list[list[str]]:
+    """Without the line of names."""
+    with path.open(newline="") as file:
+        return [row for row in csv.reader(file) if not row[0].startswith("#")]
+
+
+def opencv(path: Path) -> Any:
+    """As C++ programs read it."""
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    assert storage.isOpened()
+    return storage
+
+
+def numbers(node: Any) -> list[float]:
+    return [node.at(index).real() for index in range(node.size())]
+
+
+def two_cameras() -> list[Message]:
+    left = sound()
+    return [*left, *second_camera(left, (1.0 + BASELINE_M, 2.0, 3.0))]
+
+
+def test_a_recording_is_a_euroc_folder(tmp_path: Path) -> None:
+    assert export(tmp_path, two_cameras(), "--imu", "imu_left", *OPTIONS) == 0
+    root = tmp_path / "out/mav0"
+    assert sorted(it.name for it in root.iterdir()) == ["cam0", "cam1", "imu0"]
+    images = [it for it in sound() if it.topic == IMAGES]
+    assert rows(root / "cam0/data.csv") == [
+        [str(it.stamp_ns), f"{it.stamp_ns}.png"] for it in images
+    ]
+    for camera in ("cam0", "cam1"):
+        for it in images:
+            file = root / camera / "data" / f"{it.stamp_ns}.png"
+            assert np.array_equal(cv2.imread(str(file), cv2.IMREAD_UNCHANGED), pixels(it))
+    found = [[float(it) for it in row] for row in rows(root / "imu0/data.csv")]
+    stamps = [it.stamp_ns for it in sound() if it.topic == IMU]
+    assert [row[0] for row in found] == pytest.approx(stamps, rel=0, abs=256)
+    assert {tuple(row[1:]) for row in found} == {(*TURN_RATE, *ACCELERATION)}
+
+
+def test_sensor_yaml_has_lens_and_place_as_opencv_reads_them(tmp_path: Path) -> None:
+    assert export(tmp_path, two_cameras()) == 0
+    for number, across_m in ((0, 0.0), (1, BASELINE_M)):
+        sensor = opencv(tmp_path / f"out/mav0/cam{number}/sensor.yaml")
+        assert numbers(sensor.getNode("intrinsics")) == [5, 5.5, 3.5, 2.5]
+        assert numbers(sensor.getNode("resolution")) == [8, 6]
+        assert sensor.getNode("distortion_model").string() == "equidistant"
+        assert numbers(sensor.getNode("distortion_coefficients")) == [0.1, -0.02, 3e-3, -4e-4]
+        assert sensor.getNode("rate_hz").real() == 30
+        place = np.array(numbers(sensor.getNode("T_BS").getNode("data"))).reshape(4, 4)
+        expected = np.eye(4)
+        expected[0, 3] = across_m
+        assert place == pytest.approx(expected)
+
+
+def test_an_imu_without_a_known_place_has_none(tmp_path: Path) -> None:
+    assert export(tmp_path, sound(), "--imu", "imu_left", *OPTIONS) == 0
+    sensor = opencv(tmp_path / "out/mav0/imu0/sensor.yaml")
+    assert sensor.getNode("T_BS").empty()
+    assert sensor.getNode("rate_hz").real() == 200
+    assert {name: sensor.getNode(name).real() for name in NOISE} == pytest.approx(NOISE)
+
+
+def test_orb_slam3_gets_settings_and_times(tmp_path: Path) -> None:
+    """The keys are those that version 1.0 of its settings requires of a monocular fisheye."""
+    assert export(tmp_path, sound()) == 0
+    settings = opencv(tmp_path / "out/orb_slam3.yaml")
+    assert settings.getNode("File.version").string() == "1.0"
+    assert settings.getNode("Camera.type").string() == "KannalaBrandt8"
+    for name, value in {"fx": 5, "fy": 5.5, "cx": 3.5, "cy": 2.5, "k1": 0.1, "k4": -4e-4}.items():
+        node = settings.getNode(f"Camera1.{name}")
+        assert node.isReal(), f"{name}: ORB-SLAM3 ends when a real number is written as an integer"
+        assert node.real() == pytest.approx(value)
+    for name in ("Camera.width", "Camera.height", "Camera.fps", "ORBextractor.nFeatures"):
+        assert settings.getNode(name).isInt()
+    lines = (tmp_path / "out/orb_slam3.yaml").read_text().splitlines()
+    assert "Camera1.fx: 5.0" in lines, "people change these files"
+    times = (tmp_path / "out/orb_slam3_times.txt").read_text().splitlines()
+    images = tmp_path / "out/mav0/cam0/data"
+    assert sorted(f"{it}.png" for it in times) == sorted(it.name for it in images.iterdir())
+
+
+def test_open_vins_gets_an_estimator_and_an_imu(tmp_path: Path) -> None:
+    assert export(tmp_path, sound(), "--imu", "imu_left", *OPTIONS) == 0
+    estimator = opencv(tmp_path / "out/estimator_config.yaml")
+    assert estimator.getNode("max_cameras").real() == 1
+    chain = tmp_path / "out" / estimator.getNode("relative_config_imu").string()
+    storage = opencv(chain)
+    unit = storage.getNode("imu0")
+    assert unit.getNode("rostopic").string() == IMU
+    assert {name: unit.getNode(name).real() for name in NOISE} == pytest.approx(NOISE)
+    assert numbers(unit.getNode("T_i_b").at(3)) == [0, 0, 0, 1]
+
+
+def test_kalibr_yaml_comes_from_a_recording_too(tmp_path: Path) -> None:
+    bag = written(tmp_path / "bag", [config(), *two_cameras()])
+    out = tmp_path / "out"
+    options = ["--kalibr", str(out), "--bag", str(bag), "--imu", "imu_left", *OPTIONS]
+    assert main(["export", *options, "--cameras", "world_right", "world_left"]) == 0
+    chain = yaml.safe_load((out / "camchain.yaml").read_text())
+    assert chain["cam0"]["rostopic"] == IMAGES.replace("left", "right")
+    from_right = np.array(chain["cam1"]["T_cn_cnm1"]) @ [0, 0, 0, 1]
+    assert from_right == pytest.approx([BASELINE_M, 0, 0, 1])
+    assert yaml.safe_load((out / "imu.yaml").read_text())["update_rate"] == pytest.approx(200)
+
+
+def broken(topic: str, payload: bytes) -> Callable[[Message], Message]:
+    return lambda it: replace(it, payload=payload) if it.topic == topic else it
+
+
+IMAGE_HEAD = struct.pack("<4sIII", b"\0\1\0\0", 1, 5, 1) + b"\0\0\0\0"
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (broken(IMAGES, b""), f"{IMAGES}: not a sensor_msgs/msg/Image"),
+        (broken(IMAGES, IMAGE_HEAD + struct.pack("<II", 1 << 31, 1 << 31)), f"{IMAGES}: not a"),
+        (broken(INFOS, b"\0\1\0\0"), f"{INFOS}: not a sensor_msgs/msg/CameraInfo"),
+        (broken("/tf", b"\0\1\0\0\xff\xff\xff\xff"), "/tf: not a tf2_msgs/msg/TFMessage"),
+        (lambda it: replace(it, stamp_ns=BEGIN_NS) if it.topic == IMAGES else it, "comes after"),
+    ],
+)
+def test_what_cannot_be_exported_is_said_in_one_line(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    damage: Callable[[Message], Message],
+    words: str,
+) -> None:
+    assert export(tmp_path, [damage(it) for it in sound()]) == 2
+    errors = capsys.readouterr().err.strip().splitlines()
+    assert words in errors[-1]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "expected --kalibr FOLDER or --euroc FOLDER, found neither"),
+        (["--euroc", "x"], "--euroc is of a recording: say which one by --bag"),
+        (["--euroc", "x", "--bag", "/nowhere"], "cannot read /nowhere"),
+    ],
+)
+def test_options_that_do_not_belong_together_are_refused(
+    capsys: pytest.CaptureFixture[str], options: list[str], words: str
+) -> None:
+    assert main(["export", *options]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_what_is_there_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "out/mav0").mkdir(parents=True)
+    assert export(tmp_path, sound()) == 2
+    assert "mav0 is there already" in capsys.readouterr().err
+    assert list((tmp_path / "out/mav0").iterdir()) == []
+
+
+def test_cameras_that_are_missing_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert export(tmp_path, sound(), "--cameras", "world_left", "color") == 2
+    assert "no camera_info of color is in the recording" in capsys.readouterr().err

@@ -1,0 +1,85 @@
+"""The recorded excerpt of EuRoC, replayed through ROS 2.
+
+Its drone stands still, and a camera that does not move sees no depth. So the images of both cameras
+are given to the estimator as those of one that jumps from the one place to the other.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ml2_receiver.evaluation.estimator import Images, Trajectory
+from ml2_receiver.evaluation.evaluation import agreement, estimator_named, figures_of
+from ml2_receiver.evaluation.sequence import Sequence, read_sequence
+from ml2_receiver.products.camera import Camera
+from ml2_receiver.products.lens import Lens
+from ml2_receiver.products.rectification import rectify
+from processes import EXCERPT, ROOT, receive
+from simulated_walk import record
+
+_CAMERAS = ("world_left", "world_right")
+# Between two images of one instant: more than evo's stamps are exact to, less than any motion.
+_JUMP_NS = 1000
+
+
+def evaluate_excerpt(folder: Path, estimator: str) -> dict[str, Any]:
+    """An entry of the report; the reference is the ground truth, which is in /tf."""
+    folder.mkdir(parents=True)
+    config = ROOT / "config" / "demo.yaml"
+    received = receive(config, ["--replay", str(EXCERPT)], folder)
+    record(received, folder / "bag", 0, sys.maxsize)
+    cameras = [read_sequence(folder / "bag", camera) for camera in _CAMERAS]
+    estimate = estimator_named(estimator)(_images(cameras), _pinhole(cameras[0].camera))
+    reference = _reference(cameras)
+    return {
+        "trajectory": "EuRoC V1_01, excerpt at rest",
+        "camera": " and ".join(_CAMERAS),
+        "estimator": estimator,
+        "duration_s": (reference[-1][0] - reference[0][0]) / 1e9,
+        "images_sent": sum(it.images_sent for it in cameras),
+        "images_received": sum(len(it.stamps_ns) for it in cameras),
+        "images_placed": len(estimate),
+        **figures_of(agreement(reference, estimate)),
+        "truth": None,
+        "baseline_m": _baseline_m(reference),
+    }
+
+
+def _jumping[T](one: Iterable[T], other: Iterable[T]) -> Iterator[tuple[int, T]]:
+    """Left, right, left, right, right, left, right, left, ...: every fourth is of the other."""
+    for index, pair in enumerate(zip(one, other, strict=True)):
+        yield from enumerate(pair[::-1] if index // 2 % 2 else pair)
+
+
+def _images(cameras: list[Sequence]) -> Images:
+    """All as the left camera's pinhole has them."""
+    matrix = cameras[0].camera.matrix
+    rectified = (
+        [(at, rectify(image, replace(it.camera, matrix=matrix))) for at, image in it.images()]
+        for it in cameras
+    )
+    for jumps, (at, image) in _jumping(*rectified):
+        yield at + jumps * _JUMP_NS, image
+
+
+def _reference(cameras: list[Sequence]) -> Trajectory:
+    known = ([(at, pose) for at, pose in it.reference if at in set(it.stamps_ns)] for it in cameras)
+    return [(at + jumps * _JUMP_NS, pose) for jumps, (at, pose) in _jumping(*known)]
+
+
+def _pinhole(camera: Camera) -> Camera:
+    fx, _, cx, _, fy, cy, *_ = camera.matrix
+    lens = Lens(camera.lens.width, camera.lens.height, fx, fy, cx, cy, "plumb_bob", (0.0,) * 5)
+    return replace(camera, lens=lens)
+
+
+def _baseline_m(reference: Trajectory) -> float:
+    """Between the cameras, as the ground truth has it."""
+    (_, one), (_, other) = reference[:2]
+    return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))

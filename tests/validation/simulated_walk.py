@@ -1,0 +1,142 @@
+"""Walks with the simulated headset, and keeps what a subscriber in ROS 2 got of it."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import yaml
+
+from bags import write_bag
+from ml2_receiver.evaluation.tum import write_tum
+from ml2_receiver.topics.stamps import stamp_reader
+from ml2_receiver.topics.string_message import encode_string
+from processes import PREFIX, ROOT, Received, receive
+from simulated_truth import SimulatedTruth
+from true_walk import TrueWalk, camera_in_head
+from walks import REST_S, Walk
+
+# The simulation begins within a second of the first image.
+_SPARE_S = 1.5
+_IMAGES_HZ = 30
+# Stamps are some microseconds off the grid of captures.
+_HALF_NS = 10**9 // _IMAGES_HZ // 2
+_TRIES = 5
+# What is kept of the transforms before the first image and after the last.
+_MARGIN_NS = 100_000_000
+_CLOCK_WAS_SET_NS = 200_000
+_CONFIG = '{"headset": "simulated", "session": "validation", "streams": {}}'
+
+
+@dataclass(frozen=True)
+class Walked:
+    """Of one walk.
+
+    Attributes:
+        bag: recording of what arrived in ROS 2 from the walk's first image to its last.
+        truth: TUM file of where the camera truly was at the instants that stamps denote.
+        images_sent: that the simulated headset captured in that time.
+        walked: how many times until this machine was quick enough to fetch every capture.
+    """
+
+    bag: Path
+    truth: Path
+    images_sent: int
+    walked: int = 1
+
+
+def stream(walk: Walk, folder: Path) -> Walked:
+    """Runs headset, receiver and an independent subscriber; again when the simulation fell behind.
+
+    `folder` is made anew.
+
+    Raises:
+        RuntimeError: a message was lost, or this machine's clock was set.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix="films") as films:
+        for walked in range(1, _TRIES + 1):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+            try:
+                return replace(_streamed(walk, folder, films), walked=walked)
+            except FellBehindError as error:
+                print(f"{walk.name}: {error}", file=sys.stderr, flush=True)
+    raise RuntimeError(f"{walk.name}: this machine is too busy to simulate a headset")
+
+
+class FellBehindError(Exception):
+    """The simulated headset's own thread came too late to fetch an image: nothing was sent."""
+
+
+def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
+    simulation = SimulatedTruth.now()
+    mounting = camera_in_head(simulation, walk.camera)
+    walk = walk.scaled(mounting)
+    (folder / "walk.tum").write_text("".join(walk.tum()))
+    (folder / "config.yaml").write_text(_config(walk.camera))
+    simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", f"cache={films}"]
+    options = ["--duration", str(REST_S + walk.duration_s + _SPARE_S), *simulate]
+    received = receive(folder / "config.yaml", options, folder)
+    _check_nothing_is_lost(received)
+    if abs(SimulatedTruth.now().boottime_ns - simulation.boottime_ns) > _CLOCK_WAS_SET_NS:
+        raise RuntimeError("this machine's clock was set: no truth can be told")
+    if not received.messages(f"{walk.camera}/camera_info"):
+        raise FellBehindError("the walk was over before all that the camera sees was drawn")
+    truth = TrueWalk.found(received, walk, mounting, simulation)
+    # Captures are on a grid of whole seconds, and so is the walk's start.
+    images_sent = int(walk.duration_s * _IMAGES_HZ + 1e-6) + 1
+    window_ns = truth.start_ns - _HALF_NS, truth.end_ns + _HALF_NS
+    fetched = _images(received, walk.camera, *window_ns)
+    if fetched != images_sent:
+        raise FellBehindError(f"{images_sent - fetched} of {images_sent} captures came too late")
+    record(received, folder / "bag", *window_ns)
+    (folder / "received.pickle").unlink()
+    write_tum(folder / "truth.tum", truth.trajectory(received))
+    return Walked(folder / "bag", folder / "truth.tum", images_sent)
+
+
+def record(received: Received, bag: Path, start_ns: int, end_ns: int) -> None:
+    """What has stamps from `start_ns` to `end_ns`, and a little more of the transforms."""
+    config = f"{PREFIX}/config"
+    messages = [(config, 0, encode_string(_CONFIG))]
+    for topic, (type, payloads) in received.topics.items():
+        read_stamp = stamp_reader(type)
+        margin_ns = _MARGIN_NS if topic == "/tf" else 0
+        arrivals_ns = (round(at_s * 1e9) for at_s in received.arrivals_s[topic])
+        messages += [
+            (topic, at_ns, payload)
+            for at_ns, payload in zip(arrivals_ns, payloads, strict=True)
+            if start_ns - margin_ns <= read_stamp(payload) <= end_ns + margin_ns
+        ]
+    types = {topic: type for topic, (type, _) in received.topics.items()}
+    messages.sort(key=lambda it: it[1])
+    write_bag(bag, types | {config: "std_msgs/msg/String"}, messages)
+
+
+def _config(camera: str) -> str:
+    """The packaged one, with this camera alone."""
+    tree = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    (node,) = tree.values()
+    for name, section in node["ros__parameters"].items():
+        if "enabled" in section:
+            section["enabled"] = name == camera
+    return str(yaml.safe_dump(tree))
+
+
+def _check_nothing_is_lost(received: Received) -> None:
+    for topic, seen in received.snapshot["topics"].items():
+        books = received.books(topic)
+        sent = int(books["produced"]) - int(books.get("dropped.source_late", 0))
+        if seen["count"] != sent:
+            raise RuntimeError(f"{topic}: {seen['count']} of {sent} messages arrived")
+
+
+def _images(received: Received, camera: str, start_ns: int, end_ns: int) -> int:
+    """How many arrived from the one time to the other."""
+    type, payloads = received.topics[f"{PREFIX}/{camera}/image_raw"]
+    read_stamp = stamp_reader(type)
+    return sum(start_ns <= read_stamp(payload) <= end_ns for payload in payloads)

@@ -1,0 +1,27 @@
+"""A short walk through headset, receiver and ROS 2, evaluated from its images."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simulated_walk import stream
+from validate import evaluate
+from walks import Walk
+
+WALK = Walk("short", "world_center", 4.0, 1.6, 70)
+
+
+@pytest.mark.timeout(400)
+def test_images_lead_to_the_poses_that_the_headset_told_and_truly_had(tmp_path: Path) -> None:
+    walked = stream(WALK, tmp_path / "walk")
+    figures = evaluate(tmp_path / "walk", WALK.camera, walked.truth)
+    assert figures["images_received"] == walked.images_sent == 121
+    assert figures["matched_pairs"] >= 0.99 * walked.images_sent
+    assert figures["path_m"] == pytest.approx(WALK.path_m, abs=0.01)
+    for against in (figures, figures["truth"]):
+        assert against["rmse_m"] < 0.01
+        assert abs(against["time_offset_s"]) < 1e-3
+        assert against["max_dt_s"] < 1e-3
+    assert figures["headset_against_truth"]["max_m"] < 1e-3

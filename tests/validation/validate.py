@@ -1,0 +1,93 @@
+"""`make validate`: estimates trajectories of known length from simulated and recorded images.
+
+Writes build/validate/report.json and report.md, and each evaluation's own report beside them.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from faults import FAULTS, inject
+from processes import EXCERPT, RECEIVER, ROOT
+from recorded_excerpt import evaluate_excerpt
+from simulated_walk import stream
+from tables import page
+from walks import WALKS, Walk
+
+_OUT = ROOT / "build" / "validate"
+# The shortest one bears the faults.
+_FAULTY = WALKS[1]
+_ESTIMATOR = "sfm"
+
+
+def main() -> None:
+    shutil.rmtree(_OUT, ignore_errors=True)
+    _OUT.mkdir(parents=True)
+    entries = []
+    for entry in _entries():
+        entries.append(entry)
+        (_OUT / "report.json").write_text(json.dumps(entries, indent=2) + "\n")
+        (_OUT / "report.md").write_text(page(entries))
+        rmse_cm = entry["rmse_m"] * 100
+        matched = f"{entry['matched_pairs']} of {entry['images_sent']} images matched"
+        _say(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
+    print((_OUT / "report.md").read_text())
+
+
+def _entries() -> Iterator[dict[str, Any]]:
+    for number, walk in enumerate(WALKS):
+        yield _evaluated_walk(walk, _OUT / f"walk_{number + 1}")
+    faulty = _OUT / f"walk_{WALKS.index(_FAULTY) + 1}"
+    for number, (name, fault) in enumerate(FAULTS.items()):
+        _say(f"{_FAULTY.name}, {name}")
+        out = _OUT / f"fault_{number + 1}"
+        inject(fault, _FAULTY.camera, faulty / "bag", out / "bag")
+        figures = evaluate(out, _FAULTY.camera, faulty / "truth.tum")
+        yield _entry(_FAULTY.name, figures) | {"fault": name}
+        shutil.rmtree(out / "bag")
+    for bag in _OUT.glob("walk_*/bag"):
+        shutil.rmtree(bag)
+    if EXCERPT.is_dir():
+        _say("the recorded excerpt")
+        yield evaluate_excerpt(_OUT / "euroc", _ESTIMATOR)
+    else:
+        _say(f"no recorded excerpt at {EXCERPT}")
+
+
+def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
+    _say(f"{walk.name}: streaming")
+    walked = stream(walk, folder)
+    _say(f"{walk.name}: evaluating")
+    figures = evaluate(folder, walk.camera, walked.truth)
+    return _entry(walk.name, figures | {"images_sent": walked.images_sent, "walked": walked.walked})
+
+
+def evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, Any]:
+    """As anyone would, by the command."""
+    command: list[str | Path] = [RECEIVER, "evaluate", "--bag", folder / "bag", "--camera", camera]
+    command += ["--estimator", _ESTIMATOR, "--out", folder / "evaluation"]
+    if truth is not None:
+        command += ["--truth", truth]
+    with (folder / "evaluate.log").open("w") as log:
+        subprocess.run(command, check=True, stdout=log, stderr=subprocess.STDOUT)
+    figures: dict[str, Any] = json.loads((folder / "evaluation" / "report.json").read_text())
+    return figures
+
+
+def _entry(name: str, figures: dict[str, Any]) -> dict[str, Any]:
+    return {"trajectory": name} | {key: figures[key] for key in figures if key != "recording"}
+
+
+def _say(words: str) -> None:
+    print(f"[{time.strftime('%H:%M:%S')}] {words}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()
