@@ -6,7 +6,7 @@ DURATION ?= 15
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/aar tests/unity tests/end_to_end tests/validation tests/bench
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 device_library := build/native/device/libml2sensors.so
@@ -118,17 +118,27 @@ $(ktlint_jar):
 bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoint]; results in build/bench
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
-fuzz-kotlin: ## Look for bytes that the Kotlin readers mistake, DURATION seconds for each reader
+fuzz: fuzz-python fuzz-kotlin ## Look for bytes of peers that our readers mistake, DURATION seconds for each reader
+
+fuzz-python: setup
+	$(run) tests/fuzz/run.sh $(DURATION)
+
+fuzz-kotlin:
 	ml2-sensors-aar/fuzz.sh $(DURATION)
 
+audit: setup ## Ask a public database for vulnerabilities of what the receiver needs
+	$(run) python3 -m venv build/audit
+	build/audit/bin/pip install --quiet pip-audit
+	build/audit/bin/pip-audit --strict -r host_receiver/environment/requirements.txt
+
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
-	$(run) env PYTHONPATH=host_receiver:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
 validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (30 minutes)
-	$(run) env PYTHONPATH=host_receiver:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
 
 clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz-kotlin soak validate clean
+.PHONY: help audit setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak validate clean

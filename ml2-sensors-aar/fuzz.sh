@@ -10,11 +10,16 @@ classpath=target/test-classes:target/classes:$(<target/fuzz-classpath)
 for reader in FRAMES BODIES PAIRING URI; do
     corpus=target/fuzz/$reader
     mkdir -p "$corpus"
+    touch "$corpus.began"
     echo "fuzzing $reader for $seconds s"
     java -cp "$classpath" com.code_intelligence.jazzer.Jazzer \
-        --target_class=dev.ml2sensors.fuzz.JazzerTarget --target_args="$reader" \
+        --target_class=dev.ml2sensors.fuzz.JazzerTarget --target_args="$reader $corpus" \
         --instrumentation_includes='dev.ml2sensors.**' --reproducer_path=target/fuzz \
-        "$corpus" -max_total_time="$seconds" -max_len=8192 -artifact_prefix=target/fuzz/ -print_final_stats=1 \
-        2>target/fuzz/"$reader".log || { tail -n 30 target/fuzz/"$reader".log >&2; exit 1; }
-    grep -E 'stat::number_of_executed_units|DONE' target/fuzz/"$reader".log
+        "$corpus" -max_total_time="$seconds" -max_len=8192 -artifact_prefix="$corpus-" -print_final_stats=1 \
+        2>"$corpus.log" || {
+        tail -n 30 "$corpus.log" >&2
+        echo "fuzz: $reader fails for $PWD/$(find target/fuzz -name "$reader-*" -newer "$corpus.began")" >&2
+        exit 1
+    }
+    grep -E 'stat::number_of_executed_units|DONE' "$corpus.log"
 done

@@ -2,8 +2,10 @@ import json
 import os
 import pty
 import re
+import socket
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -81,6 +83,29 @@ def test_five_wrong_tokens_end_it(tmp_path: Path, keys: Path) -> None:
         assert pairing.wait() == 2
     assert "too many wrong tokens" in pairing.errors[-1]
     assert PairedDevices(keys).load() == []
+
+
+def test_strangers_do_not_make_the_code_scroll_away(tmp_path: Path, keys: Path) -> None:
+    with pair_command(keys) as pairing:
+        device = Device(tmp_path, PairingUri.parse(pairing.line()))
+        for _ in range(50):
+            with socket.create_connection(device.address, 10) as stranger:
+                stranger.sendall(b"GET / HTTP/1.1\r\n\r\n")
+                with suppress(ConnectionError):
+                    stranger.recv(100)
+        assert device.pair()[0] == PAIRED
+        assert pairing.wait() == 0
+    assert "no TLS connection" in pairing.errors[0]
+    assert len(pairing.errors) < 25
+
+
+def test_a_folder_that_takes_nothing_is_named(tmp_path: Path, keys: Path) -> None:
+    with pair_command(keys) as pairing:
+        device = Device(tmp_path, PairingUri.parse(pairing.line()))
+        (keys / "devices").write_text("in the way")
+        assert device.pair()[0] == ERROR
+        assert pairing.wait() == 2
+    assert pairing.errors[-1].startswith("cannot use ")
 
 
 def test_an_interrupt_pairs_nobody(keys: Path) -> None:

@@ -1,3 +1,5 @@
+import dataclasses
+
 import pytest
 
 from ml2_receiver.configuration.table import load_table
@@ -197,6 +199,17 @@ def test_refusals_are_logged_at_most_ten_times_a_second() -> None:
         "15 more such events",
         "address:1 (new connection): ended without HELLO or JOIN",
     ]
+
+
+def test_what_a_device_writes_is_one_short_line_of_the_log() -> None:
+    scene = Scene()
+    for key in ("\n\x1b[2Jforged", "n" * 60_000, "\n" * 10_000):
+        wrong = dataclasses.replace(hello(), permissions={key: 1})  # type: ignore[dict-item]
+        scene.end(scene.greet(wrong))
+    assert any("forged: expected bool" in event for event in scene.sink.events)
+    for event in scene.sink.events:
+        assert event.isprintable()
+        assert len(event) <= 1000
 
 
 def test_the_receiver_says_goodbye_when_it_stops() -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from ml2_receiver.errors import KeysError
+from ml2_receiver.security.contexts import session_context
 from ml2_receiver.security.identity import Identity
 
 
@@ -43,6 +44,20 @@ def test_a_key_that_others_can_read_is_refused(tmp_path: Path) -> None:
     key.chmod(0o640)
     with pytest.raises(KeysError, match=f"others can read {key}: chmod 600"):
         Identity.of(tmp_path)
+
+
+def test_a_folder_that_others_can_write_in_is_refused(tmp_path: Path) -> None:
+    tmp_path.chmod(0o777)
+    with pytest.raises(KeysError, match=f"others can write in {tmp_path}: chmod go-w"):
+        Identity.of(tmp_path)
+
+
+def test_a_key_of_another_certificate_is_named(tmp_path: Path) -> None:
+    identity = Identity.of(tmp_path / "keys")
+    for other in (Identity.of(tmp_path / "others").key_file.read_text(), "nonsense"):
+        identity.key_file.write_text(other)
+        with pytest.raises(KeysError, match=r"receiver.key is not the key of .*receiver.pem"):
+            session_context(Identity.of(tmp_path / "keys"), [])
 
 
 def test_what_is_no_certificate_is_named(tmp_path: Path) -> None:

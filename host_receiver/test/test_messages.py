@@ -113,7 +113,7 @@ def parse_status(**changes: Any) -> Status:
         ({"clock": STATUS["clock"] | {"bases": ["color"]}}, "clock.bases"),
         ({"channels": {"/tf": {"produced": 1, "sent": 1, "dropped": {"x": -1}}}}, "not negative"),
         ({"channels": {"/tf": {"produced": -1, "sent": 1, "dropped": {}}}}, "not negative"),
-        ({"channels": [1]}, "body.channels: expected dict, found list"),
+        ({"channels": [1]}, "body.channels: expected dict, found list$"),
     ],
 )
 def test_a_wrong_value_is_named(changes: dict[str, Any], message: str) -> None:

@@ -71,7 +71,7 @@ def test_tokens_are_random(scene: Scene) -> None:
 def test_a_token_is_for_one_device(scene: Scene) -> None:
     pair = scene.pair()
     scene.pairing.judge(pair, NONCE)
-    assert scene.pairing.left_s == 0
+    assert scene.pairing.left_s == 300, "to remember the device takes time, too"
     assert "used or expired" in scene.refusal(pair)
 
 
@@ -119,6 +119,23 @@ def test_what_is_no_certificate_or_signature_is_refused(
 def test_bytes_after_a_certificate_are_refused(scene: Scene) -> None:
     longer = base64.b64encode(scene.certificate.der + b"\0").decode()
     assert "the certificate is not" in scene.refusal(scene.pair(certificate=longer))
+
+
+@pytest.mark.parametrize(
+    ("found", "by"),
+    [
+        (bytes.fromhex("06082a8648ce3d030107"), bytes.fromhex("06082a8648ce3d030150")),
+        (bytes.fromhex("a003020102"), bytes.fromhex("a003020105")),
+        (b"\x0c\x06device", b"\x0c\x06\xffevice"),
+    ],
+    ids=["unknown curve", "version 6", "name that is not UTF-8"],
+)
+def test_certificates_that_some_library_does_not_take_are_refused(
+    scene: Scene, found: bytes, by: bytes
+) -> None:
+    assert found in scene.certificate.der
+    changed = base64.b64encode(scene.certificate.der.replace(found, by)).decode()
+    assert scene.refusal(scene.pair(certificate=changed)) == "the certificate is not one"
 
 
 @pytest.mark.parametrize("name", ["", "x" * 65, "a\x1b[2J", "a\nb"])

@@ -7,7 +7,7 @@ import ssl
 import struct
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -106,11 +106,23 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
 
 def test_the_device_with_the_token_is_paired(lab: Lab) -> None:
     assert lab.pair() == (PAIRED, {"name": "desk", "port": 7755})
-    assert lab.listener.paired.wait(5)
+    assert lab.listener.ended.wait(5)
     (device,) = lab.devices.load()
     assert (device.name, device.device_id) == ("Magic Leap 2", "id")
     assert device.certificate == lab.certificate.der
     assert lab.listener.device == device
+
+
+def test_a_device_that_cannot_be_remembered_is_told_and_pairing_ends(
+    lab: Lab, tmp_path: Path
+) -> None:
+    (tmp_path / "keys" / "devices").write_text("in the way")
+    kind, error = lab.pair()
+    assert (kind, error["code"]) == (ERROR, "pairing")
+    assert "cannot remember" in error["message"]
+    assert lab.listener.ended.wait(5)
+    assert "cannot use" in str(lab.listener.failure)
+    assert lab.listener.device is None
 
 
 def test_the_challenge_is_signed_by_nothing_but_tls_with_the_shown_certificate(lab: Lab) -> None:
@@ -222,10 +234,13 @@ def test_bytes_now_and_then_do_not_hold_a_place(lab: Lab) -> None:
     assert time.monotonic() - began_s < 8
 
 
-def test_a_seventeenth_connection_has_to_wait(lab: Lab) -> None:
-    held = [socket.create_connection(lab.address, 10) for _ in range(16)]
-    with suppress(OSError), lab.connect() as tls:
-        read(tls)
-        raise AssertionError("let in")
-    for peer in held:
-        peer.close()
+def test_silent_connections_do_not_keep_a_device_of_another_machine_out(lab: Lab) -> None:
+    stranger = ("127.0.0.2", 0)
+    with ExitStack() as stack:
+        held = [
+            stack.enter_context(socket.create_connection(lab.address, 10, stranger))
+            for _ in range(40)
+        ]
+        assert lab.pair()[0] == PAIRED
+        with suppress(ConnectionError):
+            assert held[0].recv(1) == b""

@@ -1,5 +1,6 @@
 """When messages are played, and files that are no recordings."""
 
+import struct
 import threading
 from pathlib import Path
 
@@ -85,6 +86,18 @@ def test_what_is_no_recording_is_refused_with_the_reason(
     (tmp_path / "empty").mkdir()
     assert main(["play", str(tmp_path / "empty")]) == 2
     assert "expected one .mcap file" in capsys.readouterr().err
+
+
+def test_a_length_that_no_machine_can_have_is_refused_with_the_reason(tmp_path: Path) -> None:
+    unknown = struct.pack("<BQ", 0x70, 1 << 63)
+    chunk = struct.pack("<QQQIIQ", 0, 0, len(unknown), 0, 0, len(unknown)) + unknown
+    header = struct.pack("<BQ", 1, 8) + bytes(8)
+    file = tmp_path / "long.mcap"
+    file.write_bytes(
+        b"\x89MCAP0\r\n" + header + struct.pack("<BQ", 6, len(chunk)) + chunk + bytes(9)
+    )
+    with pytest.raises(RecordingError, match="is broken"):
+        BagReader(file)
 
 
 @settings(max_examples=200)

@@ -1,5 +1,6 @@
 """Who is let in and what hostile peers can do, while the session of a paired device goes on."""
 
+import re
 import socket
 import ssl
 import struct
@@ -13,6 +14,7 @@ from typing import NoReturn
 
 import pytest
 
+import test_pairing_listener
 from fake_sink import FakeSink
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.link.access import Access, Everybody, PairedOnly
@@ -31,6 +33,8 @@ IMAGE = "world_left/image_raw"
 BATTERY = "battery"
 STRANGER = "127.0.0.2"
 QUICK = Limits(handshake_s=0.5, linger_s=0.3)
+# Tokens, tickets and sessions.
+SECRET = re.compile(r"\b[0-9a-f]{32}\b")
 UNLIMITED = replace(QUICK, failed_attempts=10_000)
 
 
@@ -93,14 +97,16 @@ class Lab:
 
 @pytest.fixture
 def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], Lab]]:
-    with ExitStack() as stack:
+    labs: list[Lab] = []
 
-        def make(limits: Limits) -> Lab:
-            lab = Lab(tmp_path, limits)
-            stack.callback(lab.stop)
-            return lab
+    def make(limits: Limits) -> Lab:
+        labs.append(Lab(tmp_path, limits))
+        return labs[-1]
 
-        yield make
+    yield make
+    for lab in labs:
+        lab.stop()
+        assert not [event for event in lab.sink.events if SECRET.search(event)]
 
 
 @pytest.fixture
@@ -120,6 +126,26 @@ def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(lab: Lab
         device.leave()
     report = lab.sink.await_report()
     assert (report.state, report.is_final) == (State.ENDED, True)
+
+
+def test_headsets_whose_certificates_have_the_same_name_can_all_connect(lab: Lab) -> None:
+    for number in range(3):
+        same = Certificate(lab.folder / str(number), "ML2 Sensors")
+        lab.devices.add("headset", str(number), same.der)
+        with MockDevice(lab.server.address, str(number), tls=same.context()) as device:
+            device.start()
+            device.leave()
+
+
+def test_a_certificate_that_openssl_does_not_take_lets_nobody_in_and_keeps_who_is(lab: Lab) -> None:
+    with lab.streaming():
+        lab.devices.add("bad", "id", b"0")
+        lab.sink.await_event("the certificate of 'bad' cannot be used; unpair it")
+        lab.await_more()
+        lab.devices.remove("bad")
+        with MockDevice(lab.server.address, tls=lab.paired("other").context()) as other:
+            other.greet().expect_error("busy")
+        lab.await_more()
 
 
 def test_everything_is_tls_13(lab: Lab) -> None:
@@ -276,6 +302,26 @@ def test_a_device_id_does_not_take_another_devices_session(lab: Lab) -> None:
         MockDevice(lab.server.address, tls=lab.paired("thief").context()) as thief,
     ):
         thief.greet().expect_error("busy")
+        lab.await_more()
+
+
+def test_a_device_whose_certificate_changes_is_a_stranger_and_its_session_goes_on(lab: Lab) -> None:
+    with lab.streaming():
+        other = Certificate(lab.folder / "other", "headset").context()
+        assert "UNKNOWN_CA" in refused(lambda: other.wrap_socket(lab.connect()))
+        lab.await_more()
+
+
+def test_pairing_disturbs_no_session_whoever_tries(lab: Lab, tmp_path: Path) -> None:
+    with lab.streaming():
+        pairing = test_pairing_listener.Lab(lab.folder)
+        answers = [
+            pairing.pair(**changes)[0] for changes in ({"token": "0" * 32}, {"signature": ""}, {})
+        ]
+        pairing.certificate = lab.certificate("thief")
+        answers.append(pairing.pair()[0])
+        pairing.listener.close()
+        assert answers == [Kind.ERROR, Kind.ERROR, Kind.PAIRED, Kind.ERROR]
         lab.await_more()
 
 

@@ -100,6 +100,14 @@ def test_an_unknown_channel_cannot_end() -> None:
     assert scene.error(scene.control) == "channel"
 
 
+def test_a_topic_keeps_its_number() -> None:
+    scene = Scene()
+    scene.start()
+    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
+    scene.announce(IMAGE, 99)
+    assert scene.error(scene.control) == "channel"
+
+
 def test_what_was_on_its_way_when_a_channel_ended_still_arrives() -> None:
     scene = Scene()
     scene.start()

@@ -1,8 +1,9 @@
 """The load of config/demo.yaml: every sensor at once, for DURATION seconds, to a raw subscriber.
 
-Usage: full_load.py DURATION. Writes full_load.json, full_load_recorded.json (the same with a
-recording on) and four_headsets.json (a quarter of the time, one camera and all small streams each)
-in build/bench. CPU is in percent of one processor; headsets play looped films.
+Usage: full_load.py DURATION. Writes full_load.json, full_load_tls.json (the same with both ends
+paired), full_load_recorded.json (the first with a recording on) and four_headsets.json (a quarter
+of the time, one camera and all small streams each) in build/bench; `tls` says which. CPU is in
+percent of one processor; headsets play looped films.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from load_run import Loaded, load_run
-from processes import ROOT
+from processes import ROOT, paired
 
 RESULTS = ROOT / "build" / "bench"
 DEMO = ROOT / "config" / "demo.yaml"
@@ -34,6 +35,8 @@ def main(duration_s: float) -> None:
         logs = RESULTS / "full_load"
         (loaded,) = load_run(DEMO, logs, duration_s)
         _write("full_load", _summary(loaded))
+        (loaded,) = load_run(DEMO, logs, duration_s, security=paired(folder))
+        _write("full_load_tls", _summary(loaded) | {"tls": True})
         (loaded,) = load_run(DEMO, logs, duration_s, record=folder / "recording")
         recorded_bytes = sum(file.stat().st_size for file in (folder / "recording").iterdir())
         rate = recorded_bytes / 1e6 / loaded.duration_s

@@ -16,8 +16,11 @@ from typing import Any
 
 from ml2_receiver.configuration.table import load_table
 from processes import (
+    IN_THE_CLEAR,
     PREFIX,
+    RECEIVER,
     ROOT,
+    Security,
     headset_command,
     isolated_environment,
     lines,
@@ -27,7 +30,6 @@ from processes import (
 )
 
 OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
-RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 # More than is ever under way, so that what is missing was lost before the subscriber.
 _DEPTH = 1000
@@ -108,6 +110,7 @@ def load_run(
     names: tuple[str, ...] = ("",),
     source: str = "simulated",
     record: Path | None = None,
+    security: Security = IN_THE_CLEAR,
 ) -> list[Loaded]:
     """Runs one headset for each name, empty for none, all at once.
 
@@ -119,17 +122,21 @@ def load_run(
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
         started = [
-            _start(stack, environment, config, folder / (name or "one"), name, options, record)
+            _start(
+                stack,
+                environment,
+                config,
+                folder / (name or "one"),
+                name,
+                ("--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source),
+                record,
+                security,
+            )
             for seed, name in enumerate(names, start=1)
-            for options in [_headset_options(duration_s, seed, source)]
         ]
         # All at once, or the observers of the last ones would wait to be read
         with ThreadPoolExecutor(len(started)) as pool:
             return list(pool.map(_watched, names, *zip(*started, strict=True)))
-
-
-def _headset_options(duration_s: float, seed: int, source: str) -> tuple[str, ...]:
-    return "--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source
 
 
 def _start(
@@ -140,9 +147,11 @@ def _start(
     name: str,
     headset_options: tuple[str, ...],
     record: Path | None,
+    security: Security,
 ) -> tuple[subprocess.Popen[str], dict[str, Usage]]:
     folder.mkdir(parents=True, exist_ok=True)
-    receive = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name)
+    options = ("--start-paused", "--name", name)
+    receive = receive_command(config, "127.0.0.1:0", *options, security=security)
     if record is not None:
         receive = [RECEIVER, "record", record, *receive[2:]]
     receiver = stack.enter_context(process(receive, environment, folder / "receiver.log"))
@@ -152,7 +161,8 @@ def _start(
         *("--pictures", folder / "streams.png", "--receiver", name),
     ]
     observer = stack.enter_context(process(observe, environment, folder / "observer.log"))
-    send = headset_command(listening_address(receiver), *headset_options)
+    address = listening_address(receiver)
+    send = headset_command(address, *headset_options, security=security)
     headset = stack.enter_context(process(send, environment, folder / "headset.log"))
     children = {"receiver": receiver, "headset": headset, "subscriber": observer}
     return observer, {role: Usage(child.pid) for role, child in children.items()}

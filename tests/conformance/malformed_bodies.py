@@ -42,6 +42,10 @@ def hellos() -> dict[str, Case]:
             MALFORMED,
             "Fits neither i64 nor the digit limit of careless parsers.",
         ),
+        "HelloNameEmpty": case("malformed", "People have to know it by something.", name=""),
+        "HelloNameTooLong": case("malformed", "65 characters.", name="x" * 65),
+        "HelloNameWithEscape": case("malformed", "Would move a terminal's cursor.", name="\x1b[2J"),
+        "HelloSoftwareTooLong": case("malformed", "129 characters.", software="x" * 129),
         "HelloPermissionText": case(
             "malformed", "Permissions are true or false.", permissions={"a": "true"}
         ),
@@ -93,6 +97,14 @@ def channels() -> dict[str, Case]:
         "ChannelSameTopic": case("channel", "The topic has an id.", CHANNEL, CHANNEL | {"id": 99}),
         "ChannelAnnouncedAgain": case(
             "channel", "A topic that stays is not announced again.", CHANNEL, given="streaming"
+        ),
+        "ChannelOtherId": Case(
+            "streaming",
+            "control",
+            json_frame("CHANNEL_END", {"id": CHANNEL["id"]})
+            + json_frame("CHANNEL", CHANNEL | {"id": 99}),
+            error("channel"),
+            "A topic keeps its id; else the receiver would have to know any number of them.",
         ),
         "ChannelEndUnknown": Case(
             "streaming",

@@ -1,5 +1,6 @@
 """What a device signs to be paired, and signatures that must be refused: vectors/pairing."""
 
+import base64
 from typing import Any
 
 from bodies import PAIR, PAIR_CHALLENGE, RECEIVER_FINGERPRINT
@@ -12,6 +13,13 @@ _OTHER_CERTIFICATE = (
     "HbigoDt/8M1tDZ7PiOSmBIaj3huW/9W/hQk03+0wCgYIKoZIzj0EAwIDSAAwRQIgE9j2skKc3yYUYODORjLzAbH3"
     "QsKVUaD4fxprh1yN4ZICIQDCHFJGBLr3+x5zBH+QE90gL2vkW+7u0I6gHjhgswEXpQ=="
 )
+
+
+def _changed(found: str, by: str) -> str:
+    """The good certificate with other bytes, in hexadecimal; its key has signed the exchange."""
+    certificate = base64.b64decode(PAIR["certificate"])
+    assert bytes.fromhex(found) in certificate
+    return base64.b64encode(certificate.replace(bytes.fromhex(found), bytes.fromhex(by))).decode()
 
 
 def files() -> dict[str, bytes]:
@@ -30,6 +38,21 @@ def files() -> dict[str, bytes]:
         "OtherToken": good | {"token": "00" * 16, "why": "Signed for another token."},
         "OtherKey": good | {"certificate": _OTHER_CERTIFICATE, "why": "Another key has signed."},
         "NoSignature": good | {"signature": "", "why": "Nothing is not a signature."},
+        "UnknownCurve": good
+        | {
+            "certificate": _changed("2a8648ce3d030107", "2a8648ce3d030150"),
+            "why": "Not the curve P-256, and none that there is.",
+        },
+        "UnknownVersion": good
+        | {
+            "certificate": _changed("a003020102", "a003020105"),
+            "why": "X.509 has no version 6.",
+        },
+        "NameNotUtf8": good
+        | {
+            "certificate": _changed(b"headset".hex(), b"\xffeadset".hex()),
+            "why": "Some libraries take such a certificate, and others fail over it later.",
+        },
         "NotDer": good | {"signature": "MAA=", "why": "An empty sequence is not a signature."},
     }
     return {

@@ -17,6 +17,7 @@ from rclpy.serialization import deserialize_message
 
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.topics.message_types import message_class
+from pairing import pair
 from proxy import Proxy
 from ros_domain import reserve_domain
 
@@ -34,10 +35,27 @@ PATHS = {
         [str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")]
     )
 }
-
-
 # Of the JVM's mDNS library: which network to look on.
 ON_LOOPBACK = {"JDK_JAVA_OPTIONS": "-Dnet.mdns.interface=127.0.0.1"}
+
+
+@dataclass(frozen=True)
+class Security:
+    """Options of a receiver, and of a headset that gets along with it."""
+
+    receiver: Sequence[str | Path]
+    headset: Sequence[str | Path]
+
+
+_INSECURE = ("--insecure", "--insecure-eye-images")
+IN_THE_CLEAR = Security(_INSECURE, _INSECURE)
+
+
+def paired(folder: Path) -> Security:
+    """Those of two that have just been paired, with keys in `folder`."""
+    keys = Security(("--keys", folder / "receiver"), ("--keys", folder / "headset"))
+    pair([RECEIVER, "pair", *keys.receiver], [HEADSET, *keys.headset])
+    return keys
 
 
 @dataclass(frozen=True)
@@ -109,6 +127,7 @@ def receive(
     on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
     receiver_options: Sequence[str] = (),
     program: Sequence[str | Path] = (HEADSET,),
+    security: Security = IN_THE_CLEAR,
 ) -> Received:
     """Runs a headset to its end and returns all that arrived; logs are in `folder`.
 
@@ -122,7 +141,12 @@ def receive(
         start = stack.enter_context
         receiver = start(
             process(
-                receive_command(config, "127.0.0.1:0", "--start-paused", *receiver_options),
+                receive_command(
+                    config,
+                    "127.0.0.1:0",
+                    *("--start-paused", *receiver_options),
+                    security=security,
+                ),
                 environment,
                 folder / "receiver.log",
             )
@@ -131,7 +155,7 @@ def receive(
         proxy = start(link(address)) if link else None
         subscriber = start(subscribing(environment, folder))
         reached = proxy.address if proxy else address
-        headset = [*program, "--receiver", reached, "--insecure", *headset_options]
+        headset = [*program, "--receiver", reached, *security.headset, *headset_options]
         start(process(headset, environment, folder / "headset.log"))
         for number, _ in enumerate(lines(subscriber)):
             on_snapshot(proxy, number)
@@ -169,14 +193,18 @@ def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
     return Received(**pickle.loads((folder / "received.pickle").read_bytes()))
 
 
-def receive_command(config: Path, address: str, *options: str) -> list[str | Path]:
-    """The receiver, listening on `address`, in plaintext; test_security.py has TLS."""
-    return [RECEIVER, "run", "--config", config, "--listen", address, "--insecure", *options]
+def receive_command(
+    config: Path, address: str, *options: str, security: Security = IN_THE_CLEAR
+) -> list[str | Path]:
+    """The receiver, listening on `address`."""
+    return [RECEIVER, "run", "--config", config, "--listen", address, *security.receiver, *options]
 
 
-def headset_command(address: str, *options: str) -> list[str | Path]:
-    """The headset, connecting to `address`, in plaintext."""
-    return [HEADSET, "--receiver", address, "--insecure", *options]
+def headset_command(
+    address: str, *options: str, security: Security = IN_THE_CLEAR
+) -> list[str | Path]:
+    """The headset, connecting to `address`."""
+    return [HEADSET, "--receiver", address, *security.headset, *options]
 
 
 def subscribe_command(output: Path, receiver: str) -> list[str | Path]:

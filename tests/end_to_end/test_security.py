@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import subprocess
 from pathlib import Path
@@ -10,17 +11,19 @@ import numpy as np
 import pytest
 
 from ml2_receiver.configuration.table import load_table
-from pairing import pair
 from processes import (
-    HEADSET,
+    IN_THE_CLEAR,
+    PREFIX,
     RECEIVER,
+    Security,
+    headset_command,
     isolated_environment,
     line_with,
-    lines,
     listening_address,
+    paired,
     process,
-    result,
-    subscribing,
+    receive,
+    receive_command,
 )
 from proxy import Proxy
 
@@ -33,6 +36,8 @@ CONFIG = """
 IMAGE = "world_center/image_raw"
 EYE = "eye_nasal_left/image_raw"
 CHUNK_PIXELS = 32
+TOPICS = {topic.name for stream in load_table().streams.values() for topic in stream.topics}
+SPOKEN = {"ticket", "session", "sensor_msgs", IMAGE, EYE}
 
 
 @pytest.fixture
@@ -42,65 +47,75 @@ def config(tmp_path: Path) -> Path:
     return file
 
 
-@pytest.fixture
-def keys(tmp_path: Path) -> tuple[Path, Path]:
-    """Of a receiver and a headset that are paired."""
-    receiver, headset = tmp_path / "receiver", tmp_path / "headset"
-    pair([RECEIVER, "pair", "--keys", receiver], [HEADSET, "--keys", headset])
-    return receiver, headset
-
-
-def run_command(config: Path, keys: Path, *options: str) -> list[str | Path]:
-    listen = ["--listen", "127.0.0.1:0"]
-    return [RECEIVER, "run", "--config", config, *listen, "--keys", keys, *options]
-
-
-def headset_command(address: str, keys: Path, *options: str) -> list[str | Path]:
-    return [HEADSET, "--receiver", address, "--keys", keys, *options]
-
-
-def test_nothing_of_a_paired_session_can_be_read_between_the_two(
-    config: Path, keys: tuple[Path, Path], tmp_path: Path
+@pytest.mark.parametrize("is_encrypted", [True, False])
+def test_who_listens_between_the_two_learns_nothing_unless_both_are_insecure(
+    config: Path, tmp_path: Path, is_encrypted: bool
 ) -> None:
-    environment = isolated_environment()
-    run = run_command(config, keys[0], "--start-paused")
-    with (
-        process(run, environment, tmp_path / "receiver.log") as receiver,
-        Proxy(listening_address(receiver), captures=True) as proxy,
-        subscribing(environment, tmp_path) as subscriber,
-    ):
-        send = headset_command(proxy.address, keys[1], "--duration", "3")
-        with process(send, environment, tmp_path / "headset.log"):
-            for _ in lines(subscriber):
-                pass
-        received = result(subscriber, tmp_path)
+    proxies = []
+
+    def listened(address: str) -> Proxy:
+        proxies.append(Proxy(address, captures=True))
+        return proxies[0]
+
+    security = paired(tmp_path) if is_encrypted else IN_THE_CLEAR
+    received = receive(config, ["--duration", "3"], tmp_path, listened, security=security)
     images = received.messages(IMAGE)
     assert images
-    assert received.messages(EYE), "with TLS eye images are sent"
-    captured = bytes(proxy.captured)
+    assert received.messages(EYE), "nobody withholds images of eyes"
+    captured = bytes(proxies[0].captured)
     assert len(captured) > sum(len(image.data) for image in images)
-    for image in images[:10]:
-        for row in np.frombuffer(image.data, np.uint8).reshape(image.height, -1)[::50]:
-            assert row[:CHUNK_PIXELS].tobytes() not in captured
-    words = {topic.name for stream in load_table().streams.values() for topic in stream.topics}
-    for word in words | {"ticket", "session", "sensor_msgs"}:
-        assert len(word) < 4 or word.encode() not in captured
+    rows = [
+        row[:CHUNK_PIXELS].tobytes()
+        for image in images[:3]
+        for row in np.frombuffer(image.data, np.uint8).reshape(image.height, -1)[::50]
+    ]
+    words = {word for word in TOPICS | SPOKEN if len(word) >= 4 and word.encode() in captured}
+    seen = [row for row in rows if row in captured]
+    if is_encrypted:
+        assert (words, seen) == (set(), [])
+    else:
+        assert words >= SPOKEN
+        assert len(seen) > 0.9 * len(rows), "all but those that another lane cuts in two"
 
 
-def test_a_headset_that_is_not_paired_is_told_what_to_do(
-    config: Path, keys: tuple[Path, Path], tmp_path: Path
+def test_a_headset_withholds_images_of_eyes_in_the_clear_whatever_the_receiver_allows(
+    config: Path, tmp_path: Path
+) -> None:
+    security = Security(IN_THE_CLEAR.receiver, ("--insecure",))
+    received = receive(config, ["--duration", "2"], tmp_path, security=security)
+    assert received.messages(IMAGE)
+    assert f"{PREFIX}/{EYE}" not in received.topics
+    assert "eye_nasal_left refused: 'eye images are" in (tmp_path / "receiver.log").read_text()
+
+
+def test_another_machine_at_the_receivers_address_is_refused_in_words(
+    config: Path, tmp_path: Path
 ) -> None:
     environment = isolated_environment()
-    run = run_command(config, keys[0])
-    unpair = [str(RECEIVER), "unpair", "--keys", str(keys[0])]
-    paired = [str(RECEIVER), "devices", "--paired", "--json", "--keys", str(keys[0])]
+    security = paired(tmp_path)
+    with contextlib.ExitStack() as stack:
+        run = receive_command(config, "127.0.0.1:0", security=security)
+        with process(run, environment, tmp_path / "receiver.log") as receiver:
+            address = listening_address(receiver)
+            send = headset_command(address, security=security)
+            headset = stack.enter_context(process(send, environment, tmp_path / "headset.log"))
+            line_with(headset, "connected to")
+        stranger = Security(("--keys", tmp_path / "stranger"), ())
+        run = receive_command(config, address, security=stranger)
+        stack.enter_context(process(run, environment, tmp_path / "stranger.log"))
+        line_with(headset, "is not the one this headset is paired with")
+
+
+def test_a_headset_that_is_not_paired_is_told_what_to_do(config: Path, tmp_path: Path) -> None:
+    environment = isolated_environment()
+    security = paired(tmp_path)
+    unpair = [RECEIVER, "unpair", *security.receiver]
+    listed = [RECEIVER, "devices", "--paired", "--json", *security.receiver]
+    run = receive_command(config, "127.0.0.1:0", security=security)
     with process(run, environment, tmp_path / "receiver.log") as receiver:
-        address = listening_address(receiver)
-        shown = subprocess.run(paired, stdout=subprocess.PIPE, text=True, check=True).stdout
-        (device,) = json.loads(shown)
+        send = headset_command(listening_address(receiver), security=security)
+        (device,) = json.loads(subprocess.check_output(listed))
         subprocess.run([*unpair, device["name"]], check=True)
-        with process(
-            headset_command(address, keys[1]), environment, tmp_path / "headset.log"
-        ) as headset:
+        with process(send, environment, tmp_path / "headset.log") as headset:
             line_with(headset, "not paired")
     assert "pairing: it is not paired" in (tmp_path / "receiver.log").read_text()

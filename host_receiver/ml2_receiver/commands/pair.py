@@ -5,6 +5,7 @@ import math
 import socket
 import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -14,6 +15,7 @@ from rich.live import Live
 from ..errors import PairingError
 from ..generated.version import VERSION
 from ..link.discovery import announced_hosts
+from ..link.event_limit import EventLimit
 from ..link.listener import listen
 from ..security.identity import Identity
 from ..security.paired_devices import PairedDevice, PairedDevices
@@ -28,6 +30,8 @@ from .stopping import stop_signal
 
 _EVERYWHERE = ("0.0.0.0", 0)
 _POLL_S = 0.2
+# Strangers must not make the code scroll away.
+_LINES_PER_S = 2
 _EPILOG = """\
 Shows a code for one device, for five minutes. It works with or without a receiver that runs, and
 one that runs lets the device in at once. Whoever sees the code can pair, so show it to nobody else.
@@ -81,7 +85,7 @@ def _run(options: argparse.Namespace) -> int:
             name=options.name or socket.gethostname(),
             software=f"ml2-receiver {VERSION}",
             sessions_port=options.port,
-            say=lambda text: print(text, file=sys.stderr, flush=True),
+            say=EventLimit(_warn, time.monotonic, per_second=_LINES_PER_S).say,
         )
         try:
             device = _wait(listener, pairing, stopping)
@@ -89,6 +93,10 @@ def _run(options: argparse.Namespace) -> int:
             listener.close()
     print(f"paired with {device.name!r}, fingerprint {device.fingerprint}")
     return 0
+
+
+def _warn(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
 
 
 def _show(uris: Sequence[PairingUri]) -> None:
@@ -103,13 +111,15 @@ def _show(uris: Sequence[PairingUri]) -> None:
 
 def _wait(listener: PairingListener, pairing: Pairing, stopping: threading.Event) -> PairedDevice:
     with _countdown(pairing):
-        while not listener.paired.wait(_POLL_S):
+        while not listener.ended.wait(_POLL_S):
             if stopping.is_set():
                 raise PairingError("nobody was paired")
             if pairing.is_guessed_at:
                 raise PairingError("nobody was paired: too many wrong tokens; somebody may guess")
             if not pairing.left_s and listener.device is None:
                 raise PairingError(f"nobody was paired within {VALID_S / 60:.0f} minutes")
+    if listener.failure is not None:
+        raise listener.failure
     assert listener.device is not None
     return listener.device
 

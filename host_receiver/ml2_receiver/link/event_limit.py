@@ -1,10 +1,15 @@
-"""Bounds how often peers can make the receiver say something."""
+"""Bounds what peers can make the receiver say."""
 
 from collections.abc import Callable
 
+_MOST_CHARACTERS = 1000
+
 
 class EventLimit:
-    """Passes on so many texts per second, and tells how many it kept back."""
+    """Passes on so many texts per second, and tells how many it kept back.
+
+    A text becomes one line that cannot move a terminal's cursor.
+    """
 
     def __init__(
         self, say: Callable[[str], None], clock: Callable[[], float], *, per_second: int
@@ -23,6 +28,7 @@ class EventLimit:
             self._began_s, self._said, self._withheld = now_s, 0, 0
         if self._said < self._per_second:
             self._said += 1
-            self._say(text)
+            text = text[:_MOST_CHARACTERS]
+            self._say(text if text.isprintable() else repr(text)[1:-1][:_MOST_CHARACTERS])
         else:
             self._withheld += 1

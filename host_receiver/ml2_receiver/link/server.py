@@ -9,7 +9,7 @@ from contextlib import suppress
 from types import MappingProxyType
 
 from ..configuration.table import StreamTable
-from ..errors import KeysError, ProtocolError
+from ..errors import ErrorCode, KeysError, ProtocolError
 from ..topics.sink import Sink
 from ..wire.frame import Frame, Kind, LaneKind, encode_frame
 from .access import Access, Protection
@@ -244,7 +244,8 @@ class Server:
             connection.peer = peer
             if not self._access.allows(peer):  # unpaired meanwhile, or signed by who is paired
                 self._admission.failed(connection.host)
-                self._host.expel(self._access.allows)
+                refusal = ProtocolError(ErrorCode.PAIRING, "it is not paired")
+                self._host.failed(connection, refusal)
         return True
 
     def _receive(self, link: Link) -> None:

@@ -55,6 +55,7 @@ class Streams:
             topic.name: topic for stream in table.streams.values() for topic in stream.topics
         }
         self._announced = 0
+        self._numbers: dict[str, int] = {}
         self._live: dict[int, Topic] = {}
         self._unrouted: dict[int, tuple[str, Route]] = {}
         self._request = 0
@@ -130,6 +131,11 @@ class Streams:
         if channel.id in self._live or topic in self._live.values():
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"channel {channel.id}, {topic.name}, is announced already"
+            )
+        number = self._numbers.setdefault(topic.name, channel.id)
+        if number != channel.id:
+            raise ProtocolError(
+                ErrorCode.CHANNEL, f"{topic.name} is channel {number}, not {channel.id}"
             )
         statistics = self._instance.topics.setdefault(topic.name, TopicStatistics())
         publish, refusal = self._open(topic)

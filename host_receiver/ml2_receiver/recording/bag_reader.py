@@ -21,7 +21,7 @@ from ..wire.frame import Kind
 # A chunk of ours ends with the message that makes it larger than 4 MiB.
 _MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
 _CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
-_BROKEN = (McapError, ValueError, KeyError, struct.error, zstandard.ZstdError)
+_BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import ssl
 from collections.abc import Iterable
 
+from ..errors import KeysError
 from .identity import Identity
 from .paired_devices import PairedDevice
 
@@ -14,11 +15,21 @@ def session_context(identity: Identity, devices: Iterable[PairedDevice]) -> ssl.
 
     Also one that a device's key has signed gets through, so look it up after the handshake. Each
     context has ticket keys of its own: what another one let in cannot resume here.
+
+    Raises:
+        KeysError: OpenSSL does not take the key, or one of the certificates.
     """
     context = _context(ssl.PROTOCOL_TLS_SERVER, identity)
     context.verify_mode = ssl.CERT_REQUIRED
-    for certificate in (identity.certificate, *(it.certificate for it in devices)):
-        context.load_verify_locations(cadata=certificate)
+    # Else of certificates with the same subject, as headsets have, only the first is found.
+    context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
+    context.load_verify_locations(cadata=identity.certificate)
+    for device in devices:
+        try:
+            context.load_verify_locations(cadata=device.certificate)
+        except ssl.SSLError as error:
+            reason = f"the certificate of {device.name!r} cannot be used; unpair it, and pair"
+            raise KeysError(f"{reason}: {error.reason}") from error
     return context
 
 
@@ -38,6 +49,13 @@ def device_context(identity: Identity) -> ssl.SSLContext:
 def _context(protocol: int, identity: Identity) -> ssl.SSLContext:
     context = ssl.SSLContext(protocol)
     context.minimum_version = ssl.TLSVersion.TLSv1_3
-    context.load_cert_chain(identity.certificate_file, identity.key_file)
+    try:
+        context.load_cert_chain(identity.certificate_file, identity.key_file)
+    except OSError as error:
+        reason = getattr(error, "reason", None) or error.strerror
+        raise KeysError(
+            f"{identity.key_file} is not the key of {identity.certificate_file}; remove both, and"
+            f" pair: {reason}"
+        ) from error
     context.set_alpn_protocols([ALPN])
     return context

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from ..errors import KeysError
 
+_OTHERS_WRITE = 0o022
+
 
 def default_folder() -> Path:
     """`ml2-sensors` in XDG_CONFIG_HOME, or ~/.config."""
@@ -26,6 +28,8 @@ def locked(folder: Path) -> Iterator[None]:
         descriptor = os.open(folder, os.O_RDONLY)
         try:
             flock(descriptor, LOCK_EX)
+            if os.fstat(descriptor).st_mode & _OTHERS_WRITE:
+                raise KeysError(f"others can write in {folder}: chmod go-w {folder}")
             yield
         finally:
             os.close(descriptor)

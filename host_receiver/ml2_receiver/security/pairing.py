@@ -3,15 +3,16 @@
 import base64
 import binascii
 import secrets
+import ssl
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.serialization import Encoding
-from cryptography.x509 import load_der_x509_certificate
+from cryptography.x509 import InvalidVersion, load_der_x509_certificate
 
 from ..errors import ErrorCode, ProtocolError
 from ..wire.messages import Pair
@@ -47,9 +48,8 @@ class Pairing:
 
     @property
     def left_s(self) -> float:
-        """How long the token is valid; 0 when it is not any more."""
-        is_over = self._is_used or not self._guesses_left
-        return 0.0 if is_over else max(0.0, self._ends_s - self._clock())
+        """How long an unused token is valid; 0 when it is not any more."""
+        return max(0.0, self._ends_s - self._clock()) if self._guesses_left else 0.0
 
     @property
     def is_guessed_at(self) -> bool:
@@ -67,7 +67,7 @@ class Pairing:
         Raises:
             ProtocolError: `pairing`; the message does not have the token.
         """
-        if not self.left_s:
+        if self._is_used or not self.left_s:
             raise _refusal("the token is used or expired; run `ml2-receiver pair` again")
         if not secrets.compare_digest(pair.token.encode(), self.token.encode()):
             self._guesses_left -= 1
@@ -93,7 +93,9 @@ def check_signature(certificate: bytes, signature: bytes, signed: bytes) -> None
     try:
         parsed = load_der_x509_certificate(certificate)
         key = parsed.public_key()
-    except ValueError as error:
+        # What it does not take would keep the port for sessions shut to everybody.
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_verify_locations(cadata=certificate)
+    except (ValueError, UnsupportedAlgorithm, InvalidVersion, ssl.SSLError) as error:
         raise _refusal("the certificate is not one") from error
     if not isinstance(key, ec.EllipticCurvePublicKey) or not isinstance(key.curve, ec.SECP256R1):
         raise _refusal("expected a certificate with a key on the curve P-256")

@@ -4,10 +4,11 @@ import socket
 import ssl
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 
-from ..errors import ErrorCode, ProtocolError
+from ..errors import ErrorCode, KeysError, ProtocolError
 from ..wire.frame import FrameParser, Kind, LaneKind, Side, encode_frame
 from ..wire.json_body import JsonBody
 from ..wire.messages import Error, Pair, PairChallenge, Paired
@@ -29,10 +30,10 @@ class PairingListener:
     Args:
         listener: closed by close().
         sessions_port: where devices are told to connect to afterwards.
-        say: is told, by any thread, what went wrong with whom; never a secret.
+        say: is told, one call after the other, what went wrong with whom; never a secret.
 
     Attributes:
-        paired: set once there is a `device`.
+        ended: set once there is a `device`, or a `failure` to remember it.
     """
 
     def __init__(
@@ -47,13 +48,14 @@ class PairingListener:
         sessions_port: int,
         say: Callable[[str], None],
     ) -> None:
-        self.paired = threading.Event()
+        self.ended = threading.Event()
         self.device: PairedDevice | None = None
+        self.failure: KeysError | None = None
         self._listener, self._devices, self._pairing, self._say = listener, devices, pairing, say
         self._context = pairing_context(identity)
         self._name, self._software, self._port = name, software, sessions_port
         self._lock = threading.Lock()
-        self._places = threading.BoundedSemaphore(_CONNECTIONS)
+        self._open: dict[ssl.SSLSocket, str] = {}
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._accept, name="pair", daemon=True)
         self._thread.start()
@@ -73,26 +75,49 @@ class PairingListener:
             except OSError:
                 self._closing.wait(_POLL_S)
                 continue
-            if self._places.acquire(blocking=False):
-                serve = threading.Thread(target=self._serve, args=[accepted, address], daemon=True)
-                serve.start()
-            else:
-                accepted.close()
+            try:
+                accepted.settimeout(_EXCHANGE_S)
+                tls = self._context.wrap_socket(
+                    accepted, server_side=True, do_handshake_on_connect=False
+                )
+            except OSError:
+                accepted.close()  # it has left already
+                continue
+            self._take_in(tls, address[0])
+            threading.Thread(target=self._serve, args=[tls, address[0]], daemon=True).start()
 
-    def _serve(self, accepted: socket.socket, address: tuple[str, int]) -> None:
+    def _take_in(self, tls: ssl.SSLSocket, host: str) -> None:
+        """If there are too many, the oldest of the machine that has most of them has to go."""
+        with self._lock:
+            if len(self._open) >= _CONNECTIONS:
+                counts = Counter(self._open.values())
+                oldest = max(self._open, key=lambda it: counts[self._open[it]])
+                del self._open[oldest]
+                with suppress(OSError):
+                    socket.socket.shutdown(oldest, socket.SHUT_RDWR)
+            self._open[tls] = host
+
+    def _serve(self, tls: ssl.SSLSocket, host: str) -> None:
+        ends_s = time.monotonic() + _EXCHANGE_S
         try:
-            accepted.settimeout(_EXCHANGE_S)
-            exchange = _Exchange(self._context.wrap_socket(accepted, server_side=True))
-            with exchange.tls:
-                self._judge(exchange)
+            tls.do_handshake()
+            self._judge(_Exchange(tls, ends_s))
         except ProtocolError as error:
-            self._say(f"{address[0]}: {error}")
+            self._tell(host, str(error))
+        except KeysError as error:
+            self.failure = error
+            self.ended.set()
         except OSError as error:
             reason = getattr(error, "reason", None) or error.strerror or error
-            self._say(f"{address[0]}: no TLS connection: {reason}")
+            self._tell(host, f"no TLS connection: {reason}")
         finally:
-            accepted.close()
-            self._places.release()
+            with self._lock:
+                self._open.pop(tls, None)
+            tls.close()
+
+    def _tell(self, host: str, what: str) -> None:
+        with self._lock:
+            self._say(f"{host}: {what}")
 
     def _judge(self, exchange: "_Exchange") -> None:
         nonce = self._pairing.nonce()
@@ -103,25 +128,25 @@ class PairingListener:
             exchange.send(Kind.PAIR_CHALLENGE, challenge)
             pair = exchange.receive()
             with self._lock:
-                candidate = self._pairing.judge(pair, nonce)
-                self.device = self._devices.add(
-                    candidate.name, candidate.device_id, candidate.certificate
-                )
+                it = self._pairing.judge(pair, nonce)
+                self.device = self._devices.add(it.name, it.device_id, it.certificate)
             exchange.send(Kind.PAIRED, Paired(self._name, self._port))
             exchange.finish()
-            self.paired.set()
+            self.ended.set()
+        except KeysError:
+            exchange.refuse(ErrorCode.PAIRING, "the receiver cannot remember it")
+            raise
         except ProtocolError as error:
-            exchange.send(Kind.ERROR, Error(error.code, error.message, fatal=True))
-            exchange.finish()
+            exchange.refuse(error.code, error.message)
             raise
 
 
 class _Exchange:
-    """One connection, for so many seconds in all."""
+    """One connection, until `ends_s` in monotonic time."""
 
-    def __init__(self, tls: ssl.SSLSocket) -> None:
+    def __init__(self, tls: ssl.SSLSocket, ends_s: float) -> None:
         self.tls = tls
-        self._ends_s = time.monotonic() + _EXCHANGE_S
+        self._ends_s = ends_s
         self._parser = FrameParser(Side.DEVICE, LaneKind.PAIRING)
 
     def send(self, kind: Kind, body: JsonBody) -> None:
@@ -143,6 +168,10 @@ class _Exchange:
         if frame.header.kind != Kind.PAIR:
             raise ProtocolError(ErrorCode.UNEXPECTED, "expected PAIR")
         return Pair.parse(frame.payload)
+
+    def refuse(self, code: ErrorCode, message: str) -> None:
+        self.send(Kind.ERROR, Error(code, message, fatal=True))
+        self.finish()
 
     def finish(self) -> None:
         """Lets the peer read what it was sent: a close with bytes unread would be a reset."""

@@ -58,7 +58,8 @@ class CalibratedSink:
             if found != override.size:
                 self._sink.event(
                     f"{stream}: the calibration is for {override.size[0]}x{override.size[1]}, but"
-                    f" the headset sends {found[0]}x{found[1]}: its own camera_info is published"
+                    f" the headset sends {found[0]!r}x{found[1]!r}:"
+                    " its own camera_info is published"
                 )
 
     def event(self, text: str) -> None:

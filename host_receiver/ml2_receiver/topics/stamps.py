@@ -12,12 +12,19 @@ _NANOS_PER_SECOND = 1_000_000_000
 
 
 def stamp_reader(message_type: str) -> Callable[[bytes], int]:
-    """The function that reads the stamp of a message of this type, in nanoseconds, from its CDR."""
-    if message_type == "std_msgs/msg/String":
-        return _json_stamp
-    if message_type == "tf2_msgs/msg/TFMessage":
-        return _first_transform_stamp
-    return _header_stamp
+    """The function that reads the stamp of a message of this type, in nanoseconds, from its CDR.
+
+    It raises ValueError for a payload without one.
+    """
+    read = _READERS.get(message_type, _header_stamp)
+
+    def stamp_ns(payload: bytes) -> int:
+        try:
+            return read(payload)
+        except (struct.error, KeyError, TypeError, OverflowError, RecursionError) as error:
+            raise ValueError(f"{message_type} without a stamp: {error}") from error
+
+    return stamp_ns
 
 
 def _header_stamp(payload: bytes) -> int:
@@ -34,3 +41,9 @@ def _json_stamp(payload: bytes) -> int:
     (size,) = _LENGTH.unpack_from(payload, 4)
     stamp = json.loads(payload[8 : 8 + size - 1])["stamp"]
     return int(stamp["sec"]) * _NANOS_PER_SECOND + int(stamp["nanosec"])
+
+
+_READERS: dict[str, Callable[[bytes], int]] = {
+    "std_msgs/msg/String": _json_stamp,
+    "tf2_msgs/msg/TFMessage": _first_transform_stamp,
+}

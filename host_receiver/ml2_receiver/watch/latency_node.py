@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -92,7 +93,7 @@ class LatencyNode:
 
         def take(payload: bytes) -> None:
             now_ns = time.time_ns()
-            with self._lock:
+            with suppress(ValueError), self._lock:  # what has no stamp has no latency
                 topic.arrived(read_stamp(payload), now_ns)
 
         self._taker.add(RawSubscription(values["type"], name, QoSProfile(depth=_DEPTH), take))

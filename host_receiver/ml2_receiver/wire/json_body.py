@@ -125,7 +125,9 @@ def _expect(kind: Any, value: Any, path: str) -> Any:
 
 
 def _show(value: Any) -> str:
-    return f"{type(value).__name__} {str(value)[:40]!r}"
+    """Of a list or object no more than its type, as there may be a secret in it."""
+    kind = type(value).__name__
+    return kind if isinstance(value, dict | list) else f"{kind} {str(value)[:40]!r}"
 
 
 def _plain(value: Any) -> Any:

@@ -30,6 +30,11 @@ class Hello(JsonBody):
     capabilities: Capabilities
     permissions: Mapping[str, bool]
 
+    def __post_init__(self) -> None:
+        _check_text("name", self.name, _NAME_CHARACTERS)
+        for key in ("device_id", "instance_id", "software"):
+            _check_text(key, getattr(self, key), _ID_CHARACTERS)
+
 
 @dataclass(frozen=True)
 class PeerLimits:

@@ -1,12 +1,16 @@
 package dev.ml2sensors.fuzz
 
-/** What Jazzer calls; its one argument is the name of a [FuzzTarget]. */
+import java.io.File
+
+/** What Jazzer calls; its arguments are the name of a [FuzzTarget] and the folder that inputs are read from. */
 internal object JazzerTarget {
     private lateinit var target: FuzzTarget
 
     @JvmStatic
     fun fuzzerInitialize(arguments: Array<String>) {
-        target = FuzzTarget.valueOf(arguments.single())
+        val (name, folder) = arguments
+        target = FuzzTarget.valueOf(name)
+        target.seeds().forEachIndexed { number, seed -> File(folder, "seed-$number").writeBytes(seed) }
     }
 
     @JvmStatic

@@ -1,0 +1,35 @@
+"""JSON bodies: one that is taken is the same after it was written and read again."""
+
+import json
+from collections.abc import Iterator
+
+from ml2_receiver.errors import ProtocolError
+from ml2_receiver.topics.config_topic import ConfigText
+from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.messages import Hello
+from vectors import HEADER_BYTES, vectors
+
+_BODIES = sorted(JsonBody.__subclasses__(), key=lambda it: it.__name__)
+_NAMES = {it.__name__.upper(): number for number, it in enumerate(_BODIES)}
+assert {ConfigText, Hello} <= set(_BODIES)
+
+
+def seeds() -> Iterator[bytes]:
+    """Which body, and its bytes."""
+    for case, _ in vectors("wire"):
+        for frame in case["frames"]:
+            name = (frame["name"] or "").replace("_", "")
+            if "json" in frame and name in _NAMES:
+                body = json.dumps(frame["json"], ensure_ascii=False).encode()
+                yield bytes([_NAMES[name]]) + body
+    for _, data in vectors("malformed", "*Hello*"):
+        yield bytes([_NAMES["HELLO"]]) + data[HEADER_BYTES:]
+
+
+def read(data: bytes) -> None:
+    kind = _BODIES[data[0] % len(_BODIES)]
+    try:
+        body = kind.parse(data[1:])
+    except ProtocolError:
+        return
+    assert kind.parse(body.to_bytes()) == body

@@ -1,0 +1,51 @@
+"""Frames: what is read does not depend on how the bytes are cut up, and needs no more memory."""
+
+from collections.abc import Iterator
+
+from ml2_receiver.errors import ProtocolError
+from ml2_receiver.wire.frame import HEADER_BYTES, FrameParser, Header, LaneKind, Side
+from vectors import vectors
+
+_LANES = list(LaneKind)
+_SIDES = list(Side)
+_GROWTH_BYTES = 1 << 20
+
+type Found = list[tuple[Header, bytes] | str]
+
+
+def seeds() -> Iterator[bytes]:
+    """Side, lane, and the bytes of one connection."""
+    for case, data in (*vectors("wire"), *vectors("malformed")):
+        lane = LaneKind.of(case["lane"])
+        side = Side.DEVICE if case.get("side", "receiver") != "device" else Side.RECEIVER
+        for it in (lane, LaneKind.OPENING):
+            yield bytes([_SIDES.index(side), _LANES.index(it)]) + data
+
+
+def read(data: bytes) -> None:
+    side, lane = (_SIDES[data[0] % len(_SIDES)], _LANES[data[1] % len(_LANES)])
+    stream = data[2:]
+    whole = parsed(FrameParser(side, lane), stream, len(stream))
+    for piece in (1, 7):
+        assert parsed(FrameParser(side, lane), stream, piece) == whole
+
+
+def parsed(parser: FrameParser, stream: bytes, piece: int) -> Found:
+    """The frames, and the code of the error that ends them."""
+    found: Found = []
+    at = most = 0
+    while at < len(stream):
+        into = parser.get_buffer()
+        assert 0 < len(into) <= max(HEADER_BYTES, _GROWTH_BYTES, most)
+        count = min(len(into), piece, len(stream) - at)
+        into[:count] = stream[at : at + count]
+        at += count
+        try:
+            frame = parser.buffer_updated(count)
+        except ProtocolError as error:
+            return [*found, error.code]
+        if frame is not None:
+            assert len(frame.payload) == frame.header.length
+            most = max(most, len(frame.payload))
+            found.append((frame.header, bytes(frame.payload)))
+    return found

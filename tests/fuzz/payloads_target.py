@@ -1,0 +1,34 @@
+"""Messages that are looked into on this side of ROS."""
+
+from collections.abc import Iterator
+from contextlib import suppress
+
+from ml2_receiver.configuration.calibration import Calibration
+from ml2_receiver.errors import PublishError
+from ml2_receiver.topics.calibrated_sink import CameraInfoOverride
+from ml2_receiver.topics.stamps import stamp_reader
+from ml2_receiver.topics.string_message import decode_string, encode_string
+from vectors import vectors
+
+_STAMPED = ("sensor_msgs/msg/CameraInfo", "std_msgs/msg/String", "tf2_msgs/msg/TFMessage")
+_CALIBRATION = Calibration(1016, 1016, "plumb_bob", (0.0,) * 5, (1.0,) * 9, (1.0,) * 9, (1.0,) * 12)
+
+
+def seeds() -> Iterator[bytes]:
+    for names in ("CameraInfo*", "String*", "TFMessage*"):
+        for _, data in vectors("cdr", names):
+            yield data
+    yield encode_string('{"stamp": {"sec": 12, "nanosec": 34}}')
+
+
+def read(data: bytes) -> None:
+    for message_type in _STAMPED:
+        with suppress(ValueError):
+            stamp_reader(message_type)(data)
+    with suppress(ValueError):
+        text = decode_string(data)
+        assert text in data
+    payload = bytearray(data)
+    with suppress(PublishError):
+        changed = CameraInfoOverride(_CALIBRATION).apply(payload)
+        assert changed is payload or changed[:16] == payload[:16]
