@@ -27,10 +27,13 @@ public interface Receiver {
          */
         public fun parse(text: String, browser: ReceiverBrowser): Receiver = when {
             text.isEmpty() -> discover(browser)
+
             text.contains("ml2s:", ignoreCase = true) -> throw IllegalArgumentException(
                 "$EXPECTED; a URI of ml2-receiver pair is for pairing only",
             )
+
             ':' in text -> address(text)
+
             else -> discover(browser, text)
         }
 

@@ -143,13 +143,13 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     /**
      * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "insecure", "streams": {id: {"state":
      * "accepted"|"refused"|"failed", "reason", "values"}}, "channels": {topic: {"produced", "sent", "dropped": {reason:
-     * count}}}, "clock", "paired": [{"name", "fingerprint", "address"}], "pairing": {"number", "state": "none"|
-     * "running"|"paired"|"failed", "reason"}}`. Channels and clock are as in STATUS of PROTOCOL.md; the receiver that
-     * was paired last is the last of them.
+     * count}}}, "clock", "pairing": {"number", "state": "none"|"running"|"paired"|"failed", "reason", "receivers":
+     * [{"name", "fingerprint", "address"}]}}`. Channels and clock are as in STATUS of PROTOCOL.md; the number is how
+     * many pairings were tried since [open]; the receiver that was paired last is the last of them.
      */
     public fun status(): String {
         val status = synchronized(this) { run?.status() ?: last }
-        return json.encodeToString(status.copy(paired = pairing.receivers, pairing = pairing.status))
+        return json.encodeToString(status.copy(pairing = pairing.status))
     }
 
     /** `[{"permission", "reason", "streams": [id]}]`: what the user must yet allow for the streams that are wanted. */

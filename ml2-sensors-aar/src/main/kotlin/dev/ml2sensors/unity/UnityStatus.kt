@@ -18,7 +18,6 @@ internal data class UnityStatus(
     val streams: Map<String, Stream> = emptyMap(),
     val channels: Map<String, Status.ChannelCounts> = emptyMap(),
     val clock: Status.Clock? = null,
-    val paired: List<Receiver> = emptyList(),
     val pairing: Pairing = Pairing(),
 ) {
     @Serializable
@@ -30,9 +29,14 @@ internal data class UnityStatus(
             this(paired.name, paired.fingerprint.hex, "${paired.address}")
     }
 
-    /** The last pairing; [number] counts them. */
+    /** What became of the last pairing, of which there were [number], and with whom this app is paired. */
     @Serializable
-    class Pairing(val number: Int = 0, val state: String = "none", val reason: String = "")
+    data class Pairing(
+        val number: Int = 0,
+        val state: String = "none",
+        val reason: String = "",
+        val receivers: List<Receiver> = emptyList(),
+    )
 
     companion object {
         /** Of a [streamer] that does what was asked for by [request]. */

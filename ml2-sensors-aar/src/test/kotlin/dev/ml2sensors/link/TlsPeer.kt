@@ -87,7 +87,7 @@ internal class TlsPeer(
             protocols: List<String> = listOf("TLSv1.3"),
             applicationProtocols: List<String> = listOf("ml2s/1"),
         ): SSLServerSocket {
-            val context = SSLContext.getInstance("TLS", "SunJSSE")
+            val context = SSLContext.getInstance("TLS")
             context.init(arrayOf<KeyManager>(ServerKeys), arrayOf(trust), null)
             return (context.serverSocketFactory.createServerSocket() as SSLServerSocket).apply {
                 needClientAuth = true

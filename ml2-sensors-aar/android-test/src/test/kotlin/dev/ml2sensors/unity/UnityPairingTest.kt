@@ -57,7 +57,7 @@ class UnityPairingTest {
             PairingPeer.accepting(host.address.port).use { receiver ->
                 probe.unity.pair(" ${receiver.uri}\n")
                 probe.await { it.pairing.state == "running" }
-                val paired = probe.await { it.pairing.state == "paired" }.getValue("paired").jsonArray.single().jsonObject
+                val paired = probe.await { it.pairing.state == "paired" }.receivers.single().jsonObject
                 assertEquals("desk", paired.text("name"))
                 assertEquals(TestIdentity.receiver.fingerprint.hex, paired.text("fingerprint"))
                 assertEquals("${host.address}", paired.text("address"))
@@ -78,7 +78,7 @@ class UnityPairingTest {
                 probe.unity.pair(uri)
                 val failed = probe.await { it.pairing.state == "failed" && it.pairing.text("number") == "${index + 1}" }
                 reasons += failed.pairing.text("reason")
-                assertEquals(0, failed.getValue("paired").jsonArray.size)
+                assertEquals(0, failed.receivers.size)
             }
         }
         assertTrue("expected ml2s://HOST:PORT" in reasons[0], reasons[0])
@@ -106,7 +106,7 @@ class UnityPairingTest {
             first.await { status -> status.pairing.state == "paired" }
         }
         UnityProbe().use { next ->
-            next.await { it.getValue("paired").jsonArray.size == 1 && it.pairing.state == "none" }
+            next.await { it.receivers.size == 1 && it.pairing.state == "none" }
         }
     }
 
@@ -139,5 +139,6 @@ class UnityPairingTest {
         ScriptedHost(server = TlsPeer.serverSocket(TlsPeer.trusting(AndroidKeys.of(app).identity)))
 
     private val JsonObject.receiver get() = text("receiver")
+    private val JsonObject.receivers get() = pairing.getValue("receivers").jsonArray
     private val JsonObject.isInsecure get() = getValue("insecure").jsonPrimitive.boolean
 }
