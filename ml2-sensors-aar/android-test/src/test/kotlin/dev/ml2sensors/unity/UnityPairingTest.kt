@@ -1,5 +1,7 @@
 package dev.ml2sensors.unity
 
+import android.content.Context
+import android.net.nsd.NsdManager
 import android.util.Log
 import dev.ml2sensors.android.AndroidKeys
 import dev.ml2sensors.android.FakeKeystore
@@ -22,7 +24,9 @@ import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
+import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
+import org.robolectric.shadow.api.Shadow
 import org.robolectric.shadows.ShadowLog
 import java.io.File
 import kotlin.test.assertEquals
@@ -132,7 +136,11 @@ class UnityPairingTest {
         assertEquals(emptyList(), keystore.made, "no key is needed")
     }
 
-    private fun withKeys(test: (UnityProbe) -> Unit) = keystore.use { UnityProbe().use(test) }
+    /** On a network where nobody announces himself. */
+    private fun withKeys(test: (UnityProbe) -> Unit) {
+        shadowOf(app).setSystemService(Context.NSD_SERVICE, Shadow.newInstanceOf(NsdManager::class.java))
+        keystore.use { UnityProbe().use(test) }
+    }
 
     /** Takes this app and nobody else. */
     private fun secureHost() =
