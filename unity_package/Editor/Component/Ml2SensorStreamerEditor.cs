@@ -1,3 +1,4 @@
+using System.Linq;
 using UnityEditor;
 using UnityEngine;
 
@@ -12,8 +13,9 @@ namespace Ml2Sensors.Editor
         public override void OnInspectorGUI()
         {
             DrawDefaultInspector();
-            if (!Application.isPlaying) return;
             var streamer = (Ml2SensorStreamer)target;
+            if (streamer.Insecure) EditorGUILayout.HelpBox(Ml2SensorStreamer.InsecureWarning, MessageType.Warning);
+            if (!Application.isPlaying) return;
             if (streamer.Unavailable != null) EditorGUILayout.HelpBox(streamer.Unavailable, MessageType.Info);
             else DrawStatus(streamer.Status);
         }
@@ -22,6 +24,8 @@ namespace Ml2Sensors.Editor
         {
             EditorGUILayout.LabelField("State", $"{status.State} {status.Receiver}");
             if (status.Reason != "") EditorGUILayout.HelpBox(status.Reason, MessageType.Info);
+            string paired = string.Join(", ", status.Pairing.Receivers.Select(receiver => receiver.Name));
+            EditorGUILayout.LabelField("Paired with", paired == "" ? "no receiver" : paired);
             foreach (var stream in status.Streams)
                 EditorGUILayout.LabelField(stream.Key, $"{stream.Value.State} {stream.Value.Reason}");
             foreach (var channel in status.Channels)

@@ -21,7 +21,8 @@ namespace Ml2Sensors.Editor
             DrawDefaults(Ml2SensorSettings.instance);
             EditorGUILayout.LabelField("Security", EditorStyles.boldLabel);
             EditorGUILayout.HelpBox(
-                "Connections are not encrypted yet, those with eye images included. Use a network you trust.", MessageType.Warning);
+                "Connections are encrypted, with receivers that the headset is paired with; a streamer can be told otherwise. " +
+                "The README says how to pair.", MessageType.Info);
             EditorGUILayout.LabelField("Build", EditorStyles.boldLabel);
             foreach (BuildCheck check in BuildCheck.All.Where(check => !check.IsGood))
             {

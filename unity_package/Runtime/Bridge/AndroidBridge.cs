@@ -20,7 +20,10 @@ namespace Ml2Sensors.Bridge
 
         public string Unavailable => null;
 
-        public void Start(string receiver, string defaultsJson) => _facade.Call("start", receiver, defaultsJson);
+        public void Pair(string uri) => _facade.Call("pair", uri);
+
+        public void Start(string receiver, string defaultsJson, bool insecure) =>
+            _facade.Call("start", receiver, defaultsJson, insecure);
 
         public void Stop() => _facade.Call("stop");
 

@@ -11,9 +11,14 @@ namespace Ml2Sensors.Bridge
         /// <summary>Why nothing can stream on this platform; null where it can.</summary>
         string Unavailable { get; }
 
-        /// <param name="receiver">"" to discover one, its name, "host:port", or a pairing URI.</param>
+        /// <summary>The status says what becomes of it; without effect while another is under way.</summary>
+        /// <param name="uri">As ml2-receiver pair shows it.</param>
+        void Pair(string uri);
+
+        /// <param name="receiver">"" for the paired one, a receiver's name, or "host:port".</param>
         /// <param name="defaultsJson">Streams that run when no receiver says otherwise, as CONFIGURE's; "{}" for none.</param>
-        void Start(string receiver, string defaultsJson);
+        /// <param name="insecure">Encrypts nothing and trusts every receiver; "" is the only one there is then.</param>
+        void Start(string receiver, string defaultsJson, bool insecure);
 
         void Stop();
 

@@ -8,7 +8,11 @@ namespace Ml2Sensors.Bridge
 
         public string Unavailable { get; }
 
-        public void Start(string receiver, string defaultsJson)
+        public void Pair(string uri)
+        {
+        }
+
+        public void Start(string receiver, string defaultsJson, bool insecure)
         {
         }
 

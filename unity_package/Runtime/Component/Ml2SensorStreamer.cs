@@ -15,8 +15,14 @@ namespace Ml2Sensors
     [DisallowMultipleComponent]
     public sealed class Ml2SensorStreamer : MonoBehaviour
     {
-        [Tooltip("Empty: found on the network. Or the receiver's name, host:port, or a pairing URI (ml2s://...).")]
+        internal const string InsecureWarning =
+            "Insecure: nothing is encrypted, and anybody on the network can read along and pretend to be the receiver.";
+
+        [Tooltip("Empty: the one that the headset is paired with. Or a receiver's name, or host:port; paired, too.")]
         [SerializeField] private string _receiver = "";
+
+        [Tooltip("Encrypt nothing and trust every receiver, which has to run with --insecure. Eye images are refused.")]
+        [SerializeField] private bool _insecure;
 
         [Tooltip("Start when this component is enabled.")]
         [SerializeField] private bool _startAutomatically = true;
@@ -40,6 +46,12 @@ namespace Ml2Sensors
         /// <summary>With the reason.</summary>
         public event Action<string> Disconnected;
 
+        /// <summary>With the receiver. A stream that is not insecure starts anew by itself.</summary>
+        public event Action<PairedReceiver> Paired;
+
+        /// <summary>With the reason.</summary>
+        public event Action<string> PairingFailed;
+
         /// <summary>The receiver's configuration took effect; Status.Streams has the values.</summary>
         public event Action<Status> ConfigurationApplied;
 
@@ -60,6 +72,13 @@ namespace Ml2Sensors
         }
 
         /// <summary>See the field; takes effect with the next start.</summary>
+        public bool Insecure
+        {
+            get => _insecure;
+            set => _insecure = value;
+        }
+
+        /// <summary>See the field; takes effect with the next start.</summary>
         public Ml2SensorConfig Config
         {
             get => _config;
@@ -73,12 +92,24 @@ namespace Ml2Sensors
 
         internal IMl2Bridge Bridge => _bridge ?? (_bridge = OpenBridge(json => Interlocked.Exchange(ref _news, json)));
 
+        /// <summary>
+        /// Pairs with a receiver, needed once for each: Paired or PairingFailed tell what became of it, within seconds.
+        /// Without effect while another pairing is under way.
+        /// </summary>
+        /// <param name="uri">What `ml2-receiver pair` shows, ml2s://..., as text or as a QR code; spaces around it aside.</param>
+        public void Pair(string uri)
+        {
+            if (Unavailable != null) Debug.LogWarning(Unavailable, this);
+            Bridge.Pair(uri ?? "");
+        }
+
         /// <summary>Begins as soon as the user has answered for permissions; without effect when begun.</summary>
         public void StartStreaming()
         {
             if (_isWanted) return;
             _isWanted = true;
             if (Unavailable != null) Debug.LogWarning(Unavailable, this);
+            else if (_insecure) Debug.LogWarning(InsecureWarning, this);
             AskForPermissions();
             ContinueStart();
         }
@@ -140,13 +171,15 @@ namespace Ml2Sensors
             bool hasNewPermission = _permissions.TakeGranted();
             if (!_isWanted || (_isStarted && !hasNewPermission)) return;
             _isStarted = true;
-            Bridge.Start(_receiver, _config == null ? "{}" : _config.ToJson());
+            Bridge.Start(_receiver, _config == null ? "{}" : _config.ToJson(), _insecure);
         }
 
         private void Take(Status now)
         {
             Status before = Status;
             Status = now;
+            if (StatusChanges.HasPaired(before, now)) Paired?.Invoke(now.Pairing.Receivers[now.Pairing.Receivers.Count - 1]);
+            if (StatusChanges.HasFailedToPair(before, now)) PairingFailed?.Invoke(now.Pairing.Reason);
             if (StatusChanges.HasDisconnected(before, now)) Disconnected?.Invoke(now.Reason);
             if (StatusChanges.HasConnected(before, now)) Connected?.Invoke(now.Receiver);
             if (StatusChanges.HasNewConfiguration(before, now)) ConfigurationApplied?.Invoke(now);

@@ -20,7 +20,8 @@ namespace Ml2Sensors
     public sealed class Status
     {
         public static readonly Status Initial = new Status(
-            ConnectionState.Ended, "", "", new Dictionary<string, StreamStatus>(), new Dictionary<string, ChannelCounts>(), null);
+            ConnectionState.Ended, "", "", false, new Dictionary<string, StreamStatus>(), new Dictionary<string, ChannelCounts>(), null,
+            PairingStatus.Initial);
 
         public readonly ConnectionState State;
 
@@ -29,6 +30,9 @@ namespace Ml2Sensors
 
         /// <summary>Why it is not connected; empty when there is nothing to say.</summary>
         public readonly string Reason;
+
+        /// <summary>Whether it was started without encryption.</summary>
+        public readonly bool IsInsecure;
 
         /// <summary>By stream id.</summary>
         public readonly IReadOnlyDictionary<string, StreamStatus> Streams;
@@ -39,16 +43,21 @@ namespace Ml2Sensors
         /// <summary>Null until clocks were compared.</summary>
         public readonly ClockStatus Clock;
 
+        public readonly PairingStatus Pairing;
+
         internal Status(
-            ConnectionState state, string receiver, string reason, IReadOnlyDictionary<string, StreamStatus> streams,
-            IReadOnlyDictionary<string, ChannelCounts> channels, ClockStatus clock)
+            ConnectionState state, string receiver, string reason, bool isInsecure,
+            IReadOnlyDictionary<string, StreamStatus> streams, IReadOnlyDictionary<string, ChannelCounts> channels,
+            ClockStatus clock, PairingStatus pairing)
         {
             State = state;
             Receiver = receiver;
             Reason = reason;
+            IsInsecure = isInsecure;
             Streams = streams;
             Channels = channels;
             Clock = clock;
+            Pairing = pairing;
         }
     }
 

@@ -10,6 +10,10 @@ namespace Ml2Sensors
 
         public static bool HasDisconnected(Status before, Status now) => IsConnected(before) && !IsConnected(now);
 
+        public static bool HasPaired(Status before, Status now) => IsNew(before.Pairing, now.Pairing, PairingState.Paired);
+
+        public static bool HasFailedToPair(Status before, Status now) => IsNew(before.Pairing, now.Pairing, PairingState.Failed);
+
         /// <summary>Whether other streams were accepted, or the same with other values.</summary>
         public static bool HasNewConfiguration(Status before, Status now)
         {
@@ -26,6 +30,9 @@ namespace Ml2Sensors
 
         private static bool WasSo(Status before, string id, StreamStatus now) =>
             before.Streams.TryGetValue(id, out StreamStatus old) && old.State == now.State && old.Reason == now.Reason;
+
+        private static bool IsNew(PairingStatus before, PairingStatus now, PairingState state) =>
+            now.State == state && (before.State != state || before.Number != now.Number);
 
         private static bool IsConnected(Status status) => status.State == ConnectionState.Connected;
 

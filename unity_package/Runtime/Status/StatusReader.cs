@@ -15,8 +15,9 @@ namespace Ml2Sensors
         {
             JObject root = JObject.Parse(text);
             return new Status(
-                Word<ConnectionState>(root, "state"), Text(root, "receiver"), Text(root, "reason"),
-                Map(root, "streams", Stream), Map(root, "channels", Channel), Clock(root["clock"] as JObject));
+                Word<ConnectionState>(root, "state"), Text(root, "receiver"), Text(root, "reason"), (bool?)root["insecure"] ?? false,
+                Map(root, "streams", Stream), Map(root, "channels", Channel), Clock(root["clock"] as JObject),
+                Pairing(root["pairing"] as JObject));
         });
 
         /// <exception cref="FormatException">It is no JSON, or a value is not what it should be.</exception>
@@ -49,6 +50,15 @@ namespace Ml2Sensors
         {
             if (clock == null || !clock.HasValues) return null;
             return new ClockStatus(Text(clock, "state"), (long?)clock["offset_ns"] ?? 0, (long?)clock["uncertainty_ns"] ?? 0);
+        }
+
+        private static PairingStatus Pairing(JObject pairing)
+        {
+            if (pairing == null) return PairingStatus.Initial;
+            var receivers = pairing["receivers"].Select(receiver => new PairedReceiver(
+                (string)receiver["name"], (string)receiver["fingerprint"], (string)receiver["address"]));
+            return new PairingStatus(
+                (int)pairing["number"], Word<PairingState>(pairing, "state"), Text(pairing, "reason"), receivers.ToArray());
         }
 
         private static T Word<T>(JObject parent, string key) where T : struct

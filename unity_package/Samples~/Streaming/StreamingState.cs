@@ -1,4 +1,3 @@
-using System.Collections.Generic;
 using UnityEngine;
 
 namespace Ml2Sensors.Samples
@@ -9,48 +8,32 @@ namespace Ml2Sensors.Samples
         [SerializeField] private Ml2SensorStreamer _streamer;
         [SerializeField] private TextMesh _text;
 
-        private readonly Dictionary<string, string> _refused = new Dictionary<string, string>();
-        private string _state = "starting";
+        private Status _shown;
 
-        private void OnEnable()
+        private void OnEnable() => _streamer.PermissionNeeded += ShowPermission;
+
+        private void OnDisable() => _streamer.PermissionNeeded -= ShowPermission;
+
+        private void Update()
         {
-            _streamer.Connected += ShowConnected;
-            _streamer.Disconnected += ShowDisconnected;
-            _streamer.StreamRefused += ShowRefused;
-            _streamer.PermissionNeeded += ShowPermission;
-            Show(_streamer.Unavailable ?? "looking for a receiver");
+            if (_streamer.Status == _shown) return;
+            _shown = _streamer.Status;
+            _text.text = _streamer.Unavailable ?? Describe(_shown);
         }
 
-        private void OnDisable()
+        private void ShowPermission(PermissionNeed need) =>
+            _text.text = $"please allow {need.Permission}: {need.Reason}";
+
+        private static string Describe(Status status)
         {
-            _streamer.Connected -= ShowConnected;
-            _streamer.Disconnected -= ShowDisconnected;
-            _streamer.StreamRefused -= ShowRefused;
-            _streamer.PermissionNeeded -= ShowPermission;
-        }
-
-        private void ShowConnected(string receiver)
-        {
-            _refused.Clear();
-            Show($"connected to {receiver}");
-        }
-
-        private void ShowDisconnected(string reason) => Show($"not connected: {reason}");
-
-        private void ShowPermission(PermissionNeed need) => Show($"please allow {need.Permission}: {need.Reason}");
-
-        private void ShowRefused(string stream, string reason)
-        {
-            _refused[stream] = reason;
-            Show(_state);
-        }
-
-        private void Show(string state)
-        {
-            _state = state;
-            string text = state;
-            foreach (var refused in _refused) text += $"\n{refused.Key}: {refused.Value}";
-            _text.text = text;
+            string text = status.State == ConnectionState.Connected
+                ? $"connected to {status.Receiver}"
+                : $"not connected: {status.Reason}";
+            if (status.IsInsecure) text += ", insecure";
+            if (status.Pairing.State != PairingState.None) text += $"\npairing: {status.Pairing.State} {status.Pairing.Reason}";
+            foreach (var stream in status.Streams)
+                if (stream.Value.State != StreamState.Accepted) text += $"\n{stream.Key}: {stream.Value.Reason}";
+            return text;
         }
     }
 }

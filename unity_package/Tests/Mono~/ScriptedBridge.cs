@@ -28,7 +28,10 @@ namespace Ml2Sensors.Tests
             thread.Join();
         }
 
-        public void Start(string receiver, string defaultsJson) => Calls.Add($"start \"{receiver}\" {defaultsJson}");
+        public void Pair(string uri) => Calls.Add($"pair {uri}");
+
+        public void Start(string receiver, string defaultsJson, bool insecure) =>
+            Calls.Add($"start \"{receiver}\" {defaultsJson}{(insecure ? " insecure" : "")}");
 
         public void Stop() => Calls.Add("stop");
 

@@ -32,6 +32,8 @@ namespace Ml2Sensors.Tests
             _streamer.Disconnected += reason => _events.Add($"disconnected {reason}");
             _streamer.ConfigurationApplied += status => _events.Add($"applied {string.Join(" ", status.Streams.Keys)}");
             _streamer.StreamRefused += (stream, reason) => _events.Add($"refused {stream}: {reason}");
+            _streamer.Paired += receiver => _events.Add($"paired {receiver.Name} {receiver.Fingerprint} {receiver.Address}");
+            _streamer.PairingFailed += reason => _events.Add($"pairing failed: {reason}");
             _streamer.PermissionNeeded += need => _events.Add($"needs {need.Permission} {need.Reason}");
         }
 
@@ -45,6 +47,63 @@ namespace Ml2Sensors.Tests
             _streamer.Config.Add(request);
             _streamer.enabled = true;
             AssertCalls("start \"10.0.0.2:9763\" {\"world_left\":{\"update_rate\":30}}");
+        }
+
+        [Test]
+        public void Enable_Insecure_WarnsAndTellsTheLibrary()
+        {
+            _streamer.Insecure = true;
+            _streamer.enabled = true;
+            AssertCalls("start \"\" {} insecure");
+            Assert.AreEqual(new[] { Ml2SensorStreamer.InsecureWarning }, Debug.Warnings);
+            _bridge.Say("{'state': 'connecting', 'insecure': true}");
+            Update();
+            Assert.IsTrue(_streamer.Status.IsInsecure);
+        }
+
+        [Test]
+        public void Pair_BeforeAnyStart_ReachesTheLibrary()
+        {
+            _streamer.Pair("ml2s://desk:1?fp=0&token=0");
+            _streamer.Pair(null);
+            AssertCalls("pair ml2s://desk:1?fp=0&token=0", "pair ");
+        }
+
+        [Test]
+        public void Pairing_Succeeded_TellsTheLastReceiverOnce()
+        {
+            _streamer.enabled = true;
+            _bridge.Say(Pairing(1, "running", "", "old"));
+            Update();
+            AssertEvents();
+            foreach (int _ in new[] { 1, 2 })
+            {
+                _bridge.Say(Pairing(1, "paired", "", "old", "desk"));
+                Update();
+            }
+            AssertEvents("paired desk f-desk h-desk:1");
+            Assert.AreEqual(new[] { "old", "desk" }, _streamer.Status.Pairing.Receivers.Select(receiver => receiver.Name));
+        }
+
+        [Test]
+        public void Pairing_FailedTwiceForOneReason_TellsBothEvenWhenTheAttemptWasNotSeen()
+        {
+            _streamer.enabled = true;
+            foreach (int number in new[] { 1, 2 })
+            {
+                _bridge.Say(Pairing(number, "failed", "wrong token"));
+                Update();
+            }
+            AssertEvents("pairing failed: wrong token", "pairing failed: wrong token");
+        }
+
+        [Test]
+        public void Pairing_OfEarlierRuns_IsKnownWithoutAnEvent()
+        {
+            _bridge.Say(Pairing(0, "none", "", "desk"));
+            Update();
+            AssertEvents();
+            Assert.AreEqual("desk", _streamer.Status.Pairing.Receivers.Single().Name);
         }
 
         [Test]
@@ -216,6 +275,13 @@ namespace Ml2Sensors.Tests
         public void Publisher_NameThatIsNoTopic_Throws(string name)
         {
             Assert.Throws<System.ArgumentException>(() => new Ml2Publisher<StringMsg>(_streamer, name).ToString());
+        }
+
+        private static string Pairing(int number, string state, string reason, params string[] receivers)
+        {
+            var known = receivers.Select(name => $"{{'name': '{name}', 'fingerprint': 'f-{name}', 'address': 'h-{name}:1'}}");
+            return $"{{'state': 'connecting', 'pairing': {{'number': {number}, 'state': '{state}', 'reason': '{reason}', " +
+                $"'receivers': [{string.Join(", ", known)}]}}}}";
         }
 
         private void Need(string needs) => _bridge.Needs = needs;

@@ -14,6 +14,14 @@ namespace UnityEngine
         public static RuntimePlatform platform => RuntimePlatform.LinuxEditor;
 
         public static bool isPlaying => true;
+
+        public static string absoluteURL => "";
+
+        public static event Action<string> deepLinkActivated
+        {
+            add { }
+            remove { }
+        }
     }
 
     public static class Time

@@ -6,9 +6,12 @@ import android.security.keystore.KeyProperties
 import dev.ml2sensors.link.DeviceIdentity
 import dev.ml2sensors.pairing.DeviceKeys
 import java.io.File
+import java.io.IOException
+import java.security.GeneralSecurityException
 import java.security.KeyPairGenerator
 import java.security.KeyStore
 import java.security.PrivateKey
+import java.security.ProviderException
 import java.security.cert.X509Certificate
 import java.security.spec.ECGenParameterSpec
 import java.util.Date
@@ -23,17 +26,23 @@ internal object AndroidKeys {
     private val NOT_BEFORE = Date(946_684_800_000)
     private val NOT_AFTER = Date(253_402_300_799_000)
 
-    /** Makes them when there are none. */
+    /** The private key is looked for, and made when there is none, when it is first needed. */
+    fun of(context: Context): DeviceKeys =
+        DeviceKeys(lazy(::identity), File(context.filesDir, "ml2-sensors-receivers.json"))
+
+    /** @throws IOException when the Keystore fails. */
     @Synchronized
-    fun open(context: Context): DeviceKeys {
+    private fun identity(): DeviceIdentity = try {
         val store = KeyStore.getInstance(PROVIDER).apply { load(null) }
-        if (!store.containsAlias(ALIAS)) make()
-        val identity = DeviceIdentity(
-            store.getKey(ALIAS, null) as PrivateKey,
-            store.getCertificate(ALIAS) as X509Certificate,
-        )
-        return DeviceKeys(identity, File(context.filesDir, "ml2-sensors-receivers.json"))
+        if (!store.isKeyEntry(ALIAS)) make()
+        DeviceIdentity(store.getKey(ALIAS, null) as PrivateKey, store.getCertificate(ALIAS) as X509Certificate)
+    } catch (e: GeneralSecurityException) {
+        throw failed(e)
+    } catch (e: ProviderException) {
+        throw failed(e)
     }
+
+    private fun failed(cause: Exception) = IOException("Android's Keystore gives no key: ${cause.message}", cause)
 
     /** TLS signs digests that it has made itself, pairing has SHA-256 made. */
     private fun make() {

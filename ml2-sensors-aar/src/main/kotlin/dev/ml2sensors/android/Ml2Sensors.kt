@@ -20,11 +20,9 @@ import dev.ml2sensors.source.SourcedHeadset
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
-import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.StateFlow
 import kotlinx.coroutines.flow.asStateFlow
-import kotlinx.coroutines.withContext
 import java.security.MessageDigest
 
 /** The headset that this app runs on. */
@@ -56,27 +54,23 @@ public object Ml2Sensors {
      * Pairs this headset with the receiver that shows [uri], text or QR code of `ml2-receiver pair`: once, then
      * [connect] finds it.
      *
-     * @throws IllegalArgumentException for a text that is no such URI.
+     * @throws IllegalArgumentException for a text that is no such URI, spaces around it aside.
      * @throws java.io.IOException as [DeviceKeys.pair] does.
      */
     public suspend fun pair(context: Context, uri: String): PairedReceiver {
         val app = context.applicationContext
-        val parsed = PairingUri.parse(uri)
-        return withContext(Dispatchers.IO) { AndroidKeys.open(app) }.pair(parsed, identityOf(app))
+        return AndroidKeys.of(app).pair(PairingUri.parse(uri.trim()), identityOf(app))
     }
 
     /**
-     * A streamer of [headset], not yet started, to the receiver that this headset is paired with: the one that announces
-     * itself, else the last one where it was paired.
-     *
-     * @throws IllegalStateException when it is paired with none.
-     * @throws java.io.IOException when what is known of them cannot be read.
+     * A streamer of [headset], not yet started, to the receiver that this headset is paired with when it connects: the
+     * one that announces itself, else the last one where it was paired. While it is paired with none,
+     * [Ml2Streamer.state] says so.
      */
-    public suspend fun connect(context: Context, headset: Headset): Ml2Streamer = withContext(Dispatchers.IO) {
+    public fun connect(context: Context, headset: Headset): Ml2Streamer {
         val app = context.applicationContext
-        val keys = AndroidKeys.open(app)
-        check(keys.receivers.isNotEmpty()) { "this headset is paired with no receiver; run ml2-receiver pair" }
-        Ml2Streamer(headset, keys.receiver(nsdBrowser(app)), keys.security())
+        val keys = AndroidKeys.of(app)
+        return Ml2Streamer(headset, keys.receiver(nsdBrowser(app)), keys.security())
     }
 
     /** The id is Android's for this app, user and device, and tells nothing else of any of them. */

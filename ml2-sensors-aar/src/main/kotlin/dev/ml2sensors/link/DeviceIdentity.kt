@@ -1,5 +1,7 @@
 package dev.ml2sensors.link
 
+import java.io.IOException
+import java.security.GeneralSecurityException
 import java.security.PrivateKey
 import java.security.Signature
 import java.security.cert.X509Certificate
@@ -16,10 +18,18 @@ public class DeviceIdentity(internal val privateKey: PrivateKey, public val cert
 
     public val fingerprint: Fingerprint = Fingerprint.of(certificate)
 
-    /** ECDSA with SHA-256, in DER. */
-    internal fun sign(message: ByteArray): ByteArray = Signature.getInstance("SHA256withECDSA").run {
-        initSign(privateKey)
-        update(message)
-        sign()
+    /**
+     * ECDSA with SHA-256, in DER.
+     *
+     * @throws IOException when the key store fails.
+     */
+    internal fun sign(message: ByteArray): ByteArray = try {
+        Signature.getInstance("SHA256withECDSA").run {
+            initSign(privateKey)
+            update(message)
+            sign()
+        }
+    } catch (e: GeneralSecurityException) {
+        throw IOException("the device's key does not sign: ${e.message}", e)
     }
 }

@@ -15,9 +15,9 @@ public class WrongReceiverException internal constructor(
         "(expected fingerprint ${expected.joinToString(" or ")}, found $found); pair again",
 )
 
-/** The receiver does not, or no longer, know this device's certificate. */
-public class NotPairedException internal constructor(receiver: String, cause: Throwable? = null) :
-    LinkException("this headset is not paired with the receiver at $receiver; run ml2-receiver pair", cause)
+/** This device knows no receiver, or the receiver does not, or no longer, know this device's certificate. */
+public class NotPairedException internal constructor(with: String, cause: Throwable? = null) :
+    LinkException("this headset is not paired with $with; run ml2-receiver pair", cause)
 
 /** The receiver does not encrypt. */
 public class PlaintextReceiverException internal constructor(receiver: String) :

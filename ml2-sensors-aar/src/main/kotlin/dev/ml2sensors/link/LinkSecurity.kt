@@ -1,11 +1,21 @@
 package dev.ml2sensors.link
 
+import java.io.IOException
+
 /** How connections to receivers are protected. */
 public sealed interface LinkSecurity {
-    /** TLS 1.3 as the device [identity], and only with a receiver whose certificate is one of [receivers]. */
-    public class Paired internal constructor(internal val client: TlsClient) : LinkSecurity {
+    /**
+     * TLS 1.3 as one device, and only with the receivers it is paired with.
+     *
+     * @param makeClient is called by the first connection, on its thread; when it fails with an [IOException], so does
+     * the connection, and the next calls it again.
+     */
+    public class Paired internal constructor(makeClient: () -> TlsClient) : LinkSecurity {
+        /** As the device [identity], with a receiver whose certificate is one of [receivers]. */
         public constructor(identity: DeviceIdentity, receivers: Set<Fingerprint>) :
-            this(TlsClient(identity, receivers))
+            this({ TlsClient(identity, receivers) })
+
+        internal val client: TlsClient by lazy(makeClient)
     }
 
     /**

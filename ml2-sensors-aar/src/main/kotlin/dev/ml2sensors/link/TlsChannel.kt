@@ -91,7 +91,7 @@ internal class TlsChannel(
         val result = try {
             engine.unwrap(open(arrived), open(plain).clear())
         } catch (e: SSLException) {
-            if (!hasHeard) throw NotPairedException(receiver, e)
+            if (!hasHeard) throw NotPairedException("the receiver at $receiver", e)
             throw TlsException(receiver, e.message ?: e.javaClass.simpleName, e)
         } finally {
             plain?.flip()

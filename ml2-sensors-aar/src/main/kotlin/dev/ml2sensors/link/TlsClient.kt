@@ -33,6 +33,7 @@ internal class TlsClient(
      * @throws LinkException when this is not such a receiver.
      */
     fun open(socket: SocketChannel, receiver: String, expected: Fingerprint? = null): LinkChannel {
+        if (pinned.isEmpty()) throw NotPairedException("any receiver")
         val engine = engine(socket.remoteAddress as InetSocketAddress)
         val channel = TlsChannel(socket, engine, receiver)
         try {

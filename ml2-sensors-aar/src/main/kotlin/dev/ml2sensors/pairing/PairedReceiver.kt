@@ -1,13 +1,16 @@
 package dev.ml2sensors.pairing
 
 import dev.ml2sensors.link.Fingerprint
+import dev.ml2sensors.link.NotPairedException
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
+import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.FlowPreview
 import kotlinx.coroutines.flow.debounce
 import kotlinx.coroutines.flow.firstOrNull
 import kotlinx.coroutines.flow.mapNotNull
+import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import kotlin.time.Duration.Companion.milliseconds
@@ -20,19 +23,20 @@ import kotlin.time.Duration.Companion.milliseconds
 public data class PairedReceiver(val name: String, val fingerprint: Fingerprint, val address: ReceiverAddress)
 
 /**
- * The one of [paired] that announces itself, wherever it is now; as long as none does, the one paired last, where it
- * was then.
+ * The one of those that [load] reads that announces itself, wherever it is now; as long as none does, the one paired
+ * last, where it was then.
  */
-internal class KnownReceiver(private val paired: List<PairedReceiver>, private val browser: ReceiverBrowser) :
+internal class KnownReceiver(private val load: () -> List<PairedReceiver>, private val browser: ReceiverBrowser) :
     Receiver {
-    init {
-        require(paired.isNotEmpty()) { "paired with no receiver" }
+    /** @throws NotPairedException when there is none. */
+    override suspend fun locate(): ReceiverAddress {
+        val paired = withContext(Dispatchers.IO) { load() }
+        if (paired.isEmpty()) throw NotPairedException("any receiver")
+        return announced(paired) ?: paired.last().address
     }
 
-    override suspend fun locate(): ReceiverAddress = announced() ?: paired.last().address
-
     @OptIn(FlowPreview::class)
-    private suspend fun announced(): ReceiverAddress? = try {
+    private suspend fun announced(paired: List<PairedReceiver>): ReceiverAddress? = try {
         withTimeoutOrNull(PATIENCE) {
             browser.receivers().debounce(SETTLING).mapNotNull { found ->
                 paired.reversed().firstNotNullOfOrNull { known ->
@@ -44,7 +48,7 @@ internal class KnownReceiver(private val paired: List<PairedReceiver>, private v
         null // Where looking is impossible, the address is left
     }
 
-    override fun toString(): String = "receiver '${paired.last().name}'"
+    override fun toString(): String = "the paired receiver"
 
     private companion object {
         /** RFC 6762, 6: answers come within 120 ms. */

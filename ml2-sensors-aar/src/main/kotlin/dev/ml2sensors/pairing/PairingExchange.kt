@@ -38,7 +38,7 @@ internal class PairingExchange(private val identity: DeviceIdentity, private val
     }
 
     private fun exchange(uri: PairingUri): Paired {
-        val security = LinkSecurity.Paired(TlsClient(identity = null, setOf(uri.fingerprint)))
+        val security = LinkSecurity.Paired { TlsClient(identity = null, setOf(uri.fingerprint)) }
         return Connection.open(uri.receiver, security, rosNowNanos = { 0 }).use { connection ->
             val challenge = connection.await<PairChallenge>(FrameKind.PAIR_CHALLENGE)
             connection.writer.write(FrameKind.PAIR, ControlJson.encode(answer(challenge, uri)))

@@ -8,7 +8,7 @@ import kotlinx.serialization.Serializable
 import java.io.File
 import java.io.IOException
 
-/** The receivers a device is paired with, in a JSON [file]. */
+/** The receivers a device is paired with, in a JSON [file]. Any thread; one process. */
 internal class ReceiverStore(private val file: File) {
     @Serializable
     private class Content(val receivers: List<Row>)
@@ -18,6 +18,8 @@ internal class ReceiverStore(private val file: File) {
         /** Misuse in a file is a damaged file. */
         fun toReceiver() = Fingerprint(fingerprint).let { PairedReceiver(name, it, ReceiverAddress(host, port, it)) }
     }
+
+    private class DamagedException(message: String, cause: Exception) : IOException(message, cause)
 
     /** @throws IOException when the file cannot be read or is damaged. */
     fun load(): List<PairedReceiver> {
@@ -32,21 +34,37 @@ internal class ReceiverStore(private val file: File) {
         }
     }
 
-    private fun damaged(cause: Exception) = IOException(
-        "$file is damaged, pair again without it: ${cause.message}",
-        cause,
-    )
+    private fun damaged(cause: Exception) =
+        DamagedException("$file is damaged; run ml2-receiver pair, which replaces it: ${cause.message}", cause)
 
-    /** In place of what was known of the same one. */
-    @Synchronized
-    fun add(receiver: PairedReceiver) {
-        val rows = (load().filter { it.fingerprint != receiver.fingerprint } + receiver)
-            .map { Row(it.name, it.fingerprint.hex, it.address.host, it.address.port) }
-        val written = File.createTempFile(file.name, null, file.absoluteFile.parentFile)
-        written.writeBytes(ControlJson.encode(Content(rows)))
-        if (!written.renameTo(file)) {
-            written.delete()
-            throw IOException("cannot write $file")
+    /** In place of what was known of the same one, or of a damaged file. */
+    fun add(receiver: PairedReceiver): Unit = synchronized(WRITING) {
+        val known = try {
+            load()
+        } catch (_: DamagedException) {
+            emptyList() // Which load has told whoever wanted to know them
         }
+        val rows = (known.filter { it.fingerprint != receiver.fingerprint } + receiver)
+            .map { Row(it.name, it.fingerprint.hex, it.address.host, it.address.port) }
+        write(ControlJson.encode(Content(rows)))
+    }
+
+    /** Whole or not at all, also when the power fails. */
+    private fun write(content: ByteArray) {
+        val written = File.createTempFile(file.name, null, file.absoluteFile.parentFile)
+        try {
+            written.outputStream().use {
+                it.write(content)
+                it.fd.sync()
+            }
+            if (!written.renameTo(file)) throw IOException("cannot write $file")
+        } finally {
+            written.delete() // Nothing is left of that name when all went well
+        }
+    }
+
+    private companion object {
+        /** Of all stores, since several may have the same file. */
+        val WRITING = Any()
     }
 }

@@ -20,14 +20,20 @@ public interface Receiver {
             DiscoveredReceiver(browser, name)
 
         /**
-         * The receiver that a person writes as a name, as `HOST:PORT`, or as the URI `ml2s://HOST:PORT`, of which what
-         * follows has no meaning yet; an empty [text] is the only one there is.
+         * The receiver that a person writes as a name or as `HOST:PORT`, an IPv6 address in brackets; an empty [text] is
+         * the only one there is.
          *
-         * @throws IllegalArgumentException for anything else.
+         * @throws IllegalArgumentException for anything else, in words that do not repeat a pairing URI, which is secret.
          */
         public fun parse(text: String, browser: ReceiverBrowser): Receiver = when {
             text.isEmpty() -> discover(browser)
+
+            text.contains("ml2s:", ignoreCase = true) -> throw IllegalArgumentException(
+                "$EXPECTED; a URI of ml2-receiver pair is for pairing only",
+            )
+
             ':' in text -> address(text)
+
             else -> discover(browser, text)
         }
 
@@ -37,10 +43,9 @@ public interface Receiver {
             return ReceiverAddress(bracketed.ifEmpty { plain }, number)
         }
 
-        private fun fail(text: String): Nothing = throw IllegalArgumentException(
-            "expected a name, or HOST:PORT with a port of 1 to 65535, found '$text'",
-        )
+        private fun fail(text: String): Nothing = throw IllegalArgumentException("$EXPECTED, found '$text'")
 
-        private val HOST_AND_PORT = Regex("""(?:ml2s://)?(?:\[([^]/]+)]|([^:/\[]+)):(\d{1,5})(?:[/?#].*)?""")
+        private const val EXPECTED = "expected a name, or HOST:PORT with a port of 1 to 65535"
+        private val HOST_AND_PORT = Regex("""(?:\[([^]/]+)]|([^:/\[]+)):(\d{1,5})""")
     }
 }

@@ -5,8 +5,8 @@ import kotlinx.coroutines.flow.Flow
 /** Looks for receivers on the local networks: DNS-SD over mDNS, in the platform's way. */
 public fun interface ReceiverBrowser {
     /**
-     * The receivers there are, by name, whenever that changes, with the fingerprints they announce. Every collection looks anew, and looks no longer when it
-     * ends. Fails with an [java.io.IOException] where looking is impossible.
+     * The receivers there are, by name, whenever that changes, with the fingerprints they announce. Every collection
+     * looks anew, and looks no longer when it ends. Fails with an [java.io.IOException] where looking is impossible.
      */
     public fun receivers(): Flow<Map<String, ReceiverAddress>>
 

@@ -1,13 +1,14 @@
 package dev.ml2sensors.unity
 
 import android.content.Context
+import android.util.Log
+import dev.ml2sensors.android.AndroidKeys
 import dev.ml2sensors.android.Ml2Sensors
 import dev.ml2sensors.android.missingPermissions
 import dev.ml2sensors.android.nsdBrowser
 import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
-import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.CoroutineScope
@@ -19,6 +20,7 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeoutOrNull
 import kotlinx.serialization.json.Json
+import java.io.IOException
 import java.nio.ByteBuffer
 import kotlin.time.Duration.Companion.milliseconds
 
@@ -39,21 +41,66 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     private var ending: Job? = null
     private var isClosed = false
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
+    private val pairing = UnityPairing(app)
+    private val telling = Any()
+
+    init {
+        scope.launch {
+            try {
+                pairing.load()
+            } catch (e: IOException) {
+                synchronized(this@Ml2Unity) { last = last.copy(reason = e.message ?: e.javaClass.simpleName) }
+            }
+            changed()
+        }
+    }
+
+    /**
+     * Pairs with the receiver that shows [uri], text or QR code of `ml2-receiver pair`; `pairing` of [status] says what
+     * becomes of it. Without effect while another pairing is under way. What was started, and not as insecure, starts
+     * anew when it has succeeded.
+     */
+    @Synchronized
+    public fun pair(uri: String) {
+        check(!isClosed) { "it is closed" }
+        if (!pairing.begin()) return
+        scope.launch {
+            changed()
+            if (pairing.run(uri)) startAnew()
+            changed()
+        }
+    }
 
     /**
      * Streams what [receiver] asks for, instead of to the one before; also to ask anew after a permission was granted.
+     * That this headset is not paired is a reason in [status].
      *
-     * @param receiver a name, `HOST:PORT`, a URI `ml2s://HOST:PORT...`, or empty for the only one there is.
+     * @param receiver a name, `HOST:PORT`, or empty for the one that this headset is paired with.
      * @param defaultsJson `{stream id: {value: ...}}`, what runs on the headset alone as long as no receiver answers;
      * empty values are the stream's default ones.
+     * @param insecure encrypts nothing and trusts everybody; the receiver must be told, too. Eye images are refused,
+     * and an empty [receiver] is the only one there is.
      */
     @Synchronized
-    public fun start(receiver: String, defaultsJson: String) {
+    public fun start(receiver: String, defaultsJson: String, insecure: Boolean) {
         check(!isClosed) { "it is closed" }
-        val defaults = json.decodeFromString<Map<String, StreamValues>>(defaultsJson.ifEmpty { "{}" })
-        val wanted = Receiver.parse(receiver, nsdBrowser(app))
+        start(UnityRun.Request(receiver, json.decodeFromString(defaultsJson.ifEmpty { "{}" }), insecure))
+        if (insecure) Log.w(TAG, "insecure: nothing is encrypted, and anybody can pretend to be the receiver")
+    }
+
+    @Synchronized
+    private fun startAnew() {
+        run?.request?.takeUnless { it.isInsecure }?.let(::start)
+    }
+
+    private fun start(request: UnityRun.Request) {
+        val browser = nsdBrowser(app)
+        val keys = AndroidKeys.of(app)
+        val isPairedOne = request.receiver.isEmpty() && !request.isInsecure
+        val receiver = if (isPairedOne) keys.receiver(browser) else Receiver.parse(request.receiver, browser)
+        val security = if (request.isInsecure) LinkSecurity.Insecure() else keys.security()
         stop()
-        val next = UnityRun(headset, wanted, LinkSecurity.Insecure(), receiver, defaults)
+        val next = UnityRun(headset, receiver, security, request)
         topics.forEach { next.open(it.name, it.type) }
         run = next
         val before = ending
@@ -94,11 +141,16 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     public fun resume(): Unit = headset.resume()
 
     /**
-     * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "streams": {id: {"state": "accepted"|"refused"|
-     * "failed", "reason", "values"}}, "channels": {topic: {"produced", "sent", "dropped": {reason: count}}}, "clock"}`,
-     * the last two as in STATUS of PROTOCOL.md.
+     * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "insecure", "streams": {id: {"state":
+     * "accepted"|"refused"|"failed", "reason", "values"}}, "channels": {topic: {"produced", "sent", "dropped": {reason:
+     * count}}}, "clock", "pairing": {"number", "state": "none"|"running"|"paired"|"failed", "reason", "receivers":
+     * [{"name", "fingerprint", "address"}]}}`. Channels and clock are as in STATUS of PROTOCOL.md; the number is how
+     * many pairings were tried since [open]; the receiver that was paired last is the last of them.
      */
-    public fun status(): String = json.encodeToString(synchronized(this) { run?.status() ?: last })
+    public fun status(): String {
+        val status = synchronized(this) { run?.status() ?: last }
+        return json.encodeToString(status.copy(pairing = pairing.status))
+    }
 
     /** `[{"permission", "reason", "streams": [id]}]`: what the user must yet allow for the streams that are wanted. */
     public fun permissionsNeeded(): String {
@@ -150,7 +202,8 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     /** ROS time, ns, of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while it is not known. */
     public fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
 
-    private fun changed(): Unit = listener.changed(status())
+    /** Never while this is locked. */
+    private fun changed(): Unit = synchronized(telling) { listener.changed(status()) }
 
     public companion object {
         private val json = Json {
@@ -158,6 +211,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
             explicitNulls = false
         }
         private val CLOSE_LIMIT = 500.milliseconds
+        private const val TAG = "ML2 Sensors"
 
         /** Opens the headset; nothing runs before [start]. [context] is any of the app's. */
         @JvmStatic

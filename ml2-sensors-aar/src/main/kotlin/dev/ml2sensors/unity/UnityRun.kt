@@ -14,19 +14,16 @@ import kotlinx.coroutines.flow.first
 import java.util.concurrent.CopyOnWriteArrayList
 
 /** From one start to its stop. Any thread. */
-internal class UnityRun(
-    headset: Headset,
-    receiver: Receiver,
-    security: LinkSecurity,
-    private val receiverText: String,
-    private val defaults: Map<String, StreamValues>,
-) {
-    private val streamer = Ml2Streamer(headset, receiver, security, defaults)
+internal class UnityRun(headset: Headset, receiver: Receiver, security: LinkSecurity, val request: Request) {
+    /** What [Ml2Unity.start] was asked for. */
+    class Request(val receiver: String, val defaults: Map<String, StreamValues>, val isInsecure: Boolean)
+
+    private val streamer = Ml2Streamer(headset, receiver, security, request.defaults)
     private val publishers = CopyOnWriteArrayList<TopicPublisher>()
 
     /** The streams of the receiver's configuration and of the defaults. */
     val wanted: List<StreamSpec>
-        get() = (defaults.keys + streamer.streams.value.keys).mapNotNull(StreamTable::byId)
+        get() = (request.defaults.keys + streamer.streams.value.keys).mapNotNull(StreamTable::byId)
 
     /** Streams until stopped, and tells whenever something [changed]. */
     suspend fun run(changed: () -> Unit) {
@@ -42,7 +39,7 @@ internal class UnityRun(
         streamer.stop()
     }
 
-    fun status(): UnityStatus = UnityStatus.of(streamer, receiverText)
+    fun status(): UnityStatus = UnityStatus.of(streamer, request)
 
     /** Publishers have numbers in the order in which their names were first given. */
     fun open(name: String, type: String) {

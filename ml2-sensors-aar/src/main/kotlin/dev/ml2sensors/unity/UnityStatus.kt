@@ -1,5 +1,6 @@
 package dev.ml2sensors.unity
 
+import dev.ml2sensors.pairing.PairedReceiver
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.stream.StreamState
@@ -9,25 +10,43 @@ import kotlinx.serialization.Serializable
 
 /** What [Ml2Unity.status] says, as JSON. */
 @Serializable
-internal class UnityStatus(
+internal data class UnityStatus(
     val state: String,
     val receiver: String,
     val reason: String,
+    val insecure: Boolean = false,
     val streams: Map<String, Stream> = emptyMap(),
     val channels: Map<String, Status.ChannelCounts> = emptyMap(),
     val clock: Status.Clock? = null,
+    val pairing: Pairing = Pairing(),
 ) {
     @Serializable
     class Stream(val state: String, val reason: String = "", val values: StreamValues? = null)
 
+    @Serializable
+    class Receiver(val name: String, val fingerprint: String, val address: String) {
+        constructor(paired: PairedReceiver) :
+            this(paired.name, paired.fingerprint.hex, "${paired.address}")
+    }
+
+    /** What became of the last pairing, of which there were [number], and with whom this app is paired. */
+    @Serializable
+    data class Pairing(
+        val number: Int = 0,
+        val state: String = "none",
+        val reason: String = "",
+        val receivers: List<Receiver> = emptyList(),
+    )
+
     companion object {
-        /** While [streamer] looks for the receiver that the user named [receiver]; null for the only one there is. */
-        fun of(streamer: Ml2Streamer, receiver: String): UnityStatus {
+        /** Of a [streamer] that does what was asked for by [request]. */
+        fun of(streamer: Ml2Streamer, request: UnityRun.Request): UnityStatus {
             val state = streamer.state.value
             return UnityStatus(
                 state.word,
-                (state as? StreamerState.Connected)?.receiverName ?: receiver,
+                (state as? StreamerState.Connected)?.receiverName ?: request.receiver,
                 state.reason,
+                request.isInsecure,
                 streamer.streams.value.mapValues { (_, it) -> it.toStatus() },
                 streamer.counts(),
                 streamer.clock(),

@@ -1,9 +1,14 @@
 package dev.ml2sensors.pairing
 
 import dev.ml2sensors.link.Fingerprint
+import dev.ml2sensors.link.NotPairedException
 import dev.ml2sensors.link.TestIdentity
 import dev.ml2sensors.link.TlsPeer
 import dev.ml2sensors.link.WrongReceiverException
+import dev.ml2sensors.pairing.PairingPeer.Companion.NONCE
+import dev.ml2sensors.pairing.PairingPeer.Companion.TOKEN
+import dev.ml2sensors.pairing.PairingPeer.Companion.paired
+import dev.ml2sensors.session.Connection
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
@@ -15,19 +20,17 @@ import kotlinx.coroutines.test.runTest
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.api.io.TempDir
-import java.io.DataInputStream
 import java.io.File
 import java.io.IOException
 import java.security.Signature
 import java.security.cert.CertificateFactory
 import java.security.cert.X509Certificate
 import java.util.Base64
-import javax.net.ssl.SSLSocket
+import kotlin.concurrent.thread
 import kotlin.test.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
-import kotlin.test.assertNull
 import kotlin.test.assertTrue
 
 @Timeout(60)
@@ -42,11 +45,12 @@ class DeviceKeysTest {
     @Test
     fun theDeviceProvesThatTheKeyIsItsOwnAndRemembersTheReceiver() {
         lateinit var pair: HostFrame
-        pairing({ socket, frame ->
+        val peer = PairingPeer { socket, frame ->
             pair = frame
-            socket.write(PAIRED, """{"name": "desk", "port": 7755, "later": 1}""")
+            socket.paired("""{"name": "desk", "port": 7755, "later": 1}""")
             assertEquals(-1, socket.inputStream.read(), "it ends the connection")
-        }) { uri -> assertEquals("desk", keys.pair(uri, device).name) }
+        }
+        pairing(peer) { uri -> assertEquals("desk", keys.pair(uri, device).name) }
         val body = pair.json.mapValues { it.value.jsonPrimitive.content }
         assertEquals(setOf("token", "name", "device_id", "certificate", "signature"), body.keys)
         assertEquals(listOf(TOKEN, "Größe", "device-1"), listOf("token", "name", "device_id").map(body::getValue))
@@ -65,10 +69,7 @@ class DeviceKeysTest {
 
     @Test
     fun aRefusalIsToldInTheReceiversWordsAndNothingIsRemembered() {
-        pairing({ socket, _ ->
-            socket.write(HostFrame.ERROR, """{"code": "pairing", "message": "wrong token", "fatal": true}""")
-            socket.inputStream.read()
-        }) { uri ->
+        pairing(PairingPeer.refusing("wrong token")) { uri ->
             val failure = assertFailsWith<PairingException> { keys.pair(uri, device) }
             assertTrue("wrong token" in failure.message.orEmpty(), "$failure")
             assertFalse(TOKEN in failure.message.orEmpty(), "$failure")
@@ -86,12 +87,13 @@ class DeviceKeysTest {
             "[]",
         )
         for (answer in flawed) {
-            pairing({ socket, _ ->
-                socket.write(PAIRED, answer)
+            val peer = PairingPeer { socket, _ ->
+                socket.paired(answer)
                 socket.inputStream.read()
-            }) { uri -> assertFailsWith<PairingException>(answer) { keys.pair(uri, device) } }
+            }
+            pairing(peer) { uri -> assertFailsWith<PairingException>(answer) { keys.pair(uri, device) } }
         }
-        pairing({ socket, _ -> socket.inputStream.read() }, nonce = "00") { uri ->
+        pairing(PairingPeer(nonce = "00") { socket, _ -> socket.inputStream.read() }) { uri ->
             assertFailsWith<PairingException> { keys.pair(uri, device) }
         }
     }
@@ -125,7 +127,7 @@ class DeviceKeysTest {
     }
 
     @Test
-    fun aDamagedFileIsNamed() {
+    fun aDamagedFileIsNamedAndTheNextPairingReplacesIt() {
         for (text in listOf(
             "",
             "{",
@@ -134,6 +136,52 @@ class DeviceKeysTest {
             val file = File(folder, "receivers.json").apply { writeText(text) }
             val failure = assertFailsWith<IOException> { keys.receivers }
             assertTrue("$file is damaged" in failure.message.orEmpty(), "$failure")
+            paired()
+            assertEquals(listOf("desk"), keys.receivers.map { it.name })
+        }
+    }
+
+    @Test
+    fun receiversThatArePairedAtOnceAreAllRemembered() {
+        val digits = (0..9).toList()
+        val pairings = digits.map { digit ->
+            thread {
+                val fingerprint = Fingerprint("$digit".repeat(64))
+                ReceiverStore(File(folder, "receivers.json"))
+                    .add(PairedReceiver("desk $digit", fingerprint, ReceiverAddress("h", 1, fingerprint)))
+            }
+        }
+        pairings.forEach(Thread::join)
+        assertEquals(digits.map { "desk $it" }, keys.receivers.map { it.name }.sorted())
+    }
+
+    @Test
+    fun aReceiverThatIsPairedLaterIsFoundByWhoAskedBefore() = runTest {
+        val wanted = keys.receiver(browser(emptyMap()))
+        val failure = assertFailsWith<NotPairedException> { wanted.locate() }
+        assertEquals("this headset is not paired with any receiver; run ml2-receiver pair", failure.message)
+        paired()
+        assertEquals(7755, wanted.locate().port)
+    }
+
+    @Test
+    fun whoIsNotPairedConnectsToNoAddressEither() {
+        TlsPeer { }.use { peer ->
+            val address = ReceiverAddress("127.0.0.1", peer.port)
+            assertFailsWith<NotPairedException> { Connection.open(address, keys.security(), rosNowNanos = { 0 }) }
+        }
+    }
+
+    @Test
+    fun aKeyStoreThatFailsOnceIsAskedAgain() {
+        paired()
+        var asked = 0
+        val identity = lazy { if (asked++ == 0) throw IOException("locked") else TestIdentity.device }
+        val keys = DeviceKeys(identity, File(folder, "receivers.json"))
+        TlsPeer { it.inputStream.read() }.use { peer ->
+            val (address, security) = ReceiverAddress("127.0.0.1", peer.port) to keys.security()
+            assertFailsWith<IOException> { Connection.open(address, security, rosNowNanos = { 0 }) }
+            Connection.open(address, security, rosNowNanos = { 0 }).close()
         }
     }
 
@@ -164,33 +212,11 @@ class DeviceKeysTest {
         }
     }
 
-    /** Runs [test] with the URI of a receiver that sends its challenge, waits for PAIR, and does [answer]. */
-    private fun pairing(
-        answer: (SSLSocket, HostFrame) -> Unit,
-        nonce: String = NONCE,
-        test: suspend (PairingUri) -> Unit,
-    ) {
-        TlsPeer(needsCertificate = false) { socket ->
-            socket.write(PAIR_CHALLENGE, """{"nonce": "$nonce", "name": "desk", "software": "test"}""")
-            val frame = HostFrame.read("pairing", DataInputStream(socket.inputStream)) ?: return@TlsPeer
-            assertEquals(PAIR, frame.kind)
-            answer(socket, frame)
-        }.use { peer ->
-            runBlocking { test(uri(peer.port)) }
-            assertNull(peer.awaitOutcome()?.takeIf { it !is IOException })
-        }
+    private fun pairing(peer: PairingPeer, test: suspend (PairingUri) -> Unit) = peer.use {
+        runBlocking { test(PairingUri.parse(it.uri)) }
+        it.awaitEnd()
     }
-
-    private fun SSLSocket.write(kind: Int, json: String) = outputStream.write(HostFrame.bytes(kind, json.toByteArray()))
 
     private fun uri(port: Int, fingerprint: Fingerprint = receiver) =
         PairingUri.parse("ml2s://127.0.0.1:$port?fp=$fingerprint&token=$TOKEN")
-
-    private companion object {
-        const val PAIR_CHALLENGE = 60
-        const val PAIR = 61
-        const val PAIRED = 62
-        const val TOKEN = "00112233445566778899aabbccddeeff"
-        val NONCE = "fedcba9876543210".repeat(4)
-    }
 }

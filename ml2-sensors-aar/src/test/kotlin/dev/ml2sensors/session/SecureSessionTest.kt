@@ -66,6 +66,6 @@ class SecureSessionTest(private val provider: TlsProvider) {
 
     private fun paired(identity: DeviceIdentity): LinkSecurity {
         val receivers = setOf(TestIdentity.receiver.fingerprint, TestIdentity.other.fingerprint)
-        return LinkSecurity.Paired(TlsClient(identity, receivers, provider.newInstance()))
+        return LinkSecurity.Paired { TlsClient(identity, receivers, provider.newInstance()) }
     }
 }

@@ -1,12 +1,15 @@
 package dev.ml2sensors.android
 
 import android.security.keystore.KeyProperties
+import dev.ml2sensors.stream.StreamerState
+import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
 import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
+import java.io.IOException
 import java.security.spec.ECGenParameterSpec
 import java.time.Instant
 import kotlin.test.assertEquals
@@ -22,8 +25,8 @@ class AndroidKeysTest {
 
     @Test
     fun theKeyIsMadeOnceInTheKeystoreAsTheProtocolAsksFor() = keystore.use {
-        val first = AndroidKeys.open(app).identity.fingerprint
-        assertEquals(first, AndroidKeys.open(app).identity.fingerprint)
+        val first = AndroidKeys.of(app).identity.fingerprint
+        assertEquals(first, AndroidKeys.of(app).identity.fingerprint)
         val made = keystore.made.single()
         assertEquals("secp256r1", assertIs<ECGenParameterSpec>(made.algorithmParameterSpec).name)
         assertEquals(KeyProperties.PURPOSE_SIGN, made.purposes)
@@ -35,9 +38,17 @@ class AndroidKeysTest {
     @Test
     fun aHeadsetThatIsNotPairedSaysWhatToDo() = keystore.use {
         Ml2Sensors.open(app).use { headset ->
-            val failure = assertFailsWith<IllegalStateException> { runBlocking { Ml2Sensors.connect(app, headset) } }
-            assertTrue("ml2-receiver pair" in failure.message.orEmpty())
+            val streamer = Ml2Sensors.connect(app, headset).apply { start() }
+            val state = runBlocking { streamer.state.first { it != StreamerState.Connecting(reason = null) } }
+            assertTrue("ml2-receiver pair" in assertIs<StreamerState.Connecting>(state).reason.orEmpty())
+            runBlocking { streamer.stop() }
         }
+    }
+
+    @Test
+    fun aKeystoreThatFailsIsAnInputOutputFailure() {
+        val failure = assertFailsWith<IOException> { AndroidKeys.of(app).identity }
+        assertTrue("Android's Keystore gives no key" in failure.message.orEmpty(), "$failure")
     }
 
     @Test

@@ -4,8 +4,11 @@ import android.Manifest
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.unity.UnityProbe.Companion.LIMIT_SECONDS
+import dev.ml2sensors.unity.UnityProbe.Companion.state
+import dev.ml2sensors.unity.UnityProbe.Companion.streams
+import dev.ml2sensors.unity.UnityProbe.Companion.text
 import kotlinx.serialization.json.Json
-import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.jsonArray
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
@@ -16,13 +19,11 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
 import org.robolectric.annotation.Config
-import java.util.concurrent.LinkedBlockingQueue
 import java.util.concurrent.TimeUnit
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
-import kotlin.test.assertNotNull
 import kotlin.test.assertTrue
 
 /** What C# sees of a headset that has a battery and nothing else, and of a scripted receiver. */
@@ -31,69 +32,65 @@ import kotlin.test.assertTrue
 class Ml2UnityTest {
     private val app = RuntimeEnvironment.getApplication()
     private val host = ScriptedHost()
-    private val changes = LinkedBlockingQueue<JsonObject>()
-    private val unity = Ml2Unity.open(
-        app,
-        object : Ml2UnityListener {
-            override fun changed(statusJson: String) {
-                changes += Json.parseToJsonElement(statusJson).jsonObject
-            }
-        },
-    )
+    private val probe = UnityProbe()
+    private val unity = probe.unity
 
     @After
     fun close() {
-        unity.close()
+        probe.close()
         host.close()
     }
 
     @Test
     fun theStatusFollowsTheSession() {
-        assertEquals("ended" to "not started", status().state to status().text("reason"))
-        unity.start(host.address.toString(), "")
+        assertEquals("ended" to "not started", probe.status().state to probe.status().text("reason"))
+        start("")
         val session = session("""{"battery": {}, "world_left": {}}""")
-        val connected = await { it.state == "connected" && "battery" in it.streams }
+        val connected = probe.await { it.state == "connected" && "battery" in it.streams }
         assertEquals("scripted", connected.text("receiver"))
         assertEquals("accepted", connected.streams.getValue("battery").jsonObject.text("state"))
         val refused = connected.streams.getValue("world_left").jsonObject
         assertEquals("refused", refused.text("state"))
         assertTrue(refused.text("reason").isNotEmpty())
-        val counts = status().getValue("channels").jsonObject.getValue("battery").jsonObject
+        val counts = probe.status().getValue("channels").jsonObject.getValue("battery").jsonObject
         assertEquals(setOf("produced", "sent", "dropped"), counts.keys)
-        assertTrue(status().getValue("clock").jsonObject.text("state").isNotEmpty())
+        assertTrue(probe.status().getValue("clock").jsonObject.text("state").isNotEmpty())
         unity.stop()
         assertEquals("""{"reason":"stopped"}""", session.await(HostFrame.BYE).body.decodeToString())
-        await { it.state == "ended" }
-        assertEquals("stopped", status().text("reason"))
+        probe.await { it.state == "ended" }
+        assertEquals("stopped", probe.status().text("reason"))
     }
 
     @Test
-    fun aReceiverIsNamedInEveryWayThatPeopleDo() {
-        val written = listOf("${host.address}", "ml2s://${host.address}", "ml2s://${host.address}/?token=1#x")
-        for (receiver in written) {
-            unity.start(receiver, "{}")
+    fun anotherStartEndsTheSessionBefore() {
+        repeat(2) {
+            start("{}")
             session("{}")
-            await { it.state == "connected" }
+            probe.await { it.state == "connected" }
         }
-        for (receiver in listOf("host:", "host:0", "host:65536", "http://host:80", "ml2s://host")) {
-            assertFailsWith<IllegalArgumentException>(receiver) { unity.start(receiver, "{}") }
+    }
+
+    @Test
+    fun whatIsNoReceiverAndNoJsonIsMisuse() {
+        for (receiver in listOf("host:", "host:0", "host:65536", "http://host:80", "host:1/x", "ml2s://host:1")) {
+            assertFailsWith<IllegalArgumentException>(receiver) { unity.start(receiver, "{}", insecure = true) }
         }
-        assertFailsWith<IllegalArgumentException> { unity.start("", "no JSON") }
+        assertFailsWith<IllegalArgumentException> { unity.start("", "no JSON", insecure = true) }
     }
 
     @Test
     fun withoutAReceiverTheDefaultsRunUntilOneSaysWhatItWants() {
-        unity.start(host.address.toString(), """{"battery": {}}""")
+        start("""{"battery": {}}""")
         host.awaitHello().close()
-        val alone = await { "battery" in it.streams }
+        val alone = probe.await { "battery" in it.streams }
         assertEquals("connecting", alone.state)
         session("""{"pressure_headset": {}}""")
-        await { it.streams.keys == setOf("pressure_headset") }
+        probe.await { it.streams.keys == setOf("pressure_headset") }
     }
 
     @Test
     fun missingPermissionsAreToldWithTheStreamsTheyAreFor() {
-        unity.start(host.address.toString(), """{"world_left": {}, "world_right": {}, "battery": {}}""")
+        start("""{"world_left": {}, "world_right": {}, "battery": {}}""")
         val row = Json.parseToJsonElement(unity.permissionsNeeded()).jsonArray.single().jsonObject
         assertEquals(Manifest.permission.CAMERA, row.text("permission"))
         assertEquals(
@@ -111,7 +108,7 @@ class Ml2UnityTest {
     fun anAppsOwnMessagesArriveWhetherItsTopicIsOpenedBeforeOrAfterTheStart() {
         val before = unity.openPublisher("before", FLOAT)
         assertFalse(unity.publish(before, MESSAGE, 1))
-        unity.start(host.address.toString(), "{}")
+        start("{}")
         val session = session("""{"custom": {}}""")
         val after = unity.openPublisher("custom/after", FLOAT)
         assertEquals(after, unity.openPublisher("after", FLOAT))
@@ -131,7 +128,7 @@ class Ml2UnityTest {
     fun aTopicThatTheReceiverDoesNotPublishSaysWhy() {
         val thing = unity.openPublisher("thing", "my_msgs/msg/Thing")
         assertEquals("", unity.refusal(thing))
-        unity.start(host.address.toString(), "{}")
+        start("{}")
         val session = session("""{"custom": {}}""")
         val id = session.channels().getValue("custom/thing").getValue("id")
         session.write(
@@ -152,7 +149,7 @@ class Ml2UnityTest {
     fun whatIsClosedStartsNoMore() {
         unity.close()
         unity.close()
-        assertFailsWith<IllegalStateException> { unity.start(host.address.toString(), "{}") }
+        assertFailsWith<IllegalStateException> { start("{}") }
     }
 
     private fun session(streams: String): HostSession {
@@ -163,15 +160,7 @@ class Ml2UnityTest {
         return session
     }
 
-    private fun status() = Json.parseToJsonElement(unity.status()).jsonObject
-
-    /** The first status that the listener is told of that is so. */
-    private fun await(isSo: (JsonObject) -> Boolean): JsonObject {
-        while (true) {
-            val change = assertNotNull(changes.poll(LIMIT_SECONDS, TimeUnit.SECONDS), "found ${unity.status()}")
-            if (isSo(change)) return change
-        }
-    }
+    private fun start(defaults: String) = unity.start(host.address.toString(), defaults, insecure = true)
 
     /** START and ERROR reach the headset on another connection than what tells the test of them. */
     private fun eventually(isSo: () -> Boolean) {
@@ -182,14 +171,8 @@ class Ml2UnityTest {
         }
     }
 
-    private val JsonObject.state get() = text("state")
-    private val JsonObject.streams get() = getValue("streams").jsonObject
-
-    private fun JsonObject.text(key: String) = getValue(key).jsonPrimitive.content
-
     private companion object {
         const val FLOAT = "std_msgs/msg/Float32"
-        const val LIMIT_SECONDS = 10L
         val MESSAGE = byteArrayOf(0, 1, 0, 0, 0, 0, 128.toByte(), 63)
     }
 }

@@ -26,6 +26,7 @@ class HeadsetCommandTest {
             "--receiver host:65536" to "found 'host:65536'",
             "--receiver a:b:1" to "found 'a:b:1'",
             "--receiver :1" to "found ':1'",
+            "--receiver $URI" to "HOST:PORT with a port of 1 to 65535; a URI of ml2-receiver pair is for pairing only",
             "--receiver h:1 --seed x" to "x is not a valid integer",
             "--receiver h:1 --duration 0" to "expected a positive number, found '0'",
             "--receiver h:1 --duration Infinity" to "expected a positive number, found 'Infinity'",
