@@ -8,7 +8,9 @@ import dev.ml2sensors.android.FakeKeystore
 import dev.ml2sensors.android.FakeNsdManager
 import dev.ml2sensors.link.TestIdentity
 import dev.ml2sensors.link.TlsPeer
+import dev.ml2sensors.pairing.PairedReceiver
 import dev.ml2sensors.pairing.PairingPeer
+import dev.ml2sensors.pairing.ReceiverStore
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.unity.UnityProbe.Companion.pairing
@@ -69,6 +71,25 @@ class UnityPairingTest {
             }
             val session = host.awaitHello().apply { welcome(host.received()) }
             assertEquals("scripted", probe.await { it.state == "connected" }.text("receiver"))
+            probe.unity.stop()
+            session.await(HostFrame.BYE)
+        }
+    }
+
+    @Test
+    fun aReceiverWithAnotherKeyIsRefusedUntilItIsPairedAnew() = withKeys { probe ->
+        secureHost().use { host ->
+            val old = TestIdentity.other.fingerprint
+            val file = File(app.filesDir, "ml2-sensors-receivers.json")
+            ReceiverStore(file).add(PairedReceiver("desk", old, host.address.copy(fingerprint = old)))
+            probe.unity.start("${host.address}", "{}", insecure = false)
+            probe.await { "is not the one this headset is paired with" in it.text("reason") }
+            PairingPeer.accepting(host.address.port).use {
+                probe.unity.pair(it.uri)
+                it.awaitEnd()
+            }
+            val session = host.awaitHello().apply { welcome(host.received()) }
+            probe.await { it.state == "connected" }
             probe.unity.stop()
             session.await(HostFrame.BYE)
         }
