@@ -74,7 +74,7 @@ internal class LinkTest(
         }
         private val noise = NOISE.duplicate().limit(bytes)
 
-        fun write(writer: FrameWriter): Unit = writer.write(head.rewind(), noise.rewind())
+        fun write(writer: FrameWriter): Unit = writer.write(head.position(0), noise.position(0))
     }
 
     private companion object {
@@ -84,7 +84,7 @@ internal class LinkTest(
 
         /** What nothing on the way compresses. */
         val NOISE: ByteBuffer by lazy {
-            ByteBuffer.allocateDirect(WHOLE_BYTES).put(Random.nextBytes(WHOLE_BYTES)).rewind()
+            ByteBuffer.allocateDirect(WHOLE_BYTES).put(Random.nextBytes(WHOLE_BYTES)).flip()
         }
     }
 }
