@@ -165,6 +165,6 @@ class TestSignalHeadsetTest {
 
     private companion object {
         val MADE_OF_OTHERS =
-            listOf(StreamTable.imuLeft, StreamTable.imuRight, StreamTable.imuComputePack, StreamTable.tf)
+            StreamTable.all.filter { it.id.startsWith("imu_") } + StreamTable.tf + StreamTable.custom
     }
 }
