@@ -14,7 +14,7 @@ from vectors import vectors
 
 # Followed by where it goes on: the last two are the end of a lane and time that passes.
 _STATES = ("connected", "welcomed", "configuring", "streaming")
-_LANES = ("stranger", "control", "time", "sensors", "world_left")
+_LANES = ("stranger", "control", "time", "sensors", "world_left", "link_test")
 _END, _TIME = len(_LANES), len(_LANES) + 1
 _LENGTH = struct.Struct("<H")
 _TICK_S = 0.3
@@ -72,7 +72,8 @@ class _Replay:
             welcome = self.scene.welcome
             self._secrets = [welcome.session, *welcome.tickets.values()]
             self._open("control", self.scene.control)
-        for lane in ("time", "sensors", "world_left")[: max(0, 2 * state - 3)]:
+        joined = {"configuring": 1, "streaming": len(_LANES)}.get(_STATES[state], 0)
+        for lane in _LANES[_LANES.index("time") :][:joined]:
             self._open(lane, self.scene.join(lane))
         if _STATES[state] == "streaming":
             self._start()
