@@ -134,7 +134,7 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
-validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (30 minutes)
+validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (a quarter of an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
 
 clean: ## Remove everything that was made, the Python environment included
