@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from euroc import Matrix
+from ml2_receiver.evaluation.tum import quaternion
 
 # Of the ellipse about the room's middle, across the room in parts of along it.
 _WIDTH = 0.85
@@ -80,7 +81,7 @@ class Walk:
         for index in range(math.ceil((REST_S + self.duration_s) * _RATE_HZ) + 1):
             at_s = index / _RATE_HZ
             pose = self.head(at_s - REST_S)
-            numbers = (*pose[:3, 3], *_quaternion(pose))
+            numbers = (*pose[:3, 3], *quaternion(pose))
             yield f"{at_s:.3f} {' '.join(f'{it:.12f}' for it in numbers)}\n"
 
     def _progress(self, at_s: float) -> float:
@@ -108,14 +109,6 @@ THESIS_RMSE_M = (0.044, 0.075, 0.326, 0.097)
 
 def _turned(axis: int, angle: float) -> Matrix:
     return np.asarray(cv2.Rodrigues(np.eye(3)[axis] * angle)[0])
-
-
-def _quaternion(pose: Matrix) -> tuple[float, ...]:
-    """x y z w."""
-    vector = cv2.Rodrigues(pose[:3, :3])[0].ravel()
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector * (math.sin(angle / 2) / angle) if angle else vector
-    return float(x), float(y), float(z), math.cos(angle / 2)
 
 
 def _length_m(walk: Walk, mounting: Matrix) -> float:

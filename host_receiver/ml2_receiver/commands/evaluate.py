@@ -12,6 +12,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ..errors import EvaluationError
+from ..export.kalibr import CAMERAS
 from .config import Subparsers
 from .ros_start import ros_needed
 from .stopping import stop_signal
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from ..evaluation.estimator import Images
     from ..evaluation.evaluation import Evaluation
 
-_CAMERAS = ("world_center", "world_left", "world_right", "color")
 _EPILOG = """\
 Estimates the trajectory from the images of a recording alone, and compares it with the poses of
 the same camera in /tf: error after alignment, drift, time offset, plots. Writes report.html, which
@@ -51,7 +51,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
     )
-    parser.add_argument("--camera", choices=_CAMERAS, required=True)
+    parser.add_argument("--camera", choices=CAMERAS, required=True)
     way = parser.add_mutually_exclusive_group()
     way.add_argument(
         "--estimator",

@@ -3,9 +3,6 @@
 import argparse
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
-
 from ..configuration.table import load_table
 from ..errors import ExportError
 from ..export import open_vins, orb_slam3
@@ -13,6 +10,7 @@ from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
 from ..recording.bag_reader import BagReader
 from .config import Subparsers
+from .reading import progress
 from .ros_start import ros_needed
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
@@ -120,12 +118,8 @@ def _export_euroc(
     except ModuleNotFoundError as error:
         needed = f"--euroc needs {error.name}: pip install 'ml2-receiver[products]'"
         raise ExportError(needed) from error
-    columns = TextColumn("writing"), BarColumn(), TaskProgressColumn()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("", total=reader.size_bytes)
-        stamps_ns, *_ = write_euroc(
-            folder, reader, rig, topic, noise, lambda size: progress.advance(task, size)
-        )
+    with progress(reader, "writing") as on_bytes:
+        stamps_ns, *_ = write_euroc(folder, reader, rig, topic, noise, on_bytes)
     print(f"wrote {folder / 'mav0'}")
     rate_hz = round((len(stamps_ns) - 1) / ((stamps_ns[-1] - stamps_ns[0]) / 1e9))
     texts = {

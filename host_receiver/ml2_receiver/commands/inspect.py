@@ -6,13 +6,12 @@ import sys
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from ..integrity.check import Check
 from ..integrity.inspection import as_objects, inspect, worst
 from ..integrity.table import integrity_table, problems
 from ..recording.bag_reader import Bag
 from .config import Subparsers
+from .reading import progress
 
 _WIDTH = 160
 _EPILOG = """\
@@ -41,7 +40,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    checks = _inspected(Bag(options.bag))
+    bag = Bag(options.bag)
+    with progress(bag, "reading") as on_bytes:
+        checks = inspect(bag, on_bytes)
     if options.json:
         print(json.dumps(as_objects(checks), indent=2))
     else:
@@ -52,10 +53,3 @@ def _run(options: argparse.Namespace) -> int:
         count = sum(check.verdict == "ok" for check in checks)
         console.print(f"{count} of {len(checks)} checks are ok", highlight=False)
     return int(worst(checks) == "wrong")
-
-
-def _inspected(bag: Bag) -> list[Check]:
-    columns = TextColumn("reading"), BarColumn(), TaskProgressColumn()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("", total=bag.size_bytes)
-        return inspect(bag, lambda size: progress.advance(task, size))

@@ -58,12 +58,12 @@ def read_rows(path: Path, row: Callable[[list[str]], tuple[int, Pose]]) -> Traje
 
 def _line(stamp_ns: int, pose: Pose) -> str:
     seconds, nanos = divmod(stamp_ns, _NANOS_PER_SECOND)
-    numbers = " ".join(f"{it:.9f}" for it in (*pose[:3, 3], *_quaternion(pose)))
+    numbers = " ".join(f"{it:.9f}" for it in (*pose[:3, 3], *quaternion(pose)))
     return f"{seconds}.{nanos:09d} {numbers}\n"
 
 
-def _quaternion(pose: Pose) -> tuple[float, ...]:
-    """x y z w."""
+def quaternion(pose: Pose) -> tuple[float, ...]:
+    """The rotation of a 4x4 matrix as x y z w."""
     vector = cv2.Rodrigues(pose[:3, :3])[0].ravel()
     angle = float(np.linalg.norm(vector))
     x, y, z = vector * (math.sin(angle / 2) / angle) if angle else vector

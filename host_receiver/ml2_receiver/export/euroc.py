@@ -15,7 +15,8 @@ import numpy as np
 from ..errors import ExportError
 from ..products.pixels import JpegDecoder, pixels_of
 from ..recording.bag_reader import BagReader
-from ..recording.decoding import decoder, stamp_ns
+from ..recording.decoding import decoder
+from ..topics.stamps import header_stamp_ns
 from .asl_yaml import asl_yaml
 from .kalibr import ImuNoise, RigCamera, distortion
 from .rig import Rig
@@ -114,7 +115,7 @@ class _ImageFolder(_Folder):
     def add(self, payload: bytes) -> None:
         message = decoder(self._type)(payload)
         pixels = pixels_of(message) if self._type == _IMAGE else self._jpeg(message)
-        at_ns = stamp_ns(message.header)
+        at_ns = header_stamp_ns(message.header)
         self.row(at_ns, f"{at_ns}.png")
         is_encoded, png = cv2.imencode(".png", pixels, _COMPRESSION)
         assert is_encoded
@@ -152,7 +153,7 @@ class _ImuFolder(_Folder):
         numbers = (w.x, w.y, w.z, a.x, a.y, a.z)
         if not np.isfinite(numbers).all():
             raise ValueError(f"expected finite numbers, found {numbers}")
-        self.row(stamp_ns(message.header), ",".join(map(repr, numbers)))
+        self.row(header_stamp_ns(message.header), ",".join(map(repr, numbers)))
 
     def close(self, noise: ImuNoise | None) -> None:
         """Noise under the names of EuRoC."""

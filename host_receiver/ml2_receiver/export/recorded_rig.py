@@ -12,7 +12,8 @@ from ..configuration.table import load_table
 from ..errors import ExportError
 from ..products.tree import Tree
 from ..recording.bag_reader import BagMessage, BagReader
-from ..recording.decoding import decoder, stamp_ns
+from ..recording.decoding import decoder
+from ..topics.stamps import header_stamp_ns
 from .kalibr import CAMERAS, RigCamera
 from .pose import Pose
 from .rig import Rig, calibration_of
@@ -70,7 +71,7 @@ def _read(reader: BagReader, cameras: Sequence[str], imu: str | None) -> _Found:
         _TF: lambda it: found.transforms.append(_decoded(it, _TRANSFORMS)),
         _TF_STATIC: lambda it: setattr(found, "static", _decoded(it, _TRANSFORMS)),
         f"{reader.prefix}/{imu}/imu": lambda it: found.imu_ns.add(
-            stamp_ns(_decoded(it, _IMU).header)
+            header_stamp_ns(_decoded(it, _IMU).header)
         ),
     }
 

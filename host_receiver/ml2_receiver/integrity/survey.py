@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +13,9 @@ from numpy.typing import NDArray
 from ..errors import ProtocolError
 from ..generated.message_definitions import DEFINITIONS
 from ..recording.bag_reader import Bag
-from ..recording.decoding import decoder, stamp_ns
+from ..recording.decoding import decoder
 from ..topics.config_topic import ConfigText
+from ..topics.stamps import header_stamp_ns, stamp_reader
 from ..topics.string_message import decode_string
 
 type Stamps = NDArray[np.int64]
@@ -91,7 +90,7 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
         if name.endswith("/config"):
             _promise(found, payload)
         elif name.endswith("/metadata"):
-            _stamp(topic, _metadata_stamp_ns(payload), time_ns)
+            _stamp(topic, stamp_reader(_STRING)(payload), time_ns)
     elif topic.type == TRANSFORMS:
         is_static = name.endswith("_static")
         for stamp in _transforms(found, payload, is_static=is_static):
@@ -99,7 +98,7 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
                 _stamp(topic, stamp, time_ns)
     elif topic.type in DEFINITIONS:
         message = decoder(topic.type)(payload)
-        _stamp(topic, stamp_ns(message.header), time_ns)
+        _stamp(topic, header_stamp_ns(message.header), time_ns)
         if len(topic.frames) < _MOST_FRAMES:
             topic.frames[message.header.frame_id] += 1
         if hasattr(message, "width") and len(topic.sizes) < _MOST_FRAMES:
@@ -119,17 +118,9 @@ def _transforms(found: Survey, payload: bytes, *, is_static: bool) -> Iterator[i
         if is_static:
             found.static.add(edge)
         elif edge in found.transforms or len(found.transforms) < _MOST_FRAMES:
-            found.transforms.setdefault(edge, array("q")).append(stamp_ns(it.header))
+            found.transforms.setdefault(edge, array("q")).append(header_stamp_ns(it.header))
         if number == 0:
-            yield stamp_ns(it.header)
-
-
-def _metadata_stamp_ns(payload: bytes) -> int:
-    try:
-        stamp: Any = json.loads(decode_string(payload))["stamp"]
-        return int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"])
-    except (KeyError, TypeError, OverflowError, RecursionError) as error:
-        raise ValueError(f"metadata without a stamp: {error!r}") from error
+            yield header_stamp_ns(it.header)
 
 
 def _promise(found: Survey, payload: bytes) -> None:

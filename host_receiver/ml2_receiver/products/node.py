@@ -23,6 +23,7 @@ from tf2_msgs.msg import TFMessage
 from ..configuration.table import Topic, load_table
 from ..ros_context import start_ros
 from ..topics.message_types import message_class
+from ..topics.stamps import header_stamp_ns
 from .camera import metadata_stamp_ns
 from .product import Points, Product, Shared, all_products
 from .tree import Tree
@@ -138,7 +139,7 @@ class ProductsNode:
         return self._node.create_subscription(message_class(topic.type), name, take, depth)
 
     def _taker(self, camera: str, part: str) -> Callable[[Any], None]:
-        return lambda message: self._arrived(camera, part, _stamp_ns(message.header), message)
+        return lambda message: self._arrived(camera, part, header_stamp_ns(message.header), message)
 
     def _metadata_taker(self, camera: str) -> Callable[[Any], None]:
         def take(message: Any) -> None:
@@ -204,10 +205,6 @@ class ProductsNode:
         status = _diagnostic("losses", "since the start", losses)
         status.level = DiagnosticStatus.WARN if losses else DiagnosticStatus.OK
         return status
-
-
-def _stamp_ns(header: Any) -> int:
-    return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
 
 
 def _diagnostic(name: str, message: str, values: dict[str, str]) -> DiagnosticStatus:

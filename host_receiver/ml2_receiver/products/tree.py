@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..export.pose import Pose, pose_of
+from ..topics.stamps import header_stamp_ns
 
 
 class Tree:
@@ -46,7 +47,7 @@ class Tree:
         for it in message.transforms:
             if it.header.frame_id != self._world:
                 continue
-            stamp_ns = int(it.header.stamp.sec) * 1_000_000_000 + int(it.header.stamp.nanosec)
+            stamp_ns = header_stamp_ns(it.header)
             if it.child_frame_id == self._head:
                 if self._mounted:
                     head = pose_of(it.transform)

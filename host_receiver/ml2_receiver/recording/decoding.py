@@ -38,8 +38,3 @@ def decoder(type: str) -> Callable[[bytes], Any]:
             raise ValueError(f"not a {type}: {error}") from error
 
     return decode_checked
-
-
-def stamp_ns(header: Any) -> int:
-    """A std_msgs/Header's stamp."""
-    return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)

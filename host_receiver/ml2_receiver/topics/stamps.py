@@ -1,13 +1,15 @@
-"""Where the capture stamp stands in the raw bytes of a message."""
+"""The capture stamps of messages, raw or decoded."""
 
 from __future__ import annotations
 
 import json
 import struct
 from collections.abc import Callable
+from typing import Any
+
+from .string_message import decode_string
 
 _TIME = struct.Struct("<iI")
-_LENGTH = struct.Struct("<I")
 _NANOS_PER_SECOND = 1_000_000_000
 
 
@@ -27,6 +29,11 @@ def stamp_reader(message_type: str) -> Callable[[bytes], int]:
     return stamp_ns
 
 
+def header_stamp_ns(header: Any) -> int:
+    """A decoded std_msgs/Header's stamp."""
+    return int(header.stamp.sec) * _NANOS_PER_SECOND + int(header.stamp.nanosec)
+
+
 def _header_stamp(payload: bytes) -> int:
     sec, nanosec = _TIME.unpack_from(payload, 4)
     return int(sec) * _NANOS_PER_SECOND + int(nanosec)
@@ -38,8 +45,7 @@ def _first_transform_stamp(payload: bytes) -> int:
 
 
 def _json_stamp(payload: bytes) -> int:
-    (size,) = _LENGTH.unpack_from(payload, 4)
-    stamp = json.loads(payload[8 : 8 + size - 1])["stamp"]
+    stamp = json.loads(decode_string(payload))["stamp"]
     return int(stamp["sec"]) * _NANOS_PER_SECOND + int(stamp["nanosec"])
 
 
