@@ -15,8 +15,9 @@
  * get ML2S_WRONG_THREAD. ml2s_poll may block for its timeout. Slot functions may be called from any thread and never
  * block.
  *
- * **Versions.** Every structure begins with struct_size, which the caller sets to sizeof. A size smaller than this
- * header's first version is ML2S_INVALID_ARGUMENT; fields are only ever appended.
+ * **Versions.** Every structure begins with struct_size, which the caller sets to sizeof; not so ml2s_plane and
+ * ml2s_memory, which stay as they are. A size smaller than this header's first version is ML2S_INVALID_ARGUMENT; fields
+ * are only ever appended. Fields named reserved are 0.
  */
 #pragma once
 
@@ -37,16 +38,21 @@ extern "C" {
 /** One opened sensor. 0 is never valid; a closed handle stays invalid for ever. */
 typedef uint64_t ml2s_handle;
 
+/** What became of a call. */
 typedef enum ml2s_result {
+    /** Done. */
     ML2S_OK = 0,
     /** Nothing new within the timeout: expected, not an error. */
     ML2S_TIMEOUT = 1,
+    /** A value, size or null that the call does not take; the caller is to be mended. */
     ML2S_INVALID_ARGUMENT = 2,
+    /** Another thread opened the handle. */
     ML2S_WRONG_THREAD = 3,
     /** The handle was closed or never opened. */
     ML2S_CLOSED = 4,
     /** A library or symbol is missing, or the device has no such sensor; the message names it. */
     ML2S_NOT_AVAILABLE = 5,
+    /** The app lacks the Android permission of the sensor. */
     ML2S_PERMISSION_DENIED = 6,
     /** All slots of the stream are leased, or none were provided. */
     ML2S_ALL_SLOTS_LEASED = 7,
@@ -66,9 +72,10 @@ typedef struct ml2s_error {
                             libperception.magicleap.so/MLEyeCameraConnect". */
 } ml2s_error;
 
+/** The way to the sensors. */
 typedef enum ml2s_backend {
-    ML2S_BACKEND_SDK = 0,
-    ML2S_BACKEND_OPENXR = 1,
+    ML2S_BACKEND_SDK = 0,    /**< The vendor's C SDK. */
+    ML2S_BACKEND_OPENXR = 1, /**< OpenXR with the vendor's extensions, after ml2s_use_openxr. */
 } ml2s_backend;
 
 /** What one handle drives. A sensor can be open once per backend. */
@@ -88,6 +95,7 @@ enum {
     ML2S_WANT_RADIAL = 1u << 2,     /**< Depth: distance from the camera instead of z along its optical axis. */
 };
 
+/** What a handle is to deliver. */
 typedef struct ml2s_settings {
     uint32_t struct_size;
     uint32_t sensor;         /**< ml2s_sensor */
@@ -97,36 +105,38 @@ typedef struct ml2s_settings {
     uint64_t second_streams; /**< Those of them that run as stream 1: low exposure, short range. */
     uint32_t rate_hz;        /**< Depth and OpenXR; others run as the device does. */
     uint32_t width;          /**< OpenXR; others have one size. */
-    uint32_t height;
+    uint32_t height;         /**< As width. */
     uint32_t reserved;
 } ml2s_settings;
 
 enum {
-    ML2S_HAS_POSE = 1u << 0,
-    ML2S_HAS_INTRINSICS = 1u << 1,
-    ML2S_HAS_EXPOSURE = 1u << 2,
-    ML2S_HAS_ANALOG_GAIN = 1u << 3,
-    ML2S_HAS_DIGITAL_GAIN = 1u << 4,
-    ML2S_HAS_ILLUMINATION = 1u << 5,
+    ML2S_HAS_POSE = 1u << 0,         /**< rotation and position */
+    ML2S_HAS_INTRINSICS = 1u << 1,   /**< lens, focal_length, principal_point and distortion */
+    ML2S_HAS_EXPOSURE = 1u << 2,     /**< exposure_nanos */
+    ML2S_HAS_ANALOG_GAIN = 1u << 3,  /**< analog_gain */
+    ML2S_HAS_DIGITAL_GAIN = 1u << 4, /**< digital_gain */
+    ML2S_HAS_ILLUMINATION = 1u << 5, /**< illumination */
 };
 
+/** The model of a lens. */
 typedef enum ml2s_lens {
     ML2S_LENS_PLUMB_BOB = 0,          /**< distortion: k1 k2 p1 p2 k3 */
     ML2S_LENS_FISHEYE_TANGENTIAL = 1, /**< distortion: k1 k2 k3 k4 p1 p2; equidistant, then tangential. */
 } ml2s_lens;
 
+/** The places in ml2s_frame.planes. */
 typedef enum ml2s_plane_role {
-    ML2S_PLANE_IMAGE = 0,
-    ML2S_PLANE_CONFIDENCE = 1,
-    ML2S_PLANE_FLAGS = 2,
-    ML2S_PLANE_COUNT = 3,
+    ML2S_PLANE_IMAGE = 0,      /**< The pixels, or one JPEG. */
+    ML2S_PLANE_CONFIDENCE = 1, /**< Depth, with ML2S_WANT_CONFIDENCE: 32-bit floats. */
+    ML2S_PLANE_FLAGS = 2,      /**< Depth, with ML2S_WANT_FLAGS: 32-bit words. */
+    ML2S_PLANE_COUNT = 3,      /**< How many there are. */
 } ml2s_plane_role;
 
 /** Part of a slot; size_bytes is 0 when absent. */
 typedef struct ml2s_plane {
     uint32_t offset_bytes; /**< From the frame's data. */
-    uint32_t size_bytes;
-    uint32_t stride_bytes; /**< 0 for JPEG. */
+    uint32_t size_bytes;   /**< Of all its rows, or of the JPEG. */
+    uint32_t stride_bytes; /**< From one row to the next; 0 for JPEG. */
     uint32_t reserved;
 } ml2s_plane;
 
@@ -140,47 +150,49 @@ typedef struct ml2s_frame {
     int64_t capture_nanos; /**< CLOCK_BOOTTIME */
     int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
     uint8_t *data;         /**< The slot's memory. */
-    ml2s_plane planes[ML2S_PLANE_COUNT];
-    uint32_t width;
-    uint32_t height;
-    float rotation[4]; /**< Of the camera in the world. */
-    float position[3];
-    uint32_t lens; /**< ml2s_lens */
-    double focal_length[2];
-    double principal_point[2];
-    double distortion[6];
-    int64_t exposure_nanos;
-    uint32_t analog_gain;
-    uint32_t digital_gain;
-    uint32_t illumination; /**< 1 when the depth camera's light was on. */
+    ml2s_plane planes[ML2S_PLANE_COUNT]; /**< By ml2s_plane_role. */
+    uint32_t width;                      /**< Pixels per row. */
+    uint32_t height;                     /**< Rows. */
+    float rotation[4];                   /**< Of the camera in the world: x, y, z, w. */
+    float position[3];                   /**< Of the camera in the world. */
+    uint32_t lens;                       /**< ml2s_lens */
+    double focal_length[2];              /**< x, y. */
+    double principal_point[2];           /**< x, y, from the top left. */
+    double distortion[6];                /**< As lens says; the rest is 0. */
+    int64_t exposure_nanos;              /**< How long light was collected. */
+    uint32_t analog_gain;                /**< The device's own unit. */
+    uint32_t digital_gain;               /**< The device's own unit. */
+    uint32_t illumination;               /**< 1 when the depth camera's light was on. */
     uint32_t reserved;
 } ml2s_frame;
 
 enum {
-    ML2S_TRACKING_LOST = 1u << 0,
-    ML2S_TRACKING_RECOVERED = 1u << 1,
-    ML2S_TRACKING_RECOVERY_FAILED = 1u << 2,
-    ML2S_TRACKING_NEW_SESSION = 1u << 3,
+    ML2S_TRACKING_LOST = 1u << 0,            /**< The headset does not know where it is. */
+    ML2S_TRACKING_RECOVERED = 1u << 1,       /**< It knows again, in the same world. */
+    ML2S_TRACKING_RECOVERY_FAILED = 1u << 2, /**< It gave up the old world. */
+    ML2S_TRACKING_NEW_SESSION = 1u << 3,     /**< Poses are in a new world. */
 };
 
+/** Where something was. */
 typedef struct ml2s_pose {
     uint32_t struct_size;
     uint32_t stream;       /**< ml2s_stream */
     int64_t capture_nanos; /**< CLOCK_BOOTTIME of the instant that the pose is for. */
-    int64_t device_nanos;
-    float rotation[4];
-    float position[3];
-    uint32_t is_tracked; /**< 0: rotation and position mean nothing. */
-    uint32_t events;     /**< ML2S_TRACKING_* since the last poll. */
+    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
+    float rotation[4];     /**< In the world: x, y, z, w. */
+    float position[3];     /**< In the world. */
+    uint32_t is_tracked;   /**< 0: rotation and position mean nothing. */
+    uint32_t events;       /**< ML2S_TRACKING_* since the last poll. */
     uint32_t reserved;
 } ml2s_pose;
 
 /** Memory of one slot, aligned to 64. */
 typedef struct ml2s_memory {
-    uint8_t *data;
-    uint64_t size_bytes;
+    uint8_t *data;       /**< The caller's. */
+    uint64_t size_bytes; /**< What fits. */
 } ml2s_memory;
 
+/** ML2S_ABI_VERSION of the library; it grows when what callers were compiled with no longer works. */
 ML2S_API uint32_t ml2s_abi_version(void);
 
 /** CLOCK_BOOTTIME now. */
@@ -214,6 +226,8 @@ ML2S_API ml2s_result ml2s_color_pose(ml2s_handle handle, int64_t device_nanos, m
 
 /** Gives the device back to others while the app is not in front; polls time out. */
 ML2S_API ml2s_result ml2s_pause(ml2s_handle handle, ml2s_error *error);
+
+/** Takes it again after ml2s_pause. */
 ML2S_API ml2s_result ml2s_resume(ml2s_handle handle, ml2s_error *error);
 
 /** Always closes; leased slots stay valid. */
@@ -248,11 +262,11 @@ ML2S_API ml2s_result ml2s_release(uint32_t stream, uint32_t slot);
 typedef struct ml2s_openxr {
     uint32_t struct_size;
     uint32_t reserved;
-    const char *loader_path;
-    void *java_vm;  /**< Android: JavaVM*, for xrInitializeLoaderKHR. */
-    void *activity; /**< Android: global reference of the context. */
-    uint64_t instance;
-    uint64_t session;
+    const char *loader_path;      /**< Of the OpenXR loader, for dlopen; null with an app's own session. */
+    void *java_vm;                /**< Android: JavaVM*, for xrInitializeLoaderKHR. */
+    void *activity;               /**< Android: global reference of the context. */
+    uint64_t instance;            /**< XrInstance */
+    uint64_t session;             /**< XrSession */
     void *get_instance_proc_addr; /**< PFN_xrGetInstanceProcAddr */
 } ml2s_openxr;
 
