@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from toolchain import ROOT, Package, kotlinc, runtime_libraries, unpack
+from toolchain import ROOT, Package, jar, kotlinc, runtime_libraries, unpack
 
 
 @pytest.fixture(scope="session")
@@ -31,5 +31,5 @@ def sample(library: Package, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The sample app, compiled against what the package holds."""
     sources = ROOT / "ml2-sensors-aar" / "sample" / "src" / "main" / "kotlin"
     app = tmp_path_factory.mktemp("sample") / "sample.jar"
-    kotlinc(app, sources, class_path=[library.classes, *library.libraries])
+    kotlinc(app, sources, class_path=[library.classes, *library.libraries, jar("android-all")])
     return app

@@ -12,7 +12,9 @@ import pytest
 
 from class_file import read_classes
 from platform_api import allowed_api, has_api, missing_api, public_api
-from toolchain import MIN_API, Package, d8, jar, run
+from toolchain import MIN_API, ROOT, Package, d8, jar, maven_property, run
+
+APP = ROOT / f"ml2-sensors-aar/app/target/ml2-sensors-app-{maven_property('revision')}.jar"
 
 _public_api = cache(public_api)
 
@@ -38,9 +40,19 @@ def missing(classes: Path, libraries: tuple[Path, ...], folder: Path) -> set[str
     return missing_api(read_classes(desugared), read_classes(*libraries), _public_api())
 
 
-def test_the_library_uses_only_public_api_up_to_29(library: Package, tmp_path: Path) -> None:
-    used = missing(library.classes, library.libraries, tmp_path)
-    assert used - {row.name for row in allowed_api()} == set()
+@pytest.fixture(scope="module")
+def missing_for_library(library: Package, tmp_path_factory: pytest.TempPathFactory) -> set[str]:
+    return missing(library.classes, library.libraries, tmp_path_factory.mktemp("library"))
+
+
+@pytest.fixture(scope="module")
+def missing_for_app(library: Package, tmp_path_factory: pytest.TempPathFactory) -> set[str]:
+    beside = (library.classes, *library.libraries)
+    return missing(APP, beside, tmp_path_factory.mktemp("app"))
+
+
+def test_the_library_uses_only_public_api_up_to_29(missing_for_library: set[str]) -> None:
+    assert missing_for_library - {row.name for row in allowed_api()} == set()
 
 
 def test_the_unity_package_uses_no_more(unity: Package, tmp_path: Path) -> None:
@@ -48,9 +60,15 @@ def test_the_unity_package_uses_no_more(unity: Package, tmp_path: Path) -> None:
     assert used - {row.name for row in allowed_api()} - _OF_THE_LIBRARIES == set()
 
 
-def test_what_is_allowed_is_used_and_not_newer_than_29(library: Package, tmp_path: Path) -> None:
+def test_the_app_uses_no_more(missing_for_app: set[str]) -> None:
+    assert missing_for_app - {row.name for row in allowed_api()} == set()
+
+
+def test_what_is_allowed_is_used_and_not_newer_than_29(
+    missing_for_library: set[str], missing_for_app: set[str]
+) -> None:
     allowed = allowed_api()
-    assert {row.name for row in allowed} <= missing(library.classes, library.libraries, tmp_path)
+    assert {row.name for row in allowed} <= missing_for_library | missing_for_app
     assert [row for row in allowed if not 24 < row.level <= int(MIN_API) or not row.reason] == []
 
 

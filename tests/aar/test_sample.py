@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from document import indented_blocks, without_spacing
 from toolchain import ROOT, Package, java
 
 NATIVE = ROOT / "build" / "native"
@@ -45,6 +46,19 @@ def test_an_app_collects_a_frame_of_every_source(library: Package, sample: Path)
     for stream, size in CAMERAS.items():
         assert re.fullmatch(rf"{size}, mean byte [1-9]\d*", lines[stream]), lines[stream]
     assert lines["head_pose"].startswith("at Vector3(")
+
+
+def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
+    library = ROOT / "ml2-sensors-aar"
+    source = library / "sample/src/main/kotlin/dev/ml2sensors/sample/ReadmeExamples.kt"
+    compiled = without_spacing(source.read_text())
+    examples = [
+        text
+        for text in indented_blocks((library / "README.md").read_text())
+        if "dependencies {" not in text
+    ]
+    assert len(examples) == 3
+    assert [text for text in examples if without_spacing(text) not in compiled] == []
 
 
 def test_the_unity_package_works_with_nothing_beside_it(unity: Package) -> None:

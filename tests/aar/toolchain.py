@@ -80,7 +80,9 @@ def run(*command: str | Path) -> str:
 
 
 def java(class_path: Iterable[Path], *arguments: str | Path) -> str:
-    return run("java", "-cp", os.pathsep.join(map(str, class_path)), *arguments)
+    # HotSpot's second compiler costs more than it saves programs that live for seconds.
+    options = ["-XX:TieredStopAtLevel=1", "-cp", os.pathsep.join(map(str, class_path))]
+    return run("java", *options, *arguments)
 
 
 def kotlinc(output: Path, sources: Path, class_path: Iterable[Path]) -> None:

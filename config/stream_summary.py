@@ -1,0 +1,11 @@
+"""What the generated code says of a stream."""
+
+from ml2_receiver.configuration.table import Stream, StreamTable
+
+
+def stream_summary(table: StreamTable, stream: Stream) -> str:
+    """Its main topic; the stream whose topics the device names has none."""
+    if not stream.topics:
+        return table.sections[stream.section].doc
+    main = stream.topics[0]
+    return f"{main.type} on {main.name}."

@@ -1,0 +1,43 @@
+package dev.ml2sensors.app
+
+import android.app.Notification
+import android.app.NotificationChannel
+import android.app.NotificationManager
+import android.app.PendingIntent
+import android.content.Context
+import android.content.Intent
+import dev.ml2sensors.app.control.Command
+import dev.ml2sensors.stream.StreamerState
+
+/** What the user sees of the service while another app is in front: how it stands, and a way to stop it. */
+internal class Notice(private val context: Context) {
+    private val notifications = context.getSystemService(NotificationManager::class.java).apply {
+        val name = context.getString(R.string.app_name)
+        createNotificationChannel(NotificationChannel(CHANNEL, name, NotificationManager.IMPORTANCE_LOW))
+    }
+
+    fun of(state: StreamerState?): Notification {
+        val stop = PendingIntent.getService(context, 0, StreamingService.intent(context, Command.STOP), 0)
+        return Notification.Builder(context, CHANNEL)
+            .setSmallIcon(R.drawable.icon)
+            .setContentTitle(title(state))
+            .setContentIntent(PendingIntent.getActivity(context, 0, Intent(context, MainActivity::class.java), 0))
+            .addAction(Notification.Action.Builder(null, context.getString(R.string.stop), stop).build())
+            .setOngoing(true)
+            .build()
+    }
+
+    fun show(state: StreamerState?): Unit = notifications.notify(ID, of(state))
+
+    fun remove(): Unit = notifications.cancel(ID)
+
+    private fun title(state: StreamerState?) = when (state) {
+        is StreamerState.Connected -> context.getString(R.string.connected, state.receiverName)
+        else -> context.getString(R.string.connecting)
+    }
+
+    companion object {
+        const val ID = 1
+        private const val CHANNEL = "streaming"
+    }
+}

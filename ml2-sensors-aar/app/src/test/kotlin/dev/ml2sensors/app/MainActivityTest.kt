@@ -1,0 +1,213 @@
+package dev.ml2sensors.app
+
+import android.app.AlertDialog
+import android.content.DialogInterface
+import android.content.Intent
+import android.content.pm.PackageManager
+import android.net.Uri
+import android.view.View
+import android.widget.Button
+import android.widget.CheckBox
+import android.widget.EditText
+import android.widget.TextView
+import dev.ml2sensors.app.control.Command
+import kotlinx.coroutines.runBlocking
+import org.junit.After
+import org.junit.Test
+import org.junit.runner.RunWith
+import org.robolectric.Robolectric
+import org.robolectric.RobolectricTestRunner
+import org.robolectric.Shadows.shadowOf
+import org.robolectric.android.controller.ActivityController
+import org.robolectric.annotation.Config
+import org.robolectric.shadows.ShadowAlertDialog
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.test.assertNotNull
+import kotlin.test.assertNull
+import kotlin.test.assertTrue
+
+@RunWith(RobolectricTestRunner::class)
+@Config(sdk = [29])
+class MainActivityTest {
+    private val paired = PairedApp()
+    private val app = paired.app
+    private lateinit var controller: ActivityController<MainActivity>
+
+    @After
+    fun close() {
+        if (::controller.isInitialized) controller.close()
+        paired.close()
+    }
+
+    @Test
+    fun itSaysThatNothingRunsAndStartsAndStopsIt() {
+        open()
+        eventually("what it is paired with") { text(R.id.title) == "Off" }
+        button(R.id.toggle).performClick()
+        assertEquals(Command.START, started()?.action)
+        stream("{}")
+        assertEquals("Connected to scripted", text(R.id.title))
+        assertEquals("Stop", button(R.id.toggle).text)
+        button(R.id.toggle).performClick()
+        assertEquals(Command.STOP, started()?.action)
+    }
+
+    @Test
+    fun aHeadsetThatIsNotPairedSaysSo() {
+        app.filesDir.resolve("ml2-sensors-receivers.json").delete()
+        open()
+        assertEquals("Not paired", text(R.id.title))
+    }
+
+    @Test
+    fun streamsAreShownWithRateAndReason() {
+        open()
+        stream("""{"battery": {}, "depth": {}}""")
+        eventually("the rows") { rows().size == 2 }
+        assertEquals("depth", rows()[0].first)
+        assertTrue("is not granted" in rows()[0].second, rows()[0].second)
+        eventually("a rate") { rows()[1].second.endsWith(" Hz") }
+    }
+
+    @Test
+    fun permissionsAreAskedForOneByOneWithTheirReason() {
+        open()
+        stream("""{"depth": {}, "world_left": {}, "color": {}}""")
+        eventually("the first question") { "world_left, color" in text(R.id.reason) }
+        button(R.id.allow).performClick()
+        assertEquals(listOf(CAMERA), asked())
+        answer(CAMERA, PackageManager.PERMISSION_DENIED)
+        eventually("the second question") { "depth" in text(R.id.reason) }
+        controller.recreate()
+        eventually("the second question, after a rotation") { "depth" in text(R.id.reason) }
+        button(R.id.allow).performClick()
+        assertEquals(listOf(DEPTH), asked())
+        shadowOf(app).clearStartedServices()
+        shadowOf(app).grantPermissions(DEPTH)
+        answer(DEPTH, PackageManager.PERMISSION_GRANTED)
+        assertEquals(Command.START, started()?.action, "to ask for the stream anew")
+        eventually("no more questions") { view<View>(R.id.question).visibility == View.GONE }
+    }
+
+    @Test
+    fun aPairingUriFromOutsideNeedsTheUsersYes() {
+        open(view(URI))
+        val dialog = assertNotNull(ShadowAlertDialog.getLatestAlertDialog())
+        val message = shadowOf(dialog).message.toString()
+        assertTrue("10.0.0.2" in message && FINGERPRINT in message, message)
+        assertFalse(TOKEN in message, message)
+        assertNull(started())
+        press(dialog, DialogInterface.BUTTON_POSITIVE)
+        val intent = assertNotNull(started())
+        assertEquals(Command.PAIR to URI, intent.action to intent.getStringExtra("uri"))
+    }
+
+    @Test
+    fun aNoIsRememberedOverARotationAndAnOpenQuestionToo() {
+        open(view(URI))
+        controller.recreate()
+        val dialog = assertNotNull(ShadowAlertDialog.getLatestAlertDialog())
+        assertTrue(dialog.isShowing)
+        press(dialog, DialogInterface.BUTTON_NEGATIVE)
+        controller.recreate()
+        assertFalse(ShadowAlertDialog.getLatestAlertDialog().isShowing)
+        assertNull(started())
+    }
+
+    @Test
+    fun whatIsPastedIsAskedForLikeWhatIsOpened() {
+        open()
+        view<EditText>(R.id.uri).setText(" $URI\n")
+        button(R.id.pair).performClick()
+        press(ShadowAlertDialog.getLatestAlertDialog(), DialogInterface.BUTTON_POSITIVE)
+        assertEquals(URI, started()?.getStringExtra("uri"))
+    }
+
+    @Test
+    fun badUrisAreNoQuestionsAndNoCrash() {
+        open()
+        for (bad in listOf(
+            "",
+            "ml2s://",
+            "ml2s://desk:1?token=$TOKEN",
+            "$URI&more=1",
+            "http://desk",
+            "x".repeat(100_000),
+        )) {
+            controller.newIntent(view(bad))
+            val dialog = ShadowAlertDialog.getLatestAlertDialog()
+            assertEquals("This is no pairing code", shadowOf(dialog).title, bad.take(20))
+            assertFalse(TOKEN in shadowOf(dialog).message.toString())
+            assertNull(dialog.getButton(DialogInterface.BUTTON_POSITIVE)?.takeIf { it.visibility == View.VISIBLE })
+        }
+        assertNull(started())
+        controller.newIntent(Intent(Intent.ACTION_VIEW))
+    }
+
+    @Test
+    fun choicesAreTheUsers() {
+        app.choices.atBoot = true
+        open()
+        assertTrue(view<CheckBox>(R.id.at_boot).isChecked)
+        view<CheckBox>(R.id.at_boot).performClick()
+        view<CheckBox>(R.id.cool_down).performClick()
+        assertEquals(false to true, app.choices.atBoot to app.choices.coolsDown)
+    }
+
+    @Test
+    fun inFrontAgainWhatWasAllowedElsewhereIsAskedForAnew() {
+        app.choices.streams = true
+        open()
+        assertEquals(Command.START, started()?.action)
+        controller.pause().resume()
+        assertEquals(Command.START, started()?.action)
+    }
+
+    private fun open(intent: Intent? = null) {
+        controller = Robolectric.buildActivity(MainActivity::class.java, intent).setup()
+    }
+
+    private fun view(uri: String) = Intent(Intent.ACTION_VIEW, Uri.parse(uri))
+
+    /** Streams as the service would. */
+    private fun stream(streams: String) {
+        runBlocking { app.streaming.start() }
+        paired.session(streams)
+        eventually("the connection") { text(R.id.title).startsWith("Connected") }
+    }
+
+    private fun answer(permission: String, result: Int) =
+        controller.get().onRequestPermissionsResult(0, arrayOf(permission), intArrayOf(result))
+
+    private fun asked() = shadowOf(controller.get()).lastRequestedPermission.requestedPermissions.toList()
+
+    private fun press(dialog: AlertDialog, which: Int) {
+        dialog.getButton(which).performClick()
+        shadowOf(android.os.Looper.getMainLooper()).idle()
+    }
+
+    private fun started(): Intent? = shadowOf(app).nextStartedService
+
+    private fun rows(): List<Pair<String, String>> {
+        val rows = view<android.view.ViewGroup>(R.id.streams)
+        return (0 until rows.childCount).map {
+            val row = rows.getChildAt(it)
+            "${row.findViewById<TextView>(R.id.stream).text}" to "${row.findViewById<TextView>(R.id.rate).text}"
+        }
+    }
+
+    private fun <T : View> view(id: Int): T = controller.get().findViewById(id)
+
+    private fun text(id: Int): String = view<TextView>(id).text.toString()
+
+    private fun button(id: Int): Button = view(id)
+
+    private companion object {
+        const val CAMERA = "android.permission.CAMERA"
+        const val DEPTH = "com.magicleap.permission.DEPTH_CAMERA"
+        val FINGERPRINT = "a".repeat(64)
+        val TOKEN = "5".repeat(32)
+        val URI = "ml2s://10.0.0.2:7756?fp=$FINGERPRINT&token=$TOKEN"
+    }
+}

@@ -1,0 +1,29 @@
+package dev.ml2sensors.app.screen
+
+import dev.ml2sensors.app.status.streamStatus
+import org.junit.jupiter.api.Test
+import kotlin.test.assertEquals
+
+class RatesTest {
+    private val rates = Rates()
+
+    @Test
+    fun aRateIsWhatWasMadeBetweenTwoLooks() {
+        assertEquals(emptyMap(), rates.of(listOf(streamStatus("depth", produced = 100)), nowMillis = 1_000))
+        assertEquals(mapOf("depth" to 30.0), rates.of(listOf(streamStatus("depth", produced = 160)), nowMillis = 3_000))
+        assertEquals(mapOf("depth" to 0.0), rates.of(listOf(streamStatus("depth", produced = 160)), nowMillis = 4_000))
+    }
+
+    @Test
+    fun aStreamThatIsNewOrCountsAnewHasNoneYet() {
+        rates.of(listOf(streamStatus("depth", produced = 100)), nowMillis = 1_000)
+        val streams = listOf(streamStatus("depth", produced = 5), streamStatus("gaze", produced = 5))
+        assertEquals(emptyMap(), rates.of(streams, nowMillis = 2_000))
+    }
+
+    @Test
+    fun twoLooksAtOnceDivideNothingByZero() {
+        rates.of(listOf(streamStatus("depth", produced = 100)), nowMillis = 1_000)
+        assertEquals(emptyMap(), rates.of(listOf(streamStatus("depth", produced = 101)), nowMillis = 1_000))
+    }
+}
