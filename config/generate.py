@@ -33,6 +33,7 @@ KOTLIN_VERSION = """package dev.ml2sensors
 
 /** Of this library; generated from pom.xml by config/generate.py. */
 public object Version {{
+    /** MAJOR.MINOR.PATCH. */
     public const val NAME: String = "{}"
 }}
 """

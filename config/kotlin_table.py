@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ml2_receiver.configuration.table import CustomTopics, Mode, Scalar, Stream, StreamTable, Topic
+from stream_summary import stream_summary
 
 _MAX_LINE = 120
 _INDENT = " " * 4
@@ -36,25 +37,29 @@ def kotlin_table(table: StreamTable) -> str:
 
 /** The streams of config/streams.yaml; generated from it by config/generate.py. */
 public object StreamTable {{
+    /** The REP-103 frame that poses are in. */
     public const val WORLD_FRAME: String = {_text(table.world_frame)}
+
+    /** The body frame of the headset. */
     public const val HEAD_FRAME: String = {_text(table.head_frame)}
 
     /** Everything that is small. */
-    public val sensorsLane: QueueSpec = QueueSpec({table.lanes["sensors"].queue_frames})
+    internal val sensorsLane: QueueSpec = QueueSpec({table.lanes["sensors"].queue_frames})
 
     /** One per image stream. */
-    public val imageLane: QueueSpec = QueueSpec({table.lanes["image"].queue_frames})
+    internal val imageLane: QueueSpec = QueueSpec({table.lanes["image"].queue_frames})
 
 {"\n\n".join(properties)}
 
     /** Of the topics of [{_camel(custom.stream)}]. */
-    public val customTopics: CustomTopicsSpec =
+    internal val customTopics: CustomTopicsSpec =
         {_custom(custom)}
 
     /** In the order of the file. */
     public val all: List<StreamSpec> =
         {names}
 
+    /** Null where the table has no such stream. */
     public fun byId(id: String): StreamSpec? = all.firstOrNull {{ it.id == id }}
 }}
 """
@@ -83,7 +88,8 @@ def _property(table: StreamTable, stream: Stream) -> str:
         ),
     )
     declaration = f"{_INDENT}public val {_camel(stream.id)}: StreamSpec ="
-    return f"{declaration}\n{_INDENT * 2}{spec.render(_INDENT * 2)}"
+    doc = f"{_INDENT}/** {stream_summary(table, stream)} */"
+    return f"{doc}\n{declaration}\n{_INDENT * 2}{spec.render(_INDENT * 2)}"
 
 
 def _topic(topic: Topic) -> Call:

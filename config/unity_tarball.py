@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "unity_package"
 # Only of use in this repository.
-LEFT_OUT = ("Tests/Mono~/", "Tests/StandIns~/", "Plugins/Android/.")
+LEFT_OUT = ("Api~/", "Tests/Mono~/", "Tests/StandIns~/", "Plugins/Android/.")
 # The same in every archive: npm's date.
 MODIFIED_S = 499162500
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Runs Jazzer on each FuzzTarget for so many seconds; what it has found interesting stays in target/fuzz.
+# Runs Jazzer on each compiled FuzzTarget for so many seconds; what it has found interesting stays in target/fuzz.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 seconds=$1
-mvn -q -f .. test-compile dependency:build-classpath -pl ml2-sensors-aar \
+mvn -q -f .. dependency:build-classpath -pl ml2-sensors-aar \
     -Dmdep.outputFile=target/fuzz-classpath -Dmdep.includeScope=test
 classpath=target/test-classes:target/classes:$(<target/fuzz-classpath)
 for reader in FRAMES BODIES PAIRING URI; do

@@ -52,6 +52,7 @@ internal class BatterySource(
             current = currentAmperes(),
             percentage = intent.number(BatteryManager.EXTRA_LEVEL) / intent.number(BatteryManager.EXTRA_SCALE),
             charging = status == BatteryManager.BATTERY_STATUS_CHARGING || status == BatteryManager.BATTERY_STATUS_FULL,
+            temperature = intent.number(BatteryManager.EXTRA_TEMPERATURE) / TENTHS_PER_DEGREE,
         )
     }
 
@@ -67,6 +68,7 @@ internal class BatterySource(
     private companion object {
         const val UNKNOWN = Int.MIN_VALUE
         const val MILLIVOLTS_PER_VOLT = 1e3f
+        const val TENTHS_PER_DEGREE = 10f
         const val MICROAMPERES_PER_AMPERE = 1e6f
     }
 }

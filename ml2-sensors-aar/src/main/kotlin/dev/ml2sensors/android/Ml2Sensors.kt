@@ -6,17 +6,20 @@ import android.content.pm.PackageManager
 import android.hardware.SensorManager
 import android.hardware.camera2.CameraManager
 import android.os.Build
+import android.os.PowerManager
 import android.provider.Settings
 import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeSource
 import dev.ml2sensors.pairing.DeviceKeys
 import dev.ml2sensors.pairing.PairedReceiver
 import dev.ml2sensors.pairing.PairingUri
+import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourcedHeadset
+import dev.ml2sensors.source.Thermal
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -47,7 +50,8 @@ public object Ml2Sensors {
         val headset = SourcedHeadset(identityOf(app), clocks.boot, sources.map { PermittedSource(app, it) }) {
             permissionsOf(app)
         }
-        return AndroidHeadset(headset, native.orEmpty(), bases.asStateFlow())
+        val power = app.getSystemService(PowerManager::class.java)
+        return AndroidHeadset(headset, native.orEmpty(), bases.asStateFlow(), power)
     }
 
     /**
@@ -63,14 +67,26 @@ public object Ml2Sensors {
     }
 
     /**
-     * A streamer of [headset], not yet started, to the receiver that this headset is paired with when it connects: the
+     * The receivers that this headset is paired with, the last one last. Not on the main thread.
+     *
+     * @throws java.io.IOException when what is known of them cannot be read.
+     */
+    public fun receivers(context: Context): List<PairedReceiver> = AndroidKeys.of(context.applicationContext).receivers
+
+    /**
+     * A streamer of [headset], not yet started, to a receiver that this headset is paired with: without [receiver] the
      * one that announces itself, else the last one where it was paired. While it is paired with none,
      * [Ml2Streamer.state] says so.
+     *
+     * @param receiver a name or `HOST:PORT`, as [Receiver.parse] takes it.
+     * @throws IllegalArgumentException for a [receiver] that is neither.
      */
-    public fun connect(context: Context, headset: Headset): Ml2Streamer {
+    public fun connect(context: Context, headset: Headset, receiver: String = ""): Ml2Streamer {
         val app = context.applicationContext
         val keys = AndroidKeys.of(app)
-        return Ml2Streamer(headset, keys.receiver(nsdBrowser(app)), keys.security())
+        val browser = nsdBrowser(app)
+        val wanted = if (receiver.isEmpty()) keys.receiver(browser) else Receiver.parse(receiver, browser)
+        return Ml2Streamer(headset, wanted, keys.security())
     }
 
     /** The id is Android's for this app, user and device, and tells nothing else of any of them. */
@@ -95,8 +111,12 @@ public class AndroidHeadset internal constructor(
     headset: SourcedHeadset,
     private val native: List<NativeSource>,
     private val foundBases: StateFlow<Map<StreamSpec, ClockDomain>>,
+    private val power: PowerManager,
 ) : Headset by headset {
     override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
+
+    /** Android's numbers are the order of [Thermal]. */
+    override val thermal: Thermal? get() = Thermal.entries.getOrNull(power.currentThermalStatus)
 
     /** Gives the cameras and trackers back to the device while the app is not in front; their flows deliver nothing. */
     public fun pause(): Unit = native.forEach(NativeSource::pause)

@@ -15,7 +15,7 @@ internal class FrameBlock(capacity: Int) {
     val memory: ByteBuffer = structMemory(capacity, FrameLayout.sizeBytes)
 
     /** A view that is valid until the next poll. */
-    operator fun get(index: Int): Frame = Frame(memory, index * FrameLayout.sizeBytes)
+    operator fun get(index: Int): NativeFrame = NativeFrame(memory, index * FrameLayout.sizeBytes)
 }
 
 /** Where the fields of an ml2s_frame are, in bytes. */
@@ -51,7 +51,7 @@ private object FrameLayout {
 }
 
 /** The ml2s_frame at [base] of [memory]. */
-internal class Frame(private val memory: ByteBuffer, private val base: Int) {
+internal class NativeFrame(private val memory: ByteBuffer, private val base: Int) {
     val stream: Int get() = int(FrameLayout.stream)
     val slot: Int get() = int(FrameLayout.slot)
     val frameNumber: Long get() = long(FrameLayout.frameNumber)

@@ -11,7 +11,7 @@ import java.nio.ByteBuffer
  * `ml2s_acquire_latest` of native/sdk/ml2s.h. Frames of the library's own sensors are in its slots already; others are
  * copied into them. A reader that keeps its leases costs itself new frames, not the sensor. Any thread.
  */
-public object LocalFrames {
+internal object LocalFrames {
     private class View {
         var isOn = false
         val frames by lazy { FrameBlock(1) }
@@ -24,7 +24,7 @@ public object LocalFrames {
      * Whether running streams publish their frames; the stream itself is run by others. Nothing is published and nothing
      * is copied for a [stream] that is not viewed, and no frame of it is the latest any more.
      */
-    public fun view(stream: StreamSpec, isOn: Boolean) {
+    fun view(stream: StreamSpec, isOn: Boolean) {
         check(NativeLibrary.isLoaded) { "frames are read from libml2sensors.so, which is not loaded" }
         val view = views.getValue(stream)
         synchronized(view) {
@@ -47,10 +47,15 @@ public object LocalFrames {
         copy(stream, view.frames, view.readings.add(sample)) { fill(sample) }
     }
 
-    private inline fun copy(stream: StreamSpec, frames: FrameBlock, bytes: ByteBuffer, describe: Frame.() -> Unit) {
+    private inline fun copy(
+        stream: StreamSpec,
+        frames: FrameBlock,
+        bytes: ByteBuffer,
+        describe: NativeFrame.() -> Unit,
+    ) {
         val pool = SlotPool.of(stream)
         val slot = Native.take(stream.number)
-        if (slot == Frame.NO_SLOT) return
+        if (slot == NativeFrame.NO_SLOT) return
         try {
             val sizeBytes = bytes.remaining()
             pool.bytes(slot, 0 until sizeBytes).put(bytes)

@@ -74,7 +74,7 @@ internal object Native {
     @JvmStatic
     external fun provide(stream: Int, memory: ByteBuffer, slotBytes: Int, count: Int)
 
-    /** A free slot to write a frame into; [Frame.NO_SLOT] when all are leased. */
+    /** A free slot to write a frame into; [NativeFrame.NO_SLOT] when all are leased. */
     @JvmStatic
     external fun take(stream: Int): Int
 

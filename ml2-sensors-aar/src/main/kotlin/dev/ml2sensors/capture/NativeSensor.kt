@@ -5,7 +5,10 @@ import dev.ml2sensors.table.StreamTable
 
 /** The ways to a sensor that the native library knows: ml2s_backend. [id] is its name in the stream table. */
 public enum class NativeBackend(public val id: String, internal val code: Int) {
+    /** The vendor's C SDK. */
     SDK("sdk", 0),
+
+    /** OpenXR with the vendor's extensions; see [NativeLibrary.useOpenXr]. */
     OPENXR("openxr", 1),
 }
 
@@ -19,8 +22,13 @@ public enum class PixelSensor(
     internal val streams: Set<StreamSpec>,
     internal val hasOneStream: Boolean,
 ) {
+    /** Depth, or the infrared image that it is made of. */
     DEPTH(1, setOf(StreamTable.depth, StreamTable.infra), hasOneStream = true),
+
+    /** The tracking cameras. */
     WORLD(2, setOf(StreamTable.worldLeft, StreamTable.worldRight, StreamTable.worldCenter), hasOneStream = false),
+
+    /** The eye cameras. */
     EYE(
         3,
         setOf(
@@ -32,14 +40,19 @@ public enum class PixelSensor(
         hasOneStream = false,
     ),
 
-    /** By OpenXR only. */
+    /** The colour camera, with or without what the headset shows; by OpenXR only. */
     COLOR(5, setOf(StreamTable.color, StreamTable.mixedReality), hasOneStream = true),
 }
 
-/** What is opened as one and gives poses: ml2s_sensor. [GAZE] and [HANDS] by OpenXR only. */
+/** What is opened as one and gives poses: ml2s_sensor. */
 public enum class PoseSensor(internal val code: Int, internal val streams: Set<StreamSpec>) {
+    /** Of the headset in the world. */
     HEAD(4, setOf(StreamTable.headPose)),
+
+    /** Where both eyes look together; by OpenXR only. */
     GAZE(6, setOf(StreamTable.gaze)),
+
+    /** The joints of both hands; by OpenXR only. */
     HANDS(7, setOf(StreamTable.handLeft, StreamTable.handRight)),
 }
 

@@ -28,7 +28,11 @@ internal class OpenCamera(
     override fun deliver(subscriptions: List<Subscription>) {
         for (index in 0 until Native.poll(handle, POLL_NANOS, frames.memory)) {
             val frame = frames[index]
-            if (frame.slot != Frame.NO_SLOT) LocalFrames.publish(StreamTable.all[frame.stream], frames.memory, index)
+            if (frame.slot !=
+                NativeFrame.NO_SLOT
+            ) {
+                LocalFrames.publish(StreamTable.all[frame.stream], frames.memory, index)
+            }
             val sample = frame.toSample()
             val missed = missedBefore(frame)
             for (subscription in subscriptions) {
@@ -42,7 +46,7 @@ internal class OpenCamera(
     }
 
     /** Frames of the same stream that the device captured and nobody fetched in time; its numbers may begin anew. */
-    private fun missedBefore(frame: Frame): Int {
+    private fun missedBefore(frame: NativeFrame): Int {
         val last = lastNumbers.put(frame.stream, frame.frameNumber) ?: return 0
         return (frame.frameNumber - last - 1).coerceIn(0, Int.MAX_VALUE.toLong()).toInt()
     }
@@ -62,8 +66,8 @@ internal class OpenCamera(
 }
 
 /** In the slot's memory, which the sample gives back; or lost for want of a slot. */
-private fun Frame.toSample(): Sample {
-    if (slot == Frame.NO_SLOT) return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
+private fun NativeFrame.toSample(): Sample {
+    if (slot == NativeFrame.NO_SLOT) return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
     val slot = slot
     val pool = SlotPool.of(StreamTable.all[stream])
     return ImageSample(
@@ -71,7 +75,7 @@ private fun Frame.toSample(): Sample {
         frameNumber,
         width,
         height,
-        strideBytes(Frame.IMAGE),
+        strideBytes(NativeFrame.IMAGE),
         pose?.toOptical(),
         intrinsics,
         settings,

@@ -11,9 +11,9 @@ import java.nio.ByteBuffer
  * @property data The borrowed bytes, which follow [prefix] directly. Shares the memory of the message's buffer but not
  * its position; the bytes must stay as they are until this payload is written.
  */
-public class Payload internal constructor(public val prefix: ByteBuffer, public val data: ByteBuffer?) {
+internal class Payload(val prefix: ByteBuffer, val data: ByteBuffer?) {
     /** The bytes of the message, encapsulation header included, whatever has been read from the buffers since. */
-    public val size: Int = Math.addExact(prefix.remaining(), data?.remaining() ?: 0)
+    val size: Int = Math.addExact(prefix.remaining(), data?.remaining() ?: 0)
 }
 
 /**
@@ -23,7 +23,7 @@ public class Payload internal constructor(public val prefix: ByteBuffer, public 
  * Owns a small direct buffer, which grows to the largest prefix seen and is reused, so that what an encoding allocates
  * on the heap does not depend on the size of an image. To be used by one thread at a time.
  */
-public class PayloadEncoder {
+internal class PayloadEncoder {
     private val writer = CdrWriter.direct()
     private val encoder = CdrEncoder(writer, borrowsBytes = true)
 
@@ -32,7 +32,7 @@ public class PayloadEncoder {
      *
      * @throws IllegalArgumentException if anything follows a byte sequence in [message], and as in [Cdr].
      */
-    public fun <T> encode(serializer: SerializationStrategy<T>, message: T): Payload {
+    fun <T> encode(serializer: SerializationStrategy<T>, message: T): Payload {
         encoder.reset()
         encoder.encodeSerializableValue(serializer, message)
         return Payload(writer.written(), encoder.borrowed)

@@ -9,6 +9,7 @@ import java.security.cert.X509Certificate
 /**
  * Who the device is to its receivers: an EC P-256 key of its own, and a certificate that this key has signed.
  *
+ * @property certificate of the key, signed by itself.
  * @param privateKey may be one that cannot be read, of a key store; it signs SHA-256 digests and what is one already.
  */
 public class DeviceIdentity(internal val privateKey: PrivateKey, public val certificate: X509Certificate) {
@@ -16,6 +17,7 @@ public class DeviceIdentity(internal val privateKey: PrivateKey, public val cert
         require(privateKey.algorithm == "EC") { "a device's key is an EC key, not ${privateKey.algorithm}" }
     }
 
+    /** Of the [certificate]: by it receivers know the device. */
     public val fingerprint: Fingerprint = Fingerprint.of(certificate)
 
     /**

@@ -14,7 +14,7 @@ public data class Fingerprint(public val hex: String) {
     public companion object {
         private val FORM = Regex("[0-9a-f]{64}")
 
-        public fun of(certificate: X509Certificate): Fingerprint {
+        internal fun of(certificate: X509Certificate): Fingerprint {
             val digest = MessageDigest.getInstance("SHA-256").digest(certificate.encoded)
             return Fingerprint(digest.joinToString("") { "%02x".format(it) })
         }

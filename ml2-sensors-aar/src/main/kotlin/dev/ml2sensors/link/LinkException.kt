@@ -5,7 +5,12 @@ import java.io.IOException
 /** Why there is no protected connection to a receiver. */
 public sealed class LinkException(message: String, cause: Throwable? = null) : IOException(message, cause)
 
-/** Another machine answers at [receiver], or the receiver has another key. */
+/**
+ * Another machine answers at [receiver], or the receiver has another key.
+ *
+ * @property expected those that this device is paired with.
+ * @property found that of the certificate that was shown.
+ */
 public class WrongReceiverException internal constructor(
     receiver: String,
     public val expected: Set<Fingerprint>,

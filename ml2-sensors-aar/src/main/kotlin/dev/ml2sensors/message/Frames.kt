@@ -9,15 +9,15 @@ package dev.ml2sensors.message
  * @property position Of the thing in the world.
  * @property rotation From the axes of the thing to those of the world; need not be normalised.
  */
-public data class MlPose(val position: Vector3, val rotation: Quaternion) {
+internal data class MlPose(val position: Vector3, val rotation: Quaternion) {
     /** The same in REP-103 body axes, x forward, y left, z up (FLU), for the world as for the thing. */
-    public fun toBody(): Transform = Transform(
+    fun toBody(): Transform = Transform(
         Vector3(-position.z, -position.x, position.y),
         Quaternion(-rotation.z, -rotation.x, rotation.y, rotation.w).normalized(),
     )
 
     /** The same for a camera in optical axes, z forward, x right, y down (RDF), in a world with body axes. */
-    public fun toOptical(): Transform = toBody() * OPTICAL_IN_BODY
+    fun toOptical(): Transform = toBody() * OPTICAL_IN_BODY
 }
 
 /** An optical frame (RDF) in the body frame (FLU) of the same camera. Source: REP-103, suffix frames. */

@@ -5,7 +5,7 @@ import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 
 /** The ROS 2 type of a message class of this package, such as `sensor_msgs/msg/Image`: its serial name. */
-public val KSerializer<*>.rosType: String get() = descriptor.serialName
+internal val KSerializer<*>.rosType: String get() = descriptor.serialName
 
 /**
  * A point in time, as nanoseconds since the Unix epoch in two parts. Source: builtin_interfaces/msg/Time, Jazzy.
@@ -22,7 +22,11 @@ public data class Time(val sec: Int, val nanosec: UInt) {
     public companion object {
         private const val NANOS_PER_SECOND = 1_000_000_000L
 
-        /** @throws IllegalArgumentException if the seconds of [nanos] since the Unix epoch do not fit 32 bits. */
+        /**
+         * Of [nanos] since the Unix epoch.
+         *
+         * @throws IllegalArgumentException if their seconds do not fit 32 bits.
+         */
         public fun ofNanos(nanos: Long): Time {
             val sec = Math.floorDiv(nanos, NANOS_PER_SECOND)
             require(sec == sec.toInt().toLong()) { "Expected a time whose seconds fit 32 bits, but found $nanos ns" }
@@ -41,7 +45,7 @@ public data class Time(val sec: Int, val nanosec: UInt) {
 @SerialName("std_msgs/msg/Header")
 public data class Header(val stamp: Time, val frameId: String)
 
-/** Text, such as a JSON document. Source: std_msgs/msg/String, Jazzy. */
+/** Text, such as a JSON document, in [data]. Source: std_msgs/msg/String, Jazzy. */
 @Serializable
 @SerialName("std_msgs/msg/String")
 public data class StringMessage(val data: String)

@@ -44,28 +44,6 @@ public class MagneticField(
 )
 
 /**
- * Ambient light. Source: sensor_msgs/msg/Illuminance, Jazzy.
- *
- * @property header Time of the measurement and frame of the sensor, whose x axis points to the light.
- * @property illuminance Lux.
- * @property variance Lux²; 0 means unknown.
- */
-@Serializable
-@SerialName("sensor_msgs/msg/Illuminance")
-public data class Illuminance(val header: Header, val illuminance: Double, val variance: Double)
-
-/**
- * Air pressure. Source: sensor_msgs/msg/FluidPressure, Jazzy.
- *
- * @property header Time of the measurement and frame of the sensor.
- * @property fluidPressure Absolute pressure, pascal.
- * @property variance Pascal²; 0 means unknown.
- */
-@Serializable
-@SerialName("sensor_msgs/msg/FluidPressure")
-public data class FluidPressure(val header: Header, val fluidPressure: Double, val variance: Double)
-
-/**
  * State of a battery; NaN stands for what is not measured. The numbers of status, health and technology are those of
  * the constants in the `.msg` file, 0 being unknown in each. Source: sensor_msgs/msg/BatteryState, Jazzy.
  *

@@ -26,7 +26,7 @@ public fun Quaternion.normalized(): Quaternion {
 }
 
 /** The angle in rad of the rotation from this to [other], 0 to pi. Both are unit quaternions. */
-public fun Quaternion.angleTo(other: Quaternion): Double {
+internal fun Quaternion.angleTo(other: Quaternion): Double {
     val (x, y, z, w) = inverse() * other
     return 2 * atan2(sqrt(x * x + y * y + z * z), abs(w))
 }
@@ -45,7 +45,7 @@ public fun Quaternion.rotate(vector: Vector3): Vector3 {
 }
 
 /** The rotation [fraction] of the shorter way from this to [other], at constant angular velocity. */
-public fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
+internal fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
     val dot = x * other.x + y * other.y + z * other.z + w * other.w
     val angle = acos(abs(dot).coerceAtMost(1.0))
     // So near each other the chord is as good as the arc, and sin(angle) no divisor
@@ -72,7 +72,7 @@ public fun Transform.inverse(): Transform {
 }
 
 /** From the one origin to the other, metres. */
-public fun Transform.distanceTo(other: Transform): Double {
+internal fun Transform.distanceTo(other: Transform): Double {
     val (x, y, z) = other.translation
     return sqrt((x - translation.x).pow(2) + (y - translation.y).pow(2) + (z - translation.z).pow(2))
 }
@@ -95,4 +95,5 @@ public fun Transform.interpolate(other: Transform, fraction: Double): Transform 
     return Transform(translation, rotation.slerp(other.rotation, fraction))
 }
 
+/** The child's place, as a pose in the parent. */
 public fun Transform.toPose(): Pose = Pose(Point(translation.x, translation.y, translation.z), rotation)

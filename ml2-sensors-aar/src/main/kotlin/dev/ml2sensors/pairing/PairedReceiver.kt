@@ -18,6 +18,8 @@ import kotlin.time.Duration.Companion.milliseconds
 /**
  * A receiver that this device is paired with.
  *
+ * @property name as it announces itself.
+ * @property fingerprint of its certificate.
  * @property address where it served sessions when they were paired, with its fingerprint.
  */
 public data class PairedReceiver(val name: String, val fingerprint: Fingerprint, val address: ReceiverAddress)

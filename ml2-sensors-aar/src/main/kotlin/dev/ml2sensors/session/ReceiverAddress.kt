@@ -5,6 +5,8 @@ import dev.ml2sensors.link.Fingerprint
 /**
  * Where a receiver listens.
  *
+ * @property host name, or address without brackets.
+ * @property port 1 to 65535.
  * @property fingerprint of the certificate it must have there; null for any that this device is paired with.
  */
 public data class ReceiverAddress(val host: String, val port: Int, val fingerprint: Fingerprint? = null) : Receiver {

@@ -19,6 +19,9 @@ internal interface StreamControl {
     /** By stream id, the clock its captures were found to be stamped with, as STATUS names it. */
     val timestampBases: Map<String, String>
 
+    /** How hot the device is, as STATUS names it; null where it does not know. */
+    val thermal: String?
+
     /** How long what is still queued after [stopSources] may take to be sent. */
     val drainLimit: Duration
 

@@ -7,7 +7,7 @@ import java.util.IdentityHashMap
 import java.util.concurrent.ArrayBlockingQueue
 
 /**
- * A fixed number of direct buffers of [bufferBytes] each, allocated once.
+ * A fixed number, [count], of direct buffers of [bufferBytes] each, allocated once.
  *
  * Any thread may acquire and give back. The memory lives as long as the pool is reachable: it is never unmapped
  * under a reader.
@@ -23,7 +23,7 @@ public class BufferPool(public val bufferBytes: Int, public val count: Int) {
     }
 
     /** Buffers that are in use. */
-    public val outstanding: Int get() = inUse.size
+    internal val outstanding: Int get() = inUse.size
 
     /** A cleared buffer, or null when all are in use: then the caller delivers [LostSamples], [DropReason.NO_BUFFER]. */
     public fun acquire(): ByteBuffer? = free.poll()?.clear()?.also(inUse::add)

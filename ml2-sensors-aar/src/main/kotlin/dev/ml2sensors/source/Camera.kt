@@ -36,15 +36,27 @@ public class RefusedException internal constructor(public val stream: StreamSpec
 
 /** The tracking cameras. */
 public object WorldCamera {
+    /** On the wearer's left. */
     public val LEFT: StreamSpec get() = StreamTable.worldLeft
+
+    /** On the wearer's right. */
     public val RIGHT: StreamSpec get() = StreamTable.worldRight
+
+    /** Above the nose. */
     public val CENTER: StreamSpec get() = StreamTable.worldCenter
 }
 
-/** The eye cameras. */
+/** The eye cameras, two for each eye; they need the permission `EYE_CAMERA`. */
 public object EyeCamera {
+    /** Of the left eye, beside the nose. */
     public val NASAL_LEFT: StreamSpec get() = StreamTable.eyeNasalLeft
+
+    /** Of the right eye, beside the nose. */
     public val NASAL_RIGHT: StreamSpec get() = StreamTable.eyeNasalRight
+
+    /** Of the left eye, beside the temple. */
     public val TEMPLE_LEFT: StreamSpec get() = StreamTable.eyeTempleLeft
+
+    /** Of the right eye, beside the temple. */
     public val TEMPLE_RIGHT: StreamSpec get() = StreamTable.eyeTempleRight
 }

@@ -7,6 +7,7 @@ public fun interface ColorPoses {
     /** Begins to track the camera, for the calling thread only; null where the device has no such library. */
     public fun open(): Tracker?
 
+    /** One thread's connection to the vendor's library; only that thread uses and closes it. */
     public interface Tracker : AutoCloseable {
         /** The instant [deviceNanos] of the vendor's clock (MLTime) on the device timebase, [DeviceClock]. */
         public fun captureNanos(deviceNanos: Long): Long

@@ -10,12 +10,20 @@ import kotlinx.coroutines.flow.Flow
  * headset answers for the sensors themselves.
  */
 public interface Headset : AutoCloseable {
+    /** Does not change. */
     public val identity: Identity
+
+    /** The timebase of all its samples. */
     public val clock: DeviceClock
+
+    /** Does not change. */
     public val timeline: Timeline
 
     /** Whether each Android permission that its streams need is granted now; empty where there are none. */
     public val permissions: Map<String, Boolean> get() = emptyMap()
+
+    /** How hot it is now; null where the platform does not tell. */
+    public val thermal: Thermal? get() = null
 
     /** By stream id, the clock that the platform was found to stamp it with; empty where that is not in question. */
     public val timestampBases: Map<String, ClockDomain> get() = emptyMap()
@@ -47,11 +55,18 @@ public interface Headset : AutoCloseable {
 
 /** What a headset says to a request. */
 public sealed interface Answer {
+    /** It runs with the [values] asked for. */
     public data class Applied(val values: StreamValues) : Answer
 
+    /** It runs with other [values], for this [reason]. */
     public data class Adjusted(val values: StreamValues, val reason: String) : Answer
 
-    /** @property permission the Android permission to request for it, null when that is not what is missing. */
+    /**
+     * It does not run.
+     *
+     * @property reason for people: what was expected and found.
+     * @property permission the Android permission to request for it, null when that is not what is missing.
+     */
     public data class Refused(val reason: String, val permission: String? = null) : Answer
 }
 

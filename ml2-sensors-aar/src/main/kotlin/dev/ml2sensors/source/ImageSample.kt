@@ -16,6 +16,7 @@ import java.util.concurrent.atomic.AtomicInteger
  * @property strideBytes from one row to the next; 0 for JPEG.
  * @property pose of the optical frame (z forward, x right, y down) in the world frame, null when not known.
  * @property intrinsics as the device gives them for this capture, null where it gives none.
+ * @property settings as the device gives them for this capture.
  * @param giveBack ends the loan of all [planes]; called once, by the thread of the last [release].
  */
 public class ImageSample(
@@ -57,15 +58,23 @@ public class ImageSample(
     /** The pixels in memory of the caller's own. */
     public fun copy(): ByteArray = pixels.let { source -> ByteArray(source.remaining()).also(source::get) }
 
-    /** Borrowed memory that holds the pixels of one topic role, from position to limit. */
+    /** Borrowed memory: the [pixels] of one topic [role], from position to limit. */
     public class Plane(public val role: String, public val pixels: ByteBuffer)
 
     public companion object {
+        /** The role of the pixels that every camera has. */
         public const val IMAGE: String = "image"
     }
 }
 
-/** How a capture was taken; null where the backend does not say. */
+/**
+ * How a capture was taken; null where the backend does not say.
+ *
+ * @property exposureNanos how long light was collected.
+ * @property analogGain factor before digitisation.
+ * @property digitalGain factor after it.
+ * @property illumination the depth camera's own light: `on` or `off`.
+ */
 public data class CaptureSettings(
     val exposureNanos: Long? = null,
     val analogGain: Double? = null,

@@ -13,7 +13,7 @@ public sealed interface Sample {
     public val captureNanos: Long
 }
 
-/** Three axes in the sensor's own Android frame: m/s^2, rad/s or tesla. */
+/** Three axes [x], [y], [z] of the sensor's own Android frame: m/s^2, rad/s or tesla. */
 public class VectorSample(
     override val captureNanos: Long,
     public val x: Double,
@@ -21,7 +21,7 @@ public class VectorSample(
     public val z: Double,
 ) : Sample
 
-/** Both halves of an inertial unit at the instant of its gyroscope's reading; rad/s and m/s^2. */
+/** [angularVelocity], rad/s, and [linearAcceleration], m/s^2, at the instant of the gyroscope's reading. */
 public class InertialSample(
     public val angularVelocity: VectorSample,
     public val linearAcceleration: VectorSample,
@@ -29,7 +29,7 @@ public class InertialSample(
     override val captureNanos: Long get() = angularVelocity.captureNanos
 }
 
-/** One number: lux or pascal. */
+/** One number, [value], in the unit of the ROS type that the stream table gives its topic: lux, pascal. */
 public class ScalarSample(override val captureNanos: Long, public val value: Double) : Sample
 
 /**
@@ -44,19 +44,28 @@ public class PoseSample(
     public val isInNewWorld: Boolean = false,
 ) : Sample
 
-/** The joints of a hand in the world frame; empty while the hand is not seen. */
+/** The joints of a hand: [poses] in the world frame, empty while the hand is not seen. */
 public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample
 
-/** State of the battery: volts, amperes (negative when discharging), 0..1; NaN where unknown. */
+/**
+ * State of the battery; NaN where unknown.
+ *
+ * @property voltage volt.
+ * @property current ampere, negative when discharging.
+ * @property percentage fraction left, 0 to 1.
+ * @property charging whether it is on a charger.
+ * @property temperature degrees Celsius.
+ */
 public class BatterySample(
     override val captureNanos: Long,
     public val voltage: Float,
     public val current: Float,
     public val percentage: Float,
     public val charging: Boolean,
+    public val temperature: Float = Float.NaN,
 ) : Sample
 
-/** [count] readings that a source knows it could not deliver. */
+/** [count] readings that a source knows it could not deliver, for this [reason]. */
 public class LostSamples(
     override val captureNanos: Long,
     public val count: Int,
@@ -65,10 +74,21 @@ public class LostSamples(
 
 /** Why a message was produced but not sent; [wireName] as in PROTOCOL.md, Accounting. */
 public enum class DropReason(public val wireName: String) {
+    /** The lane's queue was full, and this was the oldest message in it. */
     QUEUE_FULL("queue_full"),
+
+    /** The source had no free buffer. */
     NO_BUFFER("no_buffer"),
+
+    /** The encoder was behind. */
     ENCODER_BUSY("encoder_busy"),
+
+    /** There was no session, or it broke on the way. */
     LINK_DOWN("link_down"),
+
+    /** Withheld after a backward step of ROS time. */
     CLOCK_STEP("clock_step"),
+
+    /** The source missed its own schedule. */
     SOURCE_LATE("source_late"),
 }

@@ -4,7 +4,22 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 
-/** The values of one stream, named as in config.yaml; null where the stream has no such key. Rates in Hz. */
+/**
+ * The values of one stream, those of its section in config.yaml; null where the section has no such key.
+ *
+ * @property stream the device's number of the mode: 0 or 1.
+ * @property width of the image in pixels.
+ * @property height of the image in pixels.
+ * @property rateHz captures per second.
+ * @property format of the pixels, such as `Grayscale`, `jpeg` or `Depth32`.
+ * @property confidence whether the confidence image is wanted, too.
+ * @property flags whether the image of the device's flags is wanted, too.
+ * @property radial whether depth is the distance from the camera instead of z along its optical axis.
+ * @property accelerationVariance of each axis, (m/s^2)^2; goes into the message's covariance.
+ * @property angularVelocityVariance of each axis, (rad/s)^2; goes into the message's covariance.
+ * @property layout of the transform tree: `flat` or `rig`.
+ * @property backend `sdk` or `openxr`.
+ */
 @Serializable
 public data class StreamValues(
     val stream: Int? = null,

@@ -78,6 +78,8 @@ internal class ActiveStreams(
     override val timestampBases: Map<String, String>
         get() = headset.timestampBases.mapValues { (_, base) -> base.wireName }
 
+    override val thermal: String? get() = headset.thermal?.wireName
+
     override val capabilities: List<String>
         get() = StreamTable.all.filter { headset.negotiate(it, it.defaultValues()) !is Answer.Refused }.map { it.id }
 

@@ -9,7 +9,7 @@ internal fun BatterySample.toMessage(header: Header): BatteryState =
     BatteryState(
         header,
         voltage = voltage,
-        temperature = Float.NaN,
+        temperature = temperature,
         current = current,
         charge = Float.NaN,
         capacity = Float.NaN,

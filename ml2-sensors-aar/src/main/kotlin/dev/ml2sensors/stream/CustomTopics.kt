@@ -2,7 +2,6 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.table.StreamTable
-import dev.ml2sensors.table.TopicSpec
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.channels.Channel
 
@@ -21,18 +20,11 @@ internal class CustomTopics(private val outgoing: OutgoingChannels, private val 
     /** As [Ml2Streamer.publisher]. */
     @Synchronized
     fun publisher(name: String, type: String): TopicPublisher {
-        require(name.length <= MAX_NAME && NAME.matches(name)) { "no topic of ROS can be named '$name'" }
-        require(type.length <= MAX_TYPE && TYPE.matches(type)) {
-            "expected a type as std_msgs/msg/Float32, found '$type'"
-        }
         publishers[name]?.let {
             require(it.type == type) { "${it.topic} is ${it.type}, not $type" }
             return it
         }
-        val rules = StreamTable.customTopics
-        check(publishers.size < rules.maxTopics) { "an app has at most ${rules.maxTopics} topics of its own" }
-        val topic = "${StreamTable.custom.id}/$name"
-        val spec = TopicSpec(rules.role, topic, type, rules.lane, rules.qos, encoding = null, condition = null)
+        val spec = StreamTable.customTopics.topic(name, type, known = publishers.size)
         val publisher = TopicPublisher(outgoing.custom(spec, publishers.size), stamps)
         publishers[name] = publisher
         additions.trySend(Unit)
@@ -71,12 +63,4 @@ internal class CustomTopics(private val outgoing: OutgoingChannels, private val 
 
     @Synchronized
     private fun close() = publishers.values.forEach { it.reset() }
-
-    private companion object {
-        // As PROTOCOL.md has them
-        const val MAX_NAME = 64
-        const val MAX_TYPE = 128
-        val NAME = Regex("[A-Za-z](_?[A-Za-z0-9])*")
-        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
-    }
 }

@@ -2,9 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.BatteryState
-import dev.ml2sensors.message.FluidPressure
 import dev.ml2sensors.message.Header
-import dev.ml2sensors.message.Illuminance
 import dev.ml2sensors.message.Imu
 import dev.ml2sensors.message.MagneticField
 import dev.ml2sensors.message.PoseArray
@@ -40,7 +38,9 @@ internal class MeasurementPipeline(
             when (sample) {
                 is VectorSample -> vector(sample)
 
-                is ScalarSample -> scalar(sample)
+                is ScalarSample -> publish(sample, ScalarMessage.serializer()) {
+                    ScalarMessage(it, sample.value, variance = 0.0)
+                }
 
                 is PoseSample -> sample.pose?.let { pose ->
                     publish(sample, PoseStamped.serializer()) { PoseStamped(it, pose.toPose()) }
@@ -72,13 +72,6 @@ internal class MeasurementPipeline(
             else -> publish(sample, MagneticField.serializer()) {
                 MagneticField(it, sample.toVector3(), UNKNOWN_COVARIANCE)
             }
-        }
-
-    private suspend fun scalar(sample: ScalarSample) =
-        if (spec.topics.single().role == "pressure") {
-            publish(sample, FluidPressure.serializer()) { FluidPressure(it, sample.value, variance = 0.0) }
-        } else {
-            publish(sample, Illuminance.serializer()) { Illuminance(it, sample.value, variance = 0.0) }
         }
 
     private fun imu(

@@ -73,6 +73,9 @@ public class Ml2Streamer(
     public fun stampNanos(captureNanos: Long): Long? =
         if (hostClock.stamps.isSet) hostClock.stamps.stampNanos(captureNanos) else null
 
+    /** How it stands now; [receiver] is what the user calls the receiver as long as it does not tell its name. */
+    public fun status(receiver: String = ""): StreamerStatus = StreamerStatus.of(this, receiver)
+
     /** The books of now, as STATUS has them. */
     internal fun counts(): Map<String, Status.ChannelCounts> = active.counts()
 
@@ -145,11 +148,12 @@ public sealed interface StreamerState {
         val reason: String?,
     ) : StreamerState
 
+    /** In a session with the receiver that calls itself [receiverName]. */
     public data class Connected(
         val receiverName: String,
     ) : StreamerState
 
-    /** Over: it was stopped, or a recording has come to its end. */
+    /** Over, for this [reason]: it was stopped, or a recording has come to its end. */
     public data class Ended(
         val reason: String,
     ) : StreamerState

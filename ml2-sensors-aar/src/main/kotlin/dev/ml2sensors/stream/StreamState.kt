@@ -11,13 +11,18 @@ public sealed interface StreamState {
         val adjusted: String?,
     ) : StreamState
 
-    /** @property permission the Android permission to request for it, null when that is not what is missing. */
+    /**
+     * Does not run.
+     *
+     * @property reason for people: what was expected and found.
+     * @property permission the Android permission to request for it, null when that is not what is missing.
+     */
     public data class Refused(
         val reason: String,
         val permission: String? = null,
     ) : StreamState
 
-    /** Ran until its source failed. */
+    /** Ran until its source failed, for this [reason]. */
     public data class Failed(
         val reason: String,
     ) : StreamState

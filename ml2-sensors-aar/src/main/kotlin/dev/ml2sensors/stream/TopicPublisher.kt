@@ -22,6 +22,7 @@ public class TopicPublisher internal constructor(internal val channel: OutgoingC
     /** Relative to the receiver's prefix: `custom/NAME`. */
     public val topic: String get() = channel.topic.name
 
+    /** Of its messages, as ROS 2 writes it: `PACKAGE/msg/NAME`. */
     public val type: String get() = channel.topic.type
 
     /**

@@ -53,16 +53,41 @@ public class TopicSpec(
  *
  * @property maxTopics in one run of the app.
  */
-public class CustomTopicsSpec(
-    public val role: String,
-    public val lane: String,
-    public val qos: String,
-    public val maxTopics: Int,
-)
+internal class CustomTopicsSpec(
+    val role: String,
+    val lane: String,
+    val qos: String,
+    val maxTopics: Int,
+) {
+    /**
+     * The row of the topic [name], beside [known] others.
+     *
+     * @throws IllegalArgumentException when ROS has no such name or type.
+     * @throws IllegalStateException when there are too many.
+     */
+    fun topic(name: String, type: String, known: Int): TopicSpec {
+        require(name.length <= MAX_NAME && NAME.matches(name)) { "no topic of ROS can be named '$name'" }
+        require(type.length <= MAX_TYPE && TYPE.matches(type)) {
+            "expected a type as std_msgs/msg/Float32, found '$type'"
+        }
+        check(known < maxTopics) { "an app has at most $maxTopics topics of its own" }
+        return TopicSpec(role, "${StreamTable.custom.id}/$name", type, lane, qos, encoding = null, condition = null)
+    }
+
+    private companion object {
+        // As PROTOCOL.md has them
+        const val MAX_NAME = 64
+        const val MAX_TYPE = 128
+        val NAME = Regex("[A-Za-z](_?[A-Za-z0-9])*")
+        val TYPE = Regex("[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+    }
+}
 
 /**
  * Legal values of a camera that go together.
  *
+ * @property stream the device's number of it: 0 or 1.
+ * @property formats of the pixels, such as `jpeg`.
  * @property rates in Hz.
  * @property resolutions width to height, pixels.
  * @property delivers rates the device takes but answers with another, in Hz.
@@ -76,6 +101,6 @@ public class Mode(
 )
 
 /** The queue of a lane: [capacityFrames] frames, and the oldest goes when it is full. */
-public class QueueSpec(
-    public val capacityFrames: Int,
+internal class QueueSpec(
+    val capacityFrames: Int,
 )

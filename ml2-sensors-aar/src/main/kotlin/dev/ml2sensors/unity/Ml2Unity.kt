@@ -138,6 +138,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     /** Gives cameras and trackers back to the device while the app is not in front; the session stays. */
     public fun pause(): Unit = headset.pause()
 
+    /** Takes them again after [pause]; streams fail where that fails. */
     public fun resume(): Unit = headset.resume()
 
     /**
@@ -176,13 +177,14 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     @Synchronized
     public fun openPublisher(topic: String, type: String): Int {
         val name = topic.removePrefix("${StreamTable.custom.id}/")
-        run?.open(name, type)
         val known = topics.indexOfFirst { it.name == name }
         if (known >= 0) {
             require(topics[known].type == type) { "custom/$name is ${topics[known].type}, not $type" }
             return known
         }
+        StreamTable.customTopics.topic(name, type, known = topics.size)
         topics += Topic(name, type)
+        run?.open(name, type)
         return topics.lastIndex
     }
 

@@ -39,7 +39,7 @@ internal class UnityRun(headset: Headset, receiver: Receiver, security: LinkSecu
         streamer.stop()
     }
 
-    fun status(): UnityStatus = UnityStatus.of(streamer, request)
+    fun status(): UnityStatus = UnityStatus(streamer.status(request.receiver), request.isInsecure)
 
     /** Publishers have numbers in the order in which their names were first given. */
     fun open(name: String, type: String) {

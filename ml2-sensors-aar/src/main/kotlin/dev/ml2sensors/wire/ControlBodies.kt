@@ -98,26 +98,45 @@ internal class LinkTestBody(val bytes: Int) {
 
 private const val LINK_TEST_LIMIT = 64 shl 20
 
+/** What a device says of itself once a second: STATUS of PROTOCOL.md. */
 @Serializable
-internal class Status(
-    val final: Boolean,
-    @SerialName("uptime_s") val uptimeSeconds: Double,
-    val channels: Map<String, ChannelCounts>,
-    val clock: Clock,
+public class Status internal constructor(
+    internal val final: Boolean,
+    @SerialName("uptime_s") internal val uptimeSeconds: Double,
+    internal val channels: Map<String, ChannelCounts>,
+    internal val clock: Clock,
+    internal val thermal: String? = null,
 ) {
+    /** Messages of a topic since the device began: [produced], [sent], and [dropped] by reason. */
     @Serializable
-    class ChannelCounts(val produced: Long, val sent: Long, val dropped: Map<String, Long>)
+    public class ChannelCounts(
+        public val produced: Long,
+        public val sent: Long,
+        public val dropped: Map<String, Long>,
+    )
 
+    /**
+     * How well the device knows ROS time.
+     *
+     * @property state `waiting`, `synchronised`, `holdover` or `frozen`.
+     * @property offsetNanos ROS time minus device time.
+     * @property uncertaintyNanos of a stamp, either way.
+     * @property roundTripNanos of the best exchange with the receiver.
+     * @property skewPpm by which the receiver's clock gains on the device's.
+     * @property steps of ROS time, since the device began.
+     * @property epoch of the stamps, from 0; counts up whenever they jump.
+     * @property bases by stream id, the clock that the platform stamps it with.
+     */
     @Serializable
-    class Clock(
-        val state: String,
-        @SerialName("offset_ns") val offsetNanos: Long,
-        @SerialName("uncertainty_ns") val uncertaintyNanos: Long,
-        @SerialName("round_trip_ns") val roundTripNanos: Long,
-        @SerialName("skew_ppm") val skewPpm: Double? = null,
-        val steps: Long? = null,
-        val epoch: Long? = null,
-        val bases: Map<String, String>? = null,
+    public class Clock(
+        public val state: String,
+        @SerialName("offset_ns") public val offsetNanos: Long,
+        @SerialName("uncertainty_ns") public val uncertaintyNanos: Long,
+        @SerialName("round_trip_ns") public val roundTripNanos: Long,
+        @SerialName("skew_ppm") public val skewPpm: Double? = null,
+        public val steps: Long? = null,
+        public val epoch: Long? = null,
+        public val bases: Map<String, String>? = null,
     )
 }
 

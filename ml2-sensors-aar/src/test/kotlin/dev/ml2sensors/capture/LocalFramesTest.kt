@@ -123,7 +123,7 @@ class LocalFramesTest {
 }
 
 /** The lease of an ml2s_frame, as C# takes it; [release] ends it. */
-private class LatestFrame(private val stream: StreamSpec, private val frame: Frame) {
+private class LatestFrame(private val stream: StreamSpec, private val frame: NativeFrame) {
     val slot get() = frame.slot
     val captureNanos get() = frame.captureNanos
     val width get() = frame.width
@@ -131,7 +131,7 @@ private class LatestFrame(private val stream: StreamSpec, private val frame: Fra
 
     val pixels: ByteArray
         get() {
-            val bytes = SlotPool.of(stream).bytes(slot, checkNotNull(frame.rangeOf(Frame.IMAGE)))
+            val bytes = SlotPool.of(stream).bytes(slot, checkNotNull(frame.rangeOf(NativeFrame.IMAGE)))
             return ByteArray(bytes.remaining()).also(bytes::get)
         }
 

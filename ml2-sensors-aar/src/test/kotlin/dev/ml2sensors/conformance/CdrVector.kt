@@ -4,9 +4,7 @@ import dev.ml2sensors.cdr.FixedLength
 import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
-import dev.ml2sensors.message.FluidPressure
 import dev.ml2sensors.message.Header
-import dev.ml2sensors.message.Illuminance
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.Imu
 import dev.ml2sensors.message.MagneticField
@@ -42,6 +40,14 @@ import java.io.File
 @Serializable
 @SerialName("geometry_msgs/msg/PoseWithCovariance")
 internal class PoseWithCovariance(val pose: Pose, @FixedLength(36) val covariance: DoubleArray)
+
+@Serializable
+@SerialName("sensor_msgs/msg/Illuminance")
+internal class Illuminance(val header: Header, val illuminance: Double, val variance: Double)
+
+@Serializable
+@SerialName("sensor_msgs/msg/FluidPressure")
+internal class FluidPressure(val header: Header, val fluidPressure: Double, val variance: Double)
 
 internal val MESSAGE_SERIALIZERS: Map<String, KSerializer<*>> =
     listOf(

@@ -32,6 +32,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     val calls = MutableStateFlow(emptyList<String>())
 
     override val capabilities = listOf("world_left", "color", "depth")
+    override val thermal = "light"
     override val timestampBases = mapOf("color" to "monotonic")
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
     override val events = Channel<Event>(Channel.UNLIMITED)

@@ -99,6 +99,14 @@ class SessionTest {
     }
 
     @Test
+    fun theStatusSaysHowHotTheDeviceIs() {
+        fixture.run()
+        val session = host.awaitHello()
+        session.welcome()
+        assertEquals("light", session.await(HostFrame.STATUS).json.getValue("thermal").jsonPrimitive.content)
+    }
+
+    @Test
     fun aReceiverThatNoLongerTellsTheTimeIsToldOfTheHoldover() {
         fixture.run()
         val session = host.awaitHello()

@@ -80,8 +80,15 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     }
 
     /** Waits until [stream] runs, [times] over; delivers [sample], and returns when all that run it are done with it. */
-    suspend fun deliver(stream: StreamSpec, sample: Sample, times: Int = 1): Boolean =
-        awaitRunning(stream, times).map { deliver(it, sample) }.all { it }
+    suspend fun deliver(stream: StreamSpec, sample: Sample, times: Int = 1): Boolean {
+        val running = try {
+            awaitRunning(stream, times)
+        } catch (cancelled: CancellationException) {
+            (sample as? ImageSample)?.release()
+            throw cancelled
+        }
+        return running.map { deliver(it, sample) }.all { it }
+    }
 
     private suspend fun deliver(feed: Feed, sample: Sample): Boolean {
         val delivery = Delivery(sample)

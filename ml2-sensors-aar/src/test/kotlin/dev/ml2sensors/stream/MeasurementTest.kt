@@ -1,8 +1,8 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.conformance.FluidPressure
+import dev.ml2sensors.conformance.Illuminance
 import dev.ml2sensors.message.BatteryState
-import dev.ml2sensors.message.FluidPressure
-import dev.ml2sensors.message.Illuminance
 import dev.ml2sensors.message.Imu
 import dev.ml2sensors.message.MagneticField
 import dev.ml2sensors.message.Point
@@ -81,7 +81,7 @@ class MeasurementTest {
     }
 
     @Test
-    fun scalarsArePressureOrLight() {
+    fun lightIsInLux() {
         val light = carry(StreamTable.lightSensor, "{}", ScalarSample(fixture.now, 321.5)).message<Illuminance>()
         assertEquals(321.5 to 0.0, light.illuminance to light.variance)
     }
@@ -127,12 +127,13 @@ class MeasurementTest {
 
     @Test
     fun batteriesSayUnknownWhereTheDeviceDoes() {
-        val sample = BatterySample(fixture.now, 3.7f, -1.25f, 0.5f, charging = true)
+        val sample = BatterySample(fixture.now, 3.7f, -1.25f, 0.5f, charging = true, temperature = 31.5f)
         val battery = carry(StreamTable.battery, "{}", sample).message<BatteryState>()
         assertEquals(listOf(3.7f, -1.25f, 0.5f), listOf(battery.voltage, battery.current, battery.percentage))
         assertTrue(
-            listOf(battery.temperature, battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN),
+            listOf(battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN),
         )
+        assertEquals(31.5f, battery.temperature)
         assertEquals(1.toUByte() to true, battery.powerSupplyStatus to battery.present)
     }
 

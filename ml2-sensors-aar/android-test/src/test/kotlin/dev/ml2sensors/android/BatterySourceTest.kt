@@ -37,6 +37,7 @@ class BatterySourceTest {
             assertEquals(-1.6f, sample.current)
             assertEquals(0.75f, sample.percentage)
             assertFalse(sample.charging)
+            assertEquals(31.5f, sample.temperature)
             broadcast(BatteryManager.BATTERY_STATUS_CHARGING, level = 160)
             assertTrue(battery(awaitItem()).charging)
             cancel()
@@ -51,8 +52,8 @@ class BatterySourceTest {
         source.samples(StreamTable.battery, StreamValues()).test {
             val sample = battery(awaitItem())
             assertEquals(
-                listOf(Float.NaN, Float.NaN, Float.NaN),
-                listOf(sample.voltage, sample.current, sample.percentage),
+                List(4) { Float.NaN },
+                listOf(sample.voltage, sample.current, sample.percentage, sample.temperature),
             )
             cancel()
         }
@@ -71,6 +72,7 @@ class BatterySourceTest {
             .putExtra(BatteryManager.EXTRA_VOLTAGE, 7_700)
             .putExtra(BatteryManager.EXTRA_LEVEL, level)
             .putExtra(BatteryManager.EXTRA_SCALE, 200)
+            .putExtra(BatteryManager.EXTRA_TEMPERATURE, 315)
         app.sendStickyBroadcast(intent)
         shadowOf(android.os.Looper.getMainLooper()).idle()
     }

@@ -2,10 +2,12 @@ package dev.ml2sensors.android
 
 import android.Manifest
 import android.os.Build
+import android.os.PowerManager
 import android.os.SystemClock
 import android.provider.Settings
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.Thermal
 import dev.ml2sensors.table.StreamTable
 import org.junit.Test
 import org.junit.runner.RunWith
@@ -64,6 +66,22 @@ class Ml2SensorsTest {
         assertEquals(32, ids[0].length)
         assertEquals(ids[0], ids[2])
         assertNotEquals(ids[0], ids[1])
+    }
+
+    @Test
+    fun itIsAsHotAsAndroidSays() {
+        Ml2Sensors.open(app).use { headset ->
+            val power = shadowOf(app.getSystemService(PowerManager::class.java))
+            val grades = listOf(
+                PowerManager.THERMAL_STATUS_NONE,
+                PowerManager.THERMAL_STATUS_SEVERE,
+                PowerManager.THERMAL_STATUS_SHUTDOWN,
+            ).map {
+                power.setCurrentThermalStatus(it)
+                headset.thermal
+            }
+            assertEquals(listOf(Thermal.NONE, Thermal.SEVERE, Thermal.SHUTDOWN), grades)
+        }
     }
 
     @Test

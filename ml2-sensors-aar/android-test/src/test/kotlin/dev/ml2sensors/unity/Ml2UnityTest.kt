@@ -4,6 +4,7 @@ import android.Manifest
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.unity.UnityProbe.Companion.LIMIT_SECONDS
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams
@@ -121,7 +122,16 @@ class Ml2UnityTest {
             assertEquals(unity.stampNanos(1_000), frame.captureNanos)
         }
         assertFailsWith<IllegalArgumentException> { unity.openPublisher("after", "std_msgs/msg/Float64") }
+    }
+
+    @Test
+    fun aTopicThatCannotBeIsRefusedAtOnceAndHindersNoStart() {
         assertFailsWith<IllegalArgumentException> { unity.openPublisher("not/one", FLOAT) }
+        assertFailsWith<IllegalArgumentException> { unity.openPublisher("one", "Float32") }
+        repeat(StreamTable.customTopics.maxTopics) { unity.openPublisher("topic$it", FLOAT) }
+        assertFailsWith<IllegalStateException> { unity.openPublisher("one", FLOAT) }
+        start("{}")
+        session("{}")
     }
 
     @Test

@@ -3,11 +3,15 @@ package dev.ml2sensors.simulator
 import com.github.ajalt.clikt.core.CliktError
 import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.parse
+import com.github.ajalt.clikt.parsers.CommandLineParser
 import dev.ml2sensors.Version
 import dev.ml2sensors.simulator.replay.RecordingFiles
 import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.api.io.TempDir
 import java.io.File
+import kotlin.io.path.Path
+import kotlin.io.path.listDirectoryEntries
+import kotlin.io.path.readLines
 import kotlin.test.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
@@ -48,6 +52,17 @@ class HeadsetCommandTest {
             val failure = assertFailsWith<CliktError>(arguments) { command.parse(words(arguments)) }
             val text = command.getFormattedHelp(failure).orEmpty()
             assertTrue(message in text, "$arguments: $text")
+        }
+    }
+
+    @Test
+    fun everyCommandLineOfTheDocumentsIsUnderstood() {
+        val documents = listOf(Path("README.md")) + Path("../../docs").listDirectoryEntries("*.md")
+        val lines = documents.flatMap { it.readLines() }.mapNotNull(EXAMPLE::find).map { it.groupValues[1] }
+        assertTrue(lines.size > 8, "$lines")
+        for (line in lines) {
+            val parsed = CommandLineParser.parse(HeadsetCommand(), words(line))
+            assertEquals(emptyList(), parsed.invocation.errors, line)
         }
     }
 
@@ -109,11 +124,18 @@ class HeadsetCommandTest {
     private class Run(arguments: String) {
         private val java = File(System.getProperty("java.home"), "bin/java").path
         private val main = listOf(java, "-cp", System.getProperty("java.class.path"), "dev.ml2sensors.simulator.MainKt")
-        val process: Process = ProcessBuilder(main + words(arguments)).redirectErrorStream(true).start()
+
+        // Tests that run in the background have SIGINT ignored, and so would the command
+        private val asInForeground = listOf("env", "--default-signal=INT")
+        val process: Process =
+            ProcessBuilder(asInForeground + main + words(arguments)).redirectErrorStream(true).start()
         val output = process.inputStream.bufferedReader()
     }
 }
 
 private val URI = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}"
+
+/** In an indented block: the arguments, up to a comment. */
+private val EXAMPLE = Regex("""^ {4}(?:\S*/ml2-headset *|(?=--))(.*?)(?:  .*|#.*)?$""")
 
 private fun words(arguments: String) = arguments.split(' ').filter(String::isNotEmpty)

@@ -2,15 +2,19 @@ package dev.ml2sensors.table
 
 /** The streams of config/streams.yaml; generated from it by config/generate.py. */
 public object StreamTable {
+    /** The REP-103 frame that poses are in. */
     public const val WORLD_FRAME: String = "magicleap_world"
+
+    /** The body frame of the headset. */
     public const val HEAD_FRAME: String = "head_frame"
 
     /** Everything that is small. */
-    public val sensorsLane: QueueSpec = QueueSpec(4096)
+    internal val sensorsLane: QueueSpec = QueueSpec(4096)
 
     /** One per image stream. */
-    public val imageLane: QueueSpec = QueueSpec(4)
+    internal val imageLane: QueueSpec = QueueSpec(4)
 
+    /** sensor_msgs/msg/Image on world_center/image_raw. */
     public val worldCenter: StreamSpec =
         StreamSpec(
             "world_center",
@@ -47,6 +51,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/Image on world_left/image_raw. */
     public val worldLeft: StreamSpec =
         StreamSpec(
             "world_left",
@@ -75,6 +80,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/Image on world_right/image_raw. */
     public val worldRight: StreamSpec =
         StreamSpec(
             "world_right",
@@ -111,6 +117,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/CompressedImage on color/image_raw/compressed. */
     public val color: StreamSpec =
         StreamSpec(
             "color",
@@ -161,6 +168,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/CompressedImage on mixed_reality/image_raw/compressed. */
     public val mixedReality: StreamSpec =
         StreamSpec(
             "mixed_reality",
@@ -211,6 +219,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/Image on depth/image_raw. */
     public val depth: StreamSpec =
         StreamSpec(
             "depth",
@@ -249,6 +258,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/Image on infra/image_raw. */
     public val infra: StreamSpec =
         StreamSpec(
             "infra",
@@ -277,6 +287,7 @@ public object StreamTable {
             ),
         )
 
+    /** sensor_msgs/msg/Image on eye_nasal_left/image_raw. */
     public val eyeNasalLeft: StreamSpec =
         StreamSpec(
             "eye_nasal_left",
@@ -301,6 +312,7 @@ public object StreamTable {
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
+    /** sensor_msgs/msg/Image on eye_nasal_right/image_raw. */
     public val eyeNasalRight: StreamSpec =
         StreamSpec(
             "eye_nasal_right",
@@ -333,6 +345,7 @@ public object StreamTable {
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
+    /** sensor_msgs/msg/Image on eye_temple_left/image_raw. */
     public val eyeTempleLeft: StreamSpec =
         StreamSpec(
             "eye_temple_left",
@@ -365,6 +378,7 @@ public object StreamTable {
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
+    /** sensor_msgs/msg/Image on eye_temple_right/image_raw. */
     public val eyeTempleRight: StreamSpec =
         StreamSpec(
             "eye_temple_right",
@@ -397,6 +411,7 @@ public object StreamTable {
             listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
         )
 
+    /** sensor_msgs/msg/Imu on accel_left/imu. */
     public val accelLeft: StreamSpec =
         StreamSpec(
             "accel_left",
@@ -410,6 +425,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on accel_right/imu. */
     public val accelRight: StreamSpec =
         StreamSpec(
             "accel_right",
@@ -423,6 +439,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on accel_compute_pack/imu. */
     public val accelComputePack: StreamSpec =
         StreamSpec(
             "accel_compute_pack",
@@ -436,6 +453,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on gyro_left/imu. */
     public val gyroLeft: StreamSpec =
         StreamSpec(
             "gyro_left",
@@ -449,6 +467,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on gyro_right/imu. */
     public val gyroRight: StreamSpec =
         StreamSpec(
             "gyro_right",
@@ -462,6 +481,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on gyro_compute_pack/imu. */
     public val gyroComputePack: StreamSpec =
         StreamSpec(
             "gyro_compute_pack",
@@ -475,6 +495,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on imu_left/imu. */
     public val imuLeft: StreamSpec =
         StreamSpec(
             "imu_left",
@@ -488,6 +509,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on imu_right/imu. */
     public val imuRight: StreamSpec =
         StreamSpec(
             "imu_right",
@@ -501,6 +523,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Imu on imu_compute_pack/imu. */
     public val imuComputePack: StreamSpec =
         StreamSpec(
             "imu_compute_pack",
@@ -514,6 +537,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/Illuminance on light_sensor. */
     public val lightSensor: StreamSpec =
         StreamSpec(
             "light_sensor",
@@ -537,6 +561,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** geometry_msgs/msg/PoseStamped on head_pose. */
     public val headPose: StreamSpec =
         StreamSpec(
             "head_pose",
@@ -550,6 +575,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/MagneticField on magnetometer_left. */
     public val magnetometerLeft: StreamSpec =
         StreamSpec(
             "magnetometer_left",
@@ -573,6 +599,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/MagneticField on magnetometer_right. */
     public val magnetometerRight: StreamSpec =
         StreamSpec(
             "magnetometer_right",
@@ -596,6 +623,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/FluidPressure on pressure_headset. */
     public val pressureHeadset: StreamSpec =
         StreamSpec(
             "pressure_headset",
@@ -619,6 +647,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/FluidPressure on pressure_compute_pack. */
     public val pressureComputePack: StreamSpec =
         StreamSpec(
             "pressure_compute_pack",
@@ -642,6 +671,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** geometry_msgs/msg/PoseStamped on gaze. */
     public val gaze: StreamSpec =
         StreamSpec(
             "gaze",
@@ -655,6 +685,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** geometry_msgs/msg/PoseArray on hand_left. */
     public val handLeft: StreamSpec =
         StreamSpec(
             "hand_left",
@@ -668,6 +699,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** geometry_msgs/msg/PoseArray on hand_right. */
     public val handRight: StreamSpec =
         StreamSpec(
             "hand_right",
@@ -681,6 +713,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** sensor_msgs/msg/BatteryState on battery. */
     public val battery: StreamSpec =
         StreamSpec(
             "battery",
@@ -694,6 +727,7 @@ public object StreamTable {
             listOf(),
         )
 
+    /** tf2_msgs/msg/TFMessage on /tf. */
     public val tf: StreamSpec =
         StreamSpec(
             "tf",
@@ -718,11 +752,12 @@ public object StreamTable {
             listOf(),
         )
 
+    /** Messages that the app on the headset publishes by itself. */
     public val custom: StreamSpec =
         StreamSpec("custom", "custom", listOf(), "", null, null, listOf(), listOf("app"), listOf())
 
     /** Of the topics of [custom]. */
-    public val customTopics: CustomTopicsSpec =
+    internal val customTopics: CustomTopicsSpec =
         CustomTopicsSpec("custom", "sensors", "sensor", 32)
 
     /** In the order of the file. */
@@ -762,5 +797,6 @@ public object StreamTable {
             custom,
         )
 
+    /** Null where the table has no such stream. */
     public fun byId(id: String): StreamSpec? = all.firstOrNull { it.id == id }
 }

@@ -1,6 +1,7 @@
 package dev.ml2sensors.android
 
 import android.security.keystore.KeyGenParameterSpec
+import dev.ml2sensors.link.DeviceIdentity
 import java.io.File
 import java.io.InputStream
 import java.io.OutputStream
@@ -19,10 +20,17 @@ import java.util.Collections
 import java.util.Date
 import java.util.Enumeration
 
-/** What Robolectric lacks: the provider `AndroidKeyStore`, with keys that are made for one [made] specification each. */
+/**
+ * What Robolectric lacks: the provider `AndroidKeyStore`, with keys that are made for one [made] specification each.
+ */
 class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private val content = HashMap<String, Pair<PrivateKey, Certificate>>()
     val made = ArrayList<KeyGenParameterSpec>()
+
+    /** Holds the key of [identity] as [alias] from the start. */
+    fun add(alias: String, identity: DeviceIdentity) {
+        content[alias] = identity.privateKey to identity.certificate
+    }
 
     init {
         putService(service("KeyStore", "AndroidKeyStore") { Store() })

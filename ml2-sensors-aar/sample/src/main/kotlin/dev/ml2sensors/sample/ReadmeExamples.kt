@@ -1,0 +1,35 @@
+// The examples of the library's README; tests/aar compiles them and compares their words.
+
+package dev.ml2sensors.sample
+
+import android.content.Context
+import dev.ml2sensors.android.Ml2Sensors
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.stream.Ml2Streamer
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.launch
+import java.nio.ByteBuffer
+
+suspend fun stream(context: Context, headset: Headset, uri: String): Unit = coroutineScope {
+    Ml2Sensors.pair(context, uri) // once: what `ml2-receiver pair` shows, scanned or pasted
+    val streamer = Ml2Sensors.connect(context, headset)
+    streamer.start()
+    launch { streamer.state.collect { println(it) } } // Connecting(reason), Connected(receiverName), Ended(reason)
+    launch { streamer.streams.collect { println(it) } } // per stream: Accepted(values), Refused(reason), Failed(reason)
+}
+
+fun publish(streamer: Ml2Streamer, cdr: ByteBuffer, captureNanos: Long) {
+    val topic = streamer.publisher("room_temperature", "sensor_msgs/msg/Temperature") // custom/room_temperature
+    topic.publish(cdr, captureNanos) // the whole message; its header's stamp: streamer.stampNanos(captureNanos)
+}
+
+suspend fun collect(headset: Headset, process: (ByteBuffer, Long, Transform?) -> Unit) {
+    val stream = StreamTable.worldLeft
+    headset.samples(stream, stream.defaultValues()).collect { sample ->
+        if (sample is ImageSample) process(sample.pixels, sample.captureNanos, sample.pose)
+    }
+}

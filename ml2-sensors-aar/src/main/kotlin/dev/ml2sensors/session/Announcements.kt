@@ -1,0 +1,60 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.ChannelEnd
+import dev.ml2sensors.wire.ErrorCode
+import dev.ml2sensors.wire.FrameKind
+import dev.ml2sensors.wire.ProtocolException
+import dev.ml2sensors.wire.Start
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
+
+/** The channels that the receiver of a session knows; PROTOCOL.md, Streams. Safe for use by several coroutines. */
+internal class Announcements(private val streams: StreamControl, private val control: ControlLane) {
+    private val announcing = Mutex()
+    private val announced = HashSet<Int>()
+
+    /** All CHANNELs that were written, in their order, and how many before the last CONFIGURED. */
+    private val written = ArrayList<Int>()
+    private var writtenBeforeAnswer = 0
+    private var openRequest: Long? = null
+
+    /** Before CONFIGURED of a [request]: what it configures is announced, all else ends. */
+    suspend fun follow(request: Long): Unit = announcing.withLock {
+        val channels = streams.channels()
+        endAllBut(channels)
+        announce(channels)
+        writtenBeforeAnswer = written.size
+        openRequest = request
+    }
+
+    /** What has come to be that nobody configured. */
+    suspend fun add(): Unit = announcing.withLock {
+        if (openRequest != null) announce(streams.channels().filter { it.lane == SessionLanes.SENSORS })
+    }
+
+    /** What is there no more ends. */
+    suspend fun withdraw(): Unit = announcing.withLock { endAllBut(streams.channels()) }
+
+    /** The ids that the receiver knew when it sent [start], which has to be of the last request. */
+    suspend fun knownAt(start: Start): Set<Int> = announcing.withLock {
+        if (start.request != openRequest) {
+            val message = "expected START of request $openRequest, found ${start.request}"
+            throw ProtocolException(ErrorCode.UNEXPECTED, message)
+        }
+        written.take(start.channels ?: writtenBeforeAnswer).toSet()
+    }
+
+    private suspend fun announce(channels: List<ChannelBody>) {
+        for (channel in channels.filter { announced.add(it.id) }) {
+            control.write(FrameKind.CHANNEL, channel)
+            written += channel.id
+        }
+    }
+
+    private suspend fun endAllBut(channels: List<ChannelBody>) {
+        val ended = announced - channels.map { it.id }.toSet()
+        ended.forEach { control.write(FrameKind.CHANNEL_END, ChannelEnd(it)) }
+        announced -= ended
+    }
+}

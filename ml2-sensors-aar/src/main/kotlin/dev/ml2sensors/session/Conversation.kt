@@ -1,0 +1,142 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.wire.Bye
+import dev.ml2sensors.wire.Configure
+import dev.ml2sensors.wire.Configured
+import dev.ml2sensors.wire.ControlJson
+import dev.ml2sensors.wire.ErrorBody
+import dev.ml2sensors.wire.ErrorCode
+import dev.ml2sensors.wire.Frame
+import dev.ml2sensors.wire.FrameKind
+import dev.ml2sensors.wire.LinkTestBody
+import dev.ml2sensors.wire.Start
+import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.Deferred
+import kotlinx.coroutines.selects.select
+import kotlinx.coroutines.withTimeoutOrNull
+import java.io.IOException
+import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TimeSource
+
+/** What is said on control between WELCOME and BYE: requests and their answers, and reports. */
+internal class Conversation(
+    private val control: ControlLane,
+    private val lanes: SessionLanes,
+    private val streams: StreamControl,
+    private val hostClock: HostClock,
+) {
+    private val announcements = Announcements(streams, control)
+
+    /** Does what the receiver says, until it closes the connection after our BYE. */
+    suspend fun listen() {
+        while (true) handle(control.read(IN_SESSION) ?: return)
+    }
+
+    private suspend fun handle(frame: Frame) {
+        when (frame.kind) {
+            FrameKind.CONFIGURE -> configure(ControlJson.decode(frame.body))
+
+            FrameKind.START -> {
+                val known = announcements.knownAt(ControlJson.decode<Start>(frame.body))
+                lanes.startSending()
+                streams.start(known)
+            }
+
+            FrameKind.LINK_TEST -> lanes.linkTest.begin(ControlJson.decode<LinkTestBody>(frame.body).bytes)
+
+            FrameKind.ERROR -> {
+                val error = ControlJson.decode<ErrorBody>(frame.body)
+                error.channel?.let { streams.refuse(it, error.message) }
+            }
+
+            FrameKind.PING -> control.write(FrameKind.PONG)
+
+            FrameKind.PONG -> Unit
+
+            FrameKind.BYE -> throw IOException("the receiver left: ${ControlJson.decode<Bye>(frame.body).reason}")
+
+            else -> error("${frame.kind} is not allowed in a session")
+        }
+    }
+
+    private suspend fun configure(wanted: Configure) {
+        val answers = streams.configure(wanted.streams, wanted.framePrefix)
+        streams.channels().forEach { lanes.join(it.lane) }
+        announcements.follow(wanted.request)
+        control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
+    }
+
+    /** Announces channels that come to be while it runs. */
+    suspend fun reportAdditions() {
+        for (addition in streams.additions) announcements.add()
+    }
+
+    suspend fun reportFailures() {
+        for (failure in streams.failures) {
+            val message = "stream ${failure.stream} ended: ${failure.reason}"
+            control.write(FrameKind.ERROR, ErrorBody.of(ErrorCode.SOURCE, message, fatal = false))
+            announcements.withdraw()
+        }
+    }
+
+    /** Until all is [drained], and with it the events, which come first when both are there. */
+    suspend fun reportEvents(drained: Deferred<Unit>) {
+        while (true) {
+            val event = select {
+                streams.events.onReceive { it }
+                drained.onAwait { null }
+            }
+            control.write(FrameKind.EVENT, event ?: return)
+        }
+    }
+
+    /** Until all is [drained], and then for the last time. */
+    suspend fun reportStatus(drained: Deferred<Unit>) {
+        while (withTimeoutOrNull(STATUS_INTERVAL) { drained.await() } == null) writeStatus(final = false)
+        writeStatus(final = true)
+    }
+
+    private suspend fun writeStatus(final: Boolean) {
+        val uptimeSeconds = PROCESS_START.elapsedNow().inWholeMilliseconds / 1000.0
+        control.write(
+            FrameKind.STATUS,
+            Status(final, uptimeSeconds, streams.counts(), hostClock.toBody(streams.timestampBases), streams.thermal),
+        )
+    }
+
+    private companion object {
+        val STATUS_INTERVAL = 1.seconds
+        val IN_SESSION =
+            setOf(
+                FrameKind.CONFIGURE,
+                FrameKind.START,
+                FrameKind.LINK_TEST,
+                FrameKind.ERROR,
+                FrameKind.PING,
+                FrameKind.PONG,
+                FrameKind.BYE,
+            )
+        val PROCESS_START = TimeSource.Monotonic.markNow()
+    }
+}
+
+internal fun HostClock.toBody(bases: Map<String, String>): Status.Clock = status.let {
+    Status.Clock(
+        it.state.wireName,
+        it.offsetNanos,
+        it.uncertaintyNanos,
+        it.roundTripNanos,
+        it.skewPpm,
+        it.steps,
+        it.epoch,
+        bases,
+    )
+}
+
+private fun Answer.toBody(): Configured.StreamAnswer = when (this) {
+    is Answer.Applied -> Configured.StreamAnswer("applied", values = values)
+    is Answer.Adjusted -> Configured.StreamAnswer("adjusted", values, reason)
+    is Answer.Refused -> Configured.StreamAnswer("refused", reason = reason)
+}
