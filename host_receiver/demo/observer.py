@@ -27,6 +27,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from rclpy.utilities import try_shutdown
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -86,7 +87,7 @@ class Observer(Node):
         self,
         prefix: str,
         qos_depths: dict[str, int],
-        observed: type[Observed] = Observed,
+        observed: Callable[[str, str, Callable[[bytes], int]], Observed] = Observed,
         receiver: str = "",
     ) -> None:
         super().__init__("ml2_observer")
@@ -216,7 +217,7 @@ def main() -> int:
 def spun_observer(
     prefix: str,
     qos_depths: dict[str, int],
-    observed: type[Observed] = Observed,
+    observed: Callable[[str, str, Callable[[bytes], int]], Observed] = Observed,
     receiver: str = "",
 ) -> Iterator[Observer]:
     """An observer that a thread spins; the process ends when any of its threads fails."""
@@ -225,13 +226,15 @@ def spun_observer(
     observer = Observer(prefix, qos_depths, observed, receiver)
     executor = SingleThreadedExecutor()
     executor.add_node(observer)
-    spinner = threading.Thread(target=executor.spin)
+    closing = Future(executor=executor)
+    spinner = threading.Thread(target=executor.spin_until_future_complete, args=[closing])
     spinner.start()
     try:
         yield observer
     finally:
-        executor.shutdown()
+        closing.set_result(None)  # a shutdown would take from the spinner what it waits with
         spinner.join()
+        executor.shutdown()
         observer.destroy_node()
         try_shutdown()
 

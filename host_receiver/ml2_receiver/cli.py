@@ -5,29 +5,34 @@ import re
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
+from importlib import import_module
 from typing import Any, NoReturn
 
 import shtab
 
-from .commands import (
-    config,
-    devices,
-    doctor,
-    evaluate,
-    export,
-    inspect,
-    latency,
-    pair,
-    play,
-    products,
-    record,
-    run,
-    topics,
-    unpair,
-)
 from .errors import ReceiverError
 from .generated.version import VERSION
 
+__all__ = ["main"]
+
+# Each is a module of commands/, in the order of --help.
+COMMANDS = (
+    "run",
+    "record",
+    "play",
+    "pair",
+    "unpair",
+    "headset",
+    "devices",
+    "topics",
+    "latency",
+    "products",
+    "config",
+    "doctor",
+    "inspect",
+    "export",
+    "evaluate",
+)
 _EPILOG = """\
 examples:
   ml2-receiver pair                   let a headset connect from now on
@@ -60,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 when it did what it was asked to, 1 when what it looked at is not well, 2 when it could
         not, with the reason on stderr.
     """
-    options = _parser().parse_args(arguments)
+    options = command_line().parse_args(arguments)
     try:
         exit_code: int = options.run(options)
     except ReceiverError as error:
@@ -69,28 +74,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code
 
 
-def _parser() -> argparse.ArgumentParser:
+def command_line() -> argparse.ArgumentParser:
+    """All subcommands; parsing imports them, and none of ROS."""
     parser = _Parser(prog="ml2-receiver", description="Magic Leap 2 to ROS 2.", epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=VERSION)
     shtab.add_argument_to(
         parser, "--print-completion", help="print what completes commands in this shell"
     )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in (
-        config,
-        devices,
-        doctor,
-        evaluate,
-        export,
-        inspect,
-        latency,
-        pair,
-        play,
-        products,
-        record,
-        run,
-        topics,
-        unpair,
-    ):
-        command.add_parser(subparsers)
+    for name in COMMANDS:
+        import_module(f".commands.{name}", __package__).add_parser(subparsers)
     return parser

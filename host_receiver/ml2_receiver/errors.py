@@ -15,6 +15,7 @@ ReceiverError
 ├── EvaluationError  a recording or images that give no trajectory
 ├── PlaybackError   a receiver that cannot be played to
 ├── DiscoveryError  receivers cannot be looked for
+├── AdbError        adb, or the headset's app behind it
 ├── KeysError       the folder with keys and paired devices
 ├── PairingError    nobody was paired, or no such device is
 └── ListenError     the address to listen on
@@ -127,6 +128,10 @@ class PlaybackError(ReceiverError):
 
 class DiscoveryError(ReceiverError):
     """Receivers cannot be looked for by name."""
+
+
+class AdbError(ReceiverError):
+    """adb is missing or reaches no headset, or the app there did not do what it was told."""
 
 
 class KeysError(ReceiverError):

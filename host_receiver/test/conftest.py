@@ -1,15 +1,17 @@
 """Fixtures of several modules, and how patient all tests are."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 import bag_scene
+from ml2_receiver.link.context import Limits
 from mock_device import MockDevice
 from ros_processes import Client, Receiver
+from tls_lab import UNLIMITED, Lab
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(
@@ -60,3 +62,21 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("bags") / "walk"
     bag_scene.record(folder, bag_scene.COUNT, "zstd")
     return folder
+
+
+@pytest.fixture
+def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], Lab]]:
+    labs: list[Lab] = []
+
+    def make(limits: Limits) -> Lab:
+        labs.append(Lab(tmp_path, limits))
+        return labs[-1]
+
+    yield make
+    for lab in labs:
+        lab.stop()
+
+
+@pytest.fixture
+def lab(open_lab: Callable[[Limits], Lab]) -> Lab:
+    return open_lab(UNLIMITED)

@@ -1,5 +1,6 @@
-"""Children of tests: the receiver and ROS programs, in a ROS domain of this test run's own."""
+"""Children of tests: the receiver and ROS programs, in a ROS domain of this process's own."""
 
+import functools
 import json
 import os
 import queue
@@ -12,17 +13,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from ros_domain import reserve_domain
+
 _PATIENCE_S = 20.0
 _POLL_S = 0.01
 _HERE = Path(__file__).parent
-_DOMAINS = 100  # from 101 on, ports of domains may be those the system gives to connections
+_own_domain = functools.cache(reserve_domain)
 
 
 def environment() -> dict[str, str]:
     """For children; rclpy's wheels prepare each process anew."""
     environ = {**os.environ, "PYTHONPATH": str(_HERE.parent), "PYTHONUNBUFFERED": "1"}
     environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
-    environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % _DOMAINS)
+    environ["ROS_DOMAIN_ID"] = str(_own_domain())
     environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     return environ
 

@@ -86,7 +86,7 @@ def test_while_paused_one_that_comes_late_waits_for_its_start() -> None:
     answered(scene)
     scene.announce(TEMPERATURE, FIRST_ID)
     assert starts(scene) == []
-    scene.host.start()
+    scene.host.begin()
     scene.receive_data("sensors", FIRST_ID)
 
 

@@ -9,7 +9,7 @@ from ml2_receiver.link.statistics import TopicStatistics
 from ml2_receiver.link.throughput import Throughput
 from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
-from ml2_receiver.wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+from ml2_receiver.wire.messages import ChannelStatus, ClockStatus, StreamAnswer, Thermal
 
 TOPIC = load_table().streams["world_left"].topics[0]
 MS = 1_000_000
@@ -66,6 +66,17 @@ def test_the_session_has_a_row(diagnostics: Diagnostics, statistics: TopicStatis
         "software": "",
         "capabilities": "",
     }
+
+
+@pytest.mark.parametrize(
+    ("thermal", "level"), [("none", Level.OK), ("moderate", Level.OK), ("severe", Level.WARN)]
+)
+def test_a_hot_headset_is_a_warning(thermal: Thermal, level: Level) -> None:
+    hot = replace(report(TopicStatistics()), thermal=thermal)
+    row, *_ = Diagnostics("").rows(hot, 0.0)
+    assert row.level == level
+    assert row.values["thermal"] == thermal
+    assert (thermal in row.message) == (level == Level.WARN)
 
 
 FULL_CLOCK = ClockStatus(

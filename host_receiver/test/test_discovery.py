@@ -14,6 +14,7 @@ from ml2_receiver.link.discovery import (
     find_receivers,
 )
 
+pytestmark = pytest.mark.alone
 LOOPBACK = ["127.0.0.1"]
 GROUP = ("224.0.0.251", 5353)
 

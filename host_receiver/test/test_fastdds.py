@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from ml2_receiver.fastdds import PROFILES_VARIABLE, apply_default_profile
+from ros_processes import environment
 
 MEBIBYTE = 2**20
 NAMESPACE = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
@@ -79,12 +80,12 @@ import os
 from pathlib import Path
 from ml2_receiver.fastdds import apply_default_profile
 assert apply_default_profile(os.environ) is None
-before = set(Path("/dev/shm").iterdir())
 import rclpy
 rclpy.init()
 node = rclpy.create_node("profile_probe")
-made = set(Path("/dev/shm").iterdir()) - before
-print(max(file.stat().st_size for file in made if file.name.startswith("fastrtps_")))
+mapped = [line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines()]
+segments = {Path(it) for it in mapped if it.startswith("/dev/shm/fastrtps_")}
+print(max(file.stat().st_size for file in segments))
 node.destroy_node()
 rclpy.shutdown()
 """
@@ -95,10 +96,8 @@ def test_a_participant_makes_the_segment() -> None:
     memory = os.statvfs("/dev/shm")
     if memory.f_bavail * memory.f_frsize < 80_000_000:
         pytest.skip("/dev/shm has less than 80 MB free")
-    removed = (PROFILES_VARIABLE, "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
-    environ = {name: value for name, value in os.environ.items() if name not in removed}
-    environ |= {"ROS_DOMAIN_ID": "77", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    environ = environment()
+    environ.pop(PROFILES_VARIABLE, None)
     printed = subprocess.run(
         [sys.executable, "-c", PARTICIPANT],
         env=environ,

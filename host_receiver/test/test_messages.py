@@ -113,6 +113,7 @@ def parse_status(**changes: Any) -> Status:
         ({"clock": STATUS["clock"] | {"bases": ["color"]}}, "clock.bases"),
         ({"channels": {"/tf": {"produced": 1, "sent": 1, "dropped": {"x": -1}}}}, "not negative"),
         ({"channels": {"/tf": {"produced": -1, "sent": 1, "dropped": {}}}}, "not negative"),
+        ({"thermal": "hot"}, "body.thermal: expected"),
         ({"channels": [1]}, "body.channels: expected dict, found list$"),
     ],
 )

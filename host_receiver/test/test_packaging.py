@@ -40,6 +40,7 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
         "ml2_receiver/data/streams.yaml",
         "ml2_receiver/data/config.yaml",
         "ml2_receiver/ros/node.py",
+        "ml2_receiver/py.typed",
         f"{shared}/ament_index/resource_index/packages/ml2_receiver",
         f"{shared}/ml2_receiver/package.xml",
         f"{shared}/ml2_receiver/launch/receiver.launch.py",

@@ -64,7 +64,7 @@ def test_a_pause_stops_all_streams_and_keeps_topics_and_session() -> None:
     assert scene.sink.applied[-1].topics == TOPICS
     assert scene.sink.applied[-1].streams == APPLIED
     assert scene.is_connected()
-    scene.host.start()
+    scene.host.begin()
     assert streams(scene) == [REQUEST, {}, REQUEST]
     scene.comply()
     assert scene.kinds(scene.control)[-1] == Kind.START
@@ -81,7 +81,7 @@ def test_a_pause_while_an_answer_is_outstanding_comes_after_it() -> None:
     scene.comply()
     assert streams(scene) == [REQUEST, FASTER, {}, SLOWER]
     assert scene.kinds(scene.control).count(Kind.START) == 1
-    scene.host.start()
+    scene.host.begin()
     assert scene.sent(scene.control)[-1] == (Kind.START, Start(scene.asked()[-1].request))
 
 
@@ -91,7 +91,7 @@ def test_a_headset_that_comes_in_a_pause_is_configured_and_waits() -> None:
     scene.answer()
     assert streams(scene) == [REQUEST]
     assert Kind.START not in scene.kinds(scene.control)
-    scene.host.start()
+    scene.host.begin()
     assert scene.kinds(scene.control)[-1] == Kind.START
 
 

@@ -1,117 +1,23 @@
-"""Who is let in and what hostile peers can do, while the session of a paired device goes on."""
+"""Who is let in, and what others see of it."""
 
-import re
 import socket
 import ssl
-import struct
 import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
-from dataclasses import replace
+from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn
 
 import pytest
 
 import test_pairing_listener
-from fake_sink import FakeSink
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import Access, Everybody, PairedOnly
-from ml2_receiver.link.context import Limits
 from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import State
-from ml2_receiver.link.server import Server
-from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
-from ml2_receiver.wire.messages import Bye, Error, Join
+from ml2_receiver.wire.messages import Bye, Join
 from mock_device import MockDevice, Wire
-from scene import REQUEST
-from tls_device import Certificate, StreamingDevice, anonymous_context
+from tls_device import Certificate, anonymous_context
+from tls_lab import BATTERY, STRANGER, Lab, refused
 
 IMAGE = "world_left/image_raw"
-BATTERY = "battery"
-STRANGER = "127.0.0.2"
-QUICK = Limits(handshake_s=0.5, linger_s=0.3)
-# Tokens, tickets and sessions.
-SECRET = re.compile(r"\b[0-9a-f]{32}\b")
-UNLIMITED = replace(QUICK, failed_attempts=10_000)
-
-
-class Lab:
-    """A receiver, and devices with certificates, paired or not."""
-
-    def __init__(self, folder: Path, limits: Limits) -> None:
-        self.folder, self.sink, self.limits = folder, FakeSink(), limits
-        self.devices = PairedDevices(folder / "keys")
-        self.servers: list[Server] = []
-        self.address = self.serve(PairedOnly(folder / "keys"))
-        self.server = self.servers[0]
-
-    def serve(self, access: Access) -> tuple[str, int]:
-        server = Server(
-            listen(("127.0.0.1", 0)),
-            load_table(),
-            REQUEST,
-            self.sink,
-            access=access,
-            name="host",
-            software="test",
-            limits=self.limits,
-        )
-        self.servers.append(server)
-        host, _, port = server.address.rpartition(":")
-        return host, int(port)
-
-    def insecure(self) -> tuple[str, int]:
-        """The address of one more receiver, without TLS."""
-        return self.serve(Everybody())
-
-    def stop(self) -> None:
-        for server in self.servers:
-            server.stop()
-
-    def certificate(
-        self, name: str, issuer: Certificate | None = None, *, is_authority: bool = False
-    ) -> Certificate:
-        return Certificate(self.folder / name, name, issuer, is_authority=is_authority)
-
-    def paired(self, name: str) -> Certificate:
-        certificate = self.certificate(name)
-        self.devices.add(name, name, certificate.der)
-        return certificate
-
-    def streaming(self) -> StreamingDevice:
-        return StreamingDevice(self.server.address, self.paired("headset").context(), BATTERY)
-
-    def connect(self) -> socket.socket:
-        """A stranger's bare connection."""
-        return socket.create_connection(self.address, 5, (STRANGER, 0))
-
-    def received(self) -> int:
-        return len(self.sink.payloads[BATTERY])
-
-    def await_more(self, count: int = 5) -> None:
-        self.sink.await_payloads(BATTERY, self.received() + count)
-
-
-@pytest.fixture
-def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], Lab]]:
-    labs: list[Lab] = []
-
-    def make(limits: Limits) -> Lab:
-        labs.append(Lab(tmp_path, limits))
-        return labs[-1]
-
-    yield make
-    for lab in labs:
-        lab.stop()
-        assert not [event for event in lab.sink.events if SECRET.search(event)]
-
-
-@pytest.fixture
-def lab(open_lab: Callable[[Limits], Lab]) -> Lab:
-    return open_lab(UNLIMITED)
 
 
 def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(lab: Lab) -> None:
@@ -154,16 +60,6 @@ def test_everything_is_tls_13(lab: Lab) -> None:
     assert wire.socket.version() == "TLSv1.3"
     assert wire.socket.selected_alpn_protocol() == "ml2s/1"
     wire.socket.close()
-
-
-def refused(connect: Callable[[], ssl.SSLSocket]) -> str:
-    """What a peer is told that is refused; with TLS 1.3 it sees an alert at its first read."""
-    try:
-        with connect() as tls:
-            assert tls.recv(1) == b""
-    except (ssl.SSLError, ConnectionError) as error:
-        return str(error).upper()
-    return ""
 
 
 class Relay:
@@ -375,159 +271,8 @@ def test_a_lane_resumes_the_tls_session_of_its_device(lab: Lab) -> None:
             assert resumed.recv(4)[3] == Kind.ERROR  # and not a TLS alert
 
 
-def test_peers_that_stop_in_the_handshake_are_closed_in_time(lab: Lab) -> None:
-    hello = client_hello(lab)
-    with lab.streaming(), ExitStack() as stack:
-        slow = [stack.enter_context(lab.connect()) for _ in range(3)]
-        for peer, sent in zip(slow, (b"", hello[:40], hello), strict=True):
-            peer.sendall(sent)
-        for peer in slow:
-            while peer.recv(10_000):
-                pass
-        lab.await_more()
-    lab.sink.await_event("timeout: no HELLO or JOIN within 0.5 s")
-
-
-def test_a_byte_now_and_then_does_not_extend_the_handshake(lab: Lab) -> None:
-    hello = client_hello(lab)
-    began_s = time.monotonic()
-    with lab.streaming(), lab.connect() as peer, suppress(ConnectionError):
-        for byte in hello:
-            peer.sendall(bytes([byte]))
-            time.sleep(0.05)  # a slow peer, whom nothing tells when to go on
-    assert time.monotonic() - began_s < 5
-    lab.sink.await_event("timeout: no HELLO or JOIN within 0.5 s")
-
-
-def client_hello(lab: Lab) -> bytes:
-    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
-    tls = lab.certificate("slow").context().wrap_bio(incoming, outgoing)
-    with pytest.raises(ssl.SSLWantReadError):
-        tls.do_handshake()
-    return outgoing.read()
-
-
-def test_a_paired_peer_that_stops_in_the_middle_of_a_frame_is_told_and_closed(lab: Lab) -> None:
-    context = lab.paired("other").context()
-    with lab.streaming():
-        wire = Wire(lab.server.address, "control", context, STRANGER)
-        wire.socket.sendall(encode_frame(Kind.HELLO, b"{}")[:-1])
-        wire.expect_error("timeout")
-        lab.await_more()
-        wire.socket.close()
-
-
-def test_a_thousand_half_open_connections_do_not_disturb_a_session(
-    open_lab: Callable[[Limits], Lab],
-) -> None:
-    lab = open_lab(Limits())
-    with lab.streaming() as streaming, ExitStack() as stack:
-        threads = threading.active_count()
-        for _ in range(1000):
-            stack.enter_context(lab.connect())
-        assert threading.active_count() <= threads + 16 + 64
-        lab.await_more(50)
-        lab.sink.await_event(f"{STRANGER} is turned away: ")
-        with MockDevice(lab.server.address, tls=streaming.device.tls) as back:
-            back.start()  # from another address than the thousand
-
-
-def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], Lab]) -> None:
-    lab = open_lab(replace(QUICK, failed_attempts=3, failed_attempts_per_s=0.5))
-    context = lab.paired("headset").context()
-    for _ in range(3):
-        refused(lambda: anonymous_context().wrap_socket(lab.connect()))
-    refused(lambda: context.wrap_socket(lab.connect()))
-    lab.sink.await_event(f"{STRANGER} is turned away: too many failed attempts")
-    with MockDevice(lab.server.address, tls=context) as device:
-        device.connect()  # from elsewhere
-    deadline_s = time.monotonic() + 10
-    while True:
-        try:
-            context.wrap_socket(lab.connect()).close()
-            return
-        except (ssl.SSLError, ConnectionError):
-            assert time.monotonic() < deadline_s
-
-
-def test_one_address_has_so_many_connections(open_lab: Callable[[Limits], Lab]) -> None:
-    lab = open_lab(replace(Limits(), connections_per_address=4))
-    with ExitStack() as stack:
-        for _ in range(4):
-            stack.enter_context(lab.connect())
-        with lab.connect() as fifth, suppress(ConnectionError):
-            assert fifth.recv(1) == b""
-        lab.sink.await_event(f"{STRANGER} is turned away: it has 4 connections")
-
-
-def hostile_frames() -> dict[str, bytes]:
-    huge = struct.pack("<HBBHHIIqq", 0x324D, 1, Kind.HELLO, 0, 0, 0, 0xFFFFFFFF, 0, 0)
-    deep = b"[" * 30_000
-    return {
-        "too_large": huge,
-        "malformed": encode_frame(Kind.HELLO, deep),
-        "malformed ": b"\x00" * 100_000,
-    }
-
-
-@pytest.mark.parametrize("code", hostile_frames())
-def test_a_paired_but_hostile_device_is_refused_and_the_session_goes_on(
-    lab: Lab, code: str
-) -> None:
-    context = lab.paired("hostile").context()
-    with lab.streaming():
-        wire = Wire(lab.server.address, "control", context, STRANGER)
-        wire.socket.sendall(hostile_frames()[code])
-        assert Error.parse(wire.expect(Kind.ERROR)).code == code.strip()
-        lab.await_more()
-        wire.socket.close()
-    lab.sink.await_event(f"{code.strip()}: ")
-
-
-def test_bytes_that_are_no_tls_after_the_handshake_end_that_connection(lab: Lab) -> None:
-    context = lab.paired("hostile").context()
-    with lab.streaming():
-        bare = lab.connect()
-        tls = context.wrap_socket(bare)
-        raw = socket.socket(fileno=tls.detach())
-        raw.settimeout(5)
-        with raw, suppress(ConnectionError):
-            raw.sendall(b"\x17\x03\x03\x40\x00" + b"x" * 0x4000)
-            while raw.recv(1000):
-                pass
-        lab.await_more()
-    lab.sink.await_event("broken TLS: ")
-
-
-def test_a_lane_that_is_cut_into_by_the_network_ends_the_session(lab: Lab) -> None:
-    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
-        device.start()
-        tls = device.wires["world_left"].socket
-        raw = socket.socket(fileno=tls.detach())
-        raw.sendall(b"\x17\x03\x03\x00\x40" + b"x" * 0x40)
-        device.wires.pop("world_left")
-        device.wires["control"].expect_end()
-        raw.close()
-    assert lab.sink.await_report().state is State.LOST
-    lab.sink.await_event("broken TLS: ")
-
-
 def test_a_damaged_file_lets_nobody_in_and_keeps_who_is(lab: Lab) -> None:
     with lab.streaming():
         (lab.folder / "keys" / "devices" / ("0" * 64 + ".json")).write_text("{}")
         lab.sink.await_event("is not a paired device")
         lab.await_more()
-
-
-def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:
-    while True:
-        to.sendall(data)
-
-
-def test_a_peer_that_does_not_read_is_cut_off(lab: Lab) -> None:
-    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
-        device.start()
-        control = device.wires["control"].socket
-        with pytest.raises(OSError, match=r"EOF|reset|pipe|timed out"):
-            send_endlessly(control, encode_frame(Kind.PING) * 1000)
-    assert lab.sink.await_report().state is State.LOST

@@ -166,15 +166,15 @@ def test_a_paused_receiver_starts_on_request() -> None:
     request = scene.answer()
     scene.receive(scene.control, Kind.PONG)
     assert Kind.START not in scene.kinds(scene.control)
-    scene.host.start()
-    scene.host.start()
+    scene.host.begin()
+    scene.host.begin()
     starts = [body for kind, body in scene.sent(scene.control) if kind == Kind.START]
     assert starts == [Start(request)]
 
 
 def test_a_start_that_was_asked_for_early_is_not_forgotten() -> None:
     scene = Scene(is_paused=True)
-    scene.host.start()
+    scene.host.begin()
     scene.answer()
     assert scene.kinds(scene.control)[-1] == Kind.START
 

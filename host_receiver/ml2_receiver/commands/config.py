@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     check = actions.add_parser(
         "check", help="say what is wrong in a file, or what it will start", epilog=_CHECK_EPILOG
     )
-    add_file(check, "file", metavar="FILE")
+    add_file(check, "file", metavar="FILE", help="a ROS 2 parameter file")
     check.add_argument("--json", action="store_true", help="print one object")
     check.set_defaults(run=_check)
     show = actions.add_parser(

@@ -51,7 +51,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
     )
-    parser.add_argument("--camera", choices=CAMERAS, required=True)
+    parser.add_argument(
+        "--camera", choices=CAMERAS, required=True, help="whose images are looked at"
+    )
     way = parser.add_mutually_exclusive_group()
     way.add_argument(
         "--estimator",

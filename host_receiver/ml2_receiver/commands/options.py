@@ -18,3 +18,10 @@ def name(text: str) -> str:
             f"expected at most 40 letters, digits and _, not beginning with a digit, found {text!r}"
         )
     return text
+
+
+def port(text: str) -> int:
+    """For argparse."""
+    if not text.isdecimal() or not 1 <= int(text) <= 0xFFFF:
+        raise argparse.ArgumentTypeError(f"expected a port from 1 to 65535, found {text!r}")
+    return int(text)

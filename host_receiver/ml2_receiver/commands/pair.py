@@ -24,7 +24,7 @@ from ..security.pairing_listener import PairingListener
 from ..security.pairing_uri import PairingUri
 from .config import Subparsers
 from .entrance import PORT, add_keys
-from .options import name
+from .options import name, port
 from .receiving import address
 from .stopping import stop_signal
 
@@ -56,17 +56,11 @@ def add_parser(subparsers: Subparsers) -> None:
         help="for pairing only; default: all interfaces, on a port the system chooses",
     )
     parser.add_argument(
-        "--port", type=_port, default=PORT, help=f"where `run` listens; default: {PORT}"
+        "--port", type=port, default=PORT, help=f"where `run` listens; default: {PORT}"
     )
     parser.add_argument("--name", type=name, default="", help="of the receiver, where that has one")
     add_keys(parser)
     parser.set_defaults(run=_run)
-
-
-def _port(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 0xFFFF:
-        raise argparse.ArgumentTypeError(f"expected a port from 1 to 65535, found {text!r}")
-    return int(text)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -74,9 +68,9 @@ def _run(options: argparse.Namespace) -> int:
     identity = Identity.of(options.keys)
     pairing = Pairing(identity.fingerprint)
     with listen(options.listen) as socket_:
-        host, port = socket_.getsockname()[:2]
+        host, pairing_port = socket_.getsockname()[:2]
         hosts = announced_hosts(host)
-        _show([PairingUri(it, port, identity.fingerprint, pairing.token) for it in hosts])
+        _show([PairingUri(it, pairing_port, identity.fingerprint, pairing.token) for it in hosts])
         listener = PairingListener(
             socket_,
             identity,

@@ -23,7 +23,7 @@ class Host:
 
     Args:
         request: what every headset is asked for, until request() changes it.
-        is_paused: START waits for start().
+        is_paused: START waits for begin().
     """
 
     def __init__(self, context: Context, request: Request, *, is_paused: bool = False) -> None:
@@ -180,13 +180,13 @@ class Host:
         self._request = request
         self.update()
 
-    def start(self) -> None:
+    def begin(self) -> None:
         """Lets the streams run, now or as soon as a headset is ready for it."""
         self._is_paused = False
         self.update()
 
     def pause(self) -> None:
-        """Stops all streams until start(); the headset stays connected."""
+        """Stops all streams until begin(); the headset stays connected."""
         self._is_paused = True
         self.update()
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from ..configuration.table import Topic
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, Thermal
 from .statistics import TopicStatistics
 from .throughput import Throughput
 
@@ -36,7 +36,8 @@ class Report:
     """One session. `clock` is None before the first STATUS; `is_final` after the last one.
 
     `software`, `capabilities` (streams it has) and `permissions` are the headset's own words;
-    `answers` are its last ones, by stream; `link` is the last link test, None when there was none.
+    `answers` are its last ones, by stream; `link` is the last link test, None when there was none;
+    `thermal` is None where it does not say.
     """
 
     state: State
@@ -51,3 +52,4 @@ class Report:
     permissions: Mapping[str, bool] = field(default_factory=dict)
     answers: Mapping[str, StreamAnswer] = field(default_factory=dict)
     link: Throughput | None = None
+    thermal: Thermal | None = None

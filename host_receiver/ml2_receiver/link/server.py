@@ -113,7 +113,7 @@ class Server:
     def begin(self) -> None:
         """Lets the streams run, now or as soon as a headset is ready for it."""
         with self._lock:
-            self._host.start()
+            self._host.begin()
 
     def pause(self) -> None:
         """Stops all streams until begin(); the headset stays connected."""

@@ -275,6 +275,7 @@ class Session:
             permissions=self.hello.permissions,
             answers=self.streams.answers,
             link=self.link.report(),
+            thermal=status.thermal if status else None,
             topics=[
                 self._topic_report(self.streams.topic(name), counts)
                 for name, counts in list(self.instance.topics.items())

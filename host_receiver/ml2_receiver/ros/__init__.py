@@ -1,5 +1,3 @@
 """The receiver as a ROS 2 node; all of it that imports rclpy, but for `ml2-receiver latency`."""
 
-from .node import RosNode
-
-__all__ = ["RosNode"]
+from .node import RosNode as RosNode

@@ -17,6 +17,8 @@ from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
 _STALE_AFTER_S = 2.0
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
+# From here on Android slows the headset down so that it is felt.
+_HOT = {"severe", "critical", "emergency", "shutdown"}
 
 
 class Level(IntEnum):
@@ -159,8 +161,14 @@ def _session(report: Report) -> Row:
         f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
     }
     values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
-    level = Level.ERROR if report.state is State.LOST else Level.OK
-    return Row("session", level, f"{report.headset}: {report.state.value}", values)
+    message = f"{report.headset}: {report.state.value}"
+    if report.thermal is not None:
+        values["thermal"] = report.thermal
+    if report.state is State.LOST:
+        return Row("session", Level.ERROR, message, values)
+    if report.thermal in _HOT:
+        return Row("session", Level.WARN, f"{message}, and hot: {report.thermal}", values)
+    return Row("session", Level.OK, message, values)
 
 
 def security_row(protection: Protection) -> Row:

@@ -13,6 +13,7 @@ MAX_LINK_TEST_BYTES = 64 << 20
 
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
 TimestampBase = Literal["boottime", "monotonic"]
+Thermal = Literal["none", "light", "moderate", "severe", "critical", "emergency", "shutdown"]
 
 
 @dataclass(frozen=True)
@@ -167,6 +168,7 @@ class Status(JsonBody):
     uptime_s: float
     channels: Mapping[str, ChannelStatus]
     clock: ClockStatus
+    thermal: Thermal | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,199 @@
+"""ml2-receiver headset: the app on the headset, commanded over adb."""
+
+import argparse
+import dataclasses
+import json
+import time
+from collections.abc import Collection, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ..configuration.table import load_table
+from ..errors import AdbError, PairingError
+from ..generated.version import VERSION
+from ..headset import app
+from ..headset.adb import adb
+from ..security.pairing_uri import PairingUri
+from .config import Subparsers, add_file
+from .entrance import PORT
+from .options import port
+
+_APK = Path(__file__).parents[3] / "build" / "apk" / f"ml2-sensors-{VERSION}.apk"
+_INSTALL_TIMEOUT_S = 180.0
+_CONNECT_TIMEOUT_S, _POLL_S = 10.0, 0.5
+_EPILOG = """\
+Needs adb (`sudo apt install adb`) and a headset on the cable; among several devices adb's own
+variable ANDROID_SERIAL chooses. Exit code: 0; 1 when `start` did not connect; 2 with the reason.
+
+examples:
+  ml2-receiver headset install
+  ml2-receiver headset grant                          all permissions that streams need
+  ml2-receiver headset start --pair 'ml2s://...'      what `ml2-receiver pair` shows
+  ml2-receiver headset start --usb                    by the cable alone, without a network
+  ml2-receiver headset status --json | jq .status.state
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "headset", help="install, start and watch the headset's app over adb", epilog=_EPILOG
+    )
+    actions = parser.add_subparsers(required=True, metavar="ACTION")
+    install = actions.add_parser("install", help="install the app, or a newer one")
+    add_file(install, "apk", nargs="?", default=_APK, help="default: that of `make apk`")
+    install.set_defaults(run=_install)
+    _add_start(actions)
+    actions.add_parser("stop", help="stop streaming").set_defaults(run=_stop)
+    status = actions.add_parser("status", help="show how the app stands, and its streams")
+    status.add_argument("--json", action="store_true", help="print one object")
+    status.set_defaults(run=_status)
+    grant = actions.add_parser("grant", help="grant the app the permissions that streams need")
+    grant.add_argument(
+        "streams", nargs="*", metavar="STREAM", help="default: all, images of eyes too"
+    )
+    grant.set_defaults(run=_grant)
+
+
+def _add_start(actions: Subparsers) -> None:
+    start = actions.add_parser("start", help="stream, whichever app is in front")
+    start.add_argument("--pair", type=_uri, metavar="URI", help="pair first")
+    place = start.add_mutually_exclusive_group()
+    place.add_argument(
+        "--receiver",
+        metavar="NAME|HOST:PORT",
+        help="to this one from now on; '' for the one that is paired, wherever it is",
+    )
+    place.add_argument(
+        "--usb",
+        nargs="?",
+        type=port,
+        const=PORT,
+        metavar="PORT",
+        help="from now on by the cable alone, to the port where `run` listens here, by default"
+        f" {PORT}; all streams share one pipe then, so that images can delay an IMU sample",
+    )
+    start.set_defaults(run=_start)
+
+
+def _uri(text: str) -> PairingUri:
+    try:
+        return PairingUri.parse(text)
+    except PairingError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _install(options: argparse.Namespace) -> int:
+    if not options.apk.is_file():
+        raise AdbError(f"there is no {options.apk}: run `make apk`, or name an APK")
+    with _doing("installing"):
+        adb("install", "-r", str(options.apk), timeout_s=_INSTALL_TIMEOUT_S)
+    print("installed; next: `ml2-receiver pair`, then `ml2-receiver headset start --pair URI`")
+    return 0
+
+
+def _start(options: argparse.Namespace) -> int:
+    if options.usb is not None:
+        _reverse(options.usb)
+    if options.pair is not None:
+        with _doing("pairing"):
+            app.pair(str(options.pair if options.usb is None else _by_cable(options.pair)))
+    if options.usb is not None:
+        app.go_to(f"127.0.0.1:{options.usb}")
+    elif options.receiver is not None:
+        app.go_to(options.receiver)
+    app.start()
+    with _doing("connecting"):
+        status, streams = _once_connected()
+    _show(status, streams)
+    return 0 if status.state == "connected" else 1
+
+
+def _by_cable(uri: PairingUri) -> PairingUri:
+    _reverse(uri.port)
+    return dataclasses.replace(uri, host="127.0.0.1")
+
+
+def _reverse(port: int) -> None:
+    """What the headset connects to there comes out here."""
+    adb("reverse", f"tcp:{port}", f"tcp:{port}")
+
+
+def _once_connected() -> tuple[app.AppStatus, Sequence[app.StreamStatus]]:
+    """How the app stands then, or when waiting has been of no use."""
+    deadline_s = time.monotonic() + _CONNECT_TIMEOUT_S
+    while True:
+        status, streams = app.status()
+        if status.state == "connected" or time.monotonic() > deadline_s:
+            return status, streams
+        time.sleep(_POLL_S)
+
+
+def _stop(_: argparse.Namespace) -> int:
+    app.stop()
+    return 0
+
+
+def _status(options: argparse.Namespace) -> int:
+    status, streams = app.status()
+    if options.json:
+        plain = [dataclasses.asdict(it) for it in streams]
+        print(json.dumps({"status": dataclasses.asdict(status), "streams": plain}, indent=2))
+    else:
+        _show(status, streams)
+    return 0
+
+
+def _grant(options: argparse.Namespace) -> int:
+    for permission in _needed(options.streams):
+        app.grant(permission)
+        print(f"granted {permission}")
+    if app.status()[0].state != "off":
+        app.start()
+    return 0
+
+
+def _needed(ids: Collection[str]) -> Sequence[str]:
+    """Those that a user has to grant for these streams, or for all where none is named."""
+    table = load_table()
+    for id in ids:
+        if id not in table.streams:
+            raise AdbError(f"there is no stream {id!r}, only {', '.join(table.streams)}")
+    streams = [table.streams[id] for id in ids or table.streams]
+    needed = [it for stream in streams for it in table.sections[stream.section].permissions]
+    return [it for it in dict.fromkeys(needed) if table.permissions[it] == "dangerous"]
+
+
+def _show(status: app.AppStatus, streams: Sequence[app.StreamStatus]) -> None:
+    table = Table("stream", "state", title=escape(_title(status)), title_justify="left", box=None)
+    table.add_column("produced", justify="right")
+    table.add_column("lost", justify="right")
+    table.add_column("why")
+    for it in streams:
+        state = "resting, hot" if it.resting else it.state
+        table.add_row(it.id, state, str(it.produced), str(it.dropped), escape(it.reason))
+    for name, is_granted in status.permissions.items():
+        table.add_row(escape(name), "granted" if is_granted else "not granted")
+    Console().print(table)
+
+
+def _title(status: app.AppStatus) -> str:
+    words = [f"ML2 Sensors {status.version}", " ".join((status.state, status.receiver)).strip()]
+    words += [it for it in (status.reason, status.news) if it]
+    if status.clock is not None:
+        words.append(f"clock ±{status.clock.uncertainty_ns / 1e6:.2f} ms")
+    if status.thermal is not None:
+        words.append(f"heat {status.thermal}")
+    if status.battery_celsius is not None:
+        words.append(f"battery {status.battery_celsius:.1f} °C")
+    if not status.paired:
+        words.append("paired with nobody")
+    return ", ".join(words)
+
+
+def _doing(text: str) -> AbstractContextManager[object]:
+    """Says so on stderr, where somebody looks."""
+    return Console(stderr=True).status(text)

@@ -1,0 +1,117 @@
+"""A headset behind adb, as strict as both: a command they do not have ends the test.
+
+It is the program `adb` of a test; its folder ADB_STAND_IN has `state.json`, and `calls` with a line
+for each call. Words behind `shell` are joined by spaces and split again by the headset's shell, as
+adb does it.
+"""
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+APP = "dev.ml2sensors.app"
+PERMISSIONS = ("android.permission.CAMERA", "com.magicleap.permission.DEPTH_CAMERA")
+# What the app's own test says it answers.
+STATUS = Path(__file__).parents[2] / "ml2-sensors-aar/app/src/test/resources/status.jsonl"
+
+
+class Headset:
+    """What `state.json` says, until the end of a call."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file = folder / "state.json"
+        self.state: dict[str, Any] = json.loads(self.file.read_text())
+
+    def keep(self) -> None:
+        self.file.write_text(json.dumps(self.state))
+
+    def install(self, apk: str) -> None:
+        if self.state.get("signature") == "other":
+            _fail(
+                f"adb: failed to install {apk}: Failure [INSTALL_FAILED_UPDATE_INCOMPATIBLE:"
+                f" Package {APP} signatures do not match previously installed version; ignoring!]"
+            )
+        self.state["installed"] = True
+        print("Performing Streamed Install\nSuccess")
+
+    def grant(self, package: str, permission: str) -> None:
+        if permission in self.state.get("unknown", ()):
+            _fail(f"\nException occurred while executing:\nUnknown permission: {permission}", 255)
+        assert package == APP
+        self.state.setdefault("granted", []).append(permission)
+
+    def start_service(self, words: list[str]) -> None:
+        options = _options(words)
+        assert options.pop("-n") == f"{APP}/.StreamingService"
+        action = options.pop("-a").removeprefix(f"{APP}.")
+        print(f"Starting service: Intent {{ act={APP}.{action} (has extras) }}")
+        if not self.state.get("installed", True):
+            print("Error: Not found; no service started.")
+            return
+        self.log(action, options)
+
+    def log(self, action: str, extras: dict[str, str]) -> None:
+        request = extras.pop("request")
+        expected = {"PAIR": {"uri"}, "RECEIVER": {"receiver"}}
+        assert set(extras) == expected.get(action, set()), f"{action} with {sorted(extras)}"
+        lines = self.state.setdefault("log", [])
+        if action == "STATUS":
+            state = self.state.get("states", ["connected"])
+            answers = [json.loads(line) for line in STATUS.read_text().splitlines()]
+            answers[0]["status"]["state"] = state.pop(0) if len(state) > 1 else state[0]
+            lines += [json.dumps(it | {"request": request}) for it in answers]
+        elif self.state.get("error"):
+            lines.append(json.dumps({"request": request, "more": 0, "error": self.state["error"]}))
+        elif not self.state.get("silent"):
+            lines.append(json.dumps({"request": request, "more": 0}))
+
+
+def main(words: list[str]) -> None:
+    folder = Path(os.environ["ADB_STAND_IN"])
+    with (folder / "calls").open("a") as calls:
+        calls.write(json.dumps(words) + "\n")
+    headset = Headset(folder)
+    if failure := headset.state.get("failure"):
+        _fail(failure)
+    match words:
+        case ["install", "-r", apk]:
+            headset.install(apk)
+        case ["reverse", here, there]:
+            assert {here[:4], there[:4]} == {"tcp:"}
+        case ["logcat", "-d", "-v", "raw", "-s", "ml2-sensors:I"]:
+            print("--------- beginning of main", *headset.state.get("log", ()), sep="\n")
+        case ["shell", *rest]:
+            match shlex.split(" ".join(rest)):
+                case ["pm", "grant", package, permission]:
+                    headset.grant(package, permission)
+                case ["am", "start-foreground-service", *options]:
+                    headset.start_service(options)
+                case other:
+                    _fail(f"/system/bin/sh: {other[:1]}: not found", 127)
+        case _:
+            _fail(f"adb: unknown command {words[0]}")
+    headset.keep()
+
+
+def _options(words: list[str]) -> dict[str, str]:
+    """Of `am`: the component, the action and the texts among the extras."""
+    found = {}
+    rest: Iterator[str] = iter(words)
+    for word in rest:
+        assert word in ("-n", "-a", "--es"), f"am has no {word}"
+        name = next(rest) if word == "--es" else word
+        found[name] = next(rest)
+    return found
+
+
+def _fail(message: str, code: int = 1) -> NoReturn:
+    print(message, file=sys.stderr)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

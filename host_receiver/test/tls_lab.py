@@ -1,0 +1,94 @@
+"""A receiver that takes paired devices, and devices with certificates, paired or not."""
+
+import re
+import socket
+import ssl
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from fake_sink import FakeSink
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.access import Access, Everybody, PairedOnly
+from ml2_receiver.link.context import Limits
+from ml2_receiver.link.listener import listen
+from ml2_receiver.link.server import Server
+from ml2_receiver.security.paired_devices import PairedDevices
+from scene import REQUEST
+from tls_device import Certificate, StreamingDevice
+
+BATTERY = "battery"
+STRANGER = "127.0.0.2"
+QUICK = Limits(handshake_s=0.5, linger_s=0.3)
+UNLIMITED = replace(QUICK, failed_attempts=10_000)
+# Tokens, tickets and sessions.
+_SECRET = re.compile(r"\b[0-9a-f]{32}\b")
+
+
+class Lab:
+    """Keys are in `folder`."""
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self.folder, self.sink, self.limits = folder, FakeSink(), limits
+        self.devices = PairedDevices(folder / "keys")
+        self.servers: list[Server] = []
+        self.address = self.serve(PairedOnly(folder / "keys"))
+        self.server = self.servers[0]
+
+    def serve(self, access: Access) -> tuple[str, int]:
+        server = Server(
+            listen(("127.0.0.1", 0)),
+            load_table(),
+            REQUEST,
+            self.sink,
+            access=access,
+            name="host",
+            software="test",
+            limits=self.limits,
+        )
+        self.servers.append(server)
+        host, _, port = server.address.rpartition(":")
+        return host, int(port)
+
+    def insecure(self) -> tuple[str, int]:
+        """The address of one more receiver, without TLS."""
+        return self.serve(Everybody())
+
+    def stop(self) -> None:
+        """Fails if the log had a secret."""
+        for server in self.servers:
+            server.stop()
+        assert not [event for event in self.sink.events if _SECRET.search(event)]
+
+    def certificate(
+        self, name: str, issuer: Certificate | None = None, *, is_authority: bool = False
+    ) -> Certificate:
+        return Certificate(self.folder / name, name, issuer, is_authority=is_authority)
+
+    def paired(self, name: str) -> Certificate:
+        certificate = self.certificate(name)
+        self.devices.add(name, name, certificate.der)
+        return certificate
+
+    def streaming(self) -> StreamingDevice:
+        return StreamingDevice(self.server.address, self.paired("headset").context(), BATTERY)
+
+    def connect(self) -> socket.socket:
+        """A stranger's bare connection."""
+        return socket.create_connection(self.address, 5, (STRANGER, 0))
+
+    def received(self) -> int:
+        return len(self.sink.payloads[BATTERY])
+
+    def await_more(self, count: int = 5) -> None:
+        self.sink.await_payloads(BATTERY, self.received() + count)
+
+
+def refused(connect: Callable[[], ssl.SSLSocket]) -> str:
+    """What a peer is told that is refused; with TLS 1.3 it sees an alert at its first read."""
+    try:
+        with connect() as tls:
+            assert tls.recv(1) == b""
+    except (ssl.SSLError, ConnectionError) as error:
+        return str(error).upper()
+    return ""
