@@ -27,11 +27,14 @@ main() {
 }
 
 compile() { # the assembly's name, its folders, what it refers to
-  local folders sources references=("${@:3}")
+  local folders sources documented=() references=("${@:3}")
   read -ra folders <<<"$2"
   mapfile -t sources < <(find "${folders[@]}" -name '*.cs' | sort)
-  # 649: only Unity sets serialized fields.
-  mcs -nologo -langversion:7.2 -unsafe -warnaserror+ -warn:4 -nowarn:649 -define:ENABLE_UNITY_COLLECTIONS_CHECKS,UNITY_EDITOR \
+  if [[ $1 =~ ^Ml2Sensors\.(Runtime|Editor|OpenXR)$ ]]; then
+    documented=(-doc:"$out/$1.xml") # So that what is public and has no comment is an error.
+  fi
+  # 649: only Unity sets serialized fields. 1573: a comment may leave out parameters whose names say all.
+  mcs -nologo -langversion:7.2 -unsafe -warnaserror+ -warn:4 -nowarn:649,1573 "${documented[@]}" -define:ENABLE_UNITY_COLLECTIONS_CHECKS,UNITY_EDITOR \
     -debug -target:library -lib:"$out" "${references[@]/#/-reference:}" -out:"$out/$1.dll" "${sources[@]}"
 }
 
@@ -40,6 +43,7 @@ run_tests() {
   local native=$PWD/build/native
   export LD_LIBRARY_PATH=$native/linux:$native/host/sim:$native/device
   export ML2_FILMS=$native/films ML2_VECTORS=$PWD/tests/conformance/vectors ML2_COMMON_VECTORS=$PWD/$out/vectors
+  export ML2_PUBLIC_API=$PWD/$package/Api~/Ml2Sensors.Runtime.api
   nunit-console -nologo -nodots -nothread -domain:None -work="$out" "$@" "$out/Ml2Sensors.Tests.dll"
 }
 

@@ -25,6 +25,7 @@ namespace Ml2Sensors.OpenXR
 #endif
     public sealed class Ml2SensorsFeature : OpenXRFeature
     {
+        /// <summary>By which OpenXR settings find it.</summary>
         public const string Id = "dev.ml2sensors.openxr";
 
         /// <summary>Those of native/openxr/xr_api.h.</summary>
@@ -34,12 +35,14 @@ namespace Ml2Sensors.OpenXR
 
         private ulong _instance;
 
+        /// <summary>Called by Unity's OpenXR.</summary>
         protected override bool OnInstanceCreate(ulong xrInstance)
         {
             _instance = xrInstance;
             return base.OnInstanceCreate(xrInstance);
         }
 
+        /// <summary>Called by Unity's OpenXR.</summary>
         protected override unsafe void OnSessionCreate(ulong xrSession)
         {
             if (Application.platform != RuntimePlatform.Android) return;

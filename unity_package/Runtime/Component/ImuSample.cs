@@ -15,9 +15,10 @@ namespace Ml2Sensors
         /// <summary>CLOCK_BOOTTIME.</summary>
         public readonly long CaptureNanos;
 
+        /// <summary>In the axes of the sensor.</summary>
         public readonly Vector3<SensorAxes> Value;
 
-        public ImuSample(long captureNanos, in Vector3<SensorAxes> value)
+        internal ImuSample(long captureNanos, in Vector3<SensorAxes> value)
         {
             CaptureNanos = captureNanos;
             Value = value;

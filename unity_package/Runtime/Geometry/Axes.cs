@@ -6,11 +6,14 @@ namespace Ml2Sensors.Geometry
         /// <summary>True when they turn the other way round than those of ROS.</summary>
         bool IsLeftHanded { get; }
 
+        /// <summary>The vector with these components in these axes.</summary>
         Vector3<Ros> ToRos(double x, double y, double z);
 
         /// <summary>The components, in these axes, of a vector given in those of ROS.</summary>
         void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z);
     }
+
+#pragma warning disable 1591 // Members are those of IAxes.
 
     /// <summary>REP-103 body: x forward, y left, z up.</summary>
     public struct Ros : IAxes

@@ -6,25 +6,33 @@ namespace Ml2Sensors.Geometry
         /// <summary>An optical frame in the body frame of the same camera. Source: REP-103, suffix frames.</summary>
         public static readonly Rotation<Ros> OpticalInBody = new Rotation<Ros>(-0.5, 0.5, -0.5, 0.5);
 
+        /// <summary>In the axes of REP-103 bodies.</summary>
         public static Vector3<Ros> ToRos<TAxes>(this in Vector3<TAxes> v) where TAxes : struct, IAxes =>
             default(TAxes).ToRos(v.X, v.Y, v.Z);
 
+        /// <summary>In the axes of the headset's interfaces.</summary>
         public static Vector3<MlRub> ToMl<TAxes>(this in Vector3<TAxes> v) where TAxes : struct, IAxes => Convert<TAxes, MlRub>(v);
 
+        /// <summary>In the axes of REP-103 cameras.</summary>
         public static Vector3<Optical> ToOptical<TAxes>(this in Vector3<TAxes> v) where TAxes : struct, IAxes =>
             Convert<TAxes, Optical>(v);
 
+        /// <summary>In Unity's axes.</summary>
         public static Vector3<UnitySpace> ToUnity<TAxes>(this in Vector3<TAxes> v) where TAxes : struct, IAxes =>
             Convert<TAxes, UnitySpace>(v);
 
+        /// <summary>In the axes of REP-103 bodies, normalised.</summary>
         public static Rotation<Ros> ToRos<TAxes>(this in Rotation<TAxes> q) where TAxes : struct, IAxes => Convert<TAxes, Ros>(q);
 
+        /// <summary>In Unity's axes, normalised.</summary>
         public static Rotation<UnitySpace> ToUnity<TAxes>(this in Rotation<TAxes> q) where TAxes : struct, IAxes =>
             Convert<TAxes, UnitySpace>(q);
 
+        /// <summary>In the axes of REP-103 bodies.</summary>
         public static Pose<Ros> ToRos<TAxes>(this in Pose<TAxes> pose) where TAxes : struct, IAxes =>
             new Pose<Ros>(pose.Position.ToRos(), pose.Rotation.ToRos());
 
+        /// <summary>In Unity's axes.</summary>
         public static Pose<UnitySpace> ToUnity<TAxes>(this in Pose<TAxes> pose) where TAxes : struct, IAxes =>
             new Pose<UnitySpace>(pose.Position.ToUnity(), pose.Rotation.ToUnity());
 

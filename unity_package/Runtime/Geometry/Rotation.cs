@@ -5,11 +5,19 @@ namespace Ml2Sensors.Geometry
     /// <summary>A rotation as a quaternion, of a thing in a world that both have the axes of its type.</summary>
     public readonly struct Rotation<TAxes> where TAxes : struct
     {
+        /// <summary>First of the vector part.</summary>
         public readonly double X;
+
+        /// <summary>Second of the vector part.</summary>
         public readonly double Y;
+
+        /// <summary>Third of the vector part.</summary>
         public readonly double Z;
+
+        /// <summary>The scalar part.</summary>
         public readonly double W;
 
+        /// <summary>Need not be normalised.</summary>
         public Rotation(double x, double y, double z, double w)
         {
             X = x;
@@ -18,6 +26,7 @@ namespace Ml2Sensors.Geometry
             W = w;
         }
 
+        /// <summary>First b, then a.</summary>
         public static Rotation<TAxes> operator *(in Rotation<TAxes> a, in Rotation<TAxes> b) =>
             new Rotation<TAxes>(
                 a.W * b.X + a.X * b.W + a.Y * b.Z - a.Z * b.Y,
@@ -25,6 +34,7 @@ namespace Ml2Sensors.Geometry
                 a.W * b.Z + a.X * b.Y - a.Y * b.X + a.Z * b.W,
                 a.W * b.W - a.X * b.X - a.Y * b.Y - a.Z * b.Z);
 
+        /// <summary>The same rotation by a quaternion of length 1.</summary>
         /// <exception cref="InvalidOperationException">It is zero or not finite.</exception>
         public Rotation<TAxes> Normalized()
         {
@@ -33,6 +43,7 @@ namespace Ml2Sensors.Geometry
             return new Rotation<TAxes>(X / norm, Y / norm, Z / norm, W / norm);
         }
 
+        /// <summary>Components and axes.</summary>
         public override string ToString() => $"({X}, {Y}, {Z}, {W}) {typeof(TAxes).Name}";
     }
 }

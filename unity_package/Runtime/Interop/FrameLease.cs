@@ -25,6 +25,7 @@ namespace Ml2Sensors.Interop
             Stream = stream;
         }
 
+        /// <summary>Whose frames it leases.</summary>
         public StreamId Stream { get; }
 
         /// <summary>True while no frame is held.</summary>
@@ -36,7 +37,10 @@ namespace Ml2Sensors.Interop
         /// <summary>The device's own; gaps are frames that were not seen.</summary>
         public long FrameNumber => _frame.FrameNumber;
 
+        /// <summary>Pixels per row.</summary>
         public int Width => (int)_frame.Width;
+
+        /// <summary>Rows.</summary>
         public int Height => (int)_frame.Height;
 
         /// <summary>From one row to the next; 0 for JPEG.</summary>
@@ -94,6 +98,7 @@ namespace Ml2Sensors.Interop
             if (!ReleaseHandle()) throw new InvalidOperationException($"A frame of {Stream} had been released before.");
         }
 
+        /// <summary>Called once for each frame, by Release or the finalizer.</summary>
         protected override bool ReleaseHandle()
         {
             uint slot = (uint)((long)handle - 1);

@@ -29,6 +29,7 @@ namespace Ml2Sensors.Messages
             message.Write(this);
         }
 
+#pragma warning disable 1591 // One for each type of a field.
         public void Write(bool value) => Write((byte)(value ? 1 : 0));
 
         public void Write(sbyte value) => Write((byte)value);
@@ -114,6 +115,9 @@ namespace Ml2Sensors.Messages
             foreach (string value in values) Write(value);
         }
 
+#pragma warning restore 1591
+
+        /// <summary>An array whose length is that of its type; nothing says how many there are.</summary>
         public void WriteFixed(double[] values, int count)
         {
             if (values == null || values.Length != count)
@@ -121,6 +125,7 @@ namespace Ml2Sensors.Messages
             Bytes(values, 8);
         }
 
+        /// <summary>How many messages there are, and they.</summary>
         public void WriteSequence(IMessage[] values)
         {
             WriteLength(values);

@@ -2,20 +2,28 @@ using System.Collections.Generic;
 
 namespace Ml2Sensors
 {
+    /// <summary>What became of the last pairing.</summary>
     public enum PairingState
     {
         /// <summary>None was tried since the app started.</summary>
         None,
+
+        /// <summary>The receiver is being asked.</summary>
         Running,
+
+        /// <summary>The receiver is the last of PairingStatus.Receivers.</summary>
         Paired,
+
+        /// <summary>PairingStatus.Reason says why.</summary>
         Failed,
     }
 
     /// <summary>With whom this headset is paired, and what became of the last pairing. Immutable.</summary>
     public sealed class PairingStatus
     {
-        public static readonly PairingStatus Initial = new PairingStatus(0, PairingState.None, "", new PairedReceiver[0]);
+        internal static readonly PairingStatus Initial = new PairingStatus(0, PairingState.None, "", new PairedReceiver[0]);
 
+        /// <summary>What became of the last pairing.</summary>
         public readonly PairingState State;
 
         /// <summary>Why it failed; else empty.</summary>
@@ -39,6 +47,7 @@ namespace Ml2Sensors
     /// <summary>A receiver that this headset is paired with.</summary>
     public sealed class PairedReceiver
     {
+        /// <summary>As it announces itself.</summary>
         public readonly string Name;
 
         /// <summary>SHA-256 of its certificate, 64 hexadecimal digits.</summary>

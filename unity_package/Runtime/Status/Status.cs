@@ -2,27 +2,40 @@ using System.Collections.Generic;
 
 namespace Ml2Sensors
 {
+    /// <summary>How it stands with the receiver.</summary>
     public enum ConnectionState
     {
+        /// <summary>Not started, stopped, or a recording is over.</summary>
         Ended,
+
+        /// <summary>Looking for it, or being refused; Status.Reason may say why.</summary>
         Connecting,
+
+        /// <summary>In a session.</summary>
         Connected,
     }
 
+    /// <summary>What became of a stream that the receiver asked for.</summary>
     public enum StreamState
     {
+        /// <summary>It runs.</summary>
         Accepted,
+
+        /// <summary>The headset does not start it.</summary>
         Refused,
+
+        /// <summary>It ran until its source failed.</summary>
         Failed,
     }
 
     /// <summary>What the library said of itself at one moment. Immutable.</summary>
     public sealed class Status
     {
-        public static readonly Status Initial = new Status(
+        internal static readonly Status Initial = new Status(
             ConnectionState.Ended, "", "", false, new Dictionary<string, StreamStatus>(), new Dictionary<string, ChannelCounts>(), null,
             PairingStatus.Initial);
 
+        /// <summary>How it stands with the receiver.</summary>
         public readonly ConnectionState State;
 
         /// <summary>Its name or address; empty when none is known.</summary>
@@ -43,6 +56,7 @@ namespace Ml2Sensors
         /// <summary>Null until clocks were compared.</summary>
         public readonly ClockStatus Clock;
 
+        /// <summary>With whom the headset is paired.</summary>
         public readonly PairingStatus Pairing;
 
         internal Status(
@@ -61,8 +75,10 @@ namespace Ml2Sensors
         }
     }
 
+    /// <summary>How one stream runs, or why it does not. Immutable.</summary>
     public sealed class StreamStatus
     {
+        /// <summary>What became of it.</summary>
         public readonly StreamState State;
 
         /// <summary>Why it was refused, failed or adjusted; empty when it runs as asked for.</summary>
@@ -82,7 +98,10 @@ namespace Ml2Sensors
     /// <summary>Messages of one topic since the app started.</summary>
     public sealed class ChannelCounts
     {
+        /// <summary>Made by the source, whether sent or dropped.</summary>
         public readonly long Produced;
+
+        /// <summary>Handed to the network to the last byte.</summary>
         public readonly long Sent;
 
         /// <summary>By reason; PROTOCOL.md lists them.</summary>
@@ -96,12 +115,16 @@ namespace Ml2Sensors
         }
     }
 
+    /// <summary>How well the headset knows ROS time. Immutable.</summary>
     public sealed class ClockStatus
     {
         /// <summary>"waiting", "synchronised", "holdover" or "frozen".</summary>
         public readonly string State;
 
+        /// <summary>ROS time minus CLOCK_BOOTTIME.</summary>
         public readonly long OffsetNanos;
+
+        /// <summary>Of a stamp, either way.</summary>
         public readonly long UncertaintyNanos;
 
         internal ClockStatus(string state, long offsetNanos, long uncertaintyNanos)
@@ -121,6 +144,7 @@ namespace Ml2Sensors
         /// <summary>For the user.</summary>
         public readonly string Reason;
 
+        /// <summary>The ids of those that need it.</summary>
         public readonly IReadOnlyList<string> Streams;
 
         internal PermissionNeed(string permission, string reason, IReadOnlyList<string> streams)

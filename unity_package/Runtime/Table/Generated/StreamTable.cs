@@ -4,40 +4,104 @@ namespace Ml2Sensors
     /// <summary>A stream, as libml2sensors numbers it.</summary>
     public enum StreamId : uint
     {
+        /// <summary>sensor_msgs/msg/Image on world_center/image_raw.</summary>
         WorldCenter = 0,
+
+        /// <summary>sensor_msgs/msg/Image on world_left/image_raw.</summary>
         WorldLeft = 1,
+
+        /// <summary>sensor_msgs/msg/Image on world_right/image_raw.</summary>
         WorldRight = 2,
+
+        /// <summary>sensor_msgs/msg/CompressedImage on color/image_raw/compressed.</summary>
         Color = 3,
+
+        /// <summary>sensor_msgs/msg/CompressedImage on mixed_reality/image_raw/compressed.</summary>
         MixedReality = 4,
+
+        /// <summary>sensor_msgs/msg/Image on depth/image_raw.</summary>
         Depth = 5,
+
+        /// <summary>sensor_msgs/msg/Image on infra/image_raw.</summary>
         Infra = 6,
+
+        /// <summary>sensor_msgs/msg/Image on eye_nasal_left/image_raw.</summary>
         EyeNasalLeft = 7,
+
+        /// <summary>sensor_msgs/msg/Image on eye_nasal_right/image_raw.</summary>
         EyeNasalRight = 8,
+
+        /// <summary>sensor_msgs/msg/Image on eye_temple_left/image_raw.</summary>
         EyeTempleLeft = 9,
+
+        /// <summary>sensor_msgs/msg/Image on eye_temple_right/image_raw.</summary>
         EyeTempleRight = 10,
+
+        /// <summary>sensor_msgs/msg/Imu on accel_left/imu.</summary>
         AccelLeft = 11,
+
+        /// <summary>sensor_msgs/msg/Imu on accel_right/imu.</summary>
         AccelRight = 12,
+
+        /// <summary>sensor_msgs/msg/Imu on accel_compute_pack/imu.</summary>
         AccelComputePack = 13,
+
+        /// <summary>sensor_msgs/msg/Imu on gyro_left/imu.</summary>
         GyroLeft = 14,
+
+        /// <summary>sensor_msgs/msg/Imu on gyro_right/imu.</summary>
         GyroRight = 15,
+
+        /// <summary>sensor_msgs/msg/Imu on gyro_compute_pack/imu.</summary>
         GyroComputePack = 16,
+
+        /// <summary>sensor_msgs/msg/Imu on imu_left/imu.</summary>
         ImuLeft = 17,
+
+        /// <summary>sensor_msgs/msg/Imu on imu_right/imu.</summary>
         ImuRight = 18,
+
+        /// <summary>sensor_msgs/msg/Imu on imu_compute_pack/imu.</summary>
         ImuComputePack = 19,
+
+        /// <summary>sensor_msgs/msg/Illuminance on light_sensor.</summary>
         LightSensor = 20,
+
+        /// <summary>geometry_msgs/msg/PoseStamped on head_pose.</summary>
         HeadPose = 21,
+
+        /// <summary>sensor_msgs/msg/MagneticField on magnetometer_left.</summary>
         MagnetometerLeft = 22,
+
+        /// <summary>sensor_msgs/msg/MagneticField on magnetometer_right.</summary>
         MagnetometerRight = 23,
+
+        /// <summary>sensor_msgs/msg/FluidPressure on pressure_headset.</summary>
         PressureHeadset = 24,
+
+        /// <summary>sensor_msgs/msg/FluidPressure on pressure_compute_pack.</summary>
         PressureComputePack = 25,
+
+        /// <summary>geometry_msgs/msg/PoseStamped on gaze.</summary>
         Gaze = 26,
+
+        /// <summary>geometry_msgs/msg/PoseArray on hand_left.</summary>
         HandLeft = 27,
+
+        /// <summary>geometry_msgs/msg/PoseArray on hand_right.</summary>
         HandRight = 28,
+
+        /// <summary>sensor_msgs/msg/BatteryState on battery.</summary>
         Battery = 29,
+
+        /// <summary>tf2_msgs/msg/TFMessage on /tf.</summary>
         Tf = 30,
+
+        /// <summary>Messages that the app on the headset publishes by itself.</summary>
         Custom = 31,
     }
 
+    /// <summary>What the receiver's stream table says.</summary>
     public static class StreamTable
     {
         /// <summary>By StreamId.</summary>

@@ -33,6 +33,10 @@ namespace UnityEngine
     {
         public static readonly List<string> Warnings = new List<string>();
 
+        public static void Log(object message) { }
+
+        public static void LogWarning(object message) => LogWarning(message, null);
+
         public static void LogWarning(object message, Object context) => Warnings.Add(message.ToString());
     }
 

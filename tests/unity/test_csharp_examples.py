@@ -1,0 +1,17 @@
+"""The C# of the package's documents is compiled, since a file that run.sh compiles has it."""
+
+from __future__ import annotations
+
+from document import ROOT, indented_blocks, without_spacing
+
+PACKAGE = ROOT / "unity_package"
+
+
+def test_the_examples_were_compiled() -> None:
+    source = PACKAGE / "Tests/Mono~/DocumentedExamples.cs"
+    compiled = without_spacing(source.read_text())
+    documents = [PACKAGE / "README.md", PACKAGE / "Documentation~/index.md"]
+    examples = [text for document in documents for text in indented_blocks(document.read_text())]
+    code = [text for text in examples if not text.startswith("adb ")]
+    assert len(code) == 3
+    assert [text for text in code if without_spacing(text) not in compiled] == []
