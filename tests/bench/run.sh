@@ -31,7 +31,7 @@ python3 tests/bench/recording_bench.py
 echo "[9/11] products: clouds, registered depth and rectified images (10 s)"
 python3 tests/bench/products_bench.py
 echo "[10/11] recovery: finding each other, and again after a fault (3 minutes)"
-PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/recovery_bench.py 9
+PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/recovery_bench.py 9
 echo "[11/11] full load, the same with TLS, the first while recording, and four headsets (4 minutes)"
-PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/full_load.py 60
+PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/full_load.py 60
 python3 tests/bench/show.py build/bench/*.json

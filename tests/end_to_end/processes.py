@@ -15,6 +15,7 @@ from typing import IO, Any
 
 from rclpy.serialization import deserialize_message
 
+from kept import Payloads
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.topics.message_types import message_class
 from pairing import pair
@@ -64,7 +65,7 @@ class Received:
 
     snapshot: dict[str, Any]
     qos: dict[str, set[tuple[str, str]]]
-    topics: dict[str, tuple[str, list[bytes]]]
+    topics: dict[str, tuple[str, Payloads | list[bytes]]]
     graph: list[str]
     arrivals_s: dict[str, list[float]]
     publishers: dict[str, set[bytes]]
@@ -151,9 +152,9 @@ def receive(
                 folder / "receiver.log",
             )
         )
+        subscriber = start(subscribing(environment, folder))
         address = listening_address(receiver)
         proxy = start(link(address)) if link else None
-        subscriber = start(subscribing(environment, folder))
         reached = proxy.address if proxy else address
         headset = [*program, "--receiver", reached, *security.headset, *headset_options]
         start(process(headset, environment, folder / "headset.log"))

@@ -9,6 +9,8 @@ import yaml
 from processes import ROOT
 
 CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
+EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+_OTHER_IMAGES = ("picture_center", "depth_center", "world_center", "world_right", *EYES)
 
 
 def demo_config(**changes: dict[str, Any]) -> str:
@@ -18,6 +20,11 @@ def demo_config(**changes: dict[str, Any]) -> str:
     for section, values in changes.items():
         node["ros__parameters"][section] |= values
     return yaml.safe_dump(tree)
+
+
+def one_camera(**changes: dict[str, Any]) -> str:
+    """The demo without images but those of world_left: a tenth of its load."""
+    return demo_config(**{key: {"enabled": False} for key in _OTHER_IMAGES}, **changes)
 
 
 def image_topic(camera: str) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from processes import (
+    PREFIX,
     Received,
     isolated_environment,
     lines,
@@ -18,6 +20,8 @@ from processes import (
     result,
     subscribing,
 )
+
+_GYRO = f"{PREFIX}/gyro_left/imu"
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,17 @@ class Stage:
         return process(command, self.environment, self.folder / f"{name}.log")
 
     def await_seconds(self, count: int) -> None:
-        """Waits until messages have flowed for about so many seconds."""
-        for _ in range(count):
+        """Waits until readings have flowed for about so many more seconds."""
+        self.await_reading(after_s=0.0)
+        for _ in range(count - 1):
             assert next(lines(self.subscriber))
+
+    def await_reading(self, after_s: float) -> None:
+        """Waits for a reading of the gyroscope that arrives later than this, of time.time()."""
+        for line in lines(self.subscriber):
+            if json.loads(line)["topics"][_GYRO]["last_s"] > after_s:
+                return
+        raise AssertionError("the subscriber ended before")
 
     def result(self) -> Received:
         """What the subscriber got; waits for the end of the headset."""

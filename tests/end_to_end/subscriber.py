@@ -2,8 +2,8 @@
 
 Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT [RECEIVER]. It does what the demo's observer does, and
 at the end pickles {"snapshot": ..., "qos": {topic: {(reliability, durability)}}, "topics": {topic:
-(type, [payload, ...])}, "graph": [every topic there is], "arrivals_s": {topic: [monotonic clock,
-...]}, "publishers": {topic: {id of each publisher there ever was}}}.
+(type, Payloads)}, "graph": [every topic there is], "arrivals_s": {topic: [monotonic clock, ...]},
+"publishers": {topic: {id of each publisher there ever was}}}. The payloads are in a file beside it.
 """
 
 from __future__ import annotations
@@ -11,45 +11,85 @@ from __future__ import annotations
 import json
 import pickle
 import sys
+import threading
 import time
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from queue import SimpleQueue
+from typing import Self
 
+from kept import Payloads
 from observer import Observed, Observer, observe, spun_observer
 
 
-@dataclass
 class Kept(Observed):
-    """A topic whose payloads are all kept."""
+    """A topic whose payloads are all written to a file."""
 
-    payloads: list[bytes] = field(default_factory=list)
-    arrivals_s: list[float] = field(default_factory=list)
+    def __init__(
+        self, writer: Writer, type: str, stream: str, read_stamp: Callable[[bytes], int]
+    ) -> None:
+        super().__init__(type, stream, read_stamp)
+        self._writer = writer
+        self.payloads = Payloads(writer.path)
+        self.arrivals_s: list[float] = []
 
     def take(self, payload: bytes) -> None:
         super().take(payload)
-        self.payloads.append(payload)
+        self.payloads.spans.append(self._writer.write(payload))
         self.arrivals_s.append(time.monotonic())
+
+
+class Writer:
+    """Writes a file by a thread of its own, for a disk may keep one waiting; a context manager."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._size = 0
+        self._waiting: SimpleQueue[bytes | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Returns when everything is written."""
+        self._waiting.put(None)
+        self._thread.join()
+
+    def write(self, payload: bytes) -> tuple[int, int]:
+        """Where it begins, and its size."""
+        begin = self._size
+        self._size += len(payload)
+        self._waiting.put(payload)
+        return begin, len(payload)
+
+    def _run(self) -> None:
+        with self.path.open("wb") as file:
+            while (payload := self._waiting.get()) is not None:
+                file.write(payload)
 
 
 def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None:
     """Runs until the headset has said goodbye."""
-    with spun_observer(prefix, json.loads(qos_depths), Kept, receiver) as observer:
+    with (
+        Writer(output.with_suffix(".payloads")) as writer,
+        spun_observer(prefix, json.loads(qos_depths), partial(Kept, writer), receiver) as observer,
+    ):
         observer.is_configured.wait()
         publishers: dict[str, set[bytes]] = {name: set() for name in observer.topics}
         observe(observer, lambda: note_publishers(observer, publishers))
         kept = {name: o for name, o in observer.topics.items() if isinstance(o, Kept)}
-        output.write_bytes(
-            pickle.dumps(
-                {
-                    "snapshot": observer.snapshot(final=True),
-                    "qos": {name: _qos(observer, name) for name in kept},
-                    "topics": {name: (o.type, o.payloads) for name, o in kept.items()},
-                    "arrivals_s": {name: o.arrivals_s for name, o in kept.items()},
-                    "publishers": publishers,
-                    "graph": [name for name, _ in observer.get_topic_names_and_types()],
-                }
-            )
-        )
+        received = {
+            "snapshot": observer.snapshot(final=True),
+            "qos": {name: _qos(observer, name) for name in kept},
+            "topics": {name: (o.type, o.payloads) for name, o in kept.items()},
+            "arrivals_s": {name: o.arrivals_s for name, o in kept.items()},
+            "publishers": publishers,
+            "graph": [name for name, _ in observer.get_topic_names_and_types()],
+        }
+        output.write_bytes(pickle.dumps(received))
 
 
 def note_publishers(observer: Observer, seen: dict[str, set[bytes]]) -> None:

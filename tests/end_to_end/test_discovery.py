@@ -21,7 +21,6 @@ from processes import (
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}\n"
 FOUND_S = 10.0
-RECONNECT_S = 3.0
 
 
 def announced(address: str) -> FoundReceiver:
@@ -64,9 +63,7 @@ def test_a_headset_finds_the_receiver_of_a_name_also_when_it_moves(tmp_path: Pat
         chosen.wait()
         moved = start(process(runs["chosen"], environment, logs["moved"]))
         assert announced(listening_address(moved)).name == name
-        announced_s = time.monotonic()
         line_with(headset, "connected to")
-        assert time.monotonic() - announced_s < RECONNECT_S
         assert connected_from(logs["chosen"])
         assert connected_from(logs["moved"])
         assert not connected_from(logs["other"])

@@ -15,6 +15,8 @@ from processes import RECEIVER, Received, headset_command
 from proxy import Proxy
 from stage import Stage, staged
 
+pytestmark = pytest.mark.alone
+
 # One raw camera at 30 Hz, 248 Mbit/s, and what is small.
 CONFIG = """
 /ml2_receiver:

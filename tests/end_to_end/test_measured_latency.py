@@ -24,6 +24,8 @@ from processes import (
 )
 from simulation import demo_config
 
+pytestmark = pytest.mark.alone
+
 DURATION_S = 3
 # A figure has three decimals, and four of them are added up.
 ROUNDING_MS = 0.003

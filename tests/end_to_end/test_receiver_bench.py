@@ -14,7 +14,7 @@ from processes import ROOT, isolated_environment
 
 BENCH = ROOT / "tests" / "bench" / "receiver_bench.py"
 STAND_IN = Path(__file__).with_name("endpoint_stand_in")
-FRAMES, REPETITIONS = 20, 2
+FRAMES, REPETITIONS = 10, 1
 
 
 @pytest.mark.parametrize("peer", ["", str(STAND_IN)])

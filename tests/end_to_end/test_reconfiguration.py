@@ -87,10 +87,11 @@ def test_only_the_stream_concerned_restarts(tmp_path: Path) -> None:
     received = run(tmp_path)
     for topic in UNDISTURBED:
         books = received.books(f"{PREFIX}/{topic}")
-        # A source that a busy machine wakes too late has lost nothing by being reconfigured.
-        assert books["gaps"] == books.get("dropped.source_late", "0"), topic
+        # What a busy machine has dropped was not lost by reconfiguring.
+        reasons = {key for key in books if key.startswith("dropped.")} - {"dropped.link_down"}
+        assert int(books["gaps"]) == sum(int(books[key]) for key in reasons), topic
     left, depth = numbers(received, "world_left"), numbers(received, "depth")
-    assert len(left) > 4 * 30
+    assert len(left) > 2 * 30
     assert left == sorted(left)
     assert sum(later < earlier for earlier, later in itertools.pairwise(depth)) == 1
     assert f"{PREFIX}/battery" in received.graph

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import random
-import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,9 +23,8 @@ from proxy import Proxy
 from stage import Stage, staged
 
 GYRO = f"{PREFIX}/gyro_left/imu"
-RECOVERY_S = 3.0
-# Fast DDS announces participants every 3 s: one that missed the first word waits for the next.
-DISCOVERY_S = 3.0
+# What was under way when a link broke has arrived by then.
+UNDER_WAY_S = 0.5
 
 
 @pytest.fixture
@@ -46,14 +43,20 @@ def dropped(received: Received, topic: str, reason: str) -> int:
 
 
 def test_a_link_that_is_cut_twice_comes_back(config: Path, tmp_path: Path) -> None:
+    cuts_s: list[float] = []
+
     def cut(proxy: Proxy | None, snapshot: int) -> None:
         if proxy is not None and snapshot in (1, 4):
             proxy.cut()
+            cuts_s.append(time.monotonic())
 
-    received = receive(config, ["--duration", "8"], tmp_path, Proxy, cut)
+    received = receive(config, ["--duration", "9"], tmp_path, Proxy, cut)
     assert_books_balance(received)
     assert dropped(received, GYRO, "link_down") > 0
-    assert_arrives_again(received)
+    first_s, second_s = cuts_s
+    for topic in (GYRO, f"{PREFIX}/world_left/image_raw"):
+        assert any(first_s + UNDER_WAY_S < at < second_s for at in received.arrivals_s[topic])
+        assert max(received.arrivals_s[topic]) > second_s + UNDER_WAY_S
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
@@ -73,14 +76,8 @@ def test_a_link_that_carries_nothing_for_ten_seconds_comes_back(
     received = receive(config, ["--duration", "16"], tmp_path, Proxy, interrupt)
     assert_books_balance(received)
     assert dropped(received, GYRO, "link_down") > 1000
-    assert_arrives_after(up_s[0], received)
+    assert max(received.arrivals_s[GYRO]) > up_s[0]
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
-
-
-def assert_arrives_again(received: Received) -> None:
-    for topic in (GYRO, f"{PREFIX}/world_left/image_raw"):
-        gaps_s = [b - a for a, b in itertools.pairwise(received.arrivals_s[topic])]
-        assert max(gaps_s) < RECOVERY_S, topic
 
 
 @pytest.mark.parametrize("bytes_per_s", [10e6, 1e6])
@@ -102,43 +99,30 @@ def stage(config: Path, tmp_path: Path) -> Iterator[Stage]:
 
 
 def test_a_receiver_that_is_killed_and_restarted_is_found_again(stage: Stage, config: Path) -> None:
-    with stage.started("headset", headset_command(stage.address, "--duration", "12")):
+    with stage.started("headset", headset_command(stage.address)) as headset:
         stage.await_seconds(2)
         stage.receiver.kill()
         stage.receiver.wait()
         with stage.started("receiver2", receive_command(config, stage.address)) as second:
             listening_address(second)
-            back_s, back_wall_s = time.monotonic(), time.time()
+            back_s = time.monotonic()
+            stage.await_reading(after_s=time.time())
+            headset.terminate()
             received = stage.result()
-    log = (stage.folder / "receiver2.log").read_text()
-    streaming = re.search(r"\[INFO\] \[([\d.]+)\] .*streams: ", log)
-    assert streaming is not None, log
-    assert float(streaming[1]) - back_wall_s < RECOVERY_S
-    assert_arrives_after(back_s, received, RECOVERY_S + DISCOVERY_S)
+    assert received.arrivals_s[GYRO][-1] > back_s
 
 
-def test_a_headset_that_is_killed_and_restarted_is_taken_again(stage: Stage) -> None:
-    with stage.started("headset1", headset_command(stage.address)) as first:
+@pytest.mark.parametrize("seed", [1, 2], ids=["the same", "another"])
+def test_a_headset_takes_the_place_of_one_that_was_killed(stage: Stage, seed: int) -> None:
+    with stage.started("headset1", headset_command(stage.address, "--seed", "1")) as first:
         stage.await_seconds(2)
         first.kill()
-    with stage.started("headset2", headset_command(stage.address, "--duration", "3")) as second:
-        line_with(second, "connected to")
-        back_s = time.monotonic()
-        received = stage.result()
-    assert_arrives_after(back_s, received)
-    assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
-
-
-def test_another_headset_takes_the_place_of_one_that_died(stage: Stage) -> None:
-    with stage.started("headset1", headset_command(stage.address)) as first:
-        stage.await_seconds(2)
-        first.kill()
-    command = headset_command(stage.address, "--seed", "2", "--duration", "3")
+    command = headset_command(stage.address, "--seed", str(seed))
     with stage.started("headset2", command) as second:
         line_with(second, "connected to")
-        back_s = time.monotonic()
+        stage.await_reading(after_s=time.time())
+        second.terminate()
         received = stage.result()
-    assert_arrives_after(back_s, received)
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
@@ -150,26 +134,22 @@ def test_a_headset_may_die_at_any_moment(stage: Stage, seed: int) -> None:
         with stage.started(f"killed{number}", headset_command(stage.address)) as killed:
             time.sleep(moments.uniform(0.5, 2.5))
             killed.kill()
-    with stage.started("headset", headset_command(stage.address, "--duration", "3")) as last:
+    with stage.started("headset", headset_command(stage.address)) as last:
         line_with(last, "connected to")
         back_s = time.monotonic()
+        stage.await_reading(after_s=time.time())
+        last.terminate()
         received = stage.result()
-    assert max(received.arrivals_s[GYRO]) > back_s
-
-
-def assert_arrives_after(back_s: float, received: Received, limit_s: float = RECOVERY_S) -> None:
-    arrivals_s = received.arrivals_s[GYRO]
-    assert arrivals_s[0] < back_s
-    assert min(at for at in arrivals_s if at > back_s) - back_s < limit_s
+    assert received.arrivals_s[GYRO][-1] > back_s
 
 
 def test_a_second_headset_is_refused_and_the_first_goes_on(stage: Stage) -> None:
-    with stage.started("headset1", headset_command(stage.address, "--duration", "6")):
+    with stage.started("headset1", headset_command(stage.address)) as first:
         stage.await_seconds(1)
         with stage.started("headset2", headset_command(stage.address, "--seed", "2")) as second:
             assert "busy" in line_with(second, "busy")
-            refused_s = time.monotonic()
+            stage.await_reading(after_s=time.time())
+        first.terminate()
         received = stage.result()
     assert_books_balance(received)
     assert received.books(GYRO).get("dropped.link_down") is None
-    assert max(received.arrivals_s[GYRO]) > refused_s

@@ -19,6 +19,8 @@ from processes import (
     subscribing,
 )
 
+pytestmark = pytest.mark.alone
+
 NAMES = ["robot1", "robot2", "robot3", "robot4"]
 CONFIG = """
 /**:

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from capture_stamps import stamp_ns
 from processes import PREFIX, ROOT, Received, headset_command, receive, receive_command
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
-from simulation import CAMERAS, demo_config, image_topic
+from simulation import CAMERAS, EYES, demo_config, image_topic
+
+pytestmark = pytest.mark.alone
 
 THESIS_CONFIG = ROOT.parent / "shared" / "data" / "thesis_config.yaml"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
-EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 
 
 def test_every_sensor_arrives(received: Received) -> None:

@@ -11,6 +11,8 @@ from processes import Received
 from simulation import CAMERAS, image_topic
 from transforms import transforms
 
+pytestmark = pytest.mark.alone
+
 # REP 103: x forward, y left, z up, in the optical frame's x right, y down, z forward.
 BODY_IN_OPTICAL = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
 SUFFIXES = ("_frame", "_optical_frame")

@@ -13,14 +13,19 @@ from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
 from euroc import Matrix, angle_between, interpolated
-from processes import Received, receive
+from full_load import FullLoad
+from processes import Received
 from simulated_truth import SimulatedTruth
-from simulation import CAMERAS, demo_config, image_topic
+from simulation import CAMERAS, image_topic
 from transforms import stable_since_ns, transforms
+
+pytestmark = pytest.mark.alone
 
 SHIFT_NS = 5_000_000
 # Head poses come every 17 ms; further apart, a busy machine has dropped some between them.
 LONGEST_INTERVAL_NS = 40_000_000
+# Images, each with a pose of its own; a busy machine drops many of a session's.
+FEWEST = 20
 GYRO = "gyro_left/imu"
 UNIT = "imu_left"
 
@@ -42,7 +47,7 @@ class Run:
         known = [at for at in stamps if (f"{camera}_optical_frame", at) in self.tree]
         lost = int(self.received.books("/tf")["produced"]) - len(self.received.messages("/tf"))
         assert len(stamps) - len(known) <= lost
-        assert len(known) > 40
+        assert len(known) > FEWEST
         return ((at, self.tree[f"{camera}_optical_frame", at]) for at in known)
 
     def head_stamps_ns(self) -> list[int]:
@@ -61,7 +66,7 @@ class Run:
             after = int(np.searchsorted(heads, at))
             if 0 < after < len(heads) and heads[after] - heads[after - 1] < LONGEST_INTERVAL_NS:
                 found.append((at, interpolated(poses, at)))
-        assert len(found) > 40
+        assert len(found) > FEWEST
         return iter(found)
 
     def worst(
@@ -82,18 +87,13 @@ class Run:
 
 
 @pytest.fixture(scope="module", params=["flat", "rig"])
-def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Run:
-    folder = tmp_path_factory.mktemp("truth")
-    (folder / "config.yaml").write_text(demo_config(tf={"layout": request.param}))
-    before = SimulatedTruth.now()
-    received = receive(folder / "config.yaml", ["--duration", "4"], folder)
-    truth = SimulatedTruth.now()
-    assert abs(truth.boottime_ns - before.boottime_ns) < 200_000, "this machine's clock was set"
+def run(request: pytest.FixtureRequest) -> Run:
+    load: FullLoad = request.getfixturevalue(request.param)
     stamps_ns = {
-        camera: [stamp_ns(it) for it in received.messages(image_topic(camera))]
+        camera: [stamp_ns(it) for it in load.received.messages(image_topic(camera))]
         for camera in CAMERAS
     }
-    return Run(received, transforms(received), stamps_ns, truth)
+    return Run(load.received, transforms(load.received), stamps_ns, load.truth)
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -139,7 +139,7 @@ def test_the_gyroscope_turns_as_the_camera_truly_does(run: Run) -> None:
             turned = to_imu @ integrated(stamps[::each], rates[::each], start, end) @ to_imu.T
             found.append(float(np.degrees(angle_between(turned, true))))
     print({f"{rate_hz} Hz": f"{max(found):.3f} deg" for rate_hz, found in errors.items()})
-    assert len(errors[200]) >= 10
+    assert len(errors[200]) >= 3  # a busy machine may have dropped readings in all others
     assert max(errors[200]) < 0.2
 
 

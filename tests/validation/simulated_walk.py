@@ -94,8 +94,8 @@ def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
     if fetched != images_sent:
         raise FellBehindError(f"{images_sent - fetched} of {images_sent} captures came too late")
     record(received, folder / "bag", *window_ns)
-    (folder / "received.pickle").unlink()
     write_tum(folder / "truth.tum", truth.trajectory(received))
+    (folder / "received.payloads").unlink()
     return Walked(folder / "bag", folder / "truth.tum", images_sent)
 
 

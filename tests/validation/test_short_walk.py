@@ -13,6 +13,7 @@ from walks import Walk
 WALK = Walk("short", "world_center", 4.0, 1.6, 70)
 
 
+@pytest.mark.alone
 @pytest.mark.timeout(400)
 def test_images_lead_to_the_poses_that_the_headset_told_and_truly_had(tmp_path: Path) -> None:
     walked = stream(WALK, tmp_path / "walk")

@@ -1,0 +1,42 @@
+"""The layout rig of the transform tree: sensors stand in the head, and the head moves."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from euroc import angle_between, pose_matrix
+from full_load import FullLoad
+from room import TO_ROS
+from simulated_truth import OPTICAL, SimulatedTruth
+from simulation import CAMERAS
+from transforms import moving, standing
+
+pytestmark = pytest.mark.alone
+
+
+def test_in_the_rig_layout_only_the_head_moves(rig: FullLoad) -> None:
+    assert {child for child, _ in moving(rig.received)} == {"head_frame"}
+
+
+def test_static_transforms_are_kept_for_late_subscribers(rig: FullLoad) -> None:
+    assert rig.received.qos["/tf_static"] == {("RELIABLE", "TRANSIENT_LOCAL")}
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_sensors_stand_where_the_simulation_has_mounted_them(rig: FullLoad, camera: str) -> None:
+    mount = json.loads(SimulatedTruth.now().library.ml2sim_mounts())[camera]
+    x, y, z, w = mount["rotation"]
+    device, true = pose_matrix(mount["position"], w, x, y, z), np.eye(4)
+    true[:3, :3] = TO_ROS @ device[:3, :3] @ OPTICAL
+    true[:3, 3] = TO_ROS @ device[:3, 3]
+    found = standing(rig.received)[f"{camera}_optical_frame"]
+    assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.001
+    assert np.degrees(angle_between(found, true)) < 0.05
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_how_rigid_a_mounting_is_stands_in_the_log(rig: FullLoad, camera: str) -> None:
+    assert f"{camera} is where its last 30 frames have it: median 0.0" in rig.log
