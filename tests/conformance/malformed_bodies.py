@@ -202,6 +202,7 @@ def others() -> dict[str, Case]:
             MALFORMED,
             "Not finite in a double.",
         ),
+        "StatusUnknownThermal": status("Not a grade of Android's.", thermal="hot"),
         "StatusUnknownClockState": status(
             "Not a state.", clock=STATUS["clock"] | {"state": "guessed"}
         ),

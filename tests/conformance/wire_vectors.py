@@ -175,6 +175,12 @@ def kinds() -> dict[str, Case]:
             "All optional keys of a clock, which is held over a broken link.",
             [read("STATUS", json=STATUS | {"clock": STATUS["clock"] | CLOCK_DETAILS})],
         ),
+        "StatusThermal": (
+            "device",
+            "control",
+            "A headset that says how hot it is.",
+            [read("STATUS", json=STATUS | {"thermal": "severe"})],
+        ),
         "StatusFinal": (
             "device",
             "control",
