@@ -6,16 +6,28 @@ DURATION ?= 15
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene tests/conformance tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
+python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
+# Tests that mostly wait for processes, a number at a time; then those that need the machine alone, to measure or for a full load.
+define pytest_at_a_time
+$(pytest) --numprocesses $(1) --dist worksteal -m 'not alone' $(2)
+$(pytest) -m alone $(2)
+endef
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
+# For what comes after `build`: takes its classes as they are.
+compiled := -Dphase.compile=none -Dphase.test-compile=none -Dmaven.clean.skip
 device_library := build/native/device/libml2sensors.so
 simulation := build/native/host/.built
 aar := ml2-sensors-aar/aar
+benchmark := ml2-sensors-aar/benchmark
 javascript := build/javascript/.installed
 packed := build/.aar-packed
+app := ml2-sensors-aar/app
+packed_app := build/.apk-packed
 ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
 ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
+detekt_version := $(shell sed -n 's|.*<detekt.version>\(.*\)</.*|\1|p' pom.xml)
+detekt_jar := build/detekt/detekt-cli-$(detekt_version)-all.jar
 ktlint := java -jar $(ktlint_jar) --relative 'ml2-sensors-aar/**/*.kt' 'ml2-sensors-aar/**/*.kts' '*.kts'
 
 help: ## List the targets
@@ -27,7 +39,7 @@ setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 J
 build: setup native $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
 $(packaged): $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
-	$(maven) $(if $(wildcard $@),--quiet) package -DskipTests -pl '!$(aar)'
+	$(maven) $(if $(wildcard $@),--quiet) package --threads 2 -DskipTests -pl '!$(aar)'
 	@touch $@
 
 native: setup $(device_library) $(simulation) ## Build the native library as it ships, and the simulated device it runs on here
@@ -44,8 +56,15 @@ $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMak
 aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
 
 $(packed): $(packaged) $(device_library)
-	$(maven) --quiet package -DskipTests -pl $(aar) -am
+	$(maven) --quiet package $(compiled) -DskipTests -pl $(aar) -am
 	@touch $@
+
+apk: aar $(packed_app) ## Build the headset's app: build/apk [KEYSTORE=file of your own, its password in KEYSTORE_PASSWORD]
+
+$(packed_app): $(packed) $(if $(KEYSTORE),setup) # which is always done: a key of your own is not remembered
+	$(maven) --quiet package $(compiled) -DskipTests -Papk -pl $(app) -am \
+	  $(if $(KEYSTORE),-Dkeystore="$(abspath $(KEYSTORE))" -Dkeystore.password=env:KEYSTORE_PASSWORD)
+	@$(if $(KEYSTORE),rm -f,touch) $@
 
 unity-library: aar ## Put the library into the Unity package, to be committed with its sources
 	$(run) python3 config/unity_library.py
@@ -57,10 +76,10 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e ## Run every test
+test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-docs ## Run every test
 
 test-python: setup $(javascript) ## Test the receiver
-	$(pytest) host_receiver/test
+	$(call pytest_at_a_time,4,host_receiver/test)
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)
@@ -69,41 +88,51 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	@touch $@
 
 test-native: native ## Test the native library and its simulations, with sanitizers
-	for sanitizers in address,undefined thread; do \
-	  folder=build/native/$${sanitizers%,*} && \
-	  cmake -S native -B $$folder -G Ninja -DML2S_SANITIZE=$$sanitizers >/dev/null && cmake --build $$folder && \
-	  ctest --test-dir $$folder --output-on-failure || exit; \
-	done
+	cmake -S native -B build/native/address -G Ninja -DML2S_SANITIZE=address,undefined
+	cmake --build build/native/address
+	ctest --test-dir build/native/address --parallel 2 --output-on-failure
+	cmake -S native -B build/native/thread -G Ninja -DML2S_SANITIZE=thread
+	cmake --build build/native/thread --target threaded
+	ctest --test-dir build/native/thread --parallel 2 --output-on-failure --label-regex threaded
 	cmake --build build/native/host --target scene_shots
 	$(pytest) native/tests
 
-test-kotlin: native ## Test the Kotlin library and the simulated headset
-	$(maven) verify -pl '!$(aar)'
-	@touch $(packaged)
+test-kotlin: build ## Test the Kotlin library and the simulated headset
+	$(maven) verify $(compiled) --threads 2 -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
-	$(pytest) tests/conformance
+	$(pytest) --numprocesses 2 --dist worksteal tests/conformance
 
-test-aar: native aar ## Test what the Android packages hold, and a consumer of theirs
-	$(pytest) --timeout 300 tests/aar
+test-aar: native aar apk ## Test what the Android packages and the app hold, and a consumer of theirs
+	$(pytest) --timeout 300 --numprocesses 2 --dist worksteal tests/aar
 
 test-unity: native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) tests/end_to_end tests/validation
+	$(call pytest_at_a_time,3,tests/end_to_end tests/validation)
 
-lint: setup $(ktlint_jar) ## Check style, types, scripts and generated files
+api: setup ## Rewrite the lists of what is public, to be committed with what changed it
+	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar -Dtest=PublicApiTest
+	REWRITE_API=1 $(pytest) native/tests/sdk host_receiver/test/test_public_api.py
+	REWRITE_API=1 tests/unity/run.sh -run:Ml2Sensors.Tests.PublicApiTests
+
+test-docs: build ## Add a sensor to a copy of this tree, as docs/add_a_sensor.md says
+	$(pytest) tests/docs/test_add_a_sensor.py
+
+lint: setup $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generated files and documents
 	$(run) ruff check --config $(settings) $(python)
 	$(run) ruff format --check --config $(settings) $(python)
 	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || exit; done
 	$(run) python3 config/generate.py --check
 	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
+	$(pytest) --quiet tests/docs --ignore tests/docs/test_add_a_sensor.py
 	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
 	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' 'tests/*.c' | xargs clang-format --dry-run -Werror
 	$(ktlint)
+	java -jar $(detekt_jar) --config ml2-sensors-aar/detekt.yml --input ml2-sensors-aar/src/main/kotlin
 
 format: setup $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
 	$(run) ruff check --fix --config $(settings) $(python)
@@ -115,6 +144,10 @@ $(ktlint_jar):
 	$(maven) dependency:copy --non-recursive -DoutputDirectory=$(CURDIR)/$(@D) \
 	  -Dartifact=com.pinterest.ktlint:ktlint-cli:$(ktlint_version):jar:all
 
+$(detekt_jar):
+	$(maven) dependency:copy --non-recursive -DoutputDirectory=$(CURDIR)/$(@D) \
+	  -Dartifact=io.gitlab.arturbosch.detekt:detekt-cli:$(detekt_version):jar:all
+
 bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoint]; results in build/bench
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
@@ -123,7 +156,7 @@ fuzz: fuzz-python fuzz-kotlin ## Look for bytes of peers that our readers mistak
 fuzz-python: setup
 	$(run) tests/fuzz/run.sh $(DURATION)
 
-fuzz-kotlin:
+fuzz-kotlin: build
 	ml2-sensors-aar/fuzz.sh $(DURATION)
 
 audit: setup ## Ask a public database for vulnerabilities of what the receiver needs
@@ -132,7 +165,7 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 	build/audit/bin/pip-audit --strict -r host_receiver/environment/requirements.txt
 
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
-	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
 validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (a quarter of an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
@@ -141,4 +174,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help audit setup native build aar unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak validate clean
+.PHONY: help api audit setup native build aar apk unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-docs lint format bench fuzz fuzz-python fuzz-kotlin soak validate clean

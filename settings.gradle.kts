@@ -1,4 +1,4 @@
-// The library for Android Studio: its Kotlin, and its native code by an NDK. Everything else is built by Maven and make.
+// The library for Android Studio, its Kotlin, and its native code by an NDK; and the app. Everything else is built by Maven and make.
 pluginManagement {
     repositories {
         google()
@@ -17,3 +17,4 @@ dependencyResolutionManagement {
 
 rootProject.name = "ml2-sensors"
 include(":ml2-sensors-aar")
+include(":ml2-sensors-aar:app")
