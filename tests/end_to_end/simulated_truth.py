@@ -20,6 +20,7 @@ from room import LIBRARY, TO_ROS
 _CAMERAS = {"world_left": 0, "world_right": 1, "world_center": 2, "depth": 3, "color": 4}
 # A camera's x right, y down, z forward in the device's x right, y up, z backward.
 OPTICAL = np.diag([1.0, -1.0, -1.0])
+_CLOCK_WAS_SET_NS = 200_000
 
 
 class _Pose(ctypes.Structure):
@@ -56,6 +57,10 @@ class SimulatedTruth:
         library.ml2sim_mounts.restype = ctypes.c_char_p
         library.ml2sim_reset()
         return SimulatedTruth(library, _boottime_minus_realtime_ns())
+
+    def clock_was_set(self) -> bool:
+        """Whether this machine's clock was set since: no truth can be told then."""
+        return abs(_boottime_minus_realtime_ns() - self.boottime_ns) > _CLOCK_WAS_SET_NS
 
     def mltime_ns(self, stamp_ns: int) -> int:
         """The simulation's own time at a ROS time."""

@@ -29,11 +29,10 @@ def test_stamps_are_within_what_the_clock_claims(
 ) -> None:
     config = tmp_path / "config.yaml"
     config.write_text("/ml2_receiver:\n  ros__parameters:\n    other_sensors: {enabled: true}\n")
-    before = SimulatedTruth.now()
+    truth = SimulatedTruth.now()
     link = (lambda address: Proxy(address, jitter_s=jitter_s)) if jitter_s else None
     received = receive(config, ["--duration", "6"], tmp_path, link)
-    truth = SimulatedTruth.now()
-    assert abs(truth.boottime_ns - before.boottime_ns) < 200_000, "this machine's clock was set"
+    assert not truth.clock_was_set()
     stamps = np.array([stamp_ns(it) for it in received.messages(GYRO)])
     converged = stamps[stamps > stamps[0] + CONVERGED_NS]
     errors_ns = off_the_grid(converged + truth.boottime_ns)
