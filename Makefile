@@ -7,9 +7,11 @@ run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
 python := host_receiver/ml2_receiver host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
-# Tests that mostly wait for processes, a number at a time; then those that need the machine alone, to measure or for a full load.
-define pytest_at_a_time
-$(pytest) --numprocesses $(1) --dist worksteal -m 'not alone' $(2)
+# So many tests at a time.
+beside = --numprocesses $(1) --dist worksteal
+# Tests that mostly wait for processes; then those that need the machine alone, to measure or for a full load.
+define pytest_beside
+$(pytest) $(call beside,$(1)) -m 'not alone' $(2)
 $(pytest) -m alone $(2)
 endef
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
@@ -79,7 +81,7 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-docs ## Run every test
 
 test-python: setup $(javascript) ## Test the receiver
-	$(call pytest_at_a_time,4,host_receiver/test)
+	$(call pytest_beside,4,host_receiver/test)
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)
@@ -101,17 +103,17 @@ test-kotlin: build ## Test the Kotlin library and the simulated headset
 	$(maven) verify $(compiled) --threads 2 -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
-	$(pytest) --numprocesses 2 --dist worksteal tests/conformance
+	$(pytest) $(call beside,2) tests/conformance
 
 test-aar: native aar apk ## Test what the Android packages and the app hold, and a consumer of theirs
-	$(pytest) --timeout 300 --numprocesses 2 --dist worksteal tests/aar
+	$(pytest) --timeout 300 $(call beside,2) tests/aar
 
 test-unity: native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(call pytest_at_a_time,3,tests/end_to_end tests/validation)
+	$(call pytest_beside,3,tests/end_to_end tests/validation)
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar -Dtest=PublicApiTest
