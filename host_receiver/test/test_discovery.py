@@ -6,8 +6,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
+from zeroconf import Zeroconf
+from zeroconf._dns import DNSPointer
+from zeroconf._protocol.outgoing import DNSOutgoing
 
 from ml2_receiver.link.discovery import (
+    SERVICE_TYPE,
     Announcement,
     FoundReceiver,
     announced_hosts,
@@ -55,6 +59,27 @@ def overheard() -> Iterator[queue.Queue[bytes]]:
         thread.join()
 
 
+@contextmanager
+def pointed_at(names: list[str]) -> Iterator[None]:
+    """Says ten times a second that there are receivers of these names, and never where."""
+    said = DNSOutgoing(0x8400)  # an authoritative answer
+    for name in names:
+        alias = f"{name}.{SERVICE_TYPE}"
+        said.add_answer_at_time(DNSPointer(SERVICE_TYPE, 12, 1, 60, alias), 0)
+    ended = threading.Event()
+    with Zeroconf(interfaces=LOOPBACK) as speaker:
+
+        def speak() -> None:
+            while not ended.wait(0.1):
+                speaker.send(said)
+
+        thread = threading.Thread(target=speak)
+        thread.start()
+        yield
+        ended.set()
+        thread.join()
+
+
 def found(names: set[str]) -> dict[str, FoundReceiver]:
     """Those of these names; other tests may announce theirs meanwhile."""
     for _ in range(10):
@@ -69,6 +94,16 @@ def test_receivers_are_found_by_name_with_address_and_port() -> None:
         receivers = found({"desk-a", "desk-b"})
     assert receivers["desk-a"] == FoundReceiver("desk-a", ("127.0.0.1",), 7001)
     assert receivers["desk-b"].port == 7002
+
+
+def test_names_without_an_address_are_not_found_and_leave_nothing_running() -> None:
+    names = [f"silent-{number}" for number in range(3)]
+    before = set(threading.enumerate())
+    with pointed_at(names):
+        speaking = set(threading.enumerate())
+        assert not {it.name for it in find_receivers(0.5, LOOPBACK)} & set(names)
+        assert set(threading.enumerate()) <= speaking
+    assert set(threading.enumerate()) <= before
 
 
 def test_a_name_that_is_taken_gets_a_number() -> None:

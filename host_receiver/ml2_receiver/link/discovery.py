@@ -1,7 +1,7 @@
 """Receivers are announced and found by name: DNS-SD (RFC 6763) over mDNS (RFC 6762)."""
 
 import asyncio
-import threading
+import time
 import uuid
 from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import Future
@@ -188,23 +188,29 @@ def find_receivers(timeout_s: float, interfaces: list[str] | None = None) -> lis
         DiscoveryError: there is no multicast.
     """
     found: dict[str, FoundReceiver] = {}
+    deadline_s = time.monotonic() + timeout_s
 
     def changed(
         zeroconf: Zeroconf, service_type: str, name: str, state_change: ServiceStateChange
     ) -> None:
+        remaining_ms = int(1000 * (deadline_s - time.monotonic()))
+        if remaining_ms <= 0:
+            return
         found.pop(name, None)
         if state_change is ServiceStateChange.Removed:
             return
-        info = zeroconf.get_service_info(service_type, name, _RESOLVE_MS)
+        info = zeroconf.get_service_info(service_type, name, min(_RESOLVE_MS, remaining_ms))
         if info is not None and info.port:
             label = name.removesuffix(f".{service_type}")
             found[name] = FoundReceiver(label, tuple(info.parsed_addresses()), info.port)
 
     every = _multicast_interfaces(IPv4Address(0))
     try:
-        with Zeroconf(interfaces=interfaces or every) as zeroconf:
-            ServiceBrowser(zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM)
-            threading.Event().wait(timeout_s)
+        with (
+            Zeroconf(interfaces=interfaces or every) as zeroconf,
+            ServiceBrowser(zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM),
+        ):
+            time.sleep(timeout_s)
     except OSError as error:
         raise DiscoveryError(f"no multicast: {error.strerror}") from error
     return sorted(found.values(), key=lambda receiver: receiver.name)
