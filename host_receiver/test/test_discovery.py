@@ -75,9 +75,11 @@ def pointed_at(names: list[str]) -> Iterator[None]:
 
         thread = threading.Thread(target=speak)
         thread.start()
-        yield
-        ended.set()
-        thread.join()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join()
 
 
 def found(names: set[str]) -> dict[str, FoundReceiver]:
