@@ -7,7 +7,6 @@ import pytest
 
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.configuration.table import load_table
-from ml2_receiver.wire.frame import Kind
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver, Subscriber
 
@@ -64,15 +63,17 @@ def test_values_legal_only_together_wait_or_come_together(
     assert "found 1280x1080: waiting" in reason
     assert client.ask("get", f"{COLOR}.resolution_width", f"{COLOR}.mode") == [1280, "1920x1080@30"]
     assert client.ask("set", {f"{COLOR}.resolution_height": 720}) == [[True, ""]]
-    assert device.reconfigure().streams["color"]["resolution_width"] == 1280
+    asked = device.reconfigure()
+    assert asked.streams["color"]["resolution_width"] == 1280
+    device.expect_start(asked.request)
     assert client.ask("get", f"{COLOR}.mode") == ["1280x720@30"]
     assert client.ask("set", {f"{COLOR}.mode": "640x480@60"}) == [[True, ""]]
-    device.wires["control"].expect(Kind.START)
-    assert device.reconfigure().streams["color"]["update_rate"] == 60
+    asked = device.reconfigure()
+    assert asked.streams["color"]["update_rate"] == 60
+    device.expect_start(asked.request)
     assert client.ask("get", f"{COLOR}.resolution_height") == [480]
     stream = {f"{COLOR}.stream": 1, f"{COLOR}.mode": "648x720@60"}
     assert client.ask("set_atomically", stream) == [True, ""]
-    device.wires["control"].expect(Kind.START)
     assert "mixed_reality" in device.reconfigure().streams
     assert any("1280x1080: waiting" in line for line in receiver.errors)
 
