@@ -8,7 +8,7 @@ from ml2_receiver.errors import PublishError
 from ml2_receiver.link.report import Report
 from ml2_receiver.topics.sink import Applied, Publish
 
-_PATIENCE_S = 10.0
+_PATIENCE_S = 20.0
 
 
 class FakeSink:

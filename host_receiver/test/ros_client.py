@@ -16,7 +16,7 @@ from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import SetBool, Trigger
 
 _RECEIVER = "/ml2_receiver"
-_PATIENCE_S = 10.0
+_PATIENCE_S = 20.0
 
 
 class Client:

@@ -30,7 +30,7 @@ from ros_processes import environment
 PREFIX, CAMERA_NAME = "/live_test", "world_left"
 FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
 WALK = Walk.about(1)
-PATIENCE_S = 10.0
+PATIENCE_S = 20.0
 
 
 class Headset:
@@ -41,9 +41,10 @@ class Headset:
         rclpy.init(context=self.context)
         self.node: Node = rclpy.create_node("live_test", context=self.context)
         topic = f"{PREFIX}/{CAMERA_NAME}"
-        self._images = self.node.create_publisher(Image, f"{topic}/image_raw", 5)
-        self._infos = self.node.create_publisher(CameraInfo, f"{topic}/camera_info", 5)
-        self._metadata = self.node.create_publisher(String, f"{topic}/metadata", 5)
+        depth = len(WALK.poses)  # so that none is overwritten on a slow machine
+        self._images = self.node.create_publisher(Image, f"{topic}/image_raw", depth)
+        self._infos = self.node.create_publisher(CameraInfo, f"{topic}/camera_info", depth)
+        self._metadata = self.node.create_publisher(String, f"{topic}/metadata", depth)
         self._transforms = self.node.create_publisher(TFMessage, "/tf", 100)
 
     def walk(self) -> None:

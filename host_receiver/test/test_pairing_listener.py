@@ -97,7 +97,7 @@ def exactly(tls: socket.socket, count: int) -> bytes:
 
 @pytest.fixture
 def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
-    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 0.5)
+    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 1.0)
     lab = Lab(tmp_path)
     yield lab
     lab.listener.close()
@@ -106,7 +106,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
 
 def test_the_device_with_the_token_is_paired(lab: Lab) -> None:
     assert lab.pair() == (PAIRED, {"name": "desk", "port": 7755})
-    assert lab.listener.ended.wait(5)
+    assert lab.listener.ended.wait(10)
     (device,) = lab.devices.load()
     assert (device.name, device.device_id) == ("Magic Leap 2", "id")
     assert device.certificate == lab.certificate.der
@@ -120,7 +120,7 @@ def test_a_device_that_cannot_be_remembered_is_told_and_pairing_ends(
     kind, error = lab.pair()
     assert (kind, error["code"]) == (ERROR, "pairing")
     assert "cannot remember" in error["message"]
-    assert lab.listener.ended.wait(5)
+    assert lab.listener.ended.wait(10)
     assert "cannot use" in str(lab.listener.failure)
     assert lab.listener.device is None
 

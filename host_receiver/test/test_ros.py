@@ -79,31 +79,31 @@ def test_publishers_stay_over_sessions_unless_their_stream_does_not(device: Mock
             "reason": "empty",
             "topics": [],
         }
-    assert topics_under("/magic_leap2") == {
-        f"/magic_leap2/{name}"
-        for name in (
-            *("config", "log"),
-            *("world_left/image_raw", "world_left/camera_info", "world_left/metadata"),
-        )
-    }
+    camera = ("world_left/image_raw", "world_left/camera_info", "world_left/metadata")
+    expected = {f"/magic_leap2/{name}" for name in ("config", "log", *camera)}
+    assert topics_under("/magic_leap2/", expected) == expected
 
 
 TOPICS = """
-import sys, rclpy, time, json
+import sys, rclpy, json
 rclpy.init()
 node = rclpy.create_node("topics")
-while not any(name == "ml2_receiver" for name in node.get_node_names()):
+
+def published():
+    return {name for name, _ in node.get_topic_names_and_types() if node.count_publishers(name)}
+
+while not published().issuperset(sys.argv[1:]):
     rclpy.spin_once(node, timeout_sec=0.1)
 for _ in range(5):
     rclpy.spin_once(node, timeout_sec=0.1)
-infos = [name for name, _ in node.get_topic_names_and_types()]
-print(json.dumps([name for name in infos if node.count_publishers(name)]))
+print(json.dumps([*published()]))
 """
 
 
-def topics_under(prefix: str) -> set[str]:
-    with Child("-c", TOPICS) as child:
-        return {name for name in child.object() if name.startswith(f"{prefix}/")}
+def topics_under(prefix: str, awaited: set[str]) -> set[str]:
+    """Those that another node sees shortly after it sees what is awaited."""
+    with Child("-c", TOPICS, *awaited) as child:
+        return {name for name in child.object() if name.startswith(prefix)}
 
 
 def test_the_applied_configuration_is_there_for_who_comes_late(device: MockDevice) -> None:

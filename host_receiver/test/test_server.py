@@ -23,7 +23,7 @@ from scene import REQUEST
 
 IMAGE = "world_left/image_raw"
 INFO = "world_left/camera_info"
-QUICK = Limits(handshake_s=0.3, dead_s=0.3, ping_s=0.1, linger_s=0.3)
+QUICK = Limits(handshake_s=1.0, dead_s=1.0, ping_s=0.1, linger_s=0.3)
 
 
 def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
@@ -219,7 +219,7 @@ def test_a_peer_that_says_too_little_is_told_and_closed(
     wire = Wire(quick.address, "control")
     wire.socket.sendall(sent)
     wire.expect_error("timeout")
-    sink.await_event("timeout: no HELLO or JOIN within 0.3 s")
+    sink.await_event("timeout: no HELLO or JOIN within 1.0 s")
     wire.socket.close()
 
 

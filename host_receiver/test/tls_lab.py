@@ -19,7 +19,7 @@ from tls_device import Certificate, StreamingDevice
 
 BATTERY = "battery"
 STRANGER = "127.0.0.2"
-QUICK = Limits(handshake_s=0.5, linger_s=0.3)
+QUICK = Limits(handshake_s=1.0, linger_s=0.3)
 UNLIMITED = replace(QUICK, failed_attempts=10_000)
 # Tokens, tickets and sessions.
 _SECRET = re.compile(r"\b[0-9a-f]{32}\b")
