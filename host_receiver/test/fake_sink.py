@@ -7,8 +7,7 @@ from ml2_receiver.configuration.table import Topic
 from ml2_receiver.errors import PublishError
 from ml2_receiver.link.report import Report
 from ml2_receiver.topics.sink import Applied, Publish
-
-_PATIENCE_S = 20.0
+from patience import PATIENCE_S
 
 
 class FakeSink:
@@ -57,16 +56,16 @@ class FakeSink:
 
     def await_payloads(self, topic: str, count: int) -> list[bytes]:
         with self._changed:
-            assert self._changed.wait_for(lambda: len(self.payloads[topic]) >= count, _PATIENCE_S)
+            assert self._changed.wait_for(lambda: len(self.payloads[topic]) >= count, PATIENCE_S)
             return self.payloads[topic]
 
     def await_event(self, text: str) -> None:
         with self._changed:
             assert self._changed.wait_for(
-                lambda: any(text in event for event in self.events), _PATIENCE_S
+                lambda: any(text in event for event in self.events), PATIENCE_S
             ), self.events
 
     def await_report(self) -> Report:
         with self._changed:
-            assert self._changed.wait_for(lambda: self.reports, _PATIENCE_S)
+            assert self._changed.wait_for(lambda: self.reports, PATIENCE_S)
             return self.reports[-1]

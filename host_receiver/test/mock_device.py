@@ -32,9 +32,9 @@ from ml2_receiver.wire.messages import (
     StreamAnswer,
     Welcome,
 )
+from patience import PATIENCE_S
 
 PAYLOAD = CDR_ENCAPSULATION + bytes(4)
-_PATIENCE_S = 20.0
 _PING_S = 0.5
 _TIMES = struct.Struct("<qqq")
 
@@ -55,7 +55,7 @@ class Wire:
         source: str = "127.0.0.1",
     ) -> None:
         host, _, port = address.rpartition(":")
-        self.socket = socket.create_connection((host, int(port)), _PATIENCE_S, (source, 0))
+        self.socket = socket.create_connection((host, int(port)), PATIENCE_S, (source, 0))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if tls is not None:
             self.socket = tls.wrap_socket(self.socket)

@@ -1,14 +1,13 @@
 import signal
 import struct
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 
 import pytest
 
 from ml2_receiver.cli import main
 from mock_device import MockDevice
+from repeated import repeated
 from ros_processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -17,26 +16,17 @@ MS = 1_000_000
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
 
 
-@contextmanager
-def publishing(device: MockDevice) -> Iterator[None]:
+def publishing(device: MockDevice) -> AbstractContextManager[None]:
     """Messages captured 50 ms and sent 20 ms ago, with such a stamp."""
-    ended = threading.Event()
 
     def publish() -> None:
-        while not ended.wait(0.02):
-            now_ns = time.time_ns()
-            capture_ns = now_ns - 50 * MS
-            stamp = struct.pack("<iI", *divmod(capture_ns, 1000 * MS))
-            payload = b"\x00\x01\x00\x00" + stamp + bytes(100)
-            device.publish("battery", payload, capture_ns=capture_ns, send_ns=now_ns - 20 * MS)
+        now_ns = time.time_ns()
+        capture_ns = now_ns - 50 * MS
+        stamp = struct.pack("<iI", *divmod(capture_ns, 1000 * MS))
+        payload = b"\x00\x01\x00\x00" + stamp + bytes(100)
+        device.publish("battery", payload, capture_ns=capture_ns, send_ns=now_ns - 20 * MS)
 
-    thread = threading.Thread(target=publish)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()
+    return repeated(publish, 0.02)
 
 
 def latency(*options: str) -> Child:

@@ -18,9 +18,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 
+from patience import PATIENCE_S
 from ros_processes import Child, environment
 
-PATIENCE_S = 20.0
 PREFIX = "/products_test"
 INPUTS = ("depth/image_raw", "depth/camera_info")
 

@@ -7,7 +7,6 @@ import resource
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -27,12 +26,13 @@ from bag_readers import (
 from ml2_receiver.cli import main
 from ml2_receiver.recording.bag_reader import BagReader
 from mock_device import MockDevice
+from patience import PATIENCE_S
+from repeated import repeated
 from ros_processes import Child, Recording, Subscriber, environment
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
 IMAGE = "world_left/image_raw"
 _PERIOD_S = 0.005
-_PATIENCE_S = 20.0
 
 
 @pytest.fixture
@@ -44,26 +44,19 @@ def folder(tmp_path: Path) -> Path:
 def streaming(device: MockDevice) -> Iterator[list[float]]:
     """Image by image, until the receiver is gone; when each was sent."""
     sent_s: list[float] = []
-    ended = threading.Event()
 
     def stream() -> None:
         with suppress(OSError):
-            while not ended.wait(_PERIOD_S):
-                device.publish(IMAGE, bag_scene.image(len(sent_s)))
-                sent_s.append(time.monotonic())
+            device.publish(IMAGE, bag_scene.image(len(sent_s)))
+            sent_s.append(time.monotonic())
 
-    thread = threading.Thread(target=stream)
-    thread.start()
-    try:
+    with repeated(stream, _PERIOD_S):
         yield sent_s
-    finally:
-        ended.set()
-        thread.join()
 
 
 def await_flushed(folder: Path, count: int) -> None:
     """Until there are so many bytes, and metadata.yaml knows the topics."""
-    deadline_s = time.monotonic() + _PATIENCE_S
+    deadline_s = time.monotonic() + PATIENCE_S
     metadata = folder / "metadata.yaml"
     while mcap_file(folder).stat().st_size < count or "battery" not in metadata.read_text():
         assert time.monotonic() < deadline_s
@@ -169,7 +162,7 @@ def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
         while b"MB/s" not in shown:
             shown += os.read(terminal, 1024)
         process.send_signal(signal.SIGINT)
-        assert process.wait(_PATIENCE_S) == 0
+        assert process.wait(PATIENCE_S) == 0
     finally:
         process.kill()
         process.wait()

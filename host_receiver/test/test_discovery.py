@@ -3,7 +3,7 @@ import socket
 import struct
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 from zeroconf import Zeroconf
@@ -17,6 +17,7 @@ from ml2_receiver.link.discovery import (
     announced_hosts,
     find_receivers,
 )
+from repeated import repeated
 
 pytestmark = pytest.mark.alone
 LOOPBACK = ["127.0.0.1"]
@@ -43,20 +44,13 @@ def overheard() -> Iterator[queue.Queue[bytes]]:
         member = socket.inet_aton(GROUP[0]) + socket.inet_aton("127.0.0.1")
         listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
         listener.settimeout(0.1)
-        ended = threading.Event()
 
         def listen() -> None:
-            while not ended.is_set():
-                try:
-                    packets.put(listener.recv(9000))
-                except TimeoutError:
-                    continue
+            with suppress(TimeoutError):
+                packets.put(listener.recv(9000))
 
-        thread = threading.Thread(target=listen)
-        thread.start()
-        yield packets
-        ended.set()
-        thread.join()
+        with repeated(listen, 0):
+            yield packets
 
 
 @contextmanager
@@ -66,20 +60,11 @@ def pointed_at(names: list[str]) -> Iterator[None]:
     for name in names:
         alias = f"{name}.{SERVICE_TYPE}"
         said.add_answer_at_time(DNSPointer(SERVICE_TYPE, 12, 1, 60, alias), 0)
-    ended = threading.Event()
-    with Zeroconf(interfaces=LOOPBACK) as speaker:
-
-        def speak() -> None:
-            while not ended.wait(0.1):
-                speaker.send(said)
-
-        thread = threading.Thread(target=speak)
-        thread.start()
-        try:
-            yield
-        finally:
-            ended.set()
-            thread.join()
+    with (
+        Zeroconf(interfaces=LOOPBACK) as speaker,
+        repeated(lambda: speaker.send(said), 0.1),
+    ):
+        yield
 
 
 def found(names: set[str]) -> dict[str, FoundReceiver]:

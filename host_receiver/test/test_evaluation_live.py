@@ -24,13 +24,13 @@ from ml2_receiver.errors import EvaluationError
 from ml2_receiver.evaluation import live
 from ml2_receiver.evaluation.live import LiveCamera
 from ml2_receiver.evaluation.odometry import odometry
+from patience import PATIENCE_S
 from rendered_room import CAMERA, Walk
 from ros_processes import environment
 
 PREFIX, CAMERA_NAME = "/live_test", "world_left"
 FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
 WALK = Walk.about(1)
-PATIENCE_S = 20.0
 
 
 class Headset:
