@@ -10,7 +10,7 @@ from simulated_walk import stream
 from validate import evaluate
 from walks import Walk
 
-WALK = Walk("short", "world_center", 4.0, 1.6, 70)
+WALK = Walk("short", "world_center", 2.5, 1.0, 45)
 
 
 @pytest.mark.alone
@@ -18,7 +18,7 @@ WALK = Walk("short", "world_center", 4.0, 1.6, 70)
 def test_images_lead_to_the_poses_that_the_headset_told_and_truly_had(tmp_path: Path) -> None:
     walked = stream(WALK, tmp_path / "walk")
     figures = evaluate(tmp_path / "walk", WALK.camera, walked.truth)
-    assert figures["images_received"] == walked.images_sent == 121
+    assert figures["images_received"] == walked.images_sent == 76
     assert figures["matched_pairs"] >= 0.99 * walked.images_sent
     assert figures["path_m"] == pytest.approx(WALK.path_m, abs=0.01)
     for against in (figures, figures["truth"]):
