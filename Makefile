@@ -153,7 +153,8 @@ $(detekt_jar):
 bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoint]; results in build/bench
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
-fuzz: fuzz-python fuzz-kotlin ## Look for bytes of peers that our readers mistake, DURATION seconds for each reader
+fuzz: build ## Look for bytes of peers that our readers mistake, DURATION seconds for each reader
+	printf '%s\n' fuzz-python fuzz-kotlin | xargs --max-procs 2 -n 1 $(MAKE) --no-print-directory
 
 fuzz-python: setup
 	$(run) tests/fuzz/run.sh $(DURATION)

@@ -81,7 +81,12 @@ def run(*command: str | Path) -> str:
 
 def java(class_path: Iterable[Path], *arguments: str | Path) -> str:
     # HotSpot's second compiler costs more than it saves programs that live for seconds.
-    options = ["-XX:TieredStopAtLevel=1", "-cp", os.pathsep.join(map(str, class_path))]
+    options = [
+        "-XX:TieredStopAtLevel=1",
+        "-XX:+UseParallelGC",
+        "-cp",
+        os.pathsep.join(map(str, class_path)),
+    ]
     return run("java", *options, *arguments)
 
 
