@@ -53,13 +53,6 @@ class Stage:
                 return
         raise AssertionError("the subscriber ended before")
 
-    def await_message(self, topic: str) -> None:
-        """Waits for the first one of a topic, which has its full name here."""
-        for line in lines(self.subscriber):
-            if json.loads(line)["topics"][topic]["count"]:
-                return
-        raise AssertionError("the subscriber ended before")
-
     def result(self) -> Received:
         """What the subscriber got; waits for the end of the headset."""
         for _ in lines(self.subscriber):
