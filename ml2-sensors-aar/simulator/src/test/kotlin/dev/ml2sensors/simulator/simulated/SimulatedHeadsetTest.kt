@@ -38,10 +38,10 @@ class SimulatedHeadsetTest {
     @Test
     fun colourFramesComeInOrderAndThoseThatAreMissedAreCounted() {
         val found = samples(StreamTable.color, COLOR, count = 8) { if (it == 1) Thread.sleep(LATE_MILLIS) }
-        val lost = found.filterIsInstance<LostSamples>().single()
-        assertEquals(DropReason.SOURCE_LATE, lost.reason)
+        val lost = found.filterIsInstance<LostSamples>()
+        assertEquals(setOf(DropReason.SOURCE_LATE), lost.map { it.reason }.toSet())
         val numbers = found.filterIsInstance<ImageSample>().map { it.frameNumber }
-        assertEquals(numbers.first() + numbers.size - 1 + lost.count, numbers.last())
+        assertEquals(numbers.first() + numbers.size - 1 + lost.sumOf { it.count }, numbers.last())
         assertEquals(numbers.sorted().distinct(), numbers)
     }
 
@@ -57,9 +57,15 @@ class SimulatedHeadsetTest {
 
     @Test
     fun inertialUnitsFeelGravityOnASteadyGridOf200Hz() {
-        val readings = samples(StreamTable.accelLeft, StreamValues(), count = 400).map { assertIs<VectorSample>(it) }
+        val found = samples(StreamTable.accelLeft, StreamValues(), count = 400)
+        val readings = found.filterIsInstance<VectorSample>()
         assertEquals(setOf(0L), readings.map { it.captureNanos % 5_000_000 }.toSet())
-        assertEquals(setOf(5_000_000L), readings.zipWithNext { a, b -> b.captureNanos - a.captureNanos }.toSet())
+        // A busy machine may read too late, but not without counting what it lost
+        val lost = found.filterIsInstance<LostSamples>().associate { it.captureNanos to it.count }
+        for ((a, b) in readings.zipWithNext()) {
+            val next = a.captureNanos + 5_000_000
+            assertEquals(next + 5_000_000L * (lost[next] ?: 0), b.captureNanos)
+        }
         val mean = readings.map { sqrt(it.x * it.x + it.y * it.y + it.z * it.z) }.average()
         // Over the whole walk, on which the head is swung about
         assertEquals(9.81, mean, absoluteTolerance = 1.0)
