@@ -1,16 +1,24 @@
 import signal
 import struct
+import threading
 import time
 from contextlib import AbstractContextManager
+from dataclasses import replace
 
 import pytest
 
 from ml2_receiver.cli import main
 from mock_device import MockDevice
+from patience import PATIENCE_S
 from repeated import repeated
-from ros_processes import Child, Receiver
+from ros_processes import Child, Receiver, environment
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+from rclpy.node import Node
+
+from ml2_receiver.watch import latency_node
+from ml2_receiver.watch.raw_taker import RawSubscription, RawTaker
 
 MS = 1_000_000
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
@@ -54,6 +62,37 @@ def test_it_shows_where_the_time_goes(receiver: Receiver) -> None:
     assert min(published, subscriber, jitter) >= 0
     assert 50 <= p50 <= p99
     assert mean == pytest.approx(sent + received + published + subscriber, abs=0.003)
+
+
+class EagerTaker(RawTaker):
+    """Calls back before it is made."""
+
+    def __init__(self, node: Node, subscriptions: list[RawSubscription]) -> None:
+        called = threading.Event()
+
+        def call(payload: bytes) -> None:
+            called.set()
+            subscriptions[0].callback(payload)
+
+        super().__init__(node, [replace(subscriptions[0], callback=call)])
+        assert called.wait(PATIENCE_S)
+        self._thread.join(0.2)  # time to fail in
+
+
+def test_a_receiver_may_speak_at_once(receiver: Receiver, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(latency_node, "RawTaker", EagerTaker)
+    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        monkeypatch.setenv(name, environment()[name])
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        node = latency_node.LatencyNode("", 1)
+        try:
+            deadline_s = time.monotonic() + PATIENCE_S
+            while "/magic_leap2/battery" not in node.breakdowns():
+                assert time.monotonic() < deadline_s
+                time.sleep(0.01)
+        finally:
+            node.close()
 
 
 def test_without_once_it_measures_until_it_is_interrupted(

@@ -26,14 +26,13 @@ from ..fastdds import free_shared_memory_bytes
 from ..link.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
 from .entrance import PORT
-from .live import diagnostics_node
+from .live import PATIENCE_S, diagnostics_node
 from .options import add_name
 
 if TYPE_CHECKING:
     from ..watch.diagnostics_node import DiagnosticsNode, Values
 
 _LISTEN_S = 1.0
-_HEAR_S = 3.0  # /diagnostics come once per second
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
 The link to a headset that is connected is tried for about 2 s, beside its streams.
@@ -101,8 +100,9 @@ def _announced() -> Sequence[FoundReceiver] | str:
 
 def _link(receiver: str) -> Finding:
     try:
-        with diagnostics_node() as node:
-            rows = node.rows(receiver, _HEAR_S)
+        trying = Console(stderr=True).status("trying the link to the headset")
+        with diagnostics_node() as node, trying:
+            rows = node.rows(receiver, PATIENCE_S)
             if rows.get("session", {}).get("state") != "connected":
                 return findings.link(rows, "")
             return findings.link(rows, _tested(node, receiver))
@@ -113,11 +113,10 @@ def _link(receiver: str) -> Finding:
 def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:
     from ..watch.link_test import try_link
 
-    with Console(stderr=True).status("trying the link to the headset"):
-        try:
-            return try_link(node, receiver)
-        except RosError as error:
-            return str(error)
+    try:
+        return try_link(node, receiver)
+    except RosError as error:
+        return str(error)
 
 
 def _table(found: Sequence[Finding]) -> Table:

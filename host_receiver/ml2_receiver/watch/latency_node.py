@@ -44,7 +44,8 @@ class LatencyNode:
         self._node = rclpy.create_node("ml2_latency", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed)
-        self._taker = RawTaker(self._node, [rows])
+        with self._lock:  # who is diagnosed at once needs the taker
+            self._taker = RawTaker(self._node, [rows])
 
     def close(self) -> None:
         """Ends the node; nothing may be called after."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .diagnostics_node import DiagnosticsNode, Values
 
 _SERVICE = "ml2_receiver/test_link"
-_ANSWER_S = 3.0
+_ANSWER_S = 10.0
 _TEST_S = 12.0  # 8 s until it counts as unanswered, PROTOCOL.md, and what /diagnostics take
 
 

@@ -140,8 +140,8 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         if (sockets.putIfAbsent(lane, socket) != null) host.breach("lane $lane is joined twice")
         record(HostFrame(lane, frame.kind, body = frame.body))
         if (lane in host.silentLanes) return
-        write(HostFrame.JOINED, """{"lane": "$lane"}""", lane)
         begin(lane, socket)
+        write(HostFrame.JOINED, """{"lane": "$lane"}""", lane)
     }
 
     private fun begin(lane: String, socket: Socket) {
