@@ -113,8 +113,8 @@ internal class ActiveStreams(
                 it.job.cancelAndJoin()
                 forget(spec)
             }
+            states.value = answers.mapValues { (_, answer) -> answer.toState() }
         }
-        states.value = answers.mapValues { (_, answer) -> answer.toState() }
         return answers
     }
 
@@ -123,8 +123,13 @@ internal class ActiveStreams(
         if (!isConfigured && states.value.isEmpty()) states.value = local.begin(wanted)
     }
 
-    private fun failedLocally(spec: StreamSpec, cause: Exception) {
-        states.update { it + (spec.id to StreamState.Failed(reason(cause))) }
+    private suspend fun failedLocally(spec: StreamSpec, cause: Exception): Unit = changes.withLock {
+        tellFailure(spec, reason(cause))
+    }
+
+    /** To be called with the lock on changes, or what is being begun would say that it runs. */
+    private fun tellFailure(spec: StreamSpec, reason: String) {
+        states.update { it + (spec.id to StreamState.Failed(reason)) }
     }
 
     private suspend fun forget(spec: StreamSpec) {
@@ -203,8 +208,8 @@ internal class ActiveStreams(
             changes.withLock {
                 accepted.remove(spec)
                 forget(spec)
+                tellFailure(spec, reason)
             }
-            states.update { it + (spec.id to StreamState.Failed(reason)) }
             failures.send(SourceFailure(spec.id, reason))
         }
     }

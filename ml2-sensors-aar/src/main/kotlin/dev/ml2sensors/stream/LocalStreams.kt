@@ -21,7 +21,7 @@ import kotlinx.coroutines.launch
 internal class LocalStreams(
     private val headset: Headset,
     private val scope: CoroutineScope,
-    private val failed: (StreamSpec, Exception) -> Unit,
+    private val failed: suspend (StreamSpec, Exception) -> Unit,
 ) {
     private val running = ArrayList<Job>()
 

@@ -4,12 +4,18 @@ import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
+import kotlinx.coroutines.withTimeoutOrNull
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
 import java.io.IOException
@@ -17,6 +23,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.milliseconds
 
 /** What runs on the headset while no receiver answers. */
 @Timeout(60)
@@ -54,6 +61,29 @@ class LocalStreamsTest {
         }
         assertEquals(StreamState.Failed("IOException: unplugged"), states["world_left"])
         assertTrue(headset.deliver(StreamTable.worldRight, headset.image(1)))
+    }
+
+    @Test
+    fun aSourceThatFailsBeforeTheNextBeginsIsTold() = runBlocking<Unit> {
+        lateinit var streamer: Ml2Streamer
+        suspend fun failure() = streamer.streams.first { it["world_left"] is StreamState.Failed }
+        val unplugged = object : Headset by headset {
+            override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+                if (stream == StreamTable.worldRight) runBlocking { withTimeoutOrNull(500.milliseconds) { failure() } }
+                return headset.negotiate(stream, requested)
+            }
+
+            override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = when (stream) {
+                StreamTable.worldLeft -> flow { throw IOException("unplugged") }
+                else -> headset.samples(stream, values)
+            }
+        }
+        val wanted = listOf("world_left", "world_right").associateWith { StreamValues() }
+        streamer = Ml2Streamer(unplugged, nowhere, LinkSecurity.Insecure(), wanted)
+        streamer.start()
+        headset.deliver(StreamTable.worldRight, headset.image(1))
+        withTimeout(StreamFixture.LIMIT) { failure() }
+        streamer.stop()
     }
 
     @Test
