@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 import bag_scene
 from ml2_receiver.link.context import Limits
 from mock_device import MockDevice
-from ros_processes import Client, Receiver
+from ros_processes import Client, Receiver, environment
 from tls_lab import UNLIMITED, Lab
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
@@ -24,6 +24,13 @@ settings.load_profile("any machine")
 def home_of_configuration(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keeps tests away from the user's keys and configuration."""
     os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("config"))
+
+
+@pytest.fixture
+def ros_of_children(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes of this process find those of its children."""
+    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        monkeypatch.setenv(name, environment()[name])
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ import pytest
 
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from patience import PATIENCE_S
+from patience import PATIENCE_S, await_so
 from repeated import repeated
-from ros_processes import Child, Receiver, environment
+from ros_processes import Child, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -79,18 +79,14 @@ class EagerTaker(RawTaker):
         self._thread.join(0.2)  # time to fail in
 
 
+@pytest.mark.usefixtures("ros_of_children")
 def test_a_receiver_may_speak_at_once(receiver: Receiver, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(latency_node, "RawTaker", EagerTaker)
-    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
-        monkeypatch.setenv(name, environment()[name])
     with MockDevice(receiver.address, says_ping=True) as device:
         device.start()
         node = latency_node.LatencyNode("", 1)
         try:
-            deadline_s = time.monotonic() + PATIENCE_S
-            while "/magic_leap2/battery" not in node.breakdowns():
-                assert time.monotonic() < deadline_s
-                time.sleep(0.01)
+            await_so(lambda: "/magic_leap2/battery" in node.breakdowns())
         finally:
             node.close()
 

@@ -26,7 +26,7 @@ from bag_readers import (
 from ml2_receiver.cli import main
 from ml2_receiver.recording.bag_reader import BagReader
 from mock_device import MockDevice
-from patience import PATIENCE_S
+from patience import PATIENCE_S, await_so
 from repeated import repeated
 from ros_processes import Child, Recording, Subscriber, environment
 
@@ -56,11 +56,8 @@ def streaming(device: MockDevice) -> Iterator[list[float]]:
 
 def await_flushed(folder: Path, count: int) -> None:
     """Until there are so many bytes, and metadata.yaml knows the topics."""
-    deadline_s = time.monotonic() + PATIENCE_S
-    metadata = folder / "metadata.yaml"
-    while mcap_file(folder).stat().st_size < count or "battery" not in metadata.read_text():
-        assert time.monotonic() < deadline_s
-        time.sleep(0.01)
+    file, metadata = mcap_file(folder), folder / "metadata.yaml"
+    await_so(lambda: file.stat().st_size >= count and "battery" in metadata.read_text())
 
 
 @pytest.mark.parametrize("flushed_bytes", [10_000, 2_000_000])

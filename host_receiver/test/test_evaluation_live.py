@@ -24,9 +24,8 @@ from ml2_receiver.errors import EvaluationError
 from ml2_receiver.evaluation import live
 from ml2_receiver.evaluation.live import LiveCamera
 from ml2_receiver.evaluation.odometry import odometry
-from patience import PATIENCE_S
+from patience import await_so
 from rendered_room import CAMERA, Walk
-from ros_processes import environment
 
 PREFIX, CAMERA_NAME = "/live_test", "world_left"
 FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
@@ -49,11 +48,8 @@ class Headset:
 
     def walk(self) -> None:
         """Once somebody has subscribed to everything; twenty images a second."""
-        deadline_s = time.monotonic() + PATIENCE_S
         publishers = (self._images, self._infos, self._metadata, self._transforms)
-        while not all(it.get_subscription_count() for it in publishers):
-            assert time.monotonic() < deadline_s
-            time.sleep(0.01)
+        await_so(lambda: all(it.get_subscription_count() for it in publishers))
         for (stamp_ns, pixels), pose in zip(list(WALK.images()), WALK.poses, strict=True):
             sec, nanosec = divmod(stamp_ns, 1_000_000_000)
             header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=FRAME)
@@ -108,9 +104,7 @@ def _metadata(sec: int, nanosec: int) -> str:
 
 
 @pytest.fixture
-def headset(monkeypatch: pytest.MonkeyPatch) -> Iterator[Headset]:
-    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
-        monkeypatch.setenv(name, environment()[name])
+def headset(ros_of_children: None) -> Iterator[Headset]:
     headset = Headset()
     yield headset
     headset.close()
@@ -138,10 +132,7 @@ def test_images_that_too_many_wait_before_are_dropped_and_counted(
     monkeypatch.setattr(live, "_MOST_WAITING", 5)
     with LiveCamera(PREFIX, CAMERA_NAME) as camera:
         headset.walk()
-        deadline_s = time.monotonic() + PATIENCE_S
-        while len(camera.sequence().stamps_ns) < len(WALK.poses):
-            assert time.monotonic() < deadline_s
-            time.sleep(0.01)
+        await_so(lambda: len(camera.sequence().stamps_ns) >= len(WALK.poses))
         assert camera.dropped == len(WALK.poses) - 5
         assert len(list(camera.images())) == 5
 

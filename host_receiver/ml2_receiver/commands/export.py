@@ -10,11 +10,11 @@ from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
 from ..recording.bag_reader import BagReader
 from .config import Subparsers
+from .live import PATIENCE_S
 from .reading import progress
 from .ros_start import ros_needed
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
-_PATIENCE_S = 10.0
 _NOISE = {
     "accelerometer_noise_density": "m/s^2/sqrt(Hz)",
     "accelerometer_random_walk": "m/s^3/sqrt(Hz)",
@@ -98,7 +98,7 @@ def _rig(options: argparse.Namespace, reader: BagReader | None) -> Rig:
         return read_rig(reader, options.cameras, options.imu)
     with ros_needed():
         from ..export.live_rig import look
-    return look(options.prefix, options.cameras, options.imu, _PATIENCE_S)
+    return look(options.prefix, options.cameras, options.imu, PATIENCE_S)
 
 
 def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | None) -> None:

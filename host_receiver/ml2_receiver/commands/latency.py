@@ -17,6 +17,7 @@ from rich.live import Live
 from ..errors import LatencyError
 from ..watch.latency_table import latency_table, write_plot
 from .config import Subparsers
+from .live import PATIENCE_S
 from .options import add_name
 from .ros_start import ros_needed
 from .stopping import stop_signal
@@ -24,7 +25,6 @@ from .stopping import stop_signal
 if TYPE_CHECKING:
     from ..watch.latency_node import LatencyNode
 
-_PATIENCE_S = 10.0
 _POLL_S = 0.1
 _REDRAW_S = 0.5
 _WIDTH = 150
@@ -82,7 +82,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _await_messages(node: LatencyNode, stopping: threading.Event) -> None:
     """Returns with the first figures, or when stopped."""
-    deadline_s = time.monotonic() + _PATIENCE_S
+    deadline_s = time.monotonic() + PATIENCE_S
     while all(breakdown is None for _, breakdown in node.breakdowns().values()):
         if stopping.wait(_POLL_S):
             return
