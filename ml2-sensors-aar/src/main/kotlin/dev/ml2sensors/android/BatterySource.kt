@@ -7,6 +7,7 @@ import android.content.IntentFilter
 import android.os.BatteryManager
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
@@ -44,16 +45,21 @@ internal class BatterySource(
         closed.complete()
     }
 
-    private fun sample(intent: Intent): BatterySample {
-        val status = intent.getIntExtra(BatteryManager.EXTRA_STATUS, UNKNOWN)
-        return BatterySample(
-            clock.nowNanos(),
-            voltage = intent.number(BatteryManager.EXTRA_VOLTAGE) / MILLIVOLTS_PER_VOLT,
-            current = currentAmperes(),
-            percentage = intent.number(BatteryManager.EXTRA_LEVEL) / intent.number(BatteryManager.EXTRA_SCALE),
-            charging = status == BatteryManager.BATTERY_STATUS_CHARGING || status == BatteryManager.BATTERY_STATUS_FULL,
-            temperature = intent.number(BatteryManager.EXTRA_TEMPERATURE) / TENTHS_PER_DEGREE,
-        )
+    private fun sample(intent: Intent) = BatterySample(
+        clock.nowNanos(),
+        voltage = intent.number(BatteryManager.EXTRA_VOLTAGE) / MILLIVOLTS_PER_VOLT,
+        current = currentAmperes(),
+        percentage = intent.number(BatteryManager.EXTRA_LEVEL) / intent.number(BatteryManager.EXTRA_SCALE),
+        status = chargeStatus(intent.getIntExtra(BatteryManager.EXTRA_STATUS, UNKNOWN)),
+        temperature = intent.number(BatteryManager.EXTRA_TEMPERATURE) / TENTHS_PER_DEGREE,
+    )
+
+    private fun chargeStatus(status: Int) = when (status) {
+        BatteryManager.BATTERY_STATUS_CHARGING -> ChargeStatus.CHARGING
+        BatteryManager.BATTERY_STATUS_DISCHARGING -> ChargeStatus.DISCHARGING
+        BatteryManager.BATTERY_STATUS_NOT_CHARGING -> ChargeStatus.NOT_CHARGING
+        BatteryManager.BATTERY_STATUS_FULL -> ChargeStatus.FULL
+        else -> ChargeStatus.UNKNOWN
     }
 
     private fun Intent.number(extra: String): Float =

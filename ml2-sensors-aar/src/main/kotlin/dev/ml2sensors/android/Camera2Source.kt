@@ -12,6 +12,7 @@ import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -26,8 +27,9 @@ import java.util.Locale
  * The colour camera, alone or with what the headset shows (mixed reality), through Camera2, as JPEGs: the camera's own
  * where they hold up no other frame, else encoded here.
  *
- * `color` is camera 1, a view of the sensor that mixed reality of another app does not take away; where it is not
- * listed, camera 0, another view of the same. `mixed_reality` is camera 3. Ids and their meaning are the vendor's.
+ * `color` is camera 1 or 0, as [StreamValues.cameraId] says, and the other one where that is not listed: both are views
+ * of the same sensor. While camera 1 is open, the headset tracks no markers. Mixed reality of any app takes camera 0
+ * away. `mixed_reality` is camera 3. Ids and their meaning are the vendor's.
  *
  * @param foundBases is told the clock behind the timestamps of each stream whose frames only Camera2 dates.
  */
@@ -50,7 +52,7 @@ internal class Camera2Source(
         try {
             when (val known = stream.answer(requested)) {
                 is Answer.Refused -> known
-                else -> camera(stream).answer(stream, requested)
+                else -> camera(stream, requested).let { it.answer(stream, requested).namingCamera(it.id, requested) }
             }
         } catch (e: SourceException) {
             Answer.Refused(e.message.orEmpty())
@@ -58,7 +60,7 @@ internal class Camera2Source(
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
         if (closed.isCompleted) return@flow
-        val camera = camera(stream)
+        val camera = camera(stream, values)
         val plan = camera.plan(values.size, values.hz) ?: throw SourceException(camera.lacks(values.size))
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
         val timestamps =
@@ -81,11 +83,12 @@ internal class Camera2Source(
         closed.complete()
     }
 
-    private fun camera(stream: StreamSpec): ColorCamera =
+    private fun camera(stream: StreamSpec, values: StreamValues): ColorCamera =
         try {
             val listed = cameraManager.cameraIdList
-            val id = CAMERAS.getValue(stream).firstOrNull { it in listed } ?: throw SourceException(
-                "this headset lists no camera ${CAMERAS.getValue(stream).first()}; it lists: ${listed.joinToString()}",
+            val wanted = CAMERAS.getValue(stream).sortedBy { it != values.cameraId?.toString() }
+            val id = wanted.firstOrNull { it in listed } ?: throw SourceException(
+                "this headset lists no camera ${wanted.first()}; it lists: ${listed.joinToString()}",
             )
             ColorCamera(id, cameraManager.getCameraCharacteristics(id), encoderSpeed, workers.count)
         } catch (e: CameraAccessException) {
@@ -111,7 +114,18 @@ internal class Camera2Source(
         }
     }
 
+    /** Says so where camera [id] serves because the one asked for is not listed. */
+    private fun Answer.namingCamera(id: String, requested: StreamValues): Answer {
+        val asked = requested.cameraId ?: return this
+        val values = acceptedValues ?: return this
+        if (asked == id.toInt()) return this
+        val other = "this headset lists no camera $asked; camera $id serves instead"
+        val reasons = listOfNotNull(other, (this as? Answer.Adjusted)?.reason)
+        return Answer.Adjusted(values.copy(cameraId = id.toInt()), reasons.joinToString("; "))
+    }
+
     private companion object {
+        /** By stream, the one that serves where none is asked for first. */
         val CAMERAS = mapOf(StreamTable.color to listOf("1", "0"), StreamTable.mixedReality to listOf("3"))
         const val COLOR_TAGS = "com.amd.control"
         const val MIXED_REALITY_TAGS = "com.ml.control"

@@ -17,6 +17,7 @@ import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
@@ -87,7 +88,15 @@ internal class ColorCapture(
     }
 
     private suspend fun capture(scope: CoroutineScope, handler: Handler, poses: ColorPoses) =
-        poses.open().use { capture(scope, handler, exposures(it)) }
+        trackerOf(poses).use { capture(scope, handler, exposures(it)) }
+
+    /** Null where the vendor's library fails: the images are worth more than their poses. */
+    private fun trackerOf(poses: ColorPoses): ColorPoses.Tracker? =
+        try {
+            poses.open()
+        } catch (_: SourceException) {
+            null
+        }
 
     private suspend fun capture(scope: CoroutineScope, handler: Handler, exposures: ExposureReader) {
         val connection = CameraConnection(cameraManager, camera.id, handler)
@@ -131,7 +140,7 @@ internal class ColorCapture(
             exposure.pose,
             exposure.intrinsics,
             // Android's sensitivity is no gain: what of it is analog, and over which base, it does not say
-            CaptureSettings(exposure.exposureNanos),
+            CaptureSettings(exposure.exposureNanos, stampSource = exposure.stampSource),
             listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
         ) { pool.giveBack(jpeg) }
     }

@@ -2,17 +2,21 @@ package dev.ml2sensors.android
 
 import android.hardware.camera2.CaptureResult
 import dev.ml2sensors.message.Transform
+import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.SourceException
 
 /**
  * What a camera tells of one capture.
  *
  * @property captureNanos null when it could not be told on the device timebase.
+ * @property stampSource what [captureNanos] comes from, as [CaptureSettings.stampSource].
  */
 internal class Exposure(
     val frameNumber: Long,
     val captureNanos: Long?,
+    val stampSource: String,
     val exposureNanos: Long?,
     val pose: Transform?,
     val intrinsics: Intrinsics?,
@@ -20,8 +24,8 @@ internal class Exposure(
 
 /**
  * Reads results, at once when they arrive. With the vendor's tags the capture time is the centre of exposure, and the
- * pose is the camera's at that time; without, the time is the start of exposure by Camera2's clock and half the
- * exposure time, and there is no pose.
+ * pose is the camera's at that time; without, or where the vendor's library fails, the time is the start of exposure by
+ * Camera2's clock and half the exposure time. A pose that cannot be had costs the pose alone.
  *
  * @param poses null where the vendor's library is not available.
  * @param toCaptureNanos takes Camera2's timestamps to the device timebase.
@@ -36,12 +40,22 @@ internal class ExposureReader(
     fun read(result: CaptureResult, timestamp: Long): Exposure {
         val mlTimeNanos = poses?.let { tags.exposureCentreNanos(result) }
         val exposureNanos = result.get(CaptureResult.SENSOR_EXPOSURE_TIME)
+        val centreNanos = mlTimeNanos?.let { orNull { poses.captureNanos(it) } }
         return Exposure(
             result.frameNumber,
-            mlTimeNanos?.let(poses::captureNanos) ?: toCaptureNanos(timestamp)?.plus((exposureNanos ?: 0) / 2),
+            centreNanos ?: toCaptureNanos(timestamp)?.plus((exposureNanos ?: 0) / 2),
+            if (centreNanos == null) CaptureSettings.SENSOR_TIMESTAMP else CaptureSettings.EXPOSURE_CENTRE,
             exposureNanos,
-            mlTimeNanos?.let(poses::poseAt),
+            centreNanos?.let { orNull { poses.poseAt(mlTimeNanos) } },
             tags.intrinsics(result, width, height),
         )
     }
+
+    /** Null where the vendor's library fails: the image is worth more than its pose. */
+    private inline fun <T> orNull(ask: () -> T?): T? =
+        try {
+            ask()
+        } catch (_: SourceException) {
+            null
+        }
 }

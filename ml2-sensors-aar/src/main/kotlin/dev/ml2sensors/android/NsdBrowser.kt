@@ -1,6 +1,7 @@
 package dev.ml2sensors.android
 
 import android.content.Context
+import android.content.res.Configuration
 import android.net.nsd.NsdManager
 import android.net.nsd.NsdServiceInfo
 import android.net.wifi.WifiManager
@@ -11,8 +12,13 @@ import dev.ml2sensors.session.ReceiverBrowser
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
+import java.util.concurrent.ConcurrentHashMap
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
 
 /**
  * The receiver that announces itself by [name] on the headset's network, without a name the only one there is; as the
@@ -21,41 +27,66 @@ import java.io.IOException
 public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver =
     discover(nsdBrowser(context), name)
 
-/** Android is asked for its NsdManager only when a search begins. */
+/** Android is asked for an NsdManager only when a search begins. */
 internal fun nsdBrowser(context: Context): ReceiverBrowser {
     val app = context.applicationContext
-    return ReceiverBrowser {
-        val wifi = app.getSystemService(WifiManager::class.java)
-        NsdBrowser(app.getSystemService(NsdManager::class.java), wifi).receivers()
-    }
+    // A context keeps its NsdManager, so another one needs another context.
+    val newManager = { app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java) }
+    return NsdBrowser(newManager, app.getSystemService(WifiManager::class.java))
 }
 
-/** Looks with Android's NsdManager, as of API 29. Without a [wifi] there is no filter of multicast to lift. */
-internal class NsdBrowser(private val nsd: NsdManager, private val wifi: WifiManager?) : ReceiverBrowser {
+/**
+ * Looks with Android's NsdManager, as of API 29. There, a resolution may never be answered, and then that manager
+ * answers no later one either. So a resolution has [resolutionLimit]; after it a fresh manager begins the search again,
+ * and the address that the receiver last had stands for it meanwhile.
+ *
+ * @param wifi null where there is no filter of multicast to lift.
+ */
+internal class NsdBrowser(
+    private val newManager: () -> NsdManager,
+    private val wifi: WifiManager?,
+    private val resolutionLimit: Duration = RESOLUTION_LIMIT,
+) : ReceiverBrowser {
+    private val lastKnown = ConcurrentHashMap<String, ReceiverAddress>()
+
     override fun receivers(): Flow<Map<String, ReceiverAddress>> = flow {
-        val search = Search()
         val lock = wifi?.createMulticastLock(LOCK)?.apply { acquire() }
         try {
-            nsd.discoverServices(ReceiverBrowser.SERVICE_TYPE, NsdManager.PROTOCOL_DNS_SD, search)
-            var found = emptyMap<String, ReceiverAddress>()
-            for (sight in search.sights) {
-                // One at a time: NsdManager refuses a second one meanwhile.
-                val address = if (sight.isLost) null else resolve(sight.service)
-                val name = sight.service.serviceName
-                found = if (address == null) found - name else found + (name to address)
-                emit(found)
-            }
+            while (true) searchUntilStuck()
         } finally {
-            if (!search.hasFailed) nsd.stopServiceDiscovery(search)
             lock?.release()
         }
     }
 
-    /** Null for one that has gone meanwhile; the next search asks again. */
-    private suspend fun resolve(service: NsdServiceInfo): ReceiverAddress? {
+    /** Returns when the manager no longer answers. */
+    private suspend fun FlowCollector<Map<String, ReceiverAddress>>.searchUntilStuck() {
+        val nsd = newManager()
+        val search = Search()
+        try {
+            nsd.discoverServices(ReceiverBrowser.SERVICE_TYPE, NsdManager.PROTOCOL_DNS_SD, search)
+            var found = emptyMap<String, ReceiverAddress>()
+            for (sight in search.sights) {
+                val name = sight.service.serviceName
+                // One at a time: NsdManager refuses a second one meanwhile.
+                val resolution = if (sight.isLost) null else resolve(nsd, sight.service)
+                val isStuck = resolution != null && !resolution.address.isCompleted
+                val address = if (isStuck) lastKnown[name] else resolution?.address?.await()
+                if (address != null) lastKnown[name] = address
+                found = if (address == null) found - name else found + (name to address)
+                emit(found)
+                if (isStuck) return
+            }
+        } finally {
+            if (!search.hasFailed) nsd.stopServiceDiscovery(search)
+        }
+    }
+
+    /** Its address is not completed when Android has not answered in time. */
+    private suspend fun resolve(nsd: NsdManager, service: NsdServiceInfo): Resolution {
         val resolution = Resolution()
         nsd.resolveService(service, resolution)
-        return resolution.address.await()
+        withTimeoutOrNull(resolutionLimit) { resolution.address.join() }
+        return resolution
     }
 
     private class Sight(val service: NsdServiceInfo, val isLost: Boolean)
@@ -89,6 +120,7 @@ internal class NsdBrowser(private val nsd: NsdManager, private val wifi: WifiMan
     }
 
     private class Resolution : NsdManager.ResolveListener {
+        /** Null for a receiver that has gone meanwhile; the next search asks again. */
         val address = CompletableDeferred<ReceiverAddress?>()
 
         override fun onServiceResolved(service: NsdServiceInfo) {
@@ -110,5 +142,8 @@ internal class NsdBrowser(private val nsd: NsdManager, private val wifi: WifiMan
 
         /** More receivers than any network has; a search that is flooded misses the rest. */
         const val MOST_SIGHTS = 256
+
+        /** RFC 6762, 6: answers come within 120 ms. A search of three seconds has room for another manager. */
+        val RESOLUTION_LIMIT = 1.seconds
     }
 }

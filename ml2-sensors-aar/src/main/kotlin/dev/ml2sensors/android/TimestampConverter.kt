@@ -8,7 +8,7 @@ import dev.ml2sensors.source.SourceException
  * promises [ClockDomain.BOOTTIME] for sensor events; nobody has confirmed it for this headset, so the clock is found out
  * from the timestamps themselves.
  *
- * A timestamp can be of a clock when by that clock it lies in the last [PLAUSIBLE_AGE_NANOS]. If it can be of both, the
+ * A timestamp can be of a clock when by that clock its age is in [PLAUSIBLE_AGE_NANOS]: some drivers stamp a little ahead. If it can be of both, the
  * younger reading decides. Clocks that are less than [INDISTINGUISHABLE_NANOS] apart count as one, [ClockDomain.BOOTTIME]; the
  * error is at most that.
  *
@@ -57,7 +57,7 @@ internal class TimestampConverter(private val clocks: SystemClocks, private val 
     }
 
     private companion object {
-        val PLAUSIBLE_AGE_NANOS = 0L..1_000_000_000L
+        val PLAUSIBLE_AGE_NANOS = -5_000_000L..1_000_000_000L
         const val INDISTINGUISHABLE_NANOS = 1_000_000L
         const val UNDECIDED_LIMIT = 100
     }

@@ -13,8 +13,9 @@ internal class VendorTags(prefix: String) {
     private val timestamps = VendorTag("$prefix.cvip_timestamps", LongArray::class.java)
     private val intrinsics = VendorTag("$prefix.intrinsics", FloatArray::class.java)
 
-    /** MLTime of the centre of exposure, null where the camera does not tell. */
-    fun exposureCentreNanos(result: CaptureResult): Long? = timestamps.of(result)?.getOrNull(CENTRE)
+    /** MLTime of the centre of exposure, null where the camera does not tell; it tells 0 where it does not know. */
+    fun exposureCentreNanos(result: CaptureResult): Long? =
+        timestamps.of(result)?.getOrNull(CENTRE)?.takeIf { it != 0L }
 
     /** For images of [width] x [height], null where the camera tells none of their shape. */
     fun intrinsics(result: CaptureResult, width: Int, height: Int): Intrinsics? {

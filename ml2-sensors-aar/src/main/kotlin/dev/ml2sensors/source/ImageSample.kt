@@ -74,10 +74,20 @@ public class ImageSample(
  * @property analogGain factor before digitisation.
  * @property digitalGain factor after it.
  * @property illumination the depth camera's own light: `on` or `off`.
+ * @property stampSource what the capture time comes from, [EXPOSURE_CENTRE] or [SENSOR_TIMESTAMP].
  */
 public data class CaptureSettings(
     val exposureNanos: Long? = null,
     val analogGain: Double? = null,
     val digitalGain: Double? = null,
     val illumination: String? = null,
-)
+    val stampSource: String? = null,
+) {
+    public companion object {
+        /** The device's own time of the centre of exposure. */
+        public const val EXPOSURE_CENTRE: String = "exposure_centre"
+
+        /** Camera2's start of exposure and half the exposure time. */
+        public const val SENSOR_TIMESTAMP: String = "sensor_timestamp"
+    }
+}

@@ -53,7 +53,7 @@ public class PosesSample(override val captureNanos: Long, public val poses: List
  * @property voltage volt.
  * @property current ampere, negative when discharging.
  * @property percentage fraction left, 0 to 1.
- * @property charging whether it is on a charger.
+ * @property status what the charger does with it.
  * @property temperature degrees Celsius.
  */
 public class BatterySample(
@@ -61,9 +61,21 @@ public class BatterySample(
     public val voltage: Float,
     public val current: Float,
     public val percentage: Float,
-    public val charging: Boolean,
+    public val status: ChargeStatus,
     public val temperature: Float = Float.NaN,
 ) : Sample
+
+/** What happens to the charge of a battery; the numbers are those of sensor_msgs/BatteryState, power_supply_status. */
+public enum class ChargeStatus(internal val rosNumber: UByte) {
+    /** The device does not know. */
+    UNKNOWN(0u),
+    CHARGING(1u),
+    DISCHARGING(2u),
+
+    /** A charger is connected, and the battery is neither charged nor full. */
+    NOT_CHARGING(3u),
+    FULL(4u),
+}
 
 /** [count] readings that a source knows it could not deliver, for this [reason]. */
 public class LostSamples(

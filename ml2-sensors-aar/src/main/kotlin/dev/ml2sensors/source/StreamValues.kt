@@ -19,6 +19,7 @@ import kotlinx.serialization.Serializable
  * @property angularVelocityVariance of each axis, (rad/s)^2; goes into the message's covariance.
  * @property layout of the transform tree: `flat` or `rig`.
  * @property backend `sdk` or `openxr`.
+ * @property cameraId Camera2's number of the RGB camera: 0 or 1.
  */
 @Serializable
 public data class StreamValues(
@@ -34,6 +35,7 @@ public data class StreamValues(
     @SerialName("angular_velocity_variance") val angularVelocityVariance: Double? = null,
     val layout: String? = null,
     val backend: String? = null,
+    @SerialName("camera_id") val cameraId: Int? = null,
 )
 
 /** What a stream runs with where nothing else is asked for: the first mode of a camera; nothing for other streams. */

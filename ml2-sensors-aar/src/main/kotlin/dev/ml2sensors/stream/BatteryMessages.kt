@@ -15,7 +15,7 @@ internal fun BatterySample.toMessage(header: Header): BatteryState =
         capacity = Float.NaN,
         designCapacity = Float.NaN,
         percentage = percentage,
-        powerSupplyStatus = if (charging) CHARGING else DISCHARGING,
+        powerSupplyStatus = status.rosNumber,
         powerSupplyHealth = 0u,
         powerSupplyTechnology = 0u,
         present = true,
@@ -24,7 +24,3 @@ internal fun BatterySample.toMessage(header: Header): BatteryState =
         location = "",
         serialNumber = "",
     )
-
-/** POWER_SUPPLY_STATUS_CHARGING and _DISCHARGING of the .msg file. */
-private const val CHARGING: UByte = 1u
-private const val DISCHARGING: UByte = 2u

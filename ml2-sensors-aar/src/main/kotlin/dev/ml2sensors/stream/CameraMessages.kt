@@ -67,6 +67,7 @@ internal fun ImageSample.toMetadata(header: Header, camera: RosCamera?): StringM
             camera?.let { Metadata.DeviceIntrinsics.of(it.device) },
             camera?.maxResidualPx,
             settings.illumination,
+            settings.stampSource,
         )
     return StringMessage(metadataJson.encodeToString(Metadata.serializer(), metadata))
 }
@@ -90,6 +91,7 @@ private class Metadata(
     val intrinsics: DeviceIntrinsics?,
     @SerialName("camera_info_max_residual_px") val cameraInfoMaxResidualPx: Double?,
     val illumination: String?,
+    @SerialName("stamp_source") val stampSource: String?,
 ) {
     @Serializable
     class Stamp(

@@ -7,6 +7,7 @@ import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
@@ -157,7 +158,7 @@ private class BatteryHeadset : Headset {
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
         if (stream != StreamTable.battery) awaitCancellation()
         while (true) {
-            emit(BatterySample(clock.nowNanos(), 4f, 1f, 0.5f, charging = false))
+            emit(BatterySample(clock.nowNanos(), 4f, 1f, 0.5f, ChargeStatus.DISCHARGING))
             delay(5.milliseconds)
         }
     }

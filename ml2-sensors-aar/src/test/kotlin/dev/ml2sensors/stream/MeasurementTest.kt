@@ -14,6 +14,7 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
@@ -127,14 +128,14 @@ class MeasurementTest {
 
     @Test
     fun batteriesSayUnknownWhereTheDeviceDoes() {
-        val sample = BatterySample(fixture.now, 3.7f, -1.25f, 0.5f, charging = true, temperature = 31.5f)
+        val sample = BatterySample(fixture.now, 3.7f, -1.25f, 0.5f, ChargeStatus.FULL, temperature = 31.5f)
         val battery = carry(StreamTable.battery, "{}", sample).message<BatteryState>()
         assertEquals(listOf(3.7f, -1.25f, 0.5f), listOf(battery.voltage, battery.current, battery.percentage))
         assertTrue(
             listOf(battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN),
         )
         assertEquals(31.5f, battery.temperature)
-        assertEquals(1.toUByte() to true, battery.powerSupplyStatus to battery.present)
+        assertEquals(4.toUByte() to true, battery.powerSupplyStatus to battery.present)
     }
 
     @Test

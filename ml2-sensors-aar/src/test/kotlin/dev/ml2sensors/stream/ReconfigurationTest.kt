@@ -6,6 +6,7 @@ import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
@@ -172,6 +173,6 @@ class ReconfigurationTest {
     }
 
     private companion object {
-        val BATTERY = BatterySample(1, 4f, 1f, 0.5f, charging = false)
+        val BATTERY = BatterySample(1, 4f, 1f, 0.5f, ChargeStatus.DISCHARGING)
     }
 }

@@ -5,6 +5,7 @@ import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
@@ -60,7 +61,7 @@ class StreamTableTest {
             "gyro" in stream || "accel" in stream || "magnet" in stream -> VectorSample(CAPTURE, 1.0, 2.0, 3.0)
             "pressure" in stream || "light" in stream -> ScalarSample(CAPTURE, 1.0)
             "hand" in stream -> PosesSample(CAPTURE, listOf(pose))
-            stream == "battery" -> BatterySample(CAPTURE, 4f, -1f, 0.5f, charging = false)
+            stream == "battery" -> BatterySample(CAPTURE, 4f, -1f, 0.5f, ChargeStatus.DISCHARGING)
             stream == "gaze" || stream == "head_pose" -> PoseSample(CAPTURE, Transform.IDENTITY)
             else -> fixture.headset.image(CAPTURE, pose = Transform.IDENTITY, intrinsics = intrinsics)
         }

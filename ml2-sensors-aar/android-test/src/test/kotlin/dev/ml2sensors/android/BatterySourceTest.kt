@@ -5,6 +5,7 @@ import android.content.Intent
 import android.os.BatteryManager
 import app.cash.turbine.test
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
@@ -18,7 +19,6 @@ import org.robolectric.annotation.Config
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertIs
-import kotlin.test.assertTrue
 
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], manifest = Config.NONE)
@@ -36,10 +36,10 @@ class BatterySourceTest {
             assertEquals(7.7f, sample.voltage)
             assertEquals(-1.6f, sample.current)
             assertEquals(0.75f, sample.percentage)
-            assertFalse(sample.charging)
+            assertEquals(ChargeStatus.DISCHARGING, sample.status)
             assertEquals(31.5f, sample.temperature)
             broadcast(BatteryManager.BATTERY_STATUS_CHARGING, level = 160)
-            assertTrue(battery(awaitItem()).charging)
+            assertEquals(ChargeStatus.CHARGING, battery(awaitItem()).status)
             cancel()
         }
         assertFalse(shadowOf(app).hasReceiverForIntent(Intent(Intent.ACTION_BATTERY_CHANGED)), "unregistered")
@@ -55,6 +55,28 @@ class BatterySourceTest {
                 List(4) { Float.NaN },
                 listOf(sample.voltage, sample.current, sample.percentage, sample.temperature),
             )
+            cancel()
+        }
+    }
+
+    @Test
+    fun whatTheChargerDoesIsToldAsAndroidTellsIt() = runBlocking {
+        setCurrent(Long.MIN_VALUE)
+        val told = mapOf(
+            BatteryManager.BATTERY_STATUS_UNKNOWN to ChargeStatus.UNKNOWN,
+            BatteryManager.BATTERY_STATUS_CHARGING to ChargeStatus.CHARGING,
+            BatteryManager.BATTERY_STATUS_DISCHARGING to ChargeStatus.DISCHARGING,
+            BatteryManager.BATTERY_STATUS_NOT_CHARGING to ChargeStatus.NOT_CHARGING,
+            BatteryManager.BATTERY_STATUS_FULL to ChargeStatus.FULL,
+            99 to ChargeStatus.UNKNOWN,
+        )
+        app.sendStickyBroadcast(Intent(Intent.ACTION_BATTERY_CHANGED))
+        source.samples(StreamTable.battery, StreamValues()).test {
+            assertEquals(ChargeStatus.UNKNOWN, battery(awaitItem()).status, "an intent without a status")
+            told.forEach { (status, expected) ->
+                broadcast(status, level = 100)
+                assertEquals(expected, battery(awaitItem()).status)
+            }
             cancel()
         }
     }

@@ -124,6 +124,46 @@ class Camera2SourceTest {
     }
 
     @Test
+    fun aPoseThatCannotBeHadCostsThePoseAlone() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        for (failing in listOf("open", "capture", "pose")) {
+            poses.failing = failing
+            val sample = imageAt(centreNanos = 200)
+            assertNull(sample.pose, failing)
+            val isCentre = failing == "pose"
+            val expected = if (isCentre) "exposure_centre" else "sensor_timestamp"
+            assertEquals(expected, sample.settings.stampSource, failing)
+            val captureNanos = if (isCentre) 200 + FakePoses.ML_TIME_IN_BOOT_TIME else device.bootNanos
+            assertEquals(captureNanos, sample.captureNanos, failing)
+        }
+    }
+
+    @Test
+    fun aCentreOfExposureOfZeroIsNone() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        val sample = imageAt(centreNanos = 0)
+        assertEquals(device.bootNanos to "sensor_timestamp", sample.captureNanos to sample.settings.stampSource)
+        assertNull(sample.pose)
+    }
+
+    /** The sample of an image that begins now, by the vendor's tags exposed around [centreNanos]. */
+    private suspend fun imageAt(centreNanos: Long): ImageSample {
+        poses.isThere = true
+        lateinit var sample: ImageSample
+        copies().test {
+            val camera = rig.awaitRunning()
+            val tags = mapOf("com.amd.control.cvip_timestamps" to longArrayOf(0, centreNanos, 0, 0))
+            with(rig) {
+                camera.result(device.monotonicNanos, tags = tags)
+                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            }
+            sample = awaitImage().image
+            cancel()
+        }
+        return sample
+    }
+
+    @Test
     fun aShapeWithoutIntrinsicsHasNone() = runBlocking {
         rig.add("1", listOf(JPEG))
         copies().test {

@@ -52,6 +52,29 @@ class ColorNegotiationTest {
     }
 
     @Test
+    fun theCameraThatIsAskedForServes() {
+        val modes = listOf(Mode(ImageFormat.JPEG, HD, FRAME_30))
+        rig.add("0", modes)
+        rig.add("1", listOf(Mode(ImageFormat.JPEG, HD, FRAME_15)))
+        val zero = wanted.copy(cameraId = 0)
+        assertEquals(Answer.Applied(zero), source.negotiate(StreamTable.color, zero))
+        val one = assertIs<Answer.Adjusted>(source.negotiate(StreamTable.color, wanted.copy(cameraId = 1)))
+        assertEquals(1 to 15, one.values.cameraId to one.values.rateHz)
+    }
+
+    @Test
+    fun theOtherCameraServesWhereTheOneAskedForIsNotListedAndTheAnswerSaysSo() {
+        rig.add("0", listOf(Mode(ImageFormat.JPEG, HD, FRAME_15)))
+        val answer = assertIs<Answer.Adjusted>(source.negotiate(StreamTable.color, wanted.copy(cameraId = 1)))
+        assertEquals(wanted.copy(cameraId = 0, rateHz = 15), answer.values)
+        assertEquals(
+            "this headset lists no camera 1; camera 0 serves instead; camera 0 makes 15.0 images of 1920x1080 per " +
+                "second at most, and exposes at 15, 30, 60 Hz",
+            answer.reason,
+        )
+    }
+
+    @Test
     fun aJpegThatStallsTheCameraIsMadeHereInstead() {
         val stalling = Mode(ImageFormat.JPEG, HD, FRAME_30, stallNanos = 1)
         rig.add("1", listOf(stalling, Mode(ImageFormat.YUV_420_888, HD, FRAME_30)))

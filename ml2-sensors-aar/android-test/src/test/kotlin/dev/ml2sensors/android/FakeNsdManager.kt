@@ -1,5 +1,7 @@
 package dev.ml2sensors.android
 
+import android.content.Context
+import android.net.nsd.INsdManager
 import android.net.nsd.NsdManager
 import android.net.nsd.NsdServiceInfo
 import kotlinx.coroutines.channels.Channel
@@ -44,6 +46,11 @@ class FakeNsdManager {
         services -= name
         search?.onServiceLost(unresolved(name))
     }
+
+    /** Android's own asks a service that is not here. */
+    @Implementation
+    @Suppress("FunctionName", "UNUSED_PARAMETER")
+    fun __constructor__(context: Context, service: INsdManager) = Unit
 
     /** Answers the oldest resolution, once it is asked for. */
     suspend fun resolveNext() = resolutions.receive()()

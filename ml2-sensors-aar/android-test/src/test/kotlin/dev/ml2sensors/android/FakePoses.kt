@@ -1,5 +1,6 @@
 package dev.ml2sensors.android
 
+import dev.ml2sensors.capture.CaptureException
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
@@ -10,6 +11,10 @@ import java.util.concurrent.CopyOnWriteArrayList
 internal class FakePoses : ColorPoses {
     @Volatile
     var isThere = false
+
+    /** The call, as in [calls], that fails. */
+    @Volatile
+    var failing: String? = null
     val calls = CopyOnWriteArrayList<String>()
     val threads = CopyOnWriteArrayList<String>()
 
@@ -21,6 +26,7 @@ internal class FakePoses : ColorPoses {
     private fun note(call: String) {
         calls += call
         threads += Thread.currentThread().name
+        if (call == failing) throw CaptureException.VendorFailure("MLPerceptionGetSnapshot answered UnspecifiedFailure")
     }
 
     private inner class Tracker : ColorPoses.Tracker {

@@ -1,6 +1,7 @@
 package dev.ml2sensors.android
 
 import android.app.Application
+import android.content.res.Configuration
 import android.net.nsd.NsdManager
 import android.net.wifi.WifiManager
 import app.cash.turbine.test
@@ -18,7 +19,9 @@ import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertIs
+import kotlin.test.assertNotSame
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.milliseconds
 
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], manifest = Config.NONE, shadows = [FakeNsdManager::class])
@@ -27,7 +30,7 @@ class NsdBrowserTest {
     private val wifi = app.getSystemService(WifiManager::class.java)
     private val manager = Shadow.newInstanceOf(NsdManager::class.java)
     private val network = Shadow.extract<FakeNsdManager>(manager)
-    private val browser = NsdBrowser(manager, wifi)
+    private val browser = NsdBrowser({ manager }, wifi)
     private val desk = "desk" to ReceiverAddress("192.168.1.5", 7755)
     private val robot = "robot" to ReceiverAddress("fd00:0:0:0:0:0:0:7", 7756)
 
@@ -80,6 +83,36 @@ class NsdBrowserTest {
             assertEquals(emptyMap(), awaitItem())
             cancel()
         }
+    }
+
+    @Test
+    fun aManagerThatDoesNotAnswerIsReplacedAndTheLastKnownAddressStandsMeanwhile() = runBlocking {
+        val managers = List(3) { Shadow.newInstanceOf(NsdManager::class.java) }
+        val networks = managers.map { Shadow.extract<FakeNsdManager>(it) }
+        networks.forEach { it.appear("desk", "192.168.1.5", 7755) }
+        networks[1].isSlow = true
+        networks[2].appear("desk", "192.168.1.9", 7755)
+        val fresh = managers.iterator()
+        val browser = NsdBrowser(fresh::next, wifi, resolutionLimit = 50.milliseconds)
+        browser.receivers().test {
+            assertEquals(mapOf(desk), awaitItem())
+            cancel()
+        }
+        browser.receivers().test {
+            assertEquals(mapOf(desk), awaitItem(), "the last known, while nothing is answered")
+            assertEquals(mapOf("desk" to ReceiverAddress("192.168.1.9", 7755)), awaitItem(), "of a fresh manager")
+            assertFalse(networks[1].isSearching)
+            cancel()
+        }
+        assertEquals(listOf(false, false, false), networks.map { it.isSearching })
+        assertEquals(0, shadowOf(wifi).activeLockCount)
+    }
+
+    @Test
+    fun everySearchOfAnAppAsksAManagerOfItsOwn() {
+        val first = app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java)
+        val second = app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java)
+        assertNotSame(first, second)
     }
 
     @Test

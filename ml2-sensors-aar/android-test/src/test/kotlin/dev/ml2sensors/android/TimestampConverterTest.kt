@@ -52,6 +52,14 @@ class TimestampConverterTest {
     }
 
     @Test
+    fun aTimestampUpToFiveMillisecondsAheadIsOfTheClockItIsAheadOf() {
+        assertNull(converter.captureNanos(device.bootNanos + 6 * MILLI))
+        val timestamp = device.bootNanos + 5 * MILLI
+        assertEquals(timestamp, converter.captureNanos(timestamp))
+        assertEquals(listOf(ClockDomain.BOOTTIME), found)
+    }
+
+    @Test
     fun beforeAnySuspensionTheClocksAreOneToWithinAMillisecond() {
         device.suspendedNanos = 900
         converter.captureNanos(device.monotonicNanos - 5 * MILLI)

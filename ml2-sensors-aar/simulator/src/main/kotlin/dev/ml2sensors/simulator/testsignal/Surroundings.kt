@@ -4,6 +4,7 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.times
 import dev.ml2sensors.simulator.signal.Signal
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.ScalarSample
 import kotlin.math.PI
 import kotlin.math.pow
@@ -20,7 +21,7 @@ internal fun surroundings(trajectory: Trajectory): Map<String, Signal> = mapOf(
 /** Empties from 90 % to 5 %, and again. */
 internal fun battery() = Signal(1) { capture ->
     val charge = (0.9 - 0.85 * (capture.seconds / CHARGE_SECONDS % 1)).toFloat()
-    BatterySample(capture.nanos, voltage = 7.0f + 1.4f * charge, current = -1.6f, charge, charging = false)
+    BatterySample(capture.nanos, voltage = 7.0f + 1.4f * charge, current = -1.6f, charge, ChargeStatus.DISCHARGING)
 }
 
 private const val CHARGE_SECONDS = 3.5 * 3600
