@@ -69,6 +69,7 @@ def test_enabling_everything_in_that_file_asks_for_its_sensors() -> None:
         "resolution_height": 1080,
         "update_rate": 30,
         "format": "jpeg",
+        "camera_id": 1,
         "backend": "camera2",
     }
 
@@ -174,6 +175,9 @@ def test_what_ros_does_not_take_as_a_topic_is_refused(name: str) -> None:
         ("imu: {angular_velocity_variance: .nan}", "imu.angular_velocity_variance", ".nan", "0"),
         ("imu: {angular_velocity_variance: 1e999}", "imu.angular_velocity_variance", "1e999", "0"),
         ("imu: {angular_velocity_variance: on}", "imu.angular_velocity_variance", "on", "0"),
+        ("picture_center: {camera_id: 2}", "picture_center.camera_id", "2", "0, 1"),
+        ("picture_center: {camera_id: true}", "picture_center.camera_id", "true", "0, 1"),
+        ('picture_center: {camera_id: "1"}', "picture_center.camera_id", '"1"', "0, 1"),
         ("<<: {a: b}", "<<", "b", "gaze"),
     ],
 )
@@ -316,6 +320,7 @@ def test_a_colour_mode_is_accepted_exactly_when_the_device_has_it(
     if (stream, size, rate) in COLOR:
         request = parse(sections).requests["mixed_reality" if stream else "color"]
         others = {"update_rate": rate, "format": "jpeg", "backend": "camera2"}
+        others |= {} if stream else {"camera_id": 1}
         assert request == values | others
     else:
         with pytest.raises(ConfigError):

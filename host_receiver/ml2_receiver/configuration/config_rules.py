@@ -7,7 +7,7 @@ from typing import TypeGuard
 
 from ..errors import Problem
 from .parameter_file import Parameter, expected_one_of
-from .table import Key, Mode, Scalar, Section
+from .table import CAMERA_KEYS, Key, Mode, Scalar, Section
 
 type Parameters = Mapping[str, Parameter]
 type Values = Mapping[str, Scalar]
@@ -103,8 +103,9 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
     match key.type:
         case "bool":
             return isinstance(value, bool)
-        case "integer":  # of a camera: whether it is legal depends on the others
-            return type(value) is int
+        case "integer":
+            # Whether a value of a camera's mode is legal depends on the others.
+            return type(value) is int and (key.name in CAMERA_KEYS or value in key.allowed)
         case "number":
             if isinstance(value, bool) or not isinstance(value, int | float):
                 return False

@@ -150,7 +150,8 @@ def _allows(mode: Mode, values: Row) -> bool:
 
 def _key(name: str, row: Row) -> Key:
     if isinstance(row["type"], list):
-        choice = {**row, "type": "text", "allowed": tuple(row["type"])}
+        is_text = isinstance(row["default"], str)
+        choice = {**row, "type": "text" if is_text else "integer", "allowed": tuple(row["type"])}
         _one_of("default", choice["default"], choice["allowed"])
         return Key(name, **choice)
     _one_of("type", row["type"], _KEY_TYPES)
