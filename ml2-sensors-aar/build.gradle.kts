@@ -13,14 +13,9 @@ android {
         minSdk = 29
         consumerProguardFiles("aar/consumer-rules.pro")
         ndk { abiFilters += "x86_64" }
-        externalNativeBuild {
-            cmake {
-                targets += "ml2sensors"
-                // Where Khronos' openxr/openxr.h is: -Popenxr.include=FOLDER, or a line in ~/.gradle/gradle.properties
-                arguments += "-DML2S_OPENXR_INCLUDE=${providers.gradleProperty("openxr.include").get()}"
-            }
-        }
+        externalNativeBuild { cmake { targets += "ml2sensors" } }
     }
+    buildFeatures { prefab = true }
     externalNativeBuild { cmake { path = file("../native/CMakeLists.txt") } }
     compileOptions {
         sourceCompatibility = JavaVersion.VERSION_11
@@ -39,4 +34,6 @@ kotlin {
 dependencies {
     api(libs.coroutines)
     api(libs.serialization)
+    // Its headers, by prefab; the loader itself is the app's.
+    compileOnly(libs.openxr)
 }
