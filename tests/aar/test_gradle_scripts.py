@@ -1,4 +1,4 @@
-"""The Gradle files compile against the interfaces of Gradle and of its plugins for Android and Kotlin.
+"""The Gradle files compile against the interfaces of Gradle and of its plugins.
 
 gradlew installs only the Gradle that it names. No Gradle is run.
 """
