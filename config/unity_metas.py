@@ -56,6 +56,10 @@ IMPORTERS = {
     ".md": "TextScriptImporter:\n  externalObjects: {}\n",
     "package.json": "PackageManifestImporter:\n  externalObjects: {}\n",
 }
+IMPORTERS[".shader"] = (
+    "ShaderImporter:\n  externalObjects: {}\n  defaultTextures: []\n  nonModifiableTextures: []\n"
+)
+IMPORTERS[".mat"] = "NativeFormatImporter:\n  externalObjects: {}\n  mainObjectFileID: 2100000\n"
 DEFAULT = "DefaultImporter:\n  externalObjects: {}\n"
 END = "  userData:\n  assetBundleName:\n  assetBundleVariant:\n"
 

@@ -96,10 +96,26 @@ def test_scenes_refer_to_scripts_of_the_package(installed: Path) -> None:
         GUID.findall(meta.read_text())[0]: meta.name for meta in installed.rglob("*.cs.meta")
     }
     scenes = [*installed.rglob("*.unity"), *(ROOT / "tests/unity_project").rglob("*.unity")]
-    assert len(scenes) == 2
+    folders = {scene.parent.name for scene in scenes if "Samples~" in scene.parts}
+    assert folders == {
+        folder.name for folder in (installed / "Samples~").iterdir() if folder.is_dir()
+    }
     for scene in scenes:
         referred = re.findall(r"m_Script: {fileID: 11500000, guid: (\w+)", scene.read_text())
         assert "Ml2SensorStreamer.cs.meta" in {scripts[guid] for guid in referred}
+
+
+def test_what_scenes_and_materials_refer_to_is_there(installed: Path) -> None:
+    """Files by guid, Unity's own aside, and objects of the same file by number."""
+    known = {GUID.findall(meta.read_text())[0] for meta in installed.rglob("*.meta")}
+    files = [*installed.rglob("*.unity"), *installed.rglob("*.mat")]
+    assert files
+    for file in files:
+        text = file.read_text()
+        guids = set(re.findall(r"guid: (\w{32})", text))
+        assert {guid for guid in guids if not guid.startswith("0000000000000000")} <= known, file
+        objects = set(re.findall(r"^--- !u!\d+ &(\d+)$", text, re.MULTILINE))
+        assert set(re.findall(r"{fileID: (\d+)}", text)) - {"0"} <= objects, file
 
 
 def test_a_local_project_takes_the_package_from_this_tree() -> None:

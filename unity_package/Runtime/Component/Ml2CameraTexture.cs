@@ -1,15 +1,18 @@
 using System;
+using System.Diagnostics;
+using Ml2Sensors.Geometry;
 using Ml2Sensors.Interop;
 using Unity.Collections;
+using Unity.Collections.LowLevel.Unsafe;
 using UnityEngine;
 
 namespace Ml2Sensors
 {
     /// <summary>
-    /// Shows the latest frame of a camera or the depth sensor. Raw images go from the library's memory to the texture in
-    /// one copy and without garbage: R8 for mono8, RFloat for 32FC1 (metres, NaN where there is none). A JPEG is decoded
-    /// on the main thread, which takes milliseconds. Rows begin at the top, so the image is upside down in Unity's
-    /// texture coordinates: use a scale of (1, -1).
+    /// Shows the latest frame of a camera or the depth sensor, upright, with where the camera was and what its lens is.
+    /// Raw images go from the library's memory to the texture in one copy and without garbage: R8 for mono8, RFloat for
+    /// 32FC1 (metres, NaN where there is none). Unity decodes a JPEG on the main thread; DecodeMilliseconds tells what
+    /// that costs.
     /// </summary>
     [AddComponentMenu("ML2 Sensors/ML2 Camera Texture")]
     public sealed class Ml2CameraTexture : MonoBehaviour
@@ -33,6 +36,18 @@ namespace Ml2Sensors
         /// <summary>CLOCK_BOOTTIME of the frame shown.</summary>
         public long CaptureNanos => _lease == null ? 0 : _lease.CaptureNanos;
 
+        /// <summary>
+        /// The camera at the capture of the frame shown: x right, y up, z into the picture, in the world of the headset's
+        /// tracking, metres. Null when the device did not say.
+        /// </summary>
+        public Pose? CameraPose { get; private set; }
+
+        /// <summary>The lens for the frame shown; null when the device did not say.</summary>
+        public CameraIntrinsics? Intrinsics => _lease == null ? null : _lease.Intrinsics;
+
+        /// <summary>How long the main thread was busy with decoding the JPEG shown; 0 for raw images.</summary>
+        public double DecodeMilliseconds { get; private set; }
+
         /// <summary>The streamer and the stream shown; takes effect when this component is next enabled.</summary>
         public void Show(Ml2SensorStreamer streamer, StreamId stream)
         {
@@ -44,6 +59,8 @@ namespace Ml2Sensors
         {
             if (_streamer == null || _streamer.Unavailable != null) return;
             _viewed = _stream;
+            CameraPose = null;
+            DecodeMilliseconds = 0;
             _streamer.AddView(_viewed);
             _lease = new FrameLease(_viewed);
         }
@@ -53,8 +70,9 @@ namespace Ml2Sensors
             if (_lease == null || !_lease.TryAcquire()) return;
             try
             {
+                CameraPose = _lease.Pose?.ToUnity().ToPose();
                 if (_lease.RowBytes == 0) ShowJpeg(_lease.Pixels);
-                else ShowPixels(_lease.Pixels);
+                else ShowRows(_lease.Pixels);
             }
             finally
             {
@@ -75,15 +93,20 @@ namespace Ml2Sensors
             if (Texture != null) Destroy(Texture);
         }
 
-        private void ShowPixels(NativeArray<byte> pixels)
+        /// <summary>Rows of a frame begin at the top, those of a texture at the bottom.</summary>
+        private unsafe void ShowRows(NativeArray<byte> pixels)
         {
-            int pixelBytes = _lease.RowBytes / _lease.Width;
-            if (pixelBytes * _lease.Width * _lease.Height != pixels.Length || (pixelBytes != 1 && pixelBytes != 4))
+            int width = _lease.Width, height = _lease.Height, stride = _lease.RowBytes;
+            int pixelBytes = pixels.Length == 0 ? 0 : stride / width >= 4 ? 4 : 1;
+            int rowBytes = width * pixelBytes;
+            if (pixelBytes == 0 || pixels.Length < (height - 1) * stride + rowBytes)
                 throw new NotSupportedException(
-                    $"{_viewed}: expected rows of 1 or 4 bytes per pixel without padding, found {_lease.RowBytes} bytes " +
-                    $"for {_lease.Width} pixels.");
-            Fit(_lease.Width, _lease.Height, pixelBytes == 1 ? TextureFormat.R8 : TextureFormat.RFloat);
-            Texture.LoadRawTextureData(pixels);
+                    $"{_viewed}: expected {height} rows of {stride} bytes, found {pixels.Length} bytes.");
+            Fit(width, height, pixelBytes == 1 ? TextureFormat.R8 : TextureFormat.RFloat);
+            var source = (byte*)pixels.GetUnsafeReadOnlyPtr();
+            var target = (byte*)Texture.GetRawTextureData<byte>().GetUnsafePtr();
+            for (int row = 0; row < height; row++)
+                UnsafeUtility.MemCpy(target + (long)(height - 1 - row) * rowBytes, source + (long)row * stride, rowBytes);
             Texture.Apply(false);
         }
 
@@ -93,7 +116,9 @@ namespace Ml2Sensors
             if (_jpeg.Length < jpeg.Length) _jpeg = new byte[jpeg.Length * 2];
             NativeArray<byte>.Copy(jpeg, 0, _jpeg, 0, jpeg.Length);
             Fit(_lease.Width, _lease.Height, TextureFormat.RGB24);
+            long begin = Stopwatch.GetTimestamp();
             if (!Texture.LoadImage(_jpeg)) throw new FormatException($"{_viewed}: Unity cannot read this JPEG.");
+            DecodeMilliseconds = (Stopwatch.GetTimestamp() - begin) * 1000.0 / Stopwatch.Frequency;
         }
 
         private void Fit(int width, int height, TextureFormat format)

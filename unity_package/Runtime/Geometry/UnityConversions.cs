@@ -12,6 +12,9 @@ namespace Ml2Sensors.Geometry
         public static Quaternion ToQuaternion(this in Rotation<UnitySpace> q) =>
             new Quaternion((float)q.X, (float)q.Y, (float)q.Z, (float)q.W);
 
+        /// <summary>In single precision.</summary>
+        public static Pose ToPose(this in Pose<UnitySpace> pose) => new Pose(pose.Position.ToVector3(), pose.Rotation.ToQuaternion());
+
         /// <summary>With its axes in its type.</summary>
         public static Vector3<UnitySpace> InUnity(this Vector3 v) => new Vector3<UnitySpace>(v.x, v.y, v.z);
 

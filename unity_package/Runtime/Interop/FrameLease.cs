@@ -59,6 +59,23 @@ namespace Ml2Sensors.Interop
             }
         }
 
+        /// <summary>The lens of the capture; null when the device did not say.</summary>
+        public CameraIntrinsics? Intrinsics
+        {
+            get
+            {
+                if ((_frame.Has & FrameFields.Intrinsics) == 0) return null;
+                NativeFrame frame = _frame;
+                return new CameraIntrinsics(
+                    Width, Height,
+                    frame.FocalLength[0], frame.FocalLength[1],
+                    frame.PrincipalPoint[0], frame.PrincipalPoint[1],
+                    new LensDistortion(
+                        (LensModel)frame.Lens, frame.Distortion[0], frame.Distortion[1], frame.Distortion[2],
+                        frame.Distortion[3], frame.Distortion[4], frame.Distortion[5]));
+            }
+        }
+
         /// <summary>The image's bytes, rows from the top. Not a copy: reading it after the release is a fault.</summary>
         /// <exception cref="InvalidOperationException">No frame is held.</exception>
         public NativeArray<byte> Pixels

@@ -5,6 +5,8 @@ namespace Ml2Sensors.Samples
     /// <summary>A row of quads, each with the latest frame of one camera.</summary>
     public sealed class CameraWall : MonoBehaviour
     {
+        private const float DepthShownWhiteMetres = 5;
+
         private static readonly StreamId[] Cameras =
         {
             StreamId.WorldLeft, StreamId.WorldCenter, StreamId.WorldRight, StreamId.Color, StreamId.Depth,
@@ -12,7 +14,7 @@ namespace Ml2Sensors.Samples
 
         [SerializeField] private Ml2SensorStreamer _streamer;
 
-        [Tooltip("With a material whose shader shows a texture unlit.")]
+        [Tooltip("With the material CameraPreview.")]
         [SerializeField] private Renderer _quad;
 
         private void Start()
@@ -20,20 +22,21 @@ namespace Ml2Sensors.Samples
             for (int i = 0; i < Cameras.Length; i++)
             {
                 Renderer quad = Instantiate(_quad, transform);
-                quad.transform.localPosition = new Vector3(1.1f * i, 0, 0);
+                quad.transform.localPosition = new Vector3(1.1f * (i - Cameras.Length / 2), 0, 0);
                 quad.gameObject.SetActive(false);
                 var camera = quad.gameObject.AddComponent<Ml2CameraTexture>();
                 camera.Show(_streamer, Cameras[i]);
-                camera.TextureCreated += texture => Hang(quad, texture);
+                camera.TextureCreated += texture => Hang(quad.material, texture);
                 quad.gameObject.SetActive(true);
             }
+            _quad.gameObject.SetActive(false);
         }
 
-        /// <summary>Rows of a frame begin at the top, those of a texture at the bottom.</summary>
-        private static void Hang(Renderer quad, Texture texture)
+        private static void Hang(Material material, Texture2D texture)
         {
-            quad.material.mainTexture = texture;
-            quad.material.mainTextureScale = new Vector2(1, -1);
+            material.mainTexture = texture;
+            material.SetFloat("_Grey", texture.format == TextureFormat.RGB24 ? 0 : 1);
+            material.SetFloat("_White", texture.format == TextureFormat.RFloat ? DepthShownWhiteMetres : 1);
         }
     }
 }

@@ -1,5 +1,6 @@
 using System;
 using System.Linq;
+using Ml2Sensors.Geometry;
 using Ml2Sensors.Interop;
 using NUnit.Framework;
 using UnityEngine;
@@ -33,9 +34,19 @@ namespace Ml2Sensors.Tests
                 Assert.AreEqual(new[] { 1016, 1016 }, new[] { texture.width, texture.height });
                 Assert.AreEqual(TextureFormat.R8, texture.format);
                 var pixels = lease.Pixels;
-                for (int i = 0; i < pixels.Length; i += 997) Assert.AreEqual(pixels[i], texture.Raw[i]);
+                for (int row = 0; row < 1016; row += 7)
+                    for (int x = 0; x < 1016; x += 13)
+                        Assert.AreEqual(pixels[row * 1016 + x], texture.Raw[(1015 - row) * 1016 + x], "upright in Unity");
                 Assert.Greater(texture.Raw.Distinct().Count(), 50, "a rendered room has many greys");
-                Assert.IsNotNull(lease.Pose);
+                Pose pose = shown.Component.CameraPose.Value;
+                Pose<UnitySpace> expected = lease.Pose.Value.ToUnity();
+                Assert.AreEqual((float)expected.Position.Z, pose.position.z);
+                Assert.AreEqual((float)expected.Rotation.W, pose.rotation.w);
+                CameraIntrinsics lens = shown.Component.Intrinsics.Value;
+                Assert.AreEqual(LensModel.FisheyeTangential, lens.Distortion.Model);
+                Assert.AreEqual(1016, lens.Width);
+                Assert.That(lens.Cx, Is.InRange(400, 600));
+                Assert.That(lens.Fx, Is.InRange(200, 900));
             }
         }
 
@@ -89,12 +100,24 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Update_RowsWithPadding_ThrowsAndGivesTheFrameBack()
+        public void Update_RowsWithPadding_AreShownWithoutItAndUpright()
+        {
+            using (var shown = new ShownStream(StreamId.WorldLeft))
+            using (var slots = new NativeSlots(StreamId.WorldLeft, 1, 64))
+            {
+                slots.Publish(1, new byte[] { 1, 2, 99, 3, 4 }, 2, 2, 3);
+                shown.Update();
+                Assert.AreEqual(new byte[] { 3, 4, 1, 2 }, shown.Texture.Raw);
+            }
+        }
+
+        [Test]
+        public void Update_FewerBytesThanRows_ThrowsAndGivesTheFrameBack()
         {
             using (var shown = new ShownStream(StreamId.WorldLeft))
             {
                 var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
-                slots.Publish(1, new byte[6], 2, 2, 3);
+                slots.Publish(1, new byte[4], 2, 2, 3);
                 Assert.Throws<NotSupportedException>(shown.Update);
                 Assert.DoesNotThrow(slots.Dispose, "a slot is still leased");
             }
@@ -112,6 +135,9 @@ namespace Ml2Sensors.Tests
                 slots.Publish(2, new byte[] { 0xff, 0xd8, 5 }, 640, 480);
                 shown.Update();
                 Assert.AreSame(first, shown.Texture.Jpeg);
+                Assert.Greater(shown.Component.DecodeMilliseconds, 0);
+                Assert.IsNull(shown.Component.CameraPose);
+                Assert.IsNull(shown.Component.Intrinsics);
                 Assert.AreEqual(5, first[2]);
             }
         }

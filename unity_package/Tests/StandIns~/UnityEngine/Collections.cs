@@ -46,6 +46,12 @@ namespace Unity.Collections.LowLevel.Unsafe
         public static AtomicSafetyHandle GetTempUnsafePtrSliceHandle() => default(AtomicSafetyHandle);
     }
 
+    public static unsafe class UnsafeUtility
+    {
+        public static void MemCpy(void* destination, void* source, long size) =>
+            Buffer.MemoryCopy(source, destination, size, size);
+    }
+
     public static unsafe class NativeArrayUnsafeUtility
     {
         public static NativeArray<T> ConvertExistingDataToNativeArray<T>(void* data, int length, Allocator allocator)
@@ -54,6 +60,8 @@ namespace Unity.Collections.LowLevel.Unsafe
         public static void SetAtomicSafetyHandle<T>(ref NativeArray<T> array, AtomicSafetyHandle handle) where T : struct
         {
         }
+
+        public static void* GetUnsafePtr<T>(this NativeArray<T> array) where T : struct => array.Data;
 
         public static void* GetUnsafeReadOnlyPtr<T>(this NativeArray<T> array) where T : struct => array.Data;
     }

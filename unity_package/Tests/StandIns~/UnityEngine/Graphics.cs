@@ -41,6 +41,18 @@ namespace UnityEngine
         }
     }
 
+    public struct Pose
+    {
+        public Vector3 position;
+        public Quaternion rotation;
+
+        public Pose(Vector3 position, Quaternion rotation)
+        {
+            this.position = position;
+            this.rotation = rotation;
+        }
+    }
+
     public struct Rect
     {
         public Rect(float x, float y, float width, float height)
@@ -73,17 +85,20 @@ namespace UnityEngine
         public int height { get; }
         public TextureFormat format { get; }
 
-        /// <summary>What was loaded, until Apply only on this side.</summary>
+        /// <summary>What was written, until Apply only on this side; rows begin at the bottom.</summary>
         public byte[] Raw { get; }
+
+        private GCHandle _pinned;
 
         public int Applied { get; private set; }
 
         public byte[] Jpeg { get; internal set; }
 
-        public unsafe void LoadRawTextureData<T>(NativeArray<T> data) where T : struct
+        public unsafe NativeArray<T> GetRawTextureData<T>() where T : struct
         {
-            if (data.Length != Raw.Length) throw new ArgumentException($"Expected {Raw.Length} bytes, found {data.Length}.");
-            Marshal.Copy((IntPtr)data.GetUnsafeReadOnlyPtr(), Raw, 0, Raw.Length);
+            if (!_pinned.IsAllocated) _pinned = GCHandle.Alloc(Raw, GCHandleType.Pinned);
+            return NativeArrayUnsafeUtility.ConvertExistingDataToNativeArray<T>(
+                (void*)_pinned.AddrOfPinnedObject(), Raw.Length / Marshal.SizeOf<T>(), Allocator.None);
         }
 
         public void Apply(bool updateMipmaps) => Applied++;
@@ -101,7 +116,10 @@ namespace UnityEngine
     public class Material : Object
     {
         public Texture mainTexture { get; set; }
-        public Vector2 mainTextureScale { get; set; }
+
+        public void SetFloat(string name, float value)
+        {
+        }
     }
 
     public class Renderer : Component

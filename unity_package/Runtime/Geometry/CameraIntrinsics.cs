@@ -1,0 +1,77 @@
+namespace Ml2Sensors.Geometry
+{
+    /// <summary>
+    /// A camera's lens as the device tells it, for an image of Width x Height pixels. Pixels are counted from the centre
+    /// of the top left one, x to the right, y down.
+    /// </summary>
+    public readonly struct CameraIntrinsics
+    {
+        /// <summary>Pixels per row.</summary>
+        public readonly int Width;
+
+        /// <summary>Rows.</summary>
+        public readonly int Height;
+
+        /// <summary>Focal length in pixels along x.</summary>
+        public readonly double Fx;
+
+        /// <summary>Focal length in pixels along y.</summary>
+        public readonly double Fy;
+
+        /// <summary>Principal point in pixels from the left.</summary>
+        public readonly double Cx;
+
+        /// <summary>Principal point in pixels from the top.</summary>
+        public readonly double Cy;
+
+        /// <summary>How the lens departs from a pinhole.</summary>
+        public readonly LensDistortion Distortion;
+
+        /// <summary>All in pixels.</summary>
+        public CameraIntrinsics(int width, int height, double fx, double fy, double cx, double cy, in LensDistortion distortion)
+        {
+            Width = width;
+            Height = height;
+            Fx = fx;
+            Fy = fy;
+            Cx = cx;
+            Cy = cy;
+            Distortion = distortion;
+        }
+    }
+
+    /// <summary>ml2s_lens of native/sdk/ml2s.h.</summary>
+    public enum LensModel
+    {
+        /// <summary>RGB and depth: K1, K2, P1, P2, K3 as in OpenCV; K4 is 0.</summary>
+        PlumbBob = 0,
+
+        /// <summary>World cameras: equidistant with K1 to K4, then tangential with P1 and P2.</summary>
+        FisheyeTangential = 1,
+    }
+
+    /// <summary>The coefficients of a lens model.</summary>
+    public readonly struct LensDistortion
+    {
+        /// <summary>What the coefficients mean.</summary>
+        public readonly LensModel Model;
+
+#pragma warning disable 1591 // The names are those of OpenCV.
+        public readonly double K1, K2, K3, K4;
+        public readonly double P1, P2;
+#pragma warning restore 1591
+
+        /// <summary>In the order of ml2s_frame.distortion, which differs between models.</summary>
+        internal LensDistortion(LensModel model, double d0, double d1, double d2, double d3, double d4, double d5)
+        {
+            bool isFisheye = model == LensModel.FisheyeTangential;
+            Model = model;
+            K1 = d0;
+            K2 = d1;
+            K3 = isFisheye ? d2 : d4;
+            K4 = isFisheye ? d3 : 0;
+            P1 = isFisheye ? d4 : d2;
+            P2 = isFisheye ? d5 : d3;
+        }
+    }
+}
