@@ -8,6 +8,9 @@ import sys
 from typing import Any
 
 import rclpy
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -34,6 +37,14 @@ class Client:
     def set_atomically(self, values: dict[str, Any]) -> Any:
         answer = self._await(self._parameters.set_parameters_atomically(_parameters(values)))
         return [answer.result.successful, answer.result.reason]
+
+    def set_of_type(self, name: str, type: int) -> Any:
+        """With a type that ROS need not know."""
+        request = SetParameters.Request(
+            parameters=[ParameterMessage(name=name, value=ParameterValue(type=type))]
+        )
+        answer = self._answer(SetParameters, f"{_RECEIVER}/set_parameters", request)
+        return [[result.successful, result.reason] for result in answer.results]
 
     def get(self, *names: str) -> Any:
         answer = self._await(self._parameters.get_parameters(list(names)))

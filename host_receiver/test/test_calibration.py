@@ -91,3 +91,11 @@ def test_a_calibration_for_another_resolution_is_a_wrong_value(tmp_path: Path) -
     (tmp_path / "config.yaml").write_text(CONFIG)
     with pytest.raises(ConfigError, match="expected a calibration for 1016x1016, found 508x1016"):
         load_config(tmp_path / "config.yaml")
+
+
+def test_the_home_of_nobody_is_a_wrong_value(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(CONFIG.replace("left.yaml", '"~nosuchuser/left.yaml"'))
+    message = r"config.yaml:3: world_left.calibration: ~nosuchuser/left.yaml: .*home"
+    with pytest.raises(ConfigError, match=message):
+        load_config(config)

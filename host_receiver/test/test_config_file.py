@@ -74,6 +74,15 @@ def test_what_stands_there_and_is_no_configuration_stays_as_it_is(file: Path) ->
     assert file.read_text() == "shopping: list"
 
 
+def test_a_section_given_twice_is_not_written(file: Path) -> None:
+    twice = TEXT + "    world_right: {enabled: true}\n    world_right: {update_rate: 30}\n"
+    file.write_text(twice)
+    config = changed(file, gaze__enabled=True)
+    with pytest.raises(ConfigError, match=r"config.yaml:9: cannot be written: .*world_right"):
+        ConfigFile(file).save(config)
+    assert file.read_text() == twice
+
+
 def test_a_folder_that_cannot_be_made_is_the_reason(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     file = ConfigFile(tmp_path / "file" / "config.yaml", is_optional=True)

@@ -104,11 +104,10 @@ def read_calibrations(
     calibrations: dict[str, Calibration] = {}
     problems: dict[str, Problem] = {}
     for section in sections:
-        path = _calibration_file(section, values, folder)
-        if path is None:
-            continue
         try:
-            calibrations[section] = _calibration(section, path, values)
+            path = _calibration_file(section, values, folder)
+            if path is not None:
+                calibrations[section] = _calibration(section, path, values)
         except CalibrationError as error:
             name = f"{section}.calibration"
             problems[section] = Problem(0, name, str(values[name]), str(error))
@@ -139,7 +138,10 @@ def check_size(calibration: Calibration, section: str, values: Values) -> None:
 
 def _calibration_file(section: str, values: Values, folder: Path) -> Path | None:
     name = str(values.get(f"{section}.calibration") or "")
-    return folder / Path(name).expanduser() if name else None
+    try:
+        return folder / Path(name).expanduser() if name else None
+    except RuntimeError as error:
+        raise CalibrationError(f"{name}: no such user has a home folder here") from error
 
 
 def _runs(stream: Stream, values: Values) -> bool:

@@ -79,13 +79,20 @@ def _edited(data: bytes, folder: Path, values: Values) -> bytes:
     """The file with other values; keys that it does not have are added where they are not as
     the table has them."""
     from ruamel.yaml import YAML  # takes as long to import as the rest
+    from ruamel.yaml.error import YAMLError
 
     before = parse_config(data, folder).values
     yaml = YAML()
     yaml.preserve_quotes = True
     yaml.width = _WIDE
     yaml.indent(**_INDENT)
-    document = yaml.load(data)
+    try:
+        document = yaml.load(data)
+    except YAMLError as error:  # YAML 1.2, and each key once, where the reader takes more
+        line = getattr(getattr(error, "problem_mark", None), "line", -1) + 1
+        reason = getattr(error, "problem", None) or str(error)
+        problem = Problem(line, "", "", f"cannot be written: {' '.join(reason.split())}")
+        raise ConfigError([problem]) from error
     for name, value in values.items():
         if value == before[name]:
             continue

@@ -77,9 +77,7 @@ class RosNode:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._closing = Future(executor=self._executor)
-        self._spinner = threading.Thread(
-            target=self._executor.spin_until_future_complete, args=[self._closing]
-        )
+        self._spinner = threading.Thread(target=self._spin, name="spinner")
 
     @property
     def config(self) -> Config:
@@ -131,6 +129,13 @@ class RosNode:
         """With `publish.lazy`, the streams that no topic's subscriber needs at present."""
         return self._publishers.idle_streams() if self.config.values["publish.lazy"] else set()
 
+    def _spin(self) -> None:
+        while self._context.ok() and not self._closing.done():
+            try:
+                self._executor.spin_until_future_complete(self._closing)
+            except Exception as error:
+                self._node.failures.add(error)
+
     def _matched(self) -> None:
         if self._control is not None and self.config.values["publish.lazy"]:
             self._control.update()
@@ -144,7 +149,7 @@ class RosNode:
 
     def _report(self, report: Report | None) -> None:
         with self._reporting:
-            rows = self._diagnostics.rows(report, time.monotonic())
+            rows = self._diagnostics.rows(report, time.monotonic()) + self._node.failures.rows()
         if self._control is not None:
             rows.append(security_row(self._control.protection()))
         more = {

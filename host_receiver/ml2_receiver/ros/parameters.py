@@ -4,6 +4,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -21,6 +22,7 @@ from ..configuration.config_rules import expected
 from ..configuration.settings import Settings, cameras, mode_name
 from ..configuration.table import CAMERA_KEYS, Key, Scalar, Section, load_table
 from ..errors import ConfigError
+from .failures import Answer, Failures
 
 # Declared by rclpy, by it or for publishers.
 _OF_ROS = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..*")
@@ -35,12 +37,14 @@ class ParameterNode(Node):
     """A node whose parameters are the keys of the configuration, and `<camera>.mode`.
 
     Parameters given to ROS at its start go before those of `config`. Used by the node's executor.
+    `failures` has what of it raised unexpectedly.
 
     Raises:
         ConfigError: parameters given at the start are wrong.
     """
 
     def __init__(self, name: str, context: Context, config: Config) -> None:
+        self.failures = Failures(lambda text: self.get_logger().error(text))
         super().__init__(
             name, context=context, automatically_declare_parameters_from_overrides=True
         )
@@ -61,6 +65,11 @@ class ParameterNode(Node):
     def config(self) -> Config:
         """The configuration in force."""
         return self._settings.config
+
+    def create_service(self, srv_type: Any, srv_name: str, callback: Answer, **of_ros: Any) -> Any:
+        """As rclpy's, but a callback that raises answers that it failed."""
+        answer = self.failures.answering(callback)
+        return super().create_service(srv_type, srv_name, answer, **of_ros)
 
     def on_change(self, changed: Callable[[Settings], None]) -> None:
         """Calls `changed` after every change."""

@@ -1,0 +1,87 @@
+"""What of the node fails unexpectedly ends nothing else, and is told."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ml2_receiver.configuration.config_file import ConfigFile
+from ml2_receiver.configuration.table import load_table
+from ml2_receiver.link.access import Protection
+from ml2_receiver.link.report import Report
+from ml2_receiver.link.streams import Request
+from mock_device import MockDevice
+from patience import PATIENCE_S
+from ros_processes import Client
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+from ml2_receiver.ros import RosNode
+from ml2_receiver.watch.diagnostics_node import DiagnosticsNode
+
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+NO_TYPE = 99
+
+
+class FailingControl:
+    """A Control whose first report fails, and whose begin() always does."""
+
+    def __init__(self) -> None:
+        self.reports = 0
+
+    def report(self) -> Report | None:
+        self.reports += 1
+        if self.reports == 1:
+            raise ZeroDivisionError("the first report")
+        return None
+
+    def protection(self) -> Protection:
+        return Protection(None)
+
+    def begin(self) -> None:
+        raise KeyError("begin")
+
+    def pause(self) -> None:
+        pass
+
+    def request(self, request: Request) -> None:
+        pass
+
+    def test_link(self) -> None:
+        pass
+
+    def update(self) -> None:
+        pass
+
+
+@pytest.fixture
+def node(config: Path, ros_of_children: None) -> Iterator[RosNode]:
+    file = ConfigFile(config)
+    node = RosNode(load_table(), file.load(), [])
+    node.serve(FailingControl(), file)
+    yield node
+    node.close()
+
+
+def test_a_service_answers_that_it_failed_and_goes_on(node: RosNode) -> None:
+    with Client() as client:
+        for _ in range(2):
+            succeeded, words = client.ask("trigger", "start")
+            assert (succeeded, "KeyError: 'begin'" in words) == (False, True)
+        assert client.ask("trigger", "stop")[0]
+
+
+def test_diagnostics_go_on_and_have_what_failed(node: RosNode) -> None:
+    watch = DiagnosticsNode()
+    try:
+        rows = watch.rows("", PATIENCE_S, lambda rows: "callbacks" in rows)
+    finally:
+        watch.close()
+    assert rows["callbacks"]["failures"] == "1"
+    assert "ZeroDivisionError: the first report" in rows["callbacks"]["message"]
+
+
+def test_a_parameter_of_an_unknown_type_is_refused(device: MockDevice, client: Client) -> None:
+    ((succeeded, words),) = client.ask("set_of_type", "battery.enabled", NO_TYPE)
+    assert (succeeded, str(NO_TYPE) in words) == (False, True)
+    assert client.ask("get", "battery.enabled") == [True]
