@@ -1,12 +1,19 @@
 """How every node of the receiver and of its tools starts ROS."""
 
+import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import rclpy
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions
 
 from .errors import RosError
+
+# rcl_logging_spdlog's words for a folder it cannot make, and spdlog's for a file.
+_LOG = re.compile(
+    r"Failed to create log directory '([^']*)'|Failed opening file (.*)/[^/]* for writing"
+)
 
 
 def start_ros(arguments: Sequence[str] = ()) -> Context:
@@ -16,7 +23,7 @@ def start_ros(arguments: Sequence[str] = ()) -> Context:
         arguments: for ROS, as `["--ros-args", ...]`.
 
     Raises:
-        RosError: ROS does not take them.
+        RosError: ROS does not take them, or cannot write its log.
     """
     context = Context()
     try:
@@ -26,5 +33,11 @@ def start_ros(arguments: Sequence[str] = ()) -> Context:
             signal_handler_options=SignalHandlerOptions.NO,
         )
     except RuntimeError as error:
+        if (unwritable := _LOG.search(str(error))) is not None:
+            raise RosError(
+                f"ROS 2 cannot write its log to {Path(unwritable[1] or unwritable[2])}: set"
+                " ROS_LOG_DIR to a folder that you can write, as in"
+                " `export ROS_LOG_DIR=/tmp/ros_log`"
+            ) from error
         raise RosError(f"ROS 2 does not start: {error}") from error
     return context

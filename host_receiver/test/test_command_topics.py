@@ -1,5 +1,6 @@
 import json
 import signal
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -83,3 +84,16 @@ def test_without_a_receiver_it_says_what_to_start(name: str) -> None:
     with command(name) as child:
         assert child.wait() == 2
         assert "start `ml2-receiver run`" in "\n".join(child.errors)
+
+
+@pytest.mark.parametrize("folder", ["missing/log", "read_only"])
+def test_where_ros_cannot_write_its_log_it_names_the_variable_to_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
+) -> None:
+    (tmp_path / "missing").touch()  # no folder can be made in a file
+    (tmp_path / "read_only").symlink_to("/proc/1/task")  # in which nobody makes files
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / folder))
+    with command("topics", "--once") as child:
+        assert child.wait() == 2
+    (line,) = child.errors
+    assert line.startswith(f"ROS 2 cannot write its log to {tmp_path / folder}: set ROS_LOG_DIR to")
