@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.writer import Writer
 
 import bag_scene
 from ml2_receiver.cli import main
+from ml2_receiver.generated.message_definitions import DEFINITIONS
 from ml2_receiver.integrity.check import Check
 from ml2_receiver.integrity.inspection import inspect
 from ml2_receiver.recording.bag_reader import Bag
@@ -195,3 +197,35 @@ def test_what_is_no_recording_is_said_in_one_line(
     (tmp_path / "thesis.mcap").write_text("precious")
     assert main(["inspect", str(tmp_path)]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+def test_a_recording_without_stamps_is_no_pass(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with (tmp_path / "notes.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("note", "jsonschema", b"{}")
+        channel = writer.register_channel("/notes", "json", schema)
+        writer.add_message(channel, 1, b"{}", 1)
+        writer.finish()
+    assert main(["inspect", str(tmp_path)]) == 2
+    assert "/notes (note)" in capsys.readouterr().err
+
+
+def test_a_type_that_is_not_read_is_said(tmp_path: Path) -> None:
+    type = "sensor_msgs/msg/Temperature"
+    assert type not in DEFINITIONS
+    unknown = Message("/room", BEGIN_NS, BEGIN_NS, type, payload=bytes(64))
+    found = checks(tmp_path, [*sound(), unknown])["/room", "messages"]
+    assert (found.verdict, type in found.found) == ("hint", True)
+
+
+def test_what_several_topics_have_in_common_is_said_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replayed = [replace(it, log_ns=it.log_ns + 3_600_000 * MS) for it in sound()]
+    assert main(["inspect", str(written(tmp_path / "bag", replayed))]) == 0
+    lines = [it for it in capsys.readouterr().out.splitlines() if it.startswith("hint")]
+    (line,) = lines
+    assert "latency of 5 topics" in line

@@ -15,6 +15,8 @@ from .survey import survey
 from .timing import timing
 from .transform_stamps import transform_stamps
 
+_MOST_SHOWN = 200
+
 
 def inspect(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> list[Check]:
     """Looks at every topic; reads the recording once.
@@ -23,13 +25,19 @@ def inspect(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> list[
         on_bytes: hears of each payload's length, for a progress bar against `bag.size_bytes`.
 
     Raises:
-        RecordingError: the file is broken before its end, or has no topics.
+        RecordingError: the file is broken before its end, or no message in it can be judged.
     """
     if not bag.types:
         raise RecordingError("this is no recording: it has no topics")
     found = survey(bag, on_bytes)
     checks = [check for name, topic in found.topics.items() for check in timing(name, topic)]
     checks += [*pairing(found), *coverage(found), *transform_stamps(found)]
+    if worst(checks) != "wrong" and not any(topic.stamps for topic in found.topics.values()):
+        topics = ", ".join(f"{name} ({topic.type})" for name, topic in found.topics.items())
+        raise RecordingError(
+            "nothing here can be checked: expected ROS messages with stamps, found only"
+            f" {topics[:_MOST_SHOWN]}"
+        )
     return sorted(checks, key=lambda check: check.topic)
 
 

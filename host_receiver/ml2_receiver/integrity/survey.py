@@ -22,6 +22,7 @@ type Stamps = NDArray[np.int64]
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 _STRING = "std_msgs/msg/String"
+READ = {TRANSFORMS, _STRING, *DEFINITIONS}
 _MOST_FRAMES = 1000
 
 

@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from .check import VERDICTS, Check
+from .check import VERDICTS, Check, Verdict
 
 _COLOURS = {"ok": "green", "hint": "yellow", "wrong": "red"}
 _BARS = " ▁▂▃▄▅▆▇█"
@@ -43,13 +43,26 @@ def integrity_table(checks: Sequence[Check]) -> Table:
 
 
 def problems(checks: Sequence[Check]) -> list[str]:
-    """A line for each check that is not ok, with the worst first, as markup."""
-    bad = [check for check in checks if check.verdict != "ok"]
-    bad.sort(key=lambda check: -VERDICTS.index(check.verdict))
+    """A line for what is not ok, once for all topics of which it is true, as markup.
+
+    The worst come first.
+    """
+    bad: dict[tuple[Verdict, str, str], list[str]] = {}
+    for it in checks:
+        if it.verdict != "ok":
+            bad.setdefault((it.verdict, it.check, it.found), []).append(it.topic)
     return [
-        f"[{_COLOURS[it.verdict]}]{it.verdict}[/] {escape(f'{it.topic}: {it.check}: {it.found}')}"
-        for it in bad
+        f"[{_COLOURS[verdict]}]{verdict}[/] {escape(_said(topics, check, found))}"
+        for (verdict, check, found), topics in sorted(
+            bad.items(), key=lambda item: -VERDICTS.index(item[0][0])
+        )
     ]
+
+
+def _said(topics: Sequence[str], check: str, found: str) -> str:
+    if len(topics) == 1:
+        return f"{topics[0]}: {check}: {found}"
+    return f"{check} of {len(topics)} topics: {found} ({', '.join(topics)})"
 
 
 def _cell(check: Check | None, key: str) -> str:

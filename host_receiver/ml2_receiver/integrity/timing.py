@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .check import Check, Verdict, of_share
-from .survey import TRANSFORMS, Stamps, TopicRecord
+from .survey import READ, TRANSFORMS, Stamps, TopicRecord
 
 IMU, IMAGES = "sensor_msgs/msg/Imu", ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 PERIODIC = (IMU, *IMAGES)
@@ -50,6 +50,9 @@ def _messages(name: str, topic: TopicRecord) -> Check:
         return Check(name, "messages", "wrong", found, figures)
     if not topic.messages:
         return Check(name, "messages", "hint", "announced, but nothing came", figures)
+    if topic.type not in READ:
+        found = f"{topic.messages} messages of {topic.type}, which is not read here"
+        return Check(name, "messages", "hint", found, figures)
     return Check(name, "messages", "ok", f"{topic.messages} messages", figures)
 
 
@@ -123,5 +126,5 @@ def _latency(name: str, latencies_ms: np.ndarray[tuple[int], np.dtype[np.float64
     verdict: Verdict = "ok" if p99_ms <= _LATENCY_HINT_MS else "hint"
     found = f"p50 {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms"
     if least_ms > _LATENCY_WRONG_MS:
-        found = f"at least {least_ms / 1000:.0f} s: a replay of old data, or a wrong clock"
+        found = f"over {_LATENCY_WRONG_MS / 1000:.0f} s: a replay of old data, or a wrong clock"
     return Check(name, "latency", verdict, found, figures)
