@@ -39,6 +39,7 @@ class Message:
     frame: str = FRAME
     size: tuple[int, int] = (WIDTH, HEIGHT)
     position: tuple[float, float, float] = (1.0, 2.0, 3.0)
+    parent: str = WORLD
     payload: bytes | None = None
 
     def encoded(self) -> bytes:
@@ -151,7 +152,7 @@ def _transforms(it: Message) -> Any:
         kinds["geometry_msgs/msg/Vector3"](*it.position),
         kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
     )
-    header = kinds["std_msgs/msg/Header"](_header(it).stamp, WORLD)
+    header = kinds["std_msgs/msg/Header"](_header(it).stamp, it.parent)
     stamped = kinds["geometry_msgs/msg/TransformStamped"](header, it.frame, transform)
     return kinds["tf2_msgs/msg/TFMessage"]([stamped])
 

@@ -18,6 +18,7 @@ from ml2_receiver.cli import main
 from sound_bag import (
     ACCELERATION,
     BEGIN_NS,
+    FRAME,
     IMAGES,
     IMU,
     INFOS,
@@ -149,6 +150,24 @@ def test_kalibr_yaml_comes_from_a_recording_too(tmp_path: Path) -> None:
     from_right = np.array(chain["cam1"]["T_cn_cnm1"]) @ [0, 0, 0, 1]
     assert from_right == pytest.approx([BASELINE_M, 0, 0, 1])
     assert yaml.safe_load((out / "imu.yaml").read_text())["update_rate"] == pytest.approx(200)
+
+
+def test_a_recorded_rig_is_joined_of_all_static_transforms(tmp_path: Path) -> None:
+    """Three nodes say one transform each; the last is none of the headset's."""
+    places = [("head_frame", FRAME, 0.0), ("base_link", "lidar", 9.0)]
+    places.insert(1, ("head_frame", FRAME.replace("left", "right"), BASELINE_M))
+    (some, *_) = (it for it in sound() if it.topic == "/tf")
+    static = [
+        replace(some, topic="/tf_static", parent=parent, frame=frame, position=(x, 0.0, 0.0))
+        for parent, frame, x in places
+    ]
+    rig = [replace(it, frame="head_frame") for it in sound() if it.topic == "/tf"]
+    others = [it for it in two_cameras() if it.topic != "/tf"]
+    bag = written(tmp_path / "bag", [config(), *static, *rig, *others])
+    assert main(["export", "--kalibr", str(tmp_path / "out"), "--bag", str(bag)]) == 0
+    chain = yaml.safe_load((tmp_path / "out/camchain.yaml").read_text())
+    right_of_left = np.array(chain["cam1"]["T_cn_cnm1"]) @ [0, 0, 0, 1]
+    assert right_of_left == pytest.approx([-BASELINE_M, 0, 0, 1])
 
 
 def broken(topic: str, payload: bytes) -> Callable[[Message], Message]:

@@ -50,7 +50,35 @@ def test_a_camera_of_a_rig_is_where_the_head_is() -> None:
     assert found(rig, transform("magicleap_world", "head_frame", 3, 7)) == [
         ("color", 7_000_000_000, 4.5)
     ]
-    rig.stand(TFMessage())
+
+
+def test_static_transforms_of_other_nodes_take_none_away() -> None:
+    rig = tree()
+    rig.stand(TFMessage(transforms=[transform("color_frame", "color_optical_frame", 0.5)]))
+    rig.stand(TFMessage(transforms=[transform("base_link", "lidar", 9, w=np.nan)]))
+    rig.stand(TFMessage(transforms=[transform("head_frame", "color_frame", 1)]))
+    assert found(rig, transform("magicleap_world", "head_frame", 3, 7)) == [
+        ("color", 7_000_000_000, 4.5)
+    ]
+
+
+def test_the_newest_transform_of_a_frame_counts() -> None:
+    rig = tree()
+    head = transform("magicleap_world", "head_frame", 3, 7)
+    for x in (0.5, 0.25):
+        rig.stand(TFMessage(transforms=[transform("head_frame", "color_optical_frame", x)]))
+    assert found(rig, head) == [("color", 7_000_000_000, 3.25)]
+    flat = transform("magicleap_world", "color_optical_frame", 5, 8)
+    assert found(rig, flat, head) == [("color", 8_000_000_000, 5)]
+
+
+def test_static_transforms_that_form_a_circle_lead_nowhere() -> None:
+    rig = tree()
+    circle = [
+        transform("a", "color_optical_frame", 1),
+        transform("color_optical_frame", "a", 1),
+    ]
+    rig.stand(TFMessage(transforms=circle))
     assert not found(rig, transform("magicleap_world", "head_frame", 3, 7))
 
 

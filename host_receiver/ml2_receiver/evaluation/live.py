@@ -15,6 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from ..errors import EvaluationError
 from ..products.camera import Camera
+from ..products.tree import STATIC_DEPTH
 from ..ros_context import start_ros
 from ..watch.raw_taker import RawSubscription, RawTaker
 from .estimator import Images, Trajectory
@@ -134,5 +135,5 @@ class LiveCamera:
 
 def _qos(topic: str) -> QoSProfile:
     if topic == "/tf_static":
-        return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        return QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     return QoSProfile(depth=_TRANSFORMS_DEPTH if topic == "/tf" else _MOST_WAITING)

@@ -178,11 +178,8 @@ def _camera(info_payload: bytes, metadata: list[str]) -> tuple[Camera, str]:
 
 
 def _poses(payloads: dict[str, list[bytes]], camera: str, frame: str) -> Trajectory:
-    """What is before the frame's own name, that of a receiver, is before all of its frames."""
-    table = load_table()
-    name = frame.removesuffix(table.streams[camera].frame)
-    tree = Tree({frame: camera}, name + table.world_frame, name + table.head_frame)
-    for payload in payloads["/tf_static"][-1:]:
+    tree = Tree.of({frame: camera})
+    for payload in payloads["/tf_static"]:
         tree.stand(decoder(_TF)(payload))
     messages = (decoder(_TF)(payload) for payload in payloads["/tf"])
     return sorted({at: pose for it in messages for _, at, pose in tree.poses(it)}.items())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,9 +19,10 @@ from tf2_msgs.msg import TFMessage
 
 from ..configuration.table import load_table
 from ..errors import ExportError
+from ..products.tree import STATIC_DEPTH, Tree
 from ..ros_context import start_ros
 from .kalibr import CAMERAS, RigCamera
-from .pose import Pose, pose_of
+from .pose import Pose
 from .rig import Rig, calibration_of
 
 _IMU_MESSAGES = 100
@@ -60,13 +61,14 @@ def look(prefix: str, cameras: Sequence[str], imu: str | None, patience_s: float
         wanted = set(cameras)
         missing = f"not every camera_info of {', '.join(cameras)} under {prefix}"
         until(lambda: wanted <= observer.infos.keys(), missing)
-        frames = {observer.infos[camera].header.frame_id for camera in cameras}
         if len(cameras) > 1:
+            frames = {observer.infos[camera].header.frame_id: camera for camera in cameras}
+            observer.follow(frames)
             missing = f"no instant with transforms of {', '.join(sorted(frames))}"
-            until(lambda: observer.poses(frames), missing)
+            until(lambda: observer.poses, missing)
         if imu is not None:
             until(lambda: len(observer.imu_s) >= _IMU_MESSAGES, f"no {prefix}/{imu}/imu")
-        return observer.rig(cameras, frames)
+        return observer.rig(cameras)
     finally:
         executor.shutdown()
         observer.node.destroy_node()
@@ -74,13 +76,22 @@ def look(prefix: str, cameras: Sequence[str], imu: str | None, patience_s: float
 
 
 class _Observer:
+    """What comes of one receiver.
+
+    Attributes:
+        poses: of all cameras by id, at the latest instant that has them all; empty before it.
+    """
+
     def __init__(self, prefix: str, context: Context) -> None:
         self.node = rclpy.create_node("ml2_export", context=context)
         self.running: tuple[str, ...] = ()
         self.infos: dict[str, CameraInfo] = {}
         self.imu_s: set[float] = set()
-        self._prefix, self._world = prefix, load_table().world_frame
-        self._poses: OrderedDict[tuple[int, int], dict[str, Pose]] = OrderedDict()
+        self.poses: dict[str, Pose] = {}
+        self._prefix = prefix
+        self._tree: Tree
+        self._count = 0
+        self._instants: OrderedDict[int, dict[str, Pose]] = OrderedDict()
         latched = QoSProfile(
             depth=1,
             durability=DurabilityPolicy.TRANSIENT_LOCAL,
@@ -89,20 +100,20 @@ class _Observer:
         self.node.create_subscription(String, f"{prefix}/config", self._configured, latched)
 
     def watch(self, cameras: Sequence[str], imu: str | None) -> None:
-        self.node.create_subscription(TFMessage, "/tf", self._transformed, 100)
         for camera in cameras:
             topic = f"{self._prefix}/{camera}/camera_info"
             self.node.create_subscription(CameraInfo, topic, self._info_taker(camera), 5)
         if imu is not None:
             self.node.create_subscription(Imu, f"{self._prefix}/{imu}/imu", self._measured, 200)
 
-    def poses(self, frames: set[str]) -> dict[str, Pose]:
-        """Those of the latest instant that has all of `frames`; empty if none has."""
-        instants = (it for it in reversed(self._poses.values()) if frames <= it.keys())
-        return next(instants, {})
+    def follow(self, frames: Mapping[str, str]) -> None:
+        """Looks for `poses` of the cameras that have these optical frames."""
+        self._tree, self._count = Tree.of(frames), len(frames)
+        static = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.node.create_subscription(TFMessage, "/tf_static", self._stood, static)
+        self.node.create_subscription(TFMessage, "/tf", self._transformed, 100)
 
-    def rig(self, cameras: Sequence[str], frames: set[str]) -> Rig:
-        poses = self.poses(frames)
+    def rig(self, cameras: Sequence[str]) -> Rig:
         topics = {camera: load_table().streams[camera].topics[0] for camera in cameras}
         rate_hz = None
         if self.imu_s:
@@ -113,7 +124,7 @@ class _Observer:
                     topics[camera].full_name(self._prefix),
                     calibration_of(self.infos[camera]),
                     # A single camera is nowhere in particular.
-                    poses.get(self.infos[camera].header.frame_id, np.eye(4)),
+                    self.poses.get(camera, np.eye(4)),
                 )
                 for camera in cameras
             ),
@@ -133,14 +144,20 @@ class _Observer:
     def _measured(self, message: Imu) -> None:
         self.imu_s.add(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
 
+    def _stood(self, message: TFMessage) -> None:
+        try:
+            self._tree.stand(message)
+        except ValueError as error:
+            raise ExportError(f"/tf_static: {error}") from error
+
     def _transformed(self, message: TFMessage) -> None:
-        for it in message.transforms:
-            if not it.header.frame_id.endswith(self._world):
-                continue
-            stamp = it.header.stamp.sec, it.header.stamp.nanosec
-            try:
-                self._poses.setdefault(stamp, {})[it.child_frame_id] = pose_of(it.transform)
-            except ValueError as error:
-                raise ExportError(f"/tf, {it.child_frame_id}: {error}") from error
-            if len(self._poses) > _STAMPS:
-                self._poses.popitem(last=False)
+        try:
+            for camera, stamp_ns, pose in self._tree.poses(message):
+                instant = self._instants.setdefault(stamp_ns, {})
+                instant[camera] = pose
+                if len(instant) == self._count:
+                    self.poses = instant
+        except ValueError as error:
+            raise ExportError(f"/tf: {error}") from error
+        while len(self._instants) > _STAMPS:
+            self._instants.popitem(last=False)

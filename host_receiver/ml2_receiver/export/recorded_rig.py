@@ -28,7 +28,7 @@ class _Found:
 
     infos: dict[str, Any] = field(default_factory=dict)
     transforms: list[Any] = field(default_factory=list)
-    static: Any = None
+    static: list[Any] = field(default_factory=list)
     imu_ns: set[int] = field(default_factory=set)
 
 
@@ -69,7 +69,7 @@ def _read(reader: BagReader, cameras: Sequence[str], imu: str | None) -> _Found:
     found = _Found()
     takers: dict[str, Callable[[BagMessage], None]] = {
         _TF: lambda it: found.transforms.append(_decoded(it, _TRANSFORMS)),
-        _TF_STATIC: lambda it: setattr(found, "static", _decoded(it, _TRANSFORMS)),
+        _TF_STATIC: lambda it: found.static.append(_decoded(it, _TRANSFORMS)),
         f"{reader.prefix}/{imu}/imu": lambda it: found.imu_ns.add(
             header_stamp_ns(_decoded(it, _IMU).header)
         ),
@@ -99,14 +99,12 @@ def _poses(found: _Found, cameras: Sequence[str]) -> dict[str, Pose]:
     """At the last instant that has all; a single camera is nowhere in particular."""
     if len(cameras) == 1:
         return {cameras[0]: np.eye(4)}
-    table = load_table()
     frames = {found.infos[it].header.frame_id: it for it in cameras}
-    prefix = found.infos[cameras[0]].header.frame_id.removesuffix(table.streams[cameras[0]].frame)
-    tree = Tree(frames, prefix + table.world_frame, prefix + table.head_frame)
+    tree = Tree.of(frames)
     instants: dict[int, dict[str, Pose]] = {}
     try:
-        if found.static is not None:
-            tree.stand(found.static)
+        for message in found.static:
+            tree.stand(message)
         for message in found.transforms:
             for camera, at_ns, pose in tree.poses(message):
                 instants.setdefault(at_ns, {})[camera] = pose

@@ -26,7 +26,7 @@ from ..topics.message_types import message_class
 from ..topics.stamps import header_stamp_ns
 from .camera import metadata_stamp_ns
 from .product import Points, Product, Shared, all_products
-from .tree import Tree
+from .tree import STATIC_DEPTH, Tree
 
 _PERIOD_S = 1.0
 _WAIT_S = 0.1
@@ -73,7 +73,8 @@ class ProductsNode:
             reliability=ReliabilityPolicy.RELIABLE,
         )
         self._node.create_subscription(String, f"{prefix}/config", self._configured, latched)
-        self._node.create_subscription(TFMessage, _TF_STATIC, self._stood, latched)
+        static = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._node.create_subscription(TFMessage, _TF_STATIC, self._stood, static)
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._node.create_timer(_PERIOD_S, self._tick)
 

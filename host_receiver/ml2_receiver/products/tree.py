@@ -7,8 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..configuration.table import load_table
 from ..export.pose import Pose, pose_of
 from ..topics.stamps import header_stamp_ns
+
+# Of a subscription to /tf_static, where each node that has static transforms sends a message.
+STATIC_DEPTH = 100
 
 
 class Tree:
@@ -22,21 +26,40 @@ class Tree:
 
     def __init__(self, cameras: Mapping[str, str], world: str, head: str) -> None:
         self._cameras, self._world, self._head = cameras, world, head
+        self._static: dict[str, Any] = {}
         self._mounted: dict[str, Pose] = {}
 
+    @classmethod
+    def of(cls, cameras: Mapping[str, str]) -> Tree:
+        """The tree of the headset whose streams have these optical frames.
+
+        What is before a frame's own name, that of a receiver, is before all of its frames.
+        """
+        table = load_table()
+        frame, camera = next(iter(cameras.items()))
+        prefix = frame.removesuffix(table.streams[camera].frame)
+        return cls(cameras, prefix + table.world_frame, prefix + table.head_frame)
+
     def stand(self, message: Any) -> None:
-        """Takes a /tf_static, each of which has all there is.
+        """Takes a /tf_static; the newest transform of each child frame counts, whoever sent it.
 
         Raises:
-            ValueError: a transform is none.
+            ValueError: a transform between the head and a camera is none.
         """
-        frames = {self._head: np.eye(4)}
-        for it in message.transforms:
-            if it.header.frame_id in frames:
-                frames[it.child_frame_id] = frames[it.header.frame_id] @ pose_of(it.transform)
-        self._mounted = {
-            camera: frames[frame] for frame, camera in self._cameras.items() if frame in frames
-        }
+        self._static |= {it.child_frame_id: it for it in message.transforms}
+        mounted = {camera: self._mounting(frame) for frame, camera in self._cameras.items()}
+        self._mounted = {camera: pose for camera, pose in mounted.items() if pose is not None}
+
+    def _mounting(self, frame: str) -> Pose | None:
+        """The pose of a frame in the head; None when static transforms do not lead there."""
+        pose, passed = np.eye(4), set[str]()
+        while frame != self._head:
+            step = self._static.get(frame)
+            if step is None or frame in passed:
+                return None
+            passed.add(frame)
+            pose, frame = pose_of(step.transform) @ pose, step.header.frame_id
+        return pose
 
     def poses(self, message: Any) -> Iterator[tuple[str, int, Pose]]:
         """Cameras, stamps in ns and poses of a /tf.
@@ -54,4 +77,8 @@ class Tree:
                     for camera, mounting in self._mounted.items():
                         yield camera, stamp_ns, head @ mounting
             elif it.child_frame_id in self._cameras:
-                yield self._cameras[it.child_frame_id], stamp_ns, pose_of(it.transform)
+                camera = self._cameras[it.child_frame_id]
+                # The headset has left the rig layout.
+                self._static.pop(it.child_frame_id, None)
+                self._mounted.pop(camera, None)
+                yield camera, stamp_ns, pose_of(it.transform)

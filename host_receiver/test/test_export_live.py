@@ -1,0 +1,119 @@
+"""`export --kalibr` of a running receiver, here of nodes that publish what one would."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+import yaml
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import TransformStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header, String
+from tf2_msgs.msg import TFMessage
+
+from ml2_receiver.cli import main
+
+PREFIX = "/export_test"
+CAMERAS = ("world_left", "world_right")
+BASELINE_M = 0.15
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class RigHeadset:
+    """Two cameras on a head, and a robot whose node has static transforms of its own."""
+
+    def __init__(self) -> None:
+        self._context = Context()
+        rclpy.init(context=self._context)
+        self._headset: Node = rclpy.create_node("headset", context=self._context)
+        self._robot: Node = rclpy.create_node("robot", context=self._context)
+        # Publishers that go end what they said for all later subscribers, so they are kept.
+        self._latched = [
+            self._say_config(),
+            self._stand(self._headset, "head_frame", "world_left_optical_frame", 0.0),
+            self._stand(self._robot, "base_link", "lidar", 1.0),
+            self._stand(self._headset, "head_frame", "world_right_optical_frame", BASELINE_M),
+        ]
+        self._heads = self._headset.create_publisher(TFMessage, "/tf", 100)
+        self._infos = {
+            camera: self._headset.create_publisher(CameraInfo, f"{PREFIX}/{camera}/camera_info", 5)
+            for camera in CAMERAS
+        }
+        self._second = 0
+        self._headset.create_timer(1 / 30, self._capture)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._headset)
+        self._thread = threading.Thread(target=self._executor.spin)
+        self._thread.start()
+
+    def _say_config(self) -> object:
+        publisher = self._headset.create_publisher(String, f"{PREFIX}/config", _LATCHED)
+        streams = {camera: {"topics": ["some"]} for camera in CAMERAS}
+        publisher.publish(String(data=json.dumps({"streams": streams})))
+        return publisher
+
+    def _stand(self, node: Node, parent: str, child: str, x: float) -> object:
+        publisher = node.create_publisher(TFMessage, "/tf_static", _LATCHED)
+        publisher.publish(TFMessage(transforms=[_transform(parent, child, x, 0)]))
+        return publisher
+
+    def _capture(self) -> None:
+        self._second += 1
+        head = _transform("magicleap_world", "head_frame", 3.0, self._second)
+        self._heads.publish(TFMessage(transforms=[head]))
+        for camera, publisher in self._infos.items():
+            publisher.publish(_info(Header(frame_id=f"{camera}_optical_frame")))
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self._thread.join()
+        for node in (self._headset, self._robot):
+            node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+def _transform(parent: str, child: str, x: float, second: int) -> TransformStamped:
+    it = TransformStamped(child_frame_id=child)
+    it.header = Header(frame_id=parent, stamp=Time(sec=second))
+    it.transform.translation.x = x
+    return it
+
+
+def _info(header: Header) -> CameraInfo:
+    matrix = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
+    return CameraInfo(
+        header=header,
+        height=480,
+        width=640,
+        distortion_model="equidistant",
+        d=[0.1, -0.02, 3e-3, -4e-4],
+        k=matrix,
+        r=np.eye(3).ravel().tolist(),
+        p=np.hstack([np.array(matrix).reshape(3, 3), np.zeros((3, 1))]).ravel().tolist(),
+    )
+
+
+@pytest.fixture
+def headset(ros_of_children: None) -> Iterator[RigHeadset]:
+    headset = RigHeadset()
+    yield headset
+    headset.close()
+
+
+def test_two_cameras_of_a_rig_are_where_tf_static_has_them(
+    headset: RigHeadset, tmp_path: Path
+) -> None:
+    assert main(["export", "--kalibr", str(tmp_path), "--prefix", PREFIX]) == 0
+    chain = yaml.safe_load((tmp_path / "camchain.yaml").read_text())
+    right_of_left = np.array(chain["cam1"]["T_cn_cnm1"]) @ [0, 0, 0, 1]
+    assert right_of_left == pytest.approx([-BASELINE_M, 0, 0, 1])
