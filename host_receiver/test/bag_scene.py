@@ -1,7 +1,8 @@
 """A recording of a scripted device, and the payloads it sent."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -120,14 +121,23 @@ def record(folder: Path, count: int, compression: str = "none") -> None:
     assert failures == []
 
 
-def written(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
-    """A recording of these topics, times in s and payloads, after the configuration."""
+def written(
+    folder: Path,
+    messages: list[tuple[str, int, bytes]],
+    types: Mapping[str, str] = MappingProxyType({}),
+) -> Path:
+    """A recording of these topics, times in s and payloads, after the configuration.
+
+    Args:
+        types: of topics that are none of BatteryState.
+    """
     make_folder(folder, is_overwriting=False)
     writer = BagWriter(folder, "none")
     table = load_table()
     topics = {"/p/config": BagTopic("/p/config", "std_msgs/msg/String", table.qos["latched"])}
     for name, _, _ in messages:
-        topics[name] = BagTopic(name, "sensor_msgs/msg/BatteryState", table.qos["sensor"])
+        type = types.get(name, "sensor_msgs/msg/BatteryState")
+        topics[name] = BagTopic(name, type, table.qos["sensor"])
     for topic in topics.values():
         writer.add_topic(topic)
     writer.write(topics["/p/config"], 0, encode_string(CONFIG))

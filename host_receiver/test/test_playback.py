@@ -1,8 +1,12 @@
 """Recordings played to receivers, and files that are none."""
 
+import os
+import pty
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -18,6 +22,7 @@ from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import State
 from ml2_receiver.link.server import Server
 from ml2_receiver.link.streams import Request
+from ml2_receiver.playback.answers import Repertoire
 from ml2_receiver.playback.lane import Destination
 from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
@@ -27,7 +32,8 @@ from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.topics.sink import Sink
 from ml2_receiver.wire.messages import ChannelStatus
-from ros_processes import Child
+from patience import PATIENCE_S
+from ros_processes import Child, environment
 
 
 @contextmanager
@@ -80,18 +86,86 @@ def test_it_is_who_was_recorded(bag: Path) -> None:
     assert report.clock.state == "frozen"
 
 
-def test_only_what_is_asked_for_is_sent_and_what_was_not_recorded_is_refused(bag: Path) -> None:
+def test_only_what_is_asked_for_is_sent_and_what_was_not_recorded_is_refused(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     sink = FakeSink()
     with receiving(sink, {"battery": {}, "gaze": {"backend": "openxr"}}) as server:
-        assert play(bag, server) == 0
+        assert play(bag, server) == 1
         sink.await_report()
     assert sink.payloads.keys() == {"battery"}
+    said = capsys.readouterr().err
+    assert "gaze is refused: the recording does not have it" in said
+    (rest,) = (line for line in said.splitlines() if "does not ask for" in line)
+    assert {"world_left/image_raw,", "/tf"} <= {*rest.split()}
+    assert "battery" not in rest
     answers = sink.applied[0].streams
     assert answers["battery"].result == "applied"
     assert (answers["gaze"].result, answers["gaze"].reason) == (
         "refused",
         "the recording does not have it",
     )
+
+
+CUSTOM = ("/p/custom/name", "/p/custom/thing")
+
+
+@pytest.fixture
+def custom_bag(tmp_path: Path) -> Path:
+    """One topic of a type that is known, and one of another."""
+    messages = [(name, second, bag_scene.battery(second)) for second in (0, 1) for name in CUSTOM]
+    types = {CUSTOM[1]: "my_msgs/msg/Thing"}
+    return bag_scene.written(tmp_path / "custom", messages, types)
+
+
+def test_custom_topics_are_played(custom_bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink, {"custom": {}}) as server:
+        assert play(custom_bag, server, "--rate", "100") == 0
+        report = sink.await_report()
+    sent = [bag_scene.battery(second) for second in (0, 1)]
+    assert sink.payloads == {"custom/name": sent, "custom/thing": sent}
+    rows = {row.topic.name: row for row in report.topics}
+    known, other = (rows[name.removeprefix("/p/")].statistics for name in CUSTOM)
+    assert known.times_ns(0, 2)[:, 0].tolist() == [5, 10**9 + 5], "the header's stamp"
+    assert other.times_ns(0, 2)[:, 0].tolist() == [0, 10**9], "when it was recorded"
+
+
+def test_a_topic_that_the_receiver_refuses_costs_no_other(
+    custom_bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sink = FakeSink()
+    sink.unmakeable = {"my_msgs/msg/Thing"}
+    with receiving(sink, {"custom": {}}) as server:
+        assert play(custom_bag, server, "--rate", "100") == 1
+        report = sink.await_report()
+    assert len(sink.payloads["custom/name"]) == 2
+    assert "custom/thing is refused: there is no my_msgs/msg/Thing" in capsys.readouterr().err
+    rows = {row.topic.name: row for row in report.topics}
+    assert rows["custom/thing"].device == ChannelStatus(0, 0, {}), "it is not sent in vain"
+
+
+def test_topics_that_are_left_out_are_neither_sent_nor_missed(bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink) as server:
+        assert play(bag, server, "--topics", "battery", "/magic_leap2/world_left/image_raw") == 0
+        sink.await_report()
+    assert sink.payloads.keys() == {"battery", "world_left/image_raw"}
+    assert sink.applied[0].streams["tf"].reason == "--topics leaves it out"
+
+
+def test_a_topic_that_the_recording_does_not_have_cannot_be_chosen(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["play", str(bag), "--topics", "battery", "gaze"]) == 2
+    said = capsys.readouterr().err
+    assert "no topic gaze; it has world_left/image_raw" in said
+
+
+def test_nothing_sent_is_no_success(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with receiving(FakeSink()) as server:
+        assert play(bag, server, "--start-offset", "3600") == 1
+    assert "played 0 messages" in capsys.readouterr().out
 
 
 def test_a_stream_that_was_recorded_otherwise_is_adjusted(bag: Path) -> None:
@@ -168,8 +242,13 @@ def test_a_receiver_that_ends_the_session_ends_the_playback(
 
 def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with receiving(FakeSink()) as server:
+        repertoire = Repertoire.of(BagReader(bag), load_table())
         first = Session(
-            Destination(address(server), None), BagReader(bag), load_table(), threading.Event()
+            Destination(address(server), None),
+            "another",
+            repertoire,
+            pytest.fail,
+            threading.Event(),
         )
         table = bag.parent / "other"
         other = table if table.exists() else bag_scene.written(table, [])
@@ -232,3 +311,75 @@ def test_a_rate_is_above_zero(rate: str, capsys: pytest.CaptureFixture[str]) -> 
     with pytest.raises(SystemExit, match="2"):
         main(["play", "walk", "--rate", rate])
     assert f"expected a rate above 0, found {rate!r}" in capsys.readouterr().err
+
+
+@contextmanager
+def on_a_terminal(*arguments: str) -> Iterator[tuple[int, subprocess.Popen[bytes]]]:
+    """A command with a terminal of its own, and the other end of that."""
+    terminal, inner = pty.openpty()
+    process = subprocess.Popen(
+        ["setsid", "--ctty", sys.executable, "-m", "ml2_receiver", *arguments],
+        stdin=inner,
+        stdout=inner,
+        stderr=inner,
+        env={**environment(), "TERM": "xterm"},
+    )
+    os.close(inner)
+    try:
+        yield terminal, process
+    finally:
+        process.kill()
+        process.wait()
+        os.close(terminal)
+
+
+def test_the_space_bar_ends_a_pause(bag: Path) -> None:
+    sink = FakeSink()
+    with receiving(sink) as server:
+        options = ("--receiver", server.address, "--insecure", "--start-paused")
+        with on_a_terminal("play", str(bag), *options) as (terminal, process):
+            shown = b""
+            while b"paused" not in shown:
+                shown += os.read(terminal, 1024)
+            assert not sink.payloads["battery"]
+            os.write(terminal, b" ")
+            sink.await_payloads("battery", COUNT)
+            with suppress(OSError):  # the terminal ends with the process
+                while os.read(terminal, 1024):
+                    pass
+            assert process.wait(PATIENCE_S) == 0
+
+
+def test_a_pause_that_nothing_can_end_is_refused(
+    bag: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Path(os.devnull).open() as nobody:
+        monkeypatch.setattr(sys, "stdin", nobody)
+        assert main(["play", str(bag), "--start-paused"]) == 2
+    assert "--start-paused needs a terminal" in capsys.readouterr().err
+
+
+CLOCK = """
+import sys
+import rclpy
+from rclpy.parameter import Parameter
+rclpy.init()
+node = rclpy.create_node("robot", parameter_overrides=[Parameter("use_sim_time", value=True)])
+while node.get_clock().now().nanoseconds == 0:
+    rclpy.spin_once(node, timeout_sec=0.1)
+print(node.get_clock().now().nanoseconds, flush=True)
+"""
+
+
+def test_nodes_with_use_sim_time_get_the_time_of_the_recording(custom_bag: Path) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    sink = FakeSink()
+    with receiving(sink, {"custom": {}}) as server:
+        options = ("--insecure", "--loop", "--clock")
+        address = ("--receiver", server.address)
+        with (
+            Child("-m", "ml2_receiver", "play", str(custom_bag), *address, *options) as player,
+            Child("-c", CLOCK) as node,
+        ):
+            assert 0 < int(node.line()) < 2 * 10**9
+            assert player.end() == 0

@@ -2,6 +2,8 @@
 
 import struct
 import threading
+from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,40 +16,133 @@ from bag_readers import mcap_file
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.table import Topic, load_table
 from ml2_receiver.errors import RecordingError
+from ml2_receiver.playback import timeline
+from ml2_receiver.playback.answers import Repertoire
 from ml2_receiver.playback.player import Player
+from ml2_receiver.playback.timeline import Timeline
 from ml2_receiver.recording.bag_reader import BagReader
+
+SECOND_NS = 10**9
+type Messages = list[tuple[str, int, bytes]]
 
 
 class FakeSession:
-    def __init__(self) -> None:
+    """Wants `topics`, and does `then` with each capture time in seconds."""
+
+    def __init__(self, then: Callable[[int], None] = lambda _: None, topics: str = "battery"):
+        self.epoch = 0
         self.sent: list[int] = []
+        self._then, self._topics = then, topics
 
     def is_wanted(self, topic: Topic) -> bool:
-        return topic.name == "battery"
+        return topic.name in self._topics
 
     def send(self, topic: Topic, payload: bytes, capture_ns: int) -> None:
-        self.sent.append(capture_ns)
+        self.sent.append(capture_ns // SECOND_NS)
+        self._then(self.sent[-1])
+
+
+class Scene:
+    """Time that passes only when it is waited for."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now_s = 0.0
+        monkeypatch.setattr(timeline, "monotonic", lambda: self.now_s)
+        self.stopping = Waits(self)
+
+    def pass_time(self, seconds: float) -> None:
+        self.now_s += seconds
 
 
 class Waits(threading.Event):
-    """Time that passes without being waited for."""
-
-    def __init__(self) -> None:
+    def __init__(self, scene: Scene) -> None:
         super().__init__()
-        self.waits_s: list[float] = []
+        self._scene = scene
 
     def wait(self, timeout: float | None = None) -> bool:
-        self.waits_s.append(timeout or 0)
-        return False
+        self._scene.pass_time(timeout or 0)
+        return self.is_set()
 
 
-def test_the_rate_divides_the_time_between_messages(tmp_path: Path) -> None:
-    messages = [("/p/battery", 1000 * number, bag_scene.battery(number)) for number in range(3)]
-    reader = BagReader(bag_scene.written(tmp_path / "walk", messages))
-    session, waits = FakeSession(), Waits()
-    Player(reader, load_table(), session, rate=4.0).play(waits)  # type: ignore[arg-type]
-    assert waits.waits_s == pytest.approx([0, 0, 250, 500], abs=50)
-    assert session.sent == [5, 10**9 + 5, 2 * 10**9 + 5]
+@pytest.fixture
+def scene(monkeypatch: pytest.MonkeyPatch) -> Scene:
+    return Scene(monkeypatch)
+
+
+def a_timeline(start_s: float = 0, rate: float = 1, *, is_paused: bool = False) -> Timeline:
+    return Timeline(0, round(start_s * SECOND_NS), rate, is_paused=is_paused)
+
+
+def a_player(folder: Path, messages: Messages, session: FakeSession, time: Timeline) -> Player:
+    types = {"/tf_static": "tf2_msgs/msg/TFMessage"}
+    reader = BagReader(bag_scene.written(folder / "walk", messages, types))
+    repertoire = Repertoire.of(reader, load_table())
+    return Player(reader, repertoire, session, time)  # type: ignore[arg-type]
+
+
+def batteries(*seconds: int) -> Messages:
+    return [("/p/battery", second, bag_scene.battery(second)) for second in seconds]
+
+
+def test_the_rate_divides_the_time_between_messages(tmp_path: Path, scene: Scene) -> None:
+    sent_s: list[float] = []
+    session = FakeSession(lambda _: sent_s.append(scene.now_s))
+    player = a_player(tmp_path, batteries(0, 1000, 2000), session, a_timeline(rate=4))
+    player.play(scene.stopping)
+    assert sent_s == pytest.approx([0, 250, 500], abs=0.1)
+    assert session.sent == [0, 1000, 2000]
+
+
+def test_it_begins_where_it_is_told_to_with_the_mountings_of_before(
+    tmp_path: Path, scene: Scene
+) -> None:
+    """A subscriber to /tf_static gets the last message, however late it comes."""
+    static = [("/tf_static", second, bag_scene.tf(second)) for second in (1, 2)]
+    session = FakeSession(topics="battery /tf_static")
+    messages = sorted([*batteries(0, 10, 20, 30), *static], key=lambda it: it[1])
+    a_player(tmp_path, messages, session, a_timeline(15)).play(scene.stopping)
+    assert session.sent == [2, 20, 30]
+    assert scene.now_s == pytest.approx(15, abs=0.1)
+
+
+def test_a_pause_lasts_until_it_is_ended(tmp_path: Path, scene: Scene) -> None:
+    time = a_timeline()
+    sent_s: list[float] = []
+
+    def pause_at_one(second: int) -> None:
+        sent_s.append(scene.now_s)
+        if second == 1:
+            time.toggle()
+
+    def go_on_at_a_hundred(seconds: float) -> None:
+        scene.now_s += seconds
+        if scene.now_s > 100 and time.is_paused:
+            time.toggle()
+
+    scene.pass_time = go_on_at_a_hundred  # type: ignore[method-assign]
+    session = FakeSession(pause_at_one)
+    a_player(tmp_path, batteries(0, 1, 2, 3), session, time).play(scene.stopping)
+    assert sent_s == pytest.approx([0, 1, 101, 102], abs=0.2)
+
+
+def test_it_goes_back_and_forward_when_told_to(tmp_path: Path, scene: Scene) -> None:
+    time = a_timeline()
+    jumps_s = deque([(20, -15.0), (10, 25.0)])
+
+    def jump(second: int) -> None:
+        if jumps_s and jumps_s[0][0] == second:
+            time.jump_by(jumps_s.popleft()[1])
+
+    session = FakeSession(jump)
+    a_player(tmp_path, batteries(0, 10, 20, 30, 40), session, time).play(scene.stopping)
+    assert session.sent == [0, 10, 20, 10, 40]
+    assert session.epoch == 2
+
+
+def test_it_stops_when_told_to(tmp_path: Path, scene: Scene) -> None:
+    session = FakeSession(lambda second: scene.stopping.set() if second else None)
+    a_player(tmp_path, batteries(0, 1, 2), session, a_timeline()).play(scene.stopping)
+    assert session.sent == [0, 1]
 
 
 @pytest.mark.parametrize(
@@ -58,12 +153,11 @@ def test_the_rate_divides_the_time_between_messages(tmp_path: Path) -> None:
     ],
 )
 def test_a_message_that_no_receiver_takes_ends_the_playback(
-    tmp_path: Path, payload: bytes, words: str
+    tmp_path: Path, scene: Scene, payload: bytes, words: str
 ) -> None:
-    reader = BagReader(bag_scene.written(tmp_path / "walk", [("/p/battery", 1, payload)]))
-    player = Player(reader, load_table(), FakeSession(), 1.0)  # type: ignore[arg-type]
+    player = a_player(tmp_path, [("/p/battery", 1, payload)], FakeSession(), a_timeline())
     with pytest.raises(RecordingError, match=words):
-        player.play(Waits())
+        player.play(scene.stopping)
 
 
 def test_what_is_no_recording_is_refused_with_the_reason(

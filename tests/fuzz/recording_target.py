@@ -10,7 +10,7 @@ from mcap.writer import CompressionType, Writer
 
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import RecordingError
-from ml2_receiver.playback.answers import answer
+from ml2_receiver.playback.answers import Repertoire
 from ml2_receiver.recording.bag_reader import BagReader
 from ml2_receiver.topics.config_topic import ConfigText, StreamEntry
 from ml2_receiver.topics.string_message import encode_string
@@ -50,6 +50,6 @@ def read(data: bytes) -> None:
     _FILE.write_bytes(data)
     with suppress(RecordingError):
         reader = BagReader(_FILE)
-        answer({"battery": {}}, reader, load_table())
+        Repertoire.of(reader, load_table()).answers({"battery": {}})
         for message in reader.messages():
             assert len(message.payload) <= _MOST_BYTES

@@ -5,13 +5,12 @@ import threading
 import time
 import uuid
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from ..configuration.table import StreamTable, Topic
+from ..configuration.table import Topic
 from ..errors import PlaybackError, ProtocolError
 from ..generated.version import VERSION
-from ..recording.bag_reader import BagReader
 from ..wire.frame import VERSION as PROTOCOL_VERSION
 from ..wire.frame import Kind
 from ..wire.messages import (
@@ -31,7 +30,7 @@ from ..wire.messages import (
     Status,
     Welcome,
 )
-from .answers import announced, answer, recorded_streams
+from .answers import LEFT_OUT, Repertoire
 from .lane import Destination, Lane
 
 _STATUS_PERIOD_S = 1.0
@@ -48,10 +47,14 @@ class Session:
     one exchange per second, for the round trip.
 
     Args:
+        name: of the headset that was recorded.
+        say: is told, in a thread of this session, of what is refused and of what is not asked for.
         over: set when the receiver has ended the session; `reason` says why.
 
     Attributes:
         started: set by START.
+        refused: why, by stream or topic, that the recording does not have or the receiver does
+            not take.
         epoch: of the stamps; to be counted up when they begin again.
 
     Raises:
@@ -61,15 +64,17 @@ class Session:
     def __init__(
         self,
         destination: Destination,
-        reader: BagReader,
-        table: StreamTable,
+        name: str,
+        repertoire: Repertoire,
+        say: Callable[[str], None],
         over: threading.Event,
     ) -> None:
         self.started = threading.Event()
+        self.refused: dict[str, str] = {}
         self.epoch = 0
         self.reason: str | None = None
         self._destination, self._over = destination, over
-        self._reader, self._table = reader, table
+        self._name, self._repertoire, self._say = name, repertoire, say
         self._began_s = time.monotonic()
         self._finishing = threading.Event()
         self._lanes: dict[str, Lane] = {}
@@ -127,16 +132,15 @@ class Session:
         self._close()
 
     def _greet(self) -> Welcome:
-        name = self._reader.config.headset
         self._control.send(
             Kind.HELLO,
             Hello(
                 versions=[PROTOCOL_VERSION],
-                device_id=f"recording of {name}",
+                device_id=f"recording of {self._name}",
                 instance_id=uuid.uuid4().hex,
-                name=name,
+                name=self._name,
                 software=f"ml2-receiver play {VERSION}",
-                capabilities=Capabilities(recorded_streams(self._reader, self._table)),
+                capabilities=Capabilities(self._repertoire.streams),
                 permissions={},
             ),
         )
@@ -170,19 +174,22 @@ class Session:
                     self._configure(Configure.parse(frame.payload))
                 case Kind.START:
                     if Start.parse(frame.payload).request == self._request:
-                        self._live = self._announced
+                        self._live = frozenset(
+                            it for it in self._announced if it.name not in self.refused
+                        )
                         self.started.set()
                 case Kind.PING:
                     self._control.send(Kind.PONG)
                 case Kind.BYE:
                     self._end(f"the receiver says goodbye: {Bye.parse(frame.payload).reason}")
                 case Kind.ERROR:
-                    error = Error.parse(frame.payload)
-                    self._end(f"the receiver reports {error.code}: {error.message}")
+                    self._take_error(Error.parse(frame.payload))
         self._end("the receiver has ended the session")
 
     def _configure(self, configure: Configure) -> None:
-        wanted = announced(configure.streams, self._reader, self._table)
+        wanted = self._repertoire.announced(configure.streams)
+        if not self._request:
+            self._say_what_is_not_asked_for(wanted)
         self._live &= frozenset(wanted)
         for topic in self._announced - set(wanted):
             self._control.send(Kind.CHANNEL_END, ChannelEnd(self._ids[topic]))
@@ -191,8 +198,29 @@ class Session:
                 self._announce(topic)
         self._announced = frozenset(wanted)
         self._request = configure.request
-        answers = answer(configure.streams, self._reader, self._table)
+        answers = self._repertoire.answers(configure.streams)
+        for stream, answer in answers.items():
+            if answer.result == "refused" and answer.reason not in (None, LEFT_OUT):
+                self._refuse(stream, str(answer.reason))
         self._control.send(Kind.CONFIGURED, Configured(configure.request, answers))
+
+    def _say_what_is_not_asked_for(self, wanted: Sequence[Topic]) -> None:
+        """The first request has all that the receiver's configuration asks for."""
+        rest = [topic.name for topic in self._repertoire.topics if topic not in wanted]
+        if rest:
+            self._say(f"the receiver's configuration does not ask for {', '.join(rest)}")
+
+    def _take_error(self, error: Error) -> None:
+        if error.fatal:
+            self._end(f"the receiver reports {error.code}: {error.message}")
+        for topic in [topic for topic, id in self._ids.items() if id == error.channel]:
+            self._refuse(topic.name, error.message)
+            self._live -= {topic}
+
+    def _refuse(self, name: str, reason: str) -> None:
+        if name not in self.refused:
+            self.refused[name] = reason
+            self._say(f"{name} is refused: {reason}")
 
     def _announce(self, topic: Topic) -> None:
         if topic.lane not in self._lanes:
