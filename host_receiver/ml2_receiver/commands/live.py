@@ -10,6 +10,7 @@ from .ros_start import ros_needed
 
 if TYPE_CHECKING:
     from ..watch.diagnostics_node import DiagnosticsNode
+    from ..watch.receiver_client import ReceiverClient
 
 PATIENCE_S = 10.0
 
@@ -28,3 +29,21 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
         yield node
     finally:
         node.close()
+
+
+@contextmanager
+def receiver_client(receiver: str, patience_s: float) -> Iterator[ReceiverClient]:
+    """A client of one running receiver.
+
+    Raises:
+        RosError: ROS is missing or does not start, or there is no such receiver.
+    """
+    with diagnostics_node() as node:
+        from ..watch.receiver_client import ReceiverClient
+
+        node.rows(receiver, patience_s)
+        client = ReceiverClient(node.context, receiver, patience_s)
+        try:
+            yield client
+        finally:
+            client.close()

@@ -1,0 +1,94 @@
+"""What works of `ros2 param`, `service` and `topic` without `ros2`."""
+
+import subprocess
+import sys
+
+import pytest
+
+import bag_scene
+from ml2_receiver.cli import main
+from mock_device import MockDevice
+from patience import PATIENCE_S
+from repeated import repeated
+from ros_processes import Client, Receiver, environment
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}, world_left: {enabled: true}}}"
+
+
+def command(*arguments: str) -> tuple[int, list[str], str]:
+    """Exit code, lines, and what it said to standard error."""
+    done = subprocess.run(
+        [sys.executable, "-m", "ml2_receiver", *arguments],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=2 * PATIENCE_S,
+        check=False,
+    )
+    return done.returncode, done.stdout.splitlines(), done.stderr
+
+
+def test_values_that_are_legal_together_are_set_together(client: Client) -> None:
+    pairs = {"resolution_width": 1280, "resolution_height": 720, "update_rate": 60}
+    values = [f"picture_center.{key}={value}" for key, value in pairs.items()]
+    code, _, said = command("set", *values, "picture_center.enabled=true")
+    assert (code, said) == (0, "")
+    keys = [f"picture_center.{key}" for key in (*pairs, "enabled")]
+    assert client.ask("get", *keys) == [1280, 720, 60, True]
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("picture_center.update_rate=45", "expected update_rate to be one of"),
+        ("world_left.enabled=perhaps", 'expected true or false, found "perhaps"'),
+        ("world_up.enabled=true", "world_up"),
+        ("general.topic_name=/other", "general.topic_name"),
+    ],
+)
+def test_a_value_that_is_refused_is_refused_with_the_receivers_words(
+    receiver: Receiver, value: str, words: str
+) -> None:
+    code, _, said = command("set", value)
+    assert code == 2
+    assert words in said
+
+
+def test_what_is_no_assignment_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["set", "world_left.enabled"])
+    assert "expected KEY=VALUE, found 'world_left.enabled'" in capsys.readouterr().err
+
+
+def test_services_are_called(device: MockDevice) -> None:
+    code, lines, _ = command("call", "stop")
+    assert (code, lines) == (0, ["streams are stopped until ~/start"])
+    assert device.reconfigure().streams == {}
+
+
+def test_messages_are_printed_with_the_first_elements_of_long_arrays(device: MockDevice) -> None:
+    with repeated(lambda: device.publish("world_left/image_raw", bag_scene.image(3)), 0.05):
+        code, lines, said = command("echo", "world_left/image_raw", "--once")
+    assert (code, said) == (0, "")
+    assert lines[:3] == [
+        "header:",
+        "  stamp: {sec: 3, nanosec: 5}",
+        "  frame_id: world_left_optical_frame",
+    ]
+    assert "encoding: mono8" in lines
+    assert any("... 3072 in all" in line for line in lines)
+    assert lines[-1] == "---"
+
+
+def test_what_was_said_before_is_printed_where_ros_keeps_it(device: MockDevice) -> None:
+    code, lines, _ = command("echo", "/magic_leap2/config", "--once")
+    assert code == 0
+    assert "world_left" in "".join(lines)
+
+
+def test_without_a_receiver_it_says_what_to_start() -> None:
+    code, _, said = command("call", "stop")
+    assert code == 2
+    assert "start `ml2-receiver run`" in said
