@@ -8,6 +8,5 @@ setup(
         ("share/ament_index/resource_index/packages", ["resource/ml2_receiver"]),
         ("share/ml2_receiver", ["package.xml"]),
         ("share/ml2_receiver/launch", ["launch/receiver.launch.py"]),
-        ("share/ml2_receiver/rviz", ["rviz/ml2_sensors.rviz"]),
     ],
 )

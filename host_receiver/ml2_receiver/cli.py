@@ -30,6 +30,7 @@ COMMANDS = (
     "set",
     "call",
     "products",
+    "rviz",
     "config",
     "doctor",
     "inspect",

@@ -10,7 +10,6 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-import yaml
 
 from ml2_receiver.configuration.table import load_table
 from ml2_receiver.generated.version import VERSION
@@ -39,12 +38,12 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
     assert {
         "ml2_receiver/data/streams.yaml",
         "ml2_receiver/data/config.yaml",
+        "ml2_receiver/data/template.rviz",
         "ml2_receiver/ros/node.py",
         "ml2_receiver/py.typed",
         f"{shared}/ament_index/resource_index/packages/ml2_receiver",
         f"{shared}/ml2_receiver/package.xml",
         f"{shared}/ml2_receiver/launch/receiver.launch.py",
-        f"{shared}/ml2_receiver/rviz/ml2_sensors.rviz",
     } <= names
 
 
@@ -87,13 +86,3 @@ def test_the_launch_file_passes_its_arguments_on(launch_api: None, config: str) 
     assert node.named["arguments"] == ["run", *options, "--name", "robot1", *listen]
     assert node.named["namespace"] == "lab"
     assert (node.named["package"], node.named["executable"]) == ("ml2_receiver", "ml2-receiver")
-
-
-def test_rviz_shows_topics_of_the_table() -> None:
-    rviz = yaml.safe_load((RECEIVER / "rviz/ml2_sensors.rviz").read_text("utf-8"))
-    manager = rviz["Visualization Manager"]
-    table = load_table()
-    assert manager["Global Options"]["Fixed Frame"] == table.world_frame
-    topics = {topic.full_name("/magic_leap2") for s in table.streams.values() for topic in s.topics}
-    shown = {part["Topic"]["Value"] for part in manager["Displays"] if "Topic" in part}
-    assert shown - topics == {"/magic_leap2/depth/points"}
