@@ -12,7 +12,7 @@ from ml2_receiver.link.discovery import FoundReceiver
 
 @pytest.fixture(autouse=True)
 def _nobody_announces(monkeypatch: pytest.MonkeyPatch) -> None:
-    def find(_: float) -> Sequence[FoundReceiver]:
+    def find() -> Sequence[FoundReceiver]:
         return []
 
     monkeypatch.setattr(doctor, "find_receivers", find)

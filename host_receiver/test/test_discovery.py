@@ -68,12 +68,10 @@ def pointed_at(names: list[str]) -> Iterator[None]:
 
 
 def found(names: set[str]) -> dict[str, FoundReceiver]:
-    """Those of these names; other tests may announce theirs meanwhile."""
-    for _ in range(10):
-        receivers = {it.name: it for it in find_receivers(1.0, LOOPBACK) if it.name in names}
-        if receivers.keys() == names:
-            return receivers
-    raise AssertionError(f"expected {names}, found {receivers}")
+    """Those of these names, by one search; other tests may announce theirs meanwhile."""
+    receivers = {it.name: it for it in find_receivers(interfaces=LOOPBACK) if it.name in names}
+    assert receivers.keys() == names
+    return receivers
 
 
 def test_receivers_are_found_by_name_with_address_and_port() -> None:

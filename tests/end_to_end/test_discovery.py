@@ -27,7 +27,7 @@ def announced(address: str) -> FoundReceiver:
     """The announcement of the receiver that listens there."""
     deadline_s = time.monotonic() + FOUND_S
     while time.monotonic() < deadline_s:
-        for receiver in find_receivers(0.5, ["127.0.0.1"]):
+        for receiver in find_receivers(interfaces=["127.0.0.1"]):
             if f"{receiver.addresses[0]}:{receiver.port}" == address:
                 return receiver
     raise AssertionError(f"nobody announces {address}")

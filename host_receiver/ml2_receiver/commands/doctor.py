@@ -32,7 +32,6 @@ from .options import add_name
 if TYPE_CHECKING:
     from ..watch.diagnostics_node import DiagnosticsNode, Values
 
-_LISTEN_S = 1.0
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
 The link to a headset that is connected is tried for about 2 s, beside its streams.
@@ -93,7 +92,7 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
 
 def _announced() -> Sequence[FoundReceiver] | str:
     try:
-        return find_receivers(_LISTEN_S)
+        return find_receivers()
     except DiscoveryError as error:
         return str(error)
 

@@ -1,7 +1,6 @@
 """Receivers are announced and found by name: DNS-SD (RFC 6763) over mDNS (RFC 6762)."""
 
 import asyncio
-import time
 import uuid
 from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import Future
@@ -14,12 +13,11 @@ from typing import Self
 import ifaddr
 from zeroconf import (
     DNSQuestionType,
-    ServiceBrowser,
     ServiceInfo,
     ServiceStateChange,
     Zeroconf,
 )
-from zeroconf.asyncio import AsyncServiceBrowser
+from zeroconf.asyncio import AsyncServiceBrowser, AsyncServiceInfo
 
 from ..errors import DiscoveryError
 from ..wire.frame import VERSION
@@ -27,12 +25,13 @@ from ..wire.frame import VERSION
 type Address = IPv4Address | IPv6Address
 
 SERVICE_TYPE = "_ml2sensors._tcp.local."
+# Long enough for a second answer of those who have just answered somebody else.
+SEARCH_S = 3.0
 
 _LOOPBACK = "127.0.0.1"
 # RFC 1035, less the number that tells a second receiver of the same name from the first.
 _MAX_NAME_BYTES = 63 - len("-999")
 _INTERFACES = Path("/sys/class/net")
-_RESOLVE_MS = 1000
 
 
 class Announcement:
@@ -181,36 +180,55 @@ class FoundReceiver:
     port: int
 
 
-def find_receivers(timeout_s: float, interfaces: list[str] | None = None) -> list[FoundReceiver]:
+def find_receivers(
+    timeout_s: float = SEARCH_S, interfaces: list[str] | None = None
+) -> list[FoundReceiver]:
     """Listens for `timeout_s` for receivers, by name; on all interfaces unless some are given.
+
+    A responder says one record once a second at most (RFC 6762, 6), so a search right after
+    another needs more than that second.
 
     Raises:
         DiscoveryError: there is no multicast.
     """
-    found: dict[str, FoundReceiver] = {}
-    deadline_s = time.monotonic() + timeout_s
+    every = _multicast_interfaces(IPv4Address(0))
+    try:
+        with Zeroconf(interfaces=interfaces or every) as zeroconf:
+            assert zeroconf.loop is not None
+            search = _search(zeroconf, timeout_s)
+            return asyncio.run_coroutine_threadsafe(search, zeroconf.loop).result()
+    except OSError as error:
+        raise DiscoveryError(f"no multicast: {error.strerror}") from error
+
+
+async def _search(zeroconf: Zeroconf, timeout_s: float) -> list[FoundReceiver]:
+    resolving: dict[str, asyncio.Task[FoundReceiver | None]] = {}
 
     def changed(
         zeroconf: Zeroconf, service_type: str, name: str, state_change: ServiceStateChange
     ) -> None:
-        remaining_ms = int(1000 * (deadline_s - time.monotonic()))
-        if remaining_ms <= 0:
-            return
-        found.pop(name, None)
-        if state_change is ServiceStateChange.Removed:
-            return
-        info = zeroconf.get_service_info(service_type, name, min(_RESOLVE_MS, remaining_ms))
-        if info is not None and info.port:
-            label = name.removesuffix(f".{service_type}")
-            found[name] = FoundReceiver(label, tuple(info.parsed_addresses()), info.port)
+        if name in resolving:
+            resolving.pop(name).cancel()
+        if state_change is not ServiceStateChange.Removed:
+            resolving[name] = asyncio.ensure_future(_resolve(zeroconf, name, timeout_s))
 
-    every = _multicast_interfaces(IPv4Address(0))
-    try:
-        with (
-            Zeroconf(interfaces=interfaces or every) as zeroconf,
-            ServiceBrowser(zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM),
-        ):
-            time.sleep(timeout_s)
-    except OSError as error:
-        raise DiscoveryError(f"no multicast: {error.strerror}") from error
-    return sorted(found.values(), key=lambda receiver: receiver.name)
+    browser = AsyncServiceBrowser(
+        zeroconf, SERVICE_TYPE, [changed], question_type=DNSQuestionType.QM
+    )
+    await asyncio.sleep(timeout_s)
+    await browser.async_cancel()
+    done = [task for task in resolving.values() if task.done()]
+    for task in resolving.values():
+        task.cancel()
+    found = [receiver for task in done if (receiver := task.result()) is not None]
+    return sorted(found, key=lambda receiver: receiver.name)
+
+
+async def _resolve(zeroconf: Zeroconf, name: str, timeout_s: float) -> FoundReceiver | None:
+    """Asks until it is answered; the others are resolved meanwhile."""
+    info = AsyncServiceInfo(SERVICE_TYPE, name)
+    is_whole = await info.async_request(zeroconf, timeout_s * 1000, DNSQuestionType.QM)
+    if not is_whole or not info.port:
+        return None
+    label = name.removesuffix(f".{SERVICE_TYPE}")
+    return FoundReceiver(label, tuple(info.parsed_addresses()), info.port)
