@@ -38,6 +38,8 @@ from ml2_receiver.topics.status_name import status_name
 from ml2_receiver.watch.raw_taker import RawSubscription, RawTaker
 
 RECEIVER_NODE = "/ml2_receiver"
+# After its first message a topic is starting for so long: programs are still being compiled.
+START_S = 3.0
 
 
 @dataclass
@@ -52,6 +54,7 @@ class Observed:
     first_s: float = 0.0
     last_s: float = 0.0
     last_payload: bytes = b""
+    start_count: int = 0
     latencies_ms: array[float] = field(default_factory=lambda: array("d"))
 
     def take(self, payload: bytes) -> None:
@@ -61,13 +64,13 @@ class Observed:
         if self.count == 0:
             self.first_s = self.last_s
         self.count += 1
+        self.start_count += self.last_s - self.first_s < START_S
         self.size_bytes += len(payload)
         self.last_payload = payload
         self.latencies_ms.append((now_ns - self.read_stamp(payload)) * 1e-6)
 
     def row(self) -> dict[str, Any]:
         span_s = self.last_s - self.first_s
-        p50, p99, maximum = np.percentile(self.latencies_ms.tolist() or [0.0], (50, 99, 100))
         return {
             "type": self.type,
             "stream": self.stream,
@@ -76,8 +79,20 @@ class Observed:
             "first_s": self.first_s,
             "last_s": self.last_s,
             "rate_hz": (self.count - 1) / span_s if span_s > 0 else 0.0,
-            "latency_ms": {"p50": float(p50), "p99": float(p99), "max": float(maximum)},
+            "latency_ms": _percentiles(self.latencies_ms),
         }
+
+    def phases(self) -> dict[str, dict[str, float]]:
+        """The latency of the first START_S seconds, and that of the rest."""
+        return {
+            "start": _percentiles(self.latencies_ms[: self.start_count]),
+            "steady": _percentiles(self.latencies_ms[self.start_count :]),
+        }
+
+
+def _percentiles(latencies_ms: array[float]) -> dict[str, float]:
+    p50, p99, maximum = np.percentile(latencies_ms.tolist() or [0.0], (50, 99, 100))
+    return {"p50": float(p50), "p99": float(p99), "max": float(maximum)}
 
 
 class Observer(Node):
@@ -168,7 +183,9 @@ class Observer(Node):
     def snapshot(self, final: bool) -> dict[str, Any]:
         """Everything seen so far, for the demo's table and report."""
         topics = {
-            name: observed.row() | {"diagnostics": self._of(name)}
+            name: observed.row()
+            | {"diagnostics": self._of(name)}
+            | ({"phases_ms": observed.phases()} if final else {})
             for name, observed in self.topics.items()
         }
         return {

@@ -3,7 +3,8 @@
 Usage: full_load.py DURATION. Writes full_load.json, full_load_tls.json (the same with both ends
 paired), full_load_recorded.json (the first with a recording on) and four_headsets.json (a quarter
 of the time, one camera and all small streams each) in build/bench; `tls` says which. CPU is in
-percent of one processor; headsets play looped films.
+percent of one processor; headsets play looped films. latency_ms is apart of the first seconds
+("start") and of all later ones ("steady").
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ def main(duration_s: float) -> None:
 def _summary(loaded: Loaded) -> dict[str, Any]:
     return {
         "drops": loaded.drops,
+        "drops_after_start": loaded.drops_after_start,
         "latency_ms": loaded.latency_ms,
         "cpu_percent": {role: usage.cpu_percent for role, usage in loaded.usage.items()},
         "tls": False,

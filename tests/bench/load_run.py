@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ml2_receiver.configuration.table import load_table
+from observer import START_S
 from processes import (
     IN_THE_CLEAR,
     PREFIX,
@@ -33,6 +34,8 @@ OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 # More than is ever under way, so that what is missing was lost before the subscriber.
 _DEPTH = 1000
+# How old what a headset has said of its drops may be.
+_STATUS_S = 1.0
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 
@@ -74,6 +77,7 @@ class Loaded:
     name: str
     final: dict[str, Any]
     usage: dict[str, Usage]
+    drops_of_start: int
 
     @property
     def drops(self) -> int:
@@ -93,13 +97,18 @@ class Loaded:
         return max(float(seen["last_s"]) - float(seen["first_s"]) for seen in topics)
 
     @property
-    def latency_ms(self) -> dict[str, dict[str, float]]:
-        """From capture to subscriber; of each stream, its slowest topic."""
-        slowest: dict[str, dict[str, float]] = {}
+    def drops_after_start(self) -> int:
+        """Those of `drops` that were not yet counted when the start was over."""
+        return self.drops - self.drops_of_start
+
+    @property
+    def latency_ms(self) -> dict[str, dict[str, dict[str, float]]]:
+        """From capture to subscriber, by phase; of each stream, its slowest topic."""
+        slowest: dict[str, dict[str, dict[str, float]]] = {"start": {}, "steady": {}}
         for seen in self.final["topics"].values():
-            if seen["count"]:
-                known = slowest.setdefault(seen["stream"], seen["latency_ms"])
-                slowest[seen["stream"]] = max(known, seen["latency_ms"], key=lambda it: it["p99"])
+            for phase, latency in seen["phases_ms"].items() if seen["count"] else ():
+                known = slowest[phase].setdefault(seen["stream"], latency)
+                slowest[phase][seen["stream"]] = max(known, latency, key=lambda it: it["p99"])
         return slowest
 
 
@@ -170,13 +179,35 @@ def _start(
 
 def _watched(name: str, observer: subprocess.Popen[str], usage: dict[str, Usage]) -> Loaded:
     final = None
+    drops_of_start = 0
     for snapshot in _snapshots(observer):
         for each in usage.values():
             each.sample()
         final = snapshot if snapshot["final"] else None
+        if _age_s(snapshot) < START_S + _STATUS_S:
+            drops_of_start = _counted_drops(snapshot, name)
     if final is None:
         raise SystemExit("a process ended early")
-    return Loaded(name, final, usage)
+    return Loaded(name, final, usage, drops_of_start)
+
+
+def _age_s(snapshot: dict[str, Any]) -> float:
+    """Since the first message."""
+    topics = [seen for seen in snapshot["topics"].values() if seen["count"]]
+    if not topics:
+        return 0.0
+    begin_s, end_s = min(it["first_s"] for it in topics), max(it["last_s"] for it in topics)
+    return float(end_s - begin_s)
+
+
+def _counted_drops(snapshot: dict[str, Any], name: str) -> int:
+    """What the headset has said of its drops."""
+    return sum(
+        int(count)
+        for topic, seen in snapshot["topics"].items()
+        for key, count in seen["diagnostics"].items()
+        if topic.startswith(f"/{name}") and key.startswith("dropped.")
+    )
 
 
 def _snapshots(observer: subprocess.Popen[str]) -> Iterator[dict[str, Any]]:

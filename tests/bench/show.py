@@ -15,7 +15,7 @@ from rich.table import Table
 def main(paths: list[Path]) -> None:
     """Shows each JSON object; those of full_load.py in a row for each headset."""
     measures = Table("benchmark", "measure", "value", title="build/bench")
-    loads = Table("load", "drops", "slowest p99 ms", "CPU % of", title="load")
+    loads = Table("load", "drops", "at the start", "slowest p99 ms", "CPU % of", title="load")
     for path in paths:
         results = json.loads(path.read_text())
         headsets = {path.stem: results, **results}
@@ -32,10 +32,15 @@ def _is_load(results: Any) -> bool:
     return isinstance(results, dict) and results.keys() >= {"drops", "latency_ms", "cpu_percent"}
 
 
-def _load(load: dict[str, Any]) -> tuple[str, str, str]:
-    stream, latency = max(load["latency_ms"].items(), key=lambda item: float(item[1]["p99"]))
+def _load(load: dict[str, Any]) -> tuple[str, ...]:
+    latencies = (_slowest(load["latency_ms"][phase]) for phase in ("start", "steady"))
     cpu = ", ".join(f"{role} {_text(value)}" for role, value in load["cpu_percent"].items())
-    return str(load["drops"]), f"{_text(latency['p99'])} ({stream})", cpu
+    return str(load["drops"]), *latencies, cpu
+
+
+def _slowest(latency_ms: dict[str, dict[str, float]]) -> str:
+    stream, latency = max(latency_ms.items(), key=lambda item: item[1]["p99"])
+    return f"{_text(latency['p99'])} ({stream})"
 
 
 def _leaves(results: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -1,19 +1,11 @@
-"""The sessions of every simulated sensor that several modules look at, and how headsets start."""
+"""The sessions of every simulated sensor that several modules look at."""
 
 from __future__ import annotations
-
-import os
 
 import pytest
 
 from full_load import FullLoad, full_load
 from processes import Received
-
-
-@pytest.fixture(autouse=True, scope="session")
-def quick_start() -> None:
-    """Headsets live for seconds here, too short for what HotSpot's second compiler costs."""
-    os.environ["JDK_JAVA_OPTIONS"] = "-XX:TieredStopAtLevel=1"
 
 
 @pytest.fixture(scope="session")

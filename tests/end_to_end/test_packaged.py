@@ -42,7 +42,8 @@ def program(classes: Path, library: Path) -> list[str | Path]:
     return [
         *("env", f"LD_LIBRARY_PATH={NATIVE / 'linux'}"),
         f"XR_RUNTIME_JSON={NATIVE / 'host/sim/openxr/openxr_runtime.json'}",
-        *("java", "-Xcheck:jni", "-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
+        *("java", "-Xcheck:jni", "-XX:TieredStopAtLevel=1"),
+        *("-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
         f"-Dml2s.library={library}",
         f"-Dml2s.simulation={NATIVE / 'host/sim/jni/libml2sim_jni.so'}",
         f"-Dml2s.films={NATIVE / 'films'}",

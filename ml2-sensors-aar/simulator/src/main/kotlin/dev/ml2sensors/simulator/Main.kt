@@ -7,6 +7,7 @@ import kotlin.system.exitProcess
 
 /** The command `ml2-headset`: exit code 0 at the end, 1 if a sensor failed, 2 for wrong arguments or a bad recording. */
 public fun main(arguments: Array<String>) {
+    useAndroidTls()
     val command = HeadsetCommand()
     val exitCode = try {
         command.parse(arguments)
