@@ -16,6 +16,7 @@ $(pytest) -m alone $(2)
 endef
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
+bundle := build/native/bundle/order
 # For what comes after `build`: takes its classes as they are.
 compiled := -Dphase.compile=none -Dphase.test-compile=none -Dmaven.clean.skip
 device_library := build/native/device/libml2sensors.so
@@ -40,11 +41,11 @@ setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 J
 
 build: setup native $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
-$(packaged): $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
+$(packaged): $(bundle) $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
 	$(maven) $(if $(wildcard $@),--quiet) package --threads 2 -DskipTests -pl '!$(aar)'
 	@touch $@
 
-native: setup $(device_library) $(simulation) ## Build the native library as it ships, and the simulated device it runs on here
+native: setup $(device_library) $(simulation) $(bundle) ## Build the native library as it ships, and the simulated device it runs on here
 
 $(device_library): $(shell find native/device native/generated native/jni native/openxr native/sdk native/sources -type f)
 	native/device/link.sh
@@ -54,6 +55,9 @@ $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMak
 	cmake -S native -B build/native/host -G Ninja
 	cmake --build build/native/host --target ml2sim ml2sim_jni ml2sim_control ml2sim_partial
 	@touch $@
+
+$(bundle): native/sim/bundle.sh $(device_library) $(simulation)
+	native/sim/bundle.sh
 
 aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
 
@@ -116,7 +120,7 @@ test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
 	$(call pytest_beside,3,tests/end_to_end tests/validation)
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
-	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar -Dtest=PublicApiTest
+	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
 	REWRITE_API=1 $(pytest) native/tests/sdk host_receiver/test/test_public_api.py
 	REWRITE_API=1 tests/unity/run.sh -run:Ml2Sensors.Tests.PublicApiTests
 

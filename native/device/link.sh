@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Links build/native/device/libml2sensors.so, the file that goes into the AAR, for x86_64-linux-android29 without an
 # NDK: freestanding C, declarations of our own (include/) and stub libraries of bionic (bionic/*.txt lists all that may
-# be used of it). build/native/linux/ receives what lets a Linux process load that same file: bionic's library names
-# pointing to the system's, and a liblog that prints. Equal sources give equal bytes.
+# be used of it). build/native/linux/ receives what lets a Linux process load that same file: libraries of bionic's
+# names that only need the system's, and a liblog that prints. Equal sources give equal bytes.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -34,7 +34,9 @@ fi
   -Wl,-z,noexecstack -Wl,-z,text -Wl,--build-id=sha1 "${sources[@]}" -L"$stubs" -lc -ldl -llog \
   -o "$out/libml2sensors.so"
 
+# Of bionic's names inside as well, so that the loader takes those that a process has loaded from anywhere.
+rm -f "$linux"/lib*.so
 for name in libc.so.6 libm.so.6 libdl.so.2; do
-  ln -sfn "$(cc -print-file-name="$name")" "$linux/${name%.*}"
+  cc -shared -nostdlib -Wl,-soname,"${name%.*}" -Wl,--no-as-needed -o "$linux/${name%.*}" -x c /dev/null -x none -l:"$name"
 done
 cc -shared -fPIC -O2 -Wl,-soname,liblog.so -o "$linux/liblog.so" native/device/log.c

@@ -32,7 +32,10 @@ extern "C" {
  */
 ML2SIM_API const char *ml2sim_set(const char *key, const char *value);
 
-/** One line per key: name, value now, what it means. Valid until this thread's next call. */
+/**
+ * One line per key, with tabs between: name, value now, default, kind (whole, real or text), least, most, what it
+ * means. Valid until this thread's next call.
+ */
 ML2SIM_API const char *ml2sim_describe_keys(void);
 
 /** 1 while somebody waits for pictures to be drawn, which takes all processors for seconds; else 0. */

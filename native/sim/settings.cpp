@@ -207,7 +207,11 @@ std::string describeKeys() {
     std::string out;
     for (size_t i = 0; i < table().rows.size(); i++) {
         const auto &row = table().rows[i];
-        out += row.name + "=" + valueAt(i) + "  " + row.meaning + "\n";
+        const bool isText = row.kind == Kind::Text;
+        const auto standard = !isText ? shortest(row.standard) : row.words.empty() ? "" : row.words.front();
+        const auto kind = isText ? "text" : row.kind == Kind::Real ? "real" : "whole";
+        out += row.name + "\t" + valueAt(i) + "\t" + standard + "\t" + kind + "\t" + shortest(row.least) + "\t" +
+               shortest(row.most) + "\t" + row.meaning + "\n";
     }
     return out;
 }

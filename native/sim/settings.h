@@ -76,7 +76,7 @@ bool shapesTheScene(const std::string &name);
 /** Sets a key; empty, or what is wrong with it. */
 std::string setKey(const std::string &name, const std::string &value);
 
-/** One line per key: name, value now, meaning. */
+/** One line per key, as ml2sim_describe_keys gives it. */
 std::string describeKeys();
 
 /** Defaults, then ML2SIM of the environment; empty, or what is wrong with that. */

@@ -1,4 +1,4 @@
-"""The headset on the very bytes of the Android package: its classes, and its native library."""
+"""The headset on the very classes of the Android package; its native library is the package's."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> N
     (package,) = (ROOT / "build" / "aar").glob("ml2-sensors-[0-9]*[0-9].aar")
     with zipfile.ZipFile(package) as archive:
         classes = Path(archive.extract("classes.jar", tmp_path))
-        library = Path(archive.extract("jni/x86_64/libml2sensors.so", tmp_path))
     config = tmp_path / "everything.yaml"
     config.write_text(demo_config())
-    received = receive(config, ["--duration", "2"], tmp_path, program=program(classes, library))
+    received = receive(config, ["--duration", "2"], tmp_path, program=program(classes))
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
     words = (tmp_path / "headset.log").read_text()
@@ -34,18 +33,14 @@ def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> N
     assert not faults, "of the JVM, which checks every JNI call"
 
 
-def program(classes: Path, library: Path) -> list[str | Path]:
-    """What the script ml2-headset starts, with these in the place of what Maven and CMake built."""
+def program(classes: Path) -> list[str | Path]:
+    """What the script ml2-headset starts, with these in the place of what Maven built."""
     (headset,) = TARGET.glob("ml2-headset-*.jar")
     others = [it for it in (TARGET / "lib").iterdir() if not it.name.startswith("ml2-sensors-")]
     assert len(others) < len(list((TARGET / "lib").iterdir()))
     return [
-        *("env", f"LD_LIBRARY_PATH={NATIVE / 'linux'}"),
-        f"XR_RUNTIME_JSON={NATIVE / 'host/sim/openxr/openxr_runtime.json'}",
         *("java", "-Xcheck:jni", "-XX:TieredStopAtLevel=1"),
         *("-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
-        f"-Dml2s.library={library}",
-        f"-Dml2s.simulation={NATIVE / 'host/sim/jni/libml2sim_jni.so'}",
         f"-Dml2s.films={NATIVE / 'films'}",
         *("-cp", os.pathsep.join(str(it) for it in (classes, headset, *others))),
         "dev.ml2sensors.simulator.MainKt",

@@ -1,6 +1,7 @@
 // The functions of dev.ml2sensors.simulator.simulated.SimulatedSdk, registered by JNI_OnLoad.
 #include <jni.h>
 
+#include <cstdlib>
 #include <iterator>
 
 #include "ml2sim.h"
@@ -28,6 +29,10 @@ jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
     const char *problem = ml2sim_set(Utf(env, key).bytes(), Utf(env, value).bytes());
     return problem == nullptr ? nullptr : env->NewStringUTF(problem);
 }
+
+jstring describeKeys(JNIEnv *env, jclass) { return env->NewStringUTF(ml2sim_describe_keys()); }
+
+void useRuntime(JNIEnv *env, jclass, jstring manifest) { setenv("XR_RUNTIME_JSON", Utf(env, manifest).bytes(), 1); }
 
 jboolean isDrawing(JNIEnv *, jclass) { return ml2sim_is_drawing() != 0; }
 
@@ -68,6 +73,8 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
         return JNI_ERR;
     const JNINativeMethod methods[] = {
         method("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
+        method("describeKeys", "()Ljava/lang/String;", describeKeys),
+        method("useRuntime", "(Ljava/lang/String;)V", useRuntime),
         method("isDrawing", "()Z", isDrawing),
         method("inertial", "(IJ[F)V", inertial),
         method("light", "(J)F", light),

@@ -21,8 +21,8 @@ TEST_F(Control, AWrongValueIsAnsweredWithWhatIsAllowedAndChangesNothing) {
     EXPECT_STREQ(ml2sim_set("loop_seconds", "2.5"),
                  "loop_seconds: expected a whole number from 2 to 600, found \"2.5\"");
     EXPECT_STREQ(ml2sim_set("clock", "fast"), "clock: expected one of real, manual, found \"fast\"");
-    EXPECT_NE(std::string(ml2sim_describe_keys()).find("loop_seconds=2 "), std::string::npos);
-    EXPECT_NE(std::string(ml2sim_describe_keys()).find("clock=manual "), std::string::npos);
+    EXPECT_NE(std::string(ml2sim_describe_keys()).find("loop_seconds\t2\t"), std::string::npos);
+    EXPECT_NE(std::string(ml2sim_describe_keys()).find("clock\tmanual\t"), std::string::npos);
 }
 
 TEST_F(Control, ATrajectoryThatCannotBeReadIsToldAndTheOldOneStays) {
@@ -37,8 +37,8 @@ TEST_F(Control, EveryKeyIsDescribedAndCanBeSetToItsOwnValue) {
     const std::string all = ml2sim_describe_keys();
     int keys = 0;
     for (size_t at = 0; at < all.size(); at = all.find('\n', at) + 1, keys++) {
-        const auto equals = all.find('=', at), space = all.find("  ", equals);
-        EXPECT_EQ(ml2sim_set(all.substr(at, equals - at).c_str(), all.substr(equals + 1, space - equals - 1).c_str()),
+        const auto name = all.find('\t', at), value = all.find('\t', name + 1);
+        EXPECT_EQ(ml2sim_set(all.substr(at, name - at).c_str(), all.substr(name + 1, value - name - 1).c_str()),
                   nullptr);
     }
     EXPECT_GT(keys, 60);
@@ -48,8 +48,8 @@ TEST_F(Control, TheEnvironmentIsReadAtTheStart) {
     setenv("ML2SIM", "seed=42,fault.eye.permission=1", 1);
     ml2sim_reset();
     unsetenv("ML2SIM");
-    EXPECT_NE(std::string(ml2sim_describe_keys()).find("seed=42 "), std::string::npos);
-    EXPECT_NE(std::string(ml2sim_describe_keys()).find("fault.eye.permission=1 "), std::string::npos);
+    EXPECT_NE(std::string(ml2sim_describe_keys()).find("seed\t42\t"), std::string::npos);
+    EXPECT_NE(std::string(ml2sim_describe_keys()).find("fault.eye.permission\t1\t"), std::string::npos);
 }
 
 TEST_F(Control, TheManualClockStandsUntilItIsAdvanced) {

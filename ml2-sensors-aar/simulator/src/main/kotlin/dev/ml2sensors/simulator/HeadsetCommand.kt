@@ -9,7 +9,6 @@ import com.github.ajalt.clikt.core.context
 import com.github.ajalt.clikt.parameters.groups.provideDelegate
 import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
-import com.github.ajalt.clikt.parameters.options.multiple
 import com.github.ajalt.clikt.parameters.options.option
 import com.github.ajalt.clikt.parameters.options.versionOption
 import com.github.ajalt.clikt.parameters.types.choice
@@ -20,21 +19,13 @@ import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
-import dev.ml2sensors.simulator.simulated.SimulatedHeadset
-import dev.ml2sensors.simulator.simulated.SimulatedSetting
-import dev.ml2sensors.simulator.simulated.WrongSetting
 import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import kotlinx.coroutines.CompletableDeferred
-import kotlinx.coroutines.coroutineScope
-import kotlinx.coroutines.delay
-import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import sun.misc.Signal
 import java.io.File
-import java.nio.file.Path
-import kotlin.io.path.Path
 import kotlin.random.Random
 import kotlin.time.Duration.Companion.seconds
 
@@ -47,12 +38,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
     private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
         .file(mustExist = true)
-    private val simulate by option(
-        metavar = "KEY=VALUE[@S]",
-        help = "Set a key of the simulated device, at once or after S seconds of samples; repeatable.",
-    )
-        .convert { SimulatedSetting.parse(it) ?: fail("expected KEY=VALUE or KEY=VALUE@SECONDS, found '$it'") }
-        .multiple()
+    private val simulation by SimulationOptions()
     private val seed by option(metavar = "N", help = "Of the room, the walk and all noise; default 1.")
         .long().default(1)
     private val duration by option(metavar = "S", help = "End after so many seconds of samples.")
@@ -81,7 +67,11 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     private fun stream(headset: Headset): Boolean {
         val link = link.open { echo(it, err = true) }
-        return runBlocking { naming { stream(headset, link, duration, stopSignal(), ::echo, ::simulateLater) } }
+        return runBlocking {
+            stream(headset, link, duration, stopSignal(), ::echo) {
+                if (headset is SimulatedHeadset) simulation.setLater(headset, duration, ::echo)
+            }
+        }
     }
 
     private fun pair(headset: Headset, uri: PairingUri): Boolean {
@@ -92,12 +82,12 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private fun headset(): Headset {
         val folder = replay
         if (rateFactor != null && folder == null) throw UsageError("--rate-factor needs --replay")
-        if (simulate.isNotEmpty() && (folder != null || source != SIMULATED)) {
+        if (simulation.isGiven && (folder != null || source != SIMULATED)) {
             throw UsageError("--simulate needs --source $SIMULATED")
         }
         return when {
             folder != null -> ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)
-            source == SIMULATED -> simulatedHeadset()
+            source == SIMULATED -> simulation.open(seed, System.getProperty("ml2s.films", ""))
             else -> TestSignalHeadset(seed, shiftedClock(), ::echo)
         }
     }
@@ -105,26 +95,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
     private fun shiftedClock(): DeviceClock {
         val offsetNanos = Random(seed).nextLong(MAX_CLOCK_OFFSET_NANOS)
         return DeviceClock { System.nanoTime() + offsetNanos }
-    }
-
-    private fun simulatedHeadset(): Headset = naming {
-        SimulatedHeadset.open(
-            path("ml2s.library"),
-            path("ml2s.simulation"),
-            seed,
-            listOf(SimulatedSetting("cache", System.getProperty("ml2s.films", ""))) +
-                simulate.filter { it.after == null },
-        )
-    }
-
-    private suspend fun simulateLater(): Unit = coroutineScope {
-        for (setting in simulate) {
-            launch {
-                delay(setting.after ?: return@launch)
-                setting.apply()
-                echo("simulating $setting")
-            }
-        }
     }
 
     private fun recording(folder: File): EurocRecording {
@@ -144,16 +114,6 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         /** Far from any other clock, so that a time that was not converted is noticed. */
         const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
     }
-}
-
-/** Where the script ml2-headset has found it. */
-private fun path(property: String): Path =
-    Path(checkNotNull(System.getProperty(property)) { "no -D$property: start the script ml2-headset" })
-
-private inline fun <T> naming(action: () -> T): T = try {
-    action()
-} catch (mistake: WrongSetting) {
-    throw UsageError("the simulated device: ${mistake.message}")
 }
 
 private fun positive(text: String): Double? = text.toDoubleOrNull()?.takeIf { it > 0 && it.isFinite() }

@@ -1,20 +1,23 @@
 package dev.ml2sensors.simulator.simulated
 
 import java.nio.ByteBuffer
-import java.nio.file.Path
-import kotlin.io.path.absolutePathString
 
 /**
  * native/sim/ml2sim.h, what the simulated headset offers beside the vendor's interfaces: functions, units and axes are
- * stated there. Registered by JNI_OnLoad of libml2sim_jni.so. Any thread.
+ * stated there. Registered by JNI_OnLoad of libml2sim_jni.so, which [NativeBundle] loads. Any thread.
  */
 internal object SimulatedSdk {
-    /** Also loads the simulated vendor library that libml2sensors.so will find. Before anything else. */
-    fun load(jniLibrary: Path): Unit = System.load(jniLibrary.absolutePathString())
-
     /** What is wrong, or null. */
     @JvmStatic
     external fun set(key: String, value: String): String?
+
+    /** A line for each key, its name, value, default, kind, least, most and meaning between tabs. */
+    @JvmStatic
+    external fun describeKeys(): String
+
+    /** Names the manifest of the OpenXR runtime, before OpenXR is first used. */
+    @JvmStatic
+    external fun useRuntime(manifest: String)
 
     /** Whether pictures are being drawn, which takes all processors for seconds. */
     @JvmStatic

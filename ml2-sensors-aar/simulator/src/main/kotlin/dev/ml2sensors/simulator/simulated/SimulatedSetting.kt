@@ -7,12 +7,7 @@ import kotlin.time.Duration.Companion.seconds
  * A key of the simulated device, native/sim/settings.cpp, and the value it takes: before anything is opened, or [after]
  * so much time of samples.
  */
-internal class SimulatedSetting(private val key: String, private val value: String, val after: Duration? = null) {
-    /** @throws WrongSetting with the simulation's words. */
-    fun apply() {
-        SimulatedSdk.set(key, value)?.let { throw WrongSetting(it) }
-    }
-
+internal class SimulatedSetting(val key: String, val value: String, val after: Duration? = null) {
     override fun toString(): String = "$key=$value"
 
     companion object {
@@ -25,6 +20,3 @@ internal class SimulatedSetting(private val key: String, private val value: Stri
         }
     }
 }
-
-/** The simulated device knows no such key, or not this value of it. */
-internal class WrongSetting(message: String) : IllegalArgumentException(message)

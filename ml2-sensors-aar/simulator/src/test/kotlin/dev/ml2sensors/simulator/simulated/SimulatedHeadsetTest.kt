@@ -1,8 +1,8 @@
 package dev.ml2sensors.simulator.simulated
 
+import dev.ml2sensors.simulator.SimulatedHeadset
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DropReason
-import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
@@ -81,7 +81,7 @@ class SimulatedHeadsetTest {
 
     @Test
     fun aWrongSettingIsRefusedInTheWordsOfTheSimulation() {
-        val failure = assertFailsWith<WrongSetting> { open("tangential" to "much") }
+        val failure = assertFailsWith<IllegalArgumentException> { headset.set("tangential", "much") }
         assertContains(failure.message.orEmpty(), """tangential: expected a number from -0.01 to 0.01, found "much"""")
     }
 
@@ -92,17 +92,7 @@ class SimulatedHeadsetTest {
         /** More than a frame is kept for. */
         const val LATE_MILLIS = 600L
         val COLOR = StreamValues(0, WIDTH, HEIGHT, 15, "jpeg")
-        val headset = open("loop_seconds" to "2")
-
-        fun open(vararg settings: Pair<String, String>): Headset {
-            val native = Path.of("../../build/native").absolute()
-            val films = Path.of("target/films").createDirectories().absolute()
-            return SimulatedHeadset.open(
-                native.resolve("device/libml2sensors.so"),
-                native.resolve("host/sim/jni/libml2sim_jni.so"),
-                seed = 1,
-                (listOf("cache" to "$films") + settings).map { (key, value) -> SimulatedSetting(key, value) },
-            )
-        }
+        val films = Path.of("target/films").createDirectories().absolute()
+        val headset = SimulatedHeadset.open(settings = mapOf("cache" to "$films", "loop_seconds" to "2"))
     }
 }

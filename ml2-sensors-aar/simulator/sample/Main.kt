@@ -1,0 +1,21 @@
+// The example of the simulator's README; tests/aar compares its words, compiles it and runs it.
+
+package dev.ml2sensors.sample
+
+import dev.ml2sensors.simulator.SimulatedHeadset
+import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.filterIsInstance
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.runBlocking
+
+fun main(): Unit = runBlocking {
+    SimulatedHeadset.open(seed = 7, settings = mapOf("loop_seconds" to "2")).use { headset ->
+        val stream = StreamTable.worldLeft
+        headset.samples(stream, stream.defaultValues()).filterIsInstance<ImageSample>().take(3).collect { image ->
+            println("${image.width}x${image.height} at ${image.captureNanos}, pose ${image.pose}")
+        }
+        headset.set("fault.world.stalled", "1") // from now on no world camera delivers anything
+    }
+}
