@@ -11,6 +11,7 @@ from zeroconf._dns import DNSPointer
 from zeroconf._protocol.outgoing import DNSOutgoing
 
 from ml2_receiver.link.discovery import (
+    SEARCH_S,
     SERVICE_TYPE,
     Announcement,
     FoundReceiver,
@@ -22,6 +23,10 @@ from repeated import repeated
 pytestmark = pytest.mark.alone
 LOOPBACK = ["127.0.0.1"]
 GROUP = ("224.0.0.251", 5353)
+# How often zeroconf says what is new; the first time twice.
+ANNOUNCEMENTS = 4
+# A search that begins with the announcement: it takes 2.4 s.
+SEEN_S = 2.4 + SEARCH_S
 
 
 @contextmanager
@@ -69,7 +74,7 @@ def pointed_at(names: list[str]) -> Iterator[None]:
 
 def found(names: set[str]) -> dict[str, FoundReceiver]:
     """Those of these names, by one search; other tests may announce theirs meanwhile."""
-    receivers = {it.name: it for it in find_receivers(interfaces=LOOPBACK) if it.name in names}
+    receivers = {it.name: it for it in find_receivers(SEEN_S, LOOPBACK) if it.name in names}
     assert receivers.keys() == names
     return receivers
 
@@ -96,6 +101,17 @@ def test_a_name_that_is_taken_gets_a_number() -> None:
         found({"twin"})
         with announced("twin", 7004):
             assert found({"twin", "twin-2"})["twin-2"].port == 7004
+
+
+def test_a_name_that_has_just_been_announced_is_taken_too() -> None:
+    """Those that have just said it do not say it again at once."""
+    with overheard() as packets, announced("quick", 7009):
+        said = 0
+        while said < ANNOUNCEMENTS:
+            packet = packets.get(timeout=10)
+            said += b"\x05quick" in packet and struct.unpack_from(">H", packet, 2)[0] >> 15
+        with announced("quick", 7010):
+            assert found({"quick", "quick-2"})["quick-2"].port == 7010
 
 
 def test_one_that_is_closed_says_goodbye() -> None:

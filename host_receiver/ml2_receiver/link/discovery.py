@@ -27,6 +27,7 @@ type Address = IPv4Address | IPv6Address
 SERVICE_TYPE = "_ml2sensors._tcp.local."
 # Long enough for a second answer of those who have just answered somebody else.
 SEARCH_S = 3.0
+_QUIET_S = 1.2
 
 _LOOPBACK = "127.0.0.1"
 # RFC 1035, less the number that tells a second receiver of the same name from the first.
@@ -38,7 +39,7 @@ class Announcement:
     """Announces a receiver until close(), or as a context manager.
 
     One that listens on loopback is announced there only. Multicast goes over IPv4. For the first
-    1.2 s others are asked whether the name is free, and nobody finds it.
+    2.4 s others are asked whether the name is free, and nobody finds it.
 
     Args:
         name: tells receivers apart; where it is taken, a number is appended.
@@ -111,6 +112,8 @@ async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
         zeroconf, SERVICE_TYPE, [lambda **_: None], question_type=DNSQuestionType.QM
     )
     try:
+        # Who has announced a name within the last second answers nobody (RFC 6762, 6).
+        await asyncio.sleep(_QUIET_S)
         await (await zeroconf.async_register_service(info, allow_name_change=True, strict=False))
     finally:
         await browser.async_cancel()
