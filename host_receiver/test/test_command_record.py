@@ -4,6 +4,7 @@ import itertools
 import os
 import pty
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import pytest
 
 import bag_scene
 from bag_readers import (
+    READERS,
     digest,
     mcap_file,
     with_javascript_sequentially,
@@ -61,7 +63,7 @@ def await_flushed(folder: Path, count: int) -> None:
 
 
 @pytest.mark.parametrize("flushed_bytes", [10_000, 2_000_000])
-def test_a_kill_costs_the_last_second_at_most(
+def test_a_kill_costs_the_last_half_second_at_most(
     folder: Path, config: Path, flushed_bytes: int
 ) -> None:
     with (
@@ -74,7 +76,7 @@ def test_a_kill_costs_the_last_second_at_most(
             killed_s = time.monotonic()
             recording.process.kill()
             recording.wait()
-    due = sum(sent < killed_s - 1 for sent in sent_s)
+    due = sum(sent < killed_s - 0.5 for sent in sent_s)
     expected = [digest(bag_scene.image(number)) for number in range(len(sent_s) + 1)]
     for read in (with_javascript_sequentially, with_mcap_sequentially):
         found = [seen.sha256 for seen in read(folder) if seen.topic.endswith(IMAGE)]
@@ -179,15 +181,33 @@ def test_on_a_full_disk_the_recording_ends_and_the_topics_go_on(folder: Path, co
     ):
         device.start()
         with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
-            limit_files(recording.process.pid, 200_000)
+            limit_files(recording.process.pid, 500_000)
             with streaming(device):
                 recording.await_error("the recording has ended: File too large")
             publish_until_seen(device, subscriber)
         device.leave()
         assert recording.end() == 2
-    found = with_javascript_sequentially(folder)
-    images = [seen.sha256 for seen in found if seen.topic.endswith(IMAGE)]
-    assert images == [digest(bag_scene.image(number)) for number in range(len(images))]
+    check_images(folder)
+
+
+def check_images(folder: Path) -> None:
+    """Readers that go by the index find the first images, whole."""
+    for read in READERS:
+        images = [seen.sha256 for seen in read(folder) if seen.topic.endswith(IMAGE)]
+        assert images == [digest(bag_scene.image(number)) for number in range(len(images))]
+        assert images
+
+
+def test_a_folder_that_is_removed_ends_the_recording(folder: Path, config: Path) -> None:
+    with (
+        Recording(folder, config, "--no-ros") as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        shutil.rmtree(folder)
+        with streaming(device):
+            assert recording.wait() == 2
+        assert "the recording has ended: somebody has removed its file" in recording.errors[-1]
 
 
 def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
@@ -196,11 +216,12 @@ def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
         MockDevice(recording.address, says_ping=True) as device,
     ):
         device.start()
-        limit_files(recording.process.pid, 100_000)
+        limit_files(recording.process.pid, 500_000)
         with streaming(device):
             assert recording.wait() == 2
         assert "the recording has ended: File too large" in recording.errors[-1]
-        assert mcap_file(folder).stat().st_size < 100_000
+        assert mcap_file(folder).stat().st_size <= 500_000
+    check_images(folder)
 
 
 def test_an_existing_folder_is_refused_before_anything_else(

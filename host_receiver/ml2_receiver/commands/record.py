@@ -12,7 +12,8 @@ from rich.live import Live
 from ..configuration.table import load_table
 from ..errors import RecordingError
 from ..recording.bag_folder import make_folder
-from ..recording.bag_writer import COMPRESSIONS, BagWriter
+from ..recording.bag_writer import BagWriter
+from ..recording.mcap_file import COMPRESSIONS
 from ..recording.recorder import Progress, Recorder
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
@@ -31,7 +32,7 @@ _EXAMPLES = """examples:
   ros2 bag play walk                             in ROS 2 afterwards
   ml2-receiver play walk                         to a receiver, as the headset did
 
-If the recording is cut off by a kill or a full disk, all but the last second is there:
+If the recording is cut off by a kill, all but the last half second is there:
 `ros2 bag reindex walk -s mcap` brings its metadata.yaml up to date.
 Whatever follows --ros-args goes to ROS 2."""
 

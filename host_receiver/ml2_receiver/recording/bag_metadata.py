@@ -1,5 +1,7 @@
 """metadata.yaml, which makes a folder a rosbag2, in the version that ROS 2 Jazzy writes."""
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,10 +14,10 @@ _VERSION = 9  # rosbag2_storage/bag_metadata.hpp of Jazzy
 
 
 @dataclass
-class BagMetadata:
+class BagFile:
     """What is in one file; times are those messages were received at, in ns."""
 
-    file_name: str
+    name: str
     first_ns: int | None = None
     last_ns: int = 0
     message_counts: dict[BagTopic, int] = field(default_factory=dict)
@@ -24,11 +26,42 @@ class BagMetadata:
     def message_count(self) -> int:
         return sum(self.message_counts.values())
 
+    @property
+    def duration_ns(self) -> int:
+        return 0 if self.first_ns is None else self.last_ns - self.first_ns
+
     def count(self, topic: BagTopic, time_ns: int) -> None:
         """One more message."""
         self.message_counts[topic] += 1
         self.first_ns = time_ns if self.first_ns is None else min(self.first_ns, time_ns)
         self.last_ns = max(self.last_ns, time_ns)
+
+    def information(self) -> dict[str, Any]:
+        return {"path": self.name, **_span([self])}
+
+
+@dataclass
+class BagMetadata:
+    """What is in all files."""
+
+    files: list[BagFile] = field(default_factory=list)
+
+    @property
+    def duration_ns(self) -> int:
+        """From the first message to the last."""
+        first_ns, last_ns = _times(self.files)
+        return last_ns - first_ns
+
+    def topics(self) -> list[BagTopic]:
+        """Each file has those of the one before."""
+        return list(self.files[-1].message_counts) if self.files else []
+
+    def message_counts(self) -> Counter[BagTopic]:
+        """Of each topic."""
+        counts = Counter(dict.fromkeys(self.topics(), 0))
+        for file in self.files:
+            counts.update(file.message_counts)
+        return counts
 
     def to_yaml(self) -> str:
         """The text of metadata.yaml."""
@@ -39,27 +72,36 @@ class BagMetadata:
         return to_yaml(self._information())
 
     def _information(self) -> dict[str, Any]:
-        first_ns = self.first_ns or 0
-        span = {
-            "duration": {"nanoseconds": self.last_ns - first_ns},
-            "starting_time": {"nanoseconds_since_epoch": first_ns},
-            "message_count": self.message_count,
-        }
         return {
             "version": _VERSION,
             "storage_identifier": "mcap",
-            **span,
+            **_span(self.files),
             "topics_with_message_count": [
                 {"topic_metadata": _topic(topic), "message_count": count}
-                for topic, count in self.message_counts.items()
+                for topic, count in self.message_counts().items()
             ],
             "compression_format": "",
             "compression_mode": "",
-            "relative_file_paths": [self.file_name],
-            "files": [{"path": self.file_name, **span}],
+            "relative_file_paths": [file.name for file in self.files],
+            "files": [file.information() for file in self.files],
             "custom_data": None,
             "ros_distro": "jazzy",
         }
+
+
+def _span(files: Sequence[BagFile]) -> dict[str, Any]:
+    first_ns, last_ns = _times(files)
+    return {
+        "duration": {"nanoseconds": last_ns - first_ns},
+        "starting_time": {"nanoseconds_since_epoch": first_ns},
+        "message_count": sum(it.message_count for it in files),
+    }
+
+
+def _times(files: Sequence[BagFile]) -> tuple[int, int]:
+    """Of the first and the last message."""
+    spans = [(it.first_ns, it.last_ns) for it in files if it.first_ns is not None]
+    return min((it[0] for it in spans), default=0), max((it[1] for it in spans), default=0)
 
 
 def _topic(topic: BagTopic) -> dict[str, Any]:

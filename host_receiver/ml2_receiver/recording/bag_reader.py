@@ -1,6 +1,7 @@
 """Reads recordings, also those that a kill has cut off."""
 
 import io
+import re
 import struct
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -20,6 +21,7 @@ from ..wire.frame import Kind
 
 # A chunk of ours ends with the message that makes it larger than 4 MiB.
 _MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
+_MOST_DIGITS = 18
 _CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
 _BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
 
@@ -37,7 +39,7 @@ class Bag:
     """One recording, of this receiver or of any other program that writes rosbag2 as MCAP.
 
     Args:
-        path: the folder, or the .mcap file in it.
+        path: the folder, with one or several .mcap files, or one of them.
 
     Attributes:
         types: the type of each topic, by its absolute name.
@@ -47,58 +49,39 @@ class Bag:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = _file(path)
+        self._files = _files(path)
         self.types = self._read_types()
 
     @property
     def size_bytes(self) -> int:
-        return self._path.stat().st_size
+        return sum(file.stat().st_size for file in self._files)
 
     def messages(self) -> Iterator[BagMessage]:
-        """All of them in the order of the file, that of their arrival, with CRCs checked.
+        """All of them in the order of the files, that of their arrival, with CRCs checked.
 
         Raises:
-            RecordingError: the file is broken before its end; a mere end is none.
+            RecordingError: a file is broken before its end; a mere end is none.
         """
-        names: dict[int, str] = {}
-        for record in self._records():
-            if isinstance(record, Channel):
-                names[record.id] = record.topic
-            elif isinstance(record, Message):
-                if record.channel_id not in names:
-                    raise RecordingError(f"{self._path}: message of an unknown channel")
-                yield BagMessage(names[record.channel_id], record.log_time, record.data)
+        for file in self._files:
+            names: dict[int, str] = {}
+            for record in _records(file):
+                if isinstance(record, Channel):
+                    names[record.id] = record.topic
+                elif isinstance(record, Message):
+                    if record.channel_id not in names:
+                        raise RecordingError(f"{file}: message of an unknown channel")
+                    yield BagMessage(names[record.channel_id], record.log_time, record.data)
 
     def _read_types(self) -> Mapping[str, str]:
-        """From the index or, where that is missing, from all of the file."""
-        records: list[McapRecord] = []
-        with _opened(self._path) as file, suppress(*_BROKEN, OSError):
-            summary = SeekingReader(file, record_size_limit=_MAX_RECORD_BYTES).get_summary()
-            if summary is not None:
-                records = [*summary.schemas.values(), *summary.channels.values()]
-        schemas: dict[int, str] = {}
         types = {}
-        for record in records or self._records():
-            if isinstance(record, Schema):
-                schemas[record.id] = record.name
-            elif isinstance(record, Channel):
-                types[record.topic] = schemas.get(record.schema_id, "")
+        for file in self._files:
+            schemas: dict[int, str] = {}
+            for record in _indexed(file) or _records(file):
+                if isinstance(record, Schema):
+                    schemas[record.id] = record.name
+                elif isinstance(record, Channel):
+                    types[record.topic] = schemas.get(record.schema_id, "")
         return types
-
-    def _records(self) -> Iterator[McapRecord]:
-        with _opened(self._path) as file:
-            reader = StreamReader(
-                file,
-                emit_chunks=True,
-                validate_crcs=True,
-                record_size_limit=_MAX_RECORD_BYTES,
-            )
-            try:
-                for record in reader.records:
-                    yield from _broken_up(record) if isinstance(record, Chunk) else [record]
-            except _BROKEN as error:
-                if file.tell() < self._path.stat().st_size or file.tell() == 0:
-                    raise RecordingError(f"{self._path} is broken: {error}") from error
 
 
 class BagReader(Bag):
@@ -114,6 +97,7 @@ class BagReader(Bag):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
+        self._path = path
         configs = [
             name
             for name, type in self.types.items()
@@ -145,13 +129,41 @@ def _broken_up(chunk: Chunk) -> list[McapRecord]:
     return breakup_chunk(chunk, validate_crc=True)
 
 
-def _file(path: Path) -> Path:
+def _indexed(path: Path) -> list[McapRecord]:
+    """Schemas and channels by the index; nothing where that is missing."""
+    with _opened(path) as file, suppress(*_BROKEN, OSError):
+        summary = SeekingReader(file, record_size_limit=_MAX_RECORD_BYTES).get_summary()
+        if summary is not None:
+            return [*summary.schemas.values(), *summary.channels.values()]
+    return []
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    with _opened(path) as file:
+        reader = StreamReader(
+            file, emit_chunks=True, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES
+        )
+        try:
+            for record in reader.records:
+                yield from _broken_up(record) if isinstance(record, Chunk) else [record]
+        except _BROKEN as error:
+            if file.tell() < path.stat().st_size or file.tell() == 0:
+                raise RecordingError(f"{path} is broken: {error}") from error
+
+
+def _files(path: Path) -> list[Path]:
+    """In the order of their numbers, NAME_0 and so on."""
     if not path.is_dir():
-        return path
-    files = sorted(path.glob("*.mcap"))
-    if len(files) != 1:
-        raise RecordingError(f"expected one .mcap file in {path}, found {len(files)}")
-    return files[0]
+        return [path]
+    files = list(path.glob("*.mcap"))
+    if not files:
+        raise RecordingError(f"expected .mcap files in {path}, found none")
+    return sorted(files, key=lambda file: (_number(file), file.name))
+
+
+def _number(file: Path) -> int:
+    last = re.search(r"(\d+)\D*$", file.stem)
+    return int(last[1][:_MOST_DIGITS]) if last else 0
 
 
 class _BoundedFile(io.BufferedReader):

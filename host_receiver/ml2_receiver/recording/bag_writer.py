@@ -1,92 +1,89 @@
 """Writes a rosbag2 folder."""
 
-import os
+from contextlib import suppress
 from pathlib import Path
 
-from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
-from mcap.writer import CompressionType, Writer
-
-from ..generated.message_definitions import DEFINITIONS, HASHES
-from ..generated.version import VERSION
 from .bag_folder import METADATA
-from .bag_metadata import BagMetadata, to_yaml
+from .bag_metadata import BagMetadata
 from .bag_topic import BagTopic
-
-_CHUNK_BYTES = 4 << 20
-COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}
+from .mcap_file import McapFile
 
 
 class BagWriter:
-    """FOLDER/metadata.yaml and FOLDER/FOLDER_0.mcap. Not thread-safe.
+    """FOLDER/metadata.yaml and FOLDER/FOLDER_0.mcap, FOLDER_1.mcap and so on. Not thread-safe.
 
     All methods raise OSError when the disk does not take what they write; abandon() then.
 
     Args:
         folder: exists and is empty.
         compression: a key of COMPRESSIONS, for chunks.
+        split_bytes: a file that has so much is followed by another one at the next flush(), as is
+            one that has messages of `split_ns`. 0 is without limit.
     """
 
-    def __init__(self, folder: Path, compression: str) -> None:
-        self._folder = folder
-        name = folder.resolve().name
-        self.metadata = BagMetadata(f"{name}_0.mcap")
-        self.flushed_bytes = 0
-        self._channels: dict[BagTopic, int] = {}
-        self._schemas: dict[str, int] = {}
-        self._file = (folder / self.metadata.file_name).open("wb")
-        self._writer = Writer(self._file, _CHUNK_BYTES, COMPRESSIONS[compression])
-        self._writer.start(Profile.ROS2, f"ml2-receiver {VERSION}")
-        self.flush()
+    def __init__(
+        self, folder: Path, compression: str, split_bytes: int = 0, split_ns: int = 0
+    ) -> None:
+        self.folder = folder
+        self._compression, self._split_bytes, self._split_ns = compression, split_bytes, split_ns
+        self._ended_bytes = 0
+        self.metadata = BagMetadata()
+        self._file = self._next_file()
         self.write_metadata()
 
+    @property
+    def flushed_bytes(self) -> int:
+        """Of all files."""
+        return self._ended_bytes + self._file.flushed_bytes
+
     def add_topic(self, topic: BagTopic) -> None:
-        """Announces a topic, once; of types that no stream has the definition stays empty."""
-        if topic.type not in self._schemas:
-            definition = DEFINITIONS.get(topic.type, "")
-            encoding = SchemaEncoding.ROS2 if definition else SchemaEncoding.SelfDescribing
-            self._schemas[topic.type] = self._writer.register_schema(
-                topic.type, encoding, definition.encode()
-            )
-        self._channels[topic] = self._writer.register_channel(
-            topic.name,
-            MessageEncoding.CDR,
-            self._schemas[topic.type],
-            {
-                "offered_qos_profiles": to_yaml(topic.offered_qos_profiles()).rstrip(),
-                "topic_type_hash": HASHES.get(topic.type, ""),
-            },
-        )
-        self.metadata.message_counts[topic] = 0
+        """Announces a topic, once."""
+        self._file.add_topic(topic)
 
     def write(self, topic: BagTopic, time_ns: int, payload: bytes) -> None:
         """Adds a message of an announced topic; it is on disk after the next flush()."""
-        sequence = self.metadata.message_counts[topic]
-        self._writer.add_message(self._channels[topic], time_ns, payload, time_ns, sequence)
-        self.metadata.count(topic, time_ns)
+        self._file.write(topic, time_ns, payload)
 
     def flush(self) -> None:
-        """Ends the chunk: what was written survives the end of this process."""
-        self._writer.flush()
-        self.flushed_bytes = self._file.tell()
+        """What was written survives the end of this process."""
+        self._file.flush()
+        if self._is_full():
+            self._file.finish(None)
+            following = self._next_file()
+            self._ended_bytes += self._file.flushed_bytes
+            self._file = following
+            self.write_metadata()
 
     def write_metadata(self) -> None:
         """Replaces metadata.yaml, which is whole at any moment."""
-        draft = self._folder / f"{METADATA}.draft"
+        draft = self.folder / f"{METADATA}.draft"
         draft.write_text(self.metadata.to_yaml(), "utf-8")
-        draft.replace(self._folder / METADATA)
+        draft.replace(self.folder / METADATA)
 
     def close(self) -> None:
         """Writes the index; nothing may be called after."""
-        self._writer.flush()
-        self._writer.add_metadata(
-            "rosbag2", {"serialized_metadata": self.metadata.information_yaml()}
-        )
-        self._writer.finish()
-        self._file.close()
-        self.flushed_bytes = (self._folder / self.metadata.file_name).stat().st_size
+        self._file.finish(self.metadata.information_yaml())
         self.write_metadata()
 
     def abandon(self) -> None:
-        """Leaves what was flushed, without an index; the disk may be full."""
-        self._file.raw.close()  # unlike the buffer's, writes nothing more
-        os.truncate(self._folder / self.metadata.file_name, self.flushed_bytes)
+        """Leaves what was flushed, as far as the disk takes its index; raises nothing."""
+        self._file.cut()
+        with suppress(OSError):
+            self.write_metadata()
+
+    def _is_full(self) -> bool:
+        contents = self._file.contents
+        return bool(contents.message_count) and (
+            0 < self._split_bytes <= self._file.flushed_bytes
+            or 0 < self._split_ns <= contents.duration_ns
+        )
+
+    def _next_file(self) -> McapFile:
+        path = self.folder / f"{self.folder.resolve().name}_{len(self.metadata.files)}.mcap"
+        try:
+            file = McapFile(path, self._compression, self.metadata.topics())
+        except OSError:
+            path.unlink(missing_ok=True)
+            raise
+        self.metadata.files.append(file.contents)
+        return file

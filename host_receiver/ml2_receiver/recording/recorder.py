@@ -18,8 +18,8 @@ from .bag_writer import BagWriter
 
 QUEUE_BYTES = 256 << 20  # one to two seconds of every stream at once
 _MESSAGE_BYTES = 256  # what Python needs for a queued message beside its payload
-# Half of what a kill may cost, so that a write that takes its time does not cost more.
-_FLUSH_PERIOD_S = 0.5
+# A kill may cost 0.5 s; the rest is for a write that takes its time, and for a busy machine.
+_FLUSH_PERIOD_S = 0.2
 _METADATA_PERIOD_S = 5.0
 
 type _Job = tuple[BagTopic, int, bytes | None]  # without payload: a new topic
@@ -62,7 +62,7 @@ class Recorder:
         self._on_failure, self._queue_bytes = on_failure, queue_bytes
         self._began_s = time.monotonic()
         self._lock = threading.Lock()
-        self._queued_bytes = self._written = self._flushed = self._dropped = 0
+        self._queued_bytes = self._written = self._dropped = 0
         self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
         self._known: set[BagTopic] = set()
         self._live: frozenset[BagTopic] = frozenset()
@@ -151,7 +151,6 @@ class Recorder:
             now_s = time.monotonic()
             if now_s >= flush_s:
                 self._writer.flush()
-                self._flushed = self._written
                 flush_s = now_s + _FLUSH_PERIOD_S
                 if now_s >= metadata_s:
                     self._writer.write_metadata()
@@ -161,19 +160,21 @@ class Recorder:
         if payload is None:
             self._writer.add_topic(topic)
             return
-        self._writer.write(topic, time_ns, payload)
         self._written += 1
+        self._writer.write(topic, time_ns, payload)
         with self._lock:
             self._queued_bytes -= len(payload) + _MESSAGE_BYTES
 
     def _fail(self, reason: str) -> None:
         with self._lock:
             self.failure = reason
-            self._dropped += self._written - self._flushed
-            self._written = self._flushed
         self._writer.abandon()
-        with suppress(Empty):
+        with suppress(Empty), self._lock:
             while True:
                 job = self._jobs.get_nowait()
                 self._dropped += job is not None and job[2] is not None
+        kept = self._writer.metadata.message_counts().total()
+        with self._lock:
+            self._dropped += self._written - kept
+        self._written = kept
         self._on_failure(reason)

@@ -1,0 +1,104 @@
+"""One MCAP file of a recording."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from mcap.records import Channel, Schema
+from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+
+from ..generated.message_definitions import DEFINITIONS, HASHES
+from ..generated.version import VERSION
+from .bag_metadata import BagFile, to_yaml
+from .bag_topic import BagTopic
+from .mcap_end import end_file
+
+_CHUNK_BYTES = 4 << 20
+COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}
+
+
+class McapFile:
+    """Not thread-safe. All methods but cut() raise OSError when the disk does not take the data.
+
+    Args:
+        path: is made.
+        compression: a key of COMPRESSIONS, for chunks.
+        topics: those that are known already.
+
+    Attributes:
+        contents: what is in it.
+        flushed_bytes: what a kill would leave.
+    """
+
+    def __init__(self, path: Path, compression: str, topics: Iterable[BagTopic]) -> None:
+        self.contents = BagFile(path.name)
+        self.flushed_bytes = 0
+        self._channels: dict[BagTopic, Channel] = {}
+        self._schemas: dict[str, Schema] = {}
+        self._file = path.open("w+b")
+        self._writer = Writer(self._file, _CHUNK_BYTES, COMPRESSIONS[compression])
+        self._writer.start(Profile.ROS2, f"ml2-receiver {VERSION}")
+        for topic in topics:
+            self.add_topic(topic)
+        self.flush()
+
+    def add_topic(self, topic: BagTopic) -> None:
+        """Announces a topic, once; of types that no stream has the definition stays empty."""
+        schema = self._schemas.get(topic.type)
+        if schema is None:
+            data = DEFINITIONS.get(topic.type, "").encode()
+            encoding = SchemaEncoding.ROS2 if data else SchemaEncoding.SelfDescribing
+            id = self._writer.register_schema(topic.type, encoding, data)
+            schema = self._schemas[topic.type] = Schema(id, data, encoding, topic.type)
+        metadata = {
+            "offered_qos_profiles": to_yaml(topic.offered_qos_profiles()).rstrip(),
+            "topic_type_hash": HASHES.get(topic.type, ""),
+        }
+        channel = (topic.name, MessageEncoding.CDR, schema.id, metadata)
+        id = self._writer.register_channel(*channel)
+        self._channels[topic] = Channel(id, topic.name, MessageEncoding.CDR, metadata, schema.id)
+        self.contents.message_counts[topic] = 0
+
+    def write(self, topic: BagTopic, time_ns: int, payload: bytes) -> None:
+        """Adds a message of an announced topic; it is on disk after the next flush()."""
+        sequence = self.contents.message_counts[topic]
+        self._writer.add_message(self._channels[topic].id, time_ns, payload, time_ns, sequence)
+        self.contents.count(topic, time_ns)
+
+    def flush(self) -> None:
+        """Ends the chunk: what was written survives the end of this process."""
+        if not os.fstat(self._file.fileno()).st_nlink:
+            raise FileNotFoundError(0, "somebody has removed its file")
+        self._writer.flush()
+        self.flushed_bytes = self._file.tell()
+
+    def finish(self, metadata: str | None) -> None:
+        """Writes the index, with rosbag2's own metadata if they are known; the last call."""
+        self.flush()
+        if metadata is not None:
+            self._writer.add_metadata("rosbag2", {"serialized_metadata": metadata})
+        self._writer.finish()
+        self._file.flush()
+        self.flushed_bytes = self._file.tell()
+        self._file.close()
+
+    def cut(self) -> None:
+        """Keeps what was flushed, with an index as far as there is room; the last call."""
+        if self._file.closed:
+            return  # it has its index
+        file = os.dup(self._file.fileno())
+        self._file.raw.close()  # unlike the buffer's, writes nothing more
+        try:
+            schemas, channels = list(self._schemas.values()), list(self._channels.values())
+            kept = end_file(file, self.flushed_bytes, schemas, channels)
+        except OSError:
+            return  # the disk does nothing at all any more
+        finally:
+            os.close(file)
+        self.flushed_bytes = kept.file_bytes
+        self.contents.first_ns = kept.first_ns if kept.counts else None
+        self.contents.last_ns = kept.last_ns
+        self.contents.message_counts = {
+            topic: kept.counts[channel.id] for topic, channel in self._channels.items()
+        }
