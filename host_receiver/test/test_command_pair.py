@@ -115,7 +115,7 @@ def test_an_interrupt_pairs_nobody(keys: Path) -> None:
     assert pairing.errors == ["nobody was paired"]
 
 
-def test_on_a_terminal_there_is_a_code_to_scan_and_the_time_left(keys: Path) -> None:
+def test_on_a_terminal_there_is_what_to_type_and_the_time_left(keys: Path) -> None:
     terminal, output = pty.openpty()
     process = subprocess.Popen(
         [sys.executable, "-m", "ml2_receiver", "pair", "--keys", str(keys)],
@@ -133,7 +133,7 @@ def test_on_a_terminal_there_is_a_code_to_scan_and_the_time_left(keys: Path) -> 
         process.wait()
         os.close(terminal)
     assert "▀".encode() in shown
-    assert b"ml2s://" in shown
+    assert b"ml2-receiver headset start --pair 'ml2s://" in shown
 
 
 def test_a_running_receiver_lets_in_who_is_paired_and_ends_who_is_not_any_more(

@@ -33,12 +33,15 @@ _POLL_S = 0.2
 # Strangers must not make the code scroll away.
 _LINES_PER_S = 2
 _EPILOG = """\
-Shows a code for one device, for five minutes. It works with or without a receiver that runs, and
-one that runs lets the device in at once. Whoever sees the code can pair, so show it to nobody else.
+Shows a URI for one device, for five minutes; `ml2-receiver headset start --pair URI` brings it to
+the headset's app by a cable, and it can be pasted there. Whoever sees it can pair, so show it to
+nobody else. It works with or without a receiver that runs, and one that runs lets the device in at
+once.
+
 Exit code: 0 when a device was paired, else 2.
 
 examples:
-  ml2-receiver pair                          scan the code with the headset
+  ml2-receiver pair                          then `headset start --pair URI` in another terminal
   ml2-receiver pair --listen 127.0.0.1:0     for a simulated headset: ml2-headset --pair URI
   ml2-receiver pair --port 7756              for `run --listen 0.0.0.0:7756`
 """
@@ -46,7 +49,7 @@ examples:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
-        "pair", help="show a code with which a headset may connect", epilog=_EPILOG
+        "pair", help="show a URI with which a headset may connect", epilog=_EPILOG
     )
     parser.add_argument(
         "--listen",
@@ -96,7 +99,9 @@ def _warn(text: str) -> None:
 def _show(uris: Sequence[PairingUri]) -> None:
     first, *others = uris
     if sys.stdout.isatty():
-        print("Scan this with the headset, or give it the line below:\n")
+        print("By a cable, from another terminal:\n")
+        print(f"  ml2-receiver headset start --pair '{first}'\n")
+        print("Or paste the last line into the app. For apps that read QR codes:\n")
         segno.make_qr(str(first), error="l").terminal(compact=True)
     print(first, flush=True)
     for other in others:

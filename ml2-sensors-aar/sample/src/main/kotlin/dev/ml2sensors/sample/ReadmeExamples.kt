@@ -15,7 +15,7 @@ import kotlinx.coroutines.launch
 import java.nio.ByteBuffer
 
 suspend fun stream(context: Context, headset: Headset, uri: String): Unit = coroutineScope {
-    Ml2Sensors.pair(context, uri) // once: what `ml2-receiver pair` shows, scanned or pasted
+    Ml2Sensors.pair(context, uri) // once: the URI that `ml2-receiver pair` shows
     val streamer = Ml2Sensors.connect(context, headset)
     streamer.start()
     launch { streamer.state.collect { println(it) } } // Connecting(reason), Connected(receiverName), Ended(reason)
