@@ -4,6 +4,11 @@ package dev.ml2sensors.sample
 
 import android.content.Context
 import dev.ml2sensors.android.Ml2Sensors
+import dev.ml2sensors.cdr.Cdr
+import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.PoseStamped
+import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
@@ -22,9 +27,13 @@ suspend fun stream(context: Context, headset: Headset, uri: String): Unit = coro
     launch { streamer.streams.collect { println(it) } } // per stream: Accepted(values), Refused(reason), Failed(reason)
 }
 
-fun publish(streamer: Ml2Streamer, cdr: ByteBuffer, captureNanos: Long) {
-    val topic = streamer.publisher("room_temperature", "sensor_msgs/msg/Temperature") // custom/room_temperature
-    topic.publish(cdr, captureNanos) // the whole message; its header's stamp: streamer.stampNanos(captureNanos)
+fun publish(streamer: Ml2Streamer, pose: Pose, captureNanos: Long) {
+    val anchor = streamer.publisher("anchor", "geometry_msgs/msg/PoseStamped") // custom/anchor
+    val stampNanos = streamer.stampNanos(captureNanos) // null while ROS time is not known
+    if (stampNanos != null) {
+        val message = PoseStamped(Header(Time.ofNanos(stampNanos), "magicleap_world"), pose)
+        anchor.publish(ByteBuffer.wrap(Cdr.encodeToByteArray(PoseStamped.serializer(), message)), captureNanos)
+    }
 }
 
 suspend fun collect(headset: Headset, process: (ByteBuffer, Long, Transform?) -> Unit) {
