@@ -31,6 +31,7 @@ COMMANDS = (
     "call",
     "products",
     "rviz",
+    "compat",
     "config",
     "doctor",
     "inspect",

@@ -1,0 +1,1 @@
+"""Topics as the thesis's scripts had them, for programs written against those."""

@@ -1,0 +1,147 @@
+"""What programs written against the thesis's scripts get from `ml2-receiver compat`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from bag_scene import TYPES
+from ml2_receiver.compatibility.thesis import configuration_text, metadata_text
+from ml2_receiver.topics.string_message import encode_string
+from mock_device import MockDevice
+from repeated import repeated
+from ros_processes import Child
+
+CONFIG = """
+config_ML_node:
+  ros__parameters:
+    general: {topic_name: "/magic_leap2"}
+    world_center: {enabled: true}
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 720}
+    other_sensors: {enabled: true}
+"""
+METADATA = {
+    "stamp": {"sec": 1, "nanosec": 2},
+    "frame_id": "world_center_optical_frame",
+    "frame_number": 7,
+    "exposure_ns": 3_250_000,
+    "analog_gain": 2.5,
+    "intrinsics": {
+        "width": 1016,
+        "height": 1016,
+        "focal_length": [569.05, 570.92],
+        "principal_point": [508.5, 507.25],
+        "distortion_model": "fisheye_tangential",
+        "distortion": [0.125, -0.02, 0.003, -0.0004, 0.00011, -0.00012],
+    },
+}
+
+
+def test_metadata_is_text_with_its_names_and_all_digits() -> None:
+    assert metadata_text(json.dumps(METADATA)).splitlines() == [
+        "AnalogGain: 2.5",
+        "ExposureTime: 3.25",
+        "Focal Length: (569.05, 570.92)",
+        "Principal Point: (508.5, 507.25)",
+        "Radial Distortion: [0.125,-0.02,0.003,-0.0004]",
+        "Tangential Distortion: [0.00011,-0.00012]",
+    ]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "null", '{"intrinsics": {}}', '{"exposure_ns": "x"}'])
+def test_what_is_no_metadata_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"metadata|Expecting value"):
+        metadata_text(text)
+
+
+def test_the_configuration_has_its_shape_and_is_what_runs() -> None:
+    """It had every section of its file, whether that was enabled or not."""
+    values = {"stream": 0, "update_rate": 15, "resolution_width": 1280, "backend": "camera2"}
+    applied = {
+        "headset": "h",
+        "session": "s",
+        "streams": {
+            "color": {"result": "adjusted", "values": values, "reason": "x", "topics": []},
+            "world_left": {"result": "refused", "values": None, "reason": "x", "topics": []},
+        },
+    }
+    found = json.loads(configuration_text(json.dumps(applied), "/magic_leap2"))
+    assert found["general"] == {"topic_name": "/magic_leap2"}
+    assert found["picture_center"] == {
+        "enabled": True,
+        "stream": 0,
+        "resolution_width": 1280,
+        "resolution_height": 1080,
+        "update_rate": 15,
+        "format": "jpeg",
+    }
+    assert found["world_left"]["enabled"] is False
+    assert found["world_left"]["format"] == "Grayscale"
+    assert found["other_sensors"] == {"enabled": False}
+    assert len(found) == 11
+
+
+PROGRAM = """
+import json, sys, rclpy
+from sensor_msgs.msg import Imu
+from std_msgs.msg import String
+rclpy.init()
+node = rclpy.create_node("old_program")
+def say(*words): print(json.dumps(words), flush=True)
+def described(it): say("metadata", it.data)
+node.create_subscription(String, "/thesis/world_center/metadata", described, 10)
+node.create_subscription(
+    Imu,
+    "/thesis/gyro/imu",
+    lambda it: say(it.header.frame_id, it.angular_velocity.x, it.angular_velocity.y),
+    10,
+)
+node.create_subscription(String, "/MagicLeap/config", lambda it: say("config", it.data), 10)
+request = node.create_publisher(String, "/request", 10)
+node.create_timer(0.2, lambda: request.publish(String(data="REQUEST")))
+rclpy.spin(node)
+"""
+
+
+def imu(x: float, y: float) -> bytes:
+    kinds = TYPES.types
+    time = kinds["builtin_interfaces/msg/Time"](3, 5)
+    message = kinds["sensor_msgs/msg/Imu"](
+        kinds["std_msgs/msg/Header"](time, "imu_left_frame"),
+        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+        np.zeros(9),
+        kinds["geometry_msgs/msg/Vector3"](x, y, 0.0),
+        np.zeros(9),
+        kinds["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0),
+        np.zeros(9),
+    )
+    return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/Imu"))
+
+
+@pytest.fixture
+def compat() -> Iterator[Child]:
+    with Child("-m", "ml2_receiver", "compat") as child:
+        assert child.line() == "ready to republish topics of /magic_leap2 below /thesis"
+        yield child
+
+
+def test_an_old_program_gets_its_topics(device: MockDevice, compat: Child) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+    def publish() -> None:
+        device.publish("world_center/metadata", encode_string(json.dumps(METADATA)))
+        device.publish("gyro_left/imu", imu(1.0, 2.0))
+
+    seen: dict[str, list[object]] = {}
+    with Child("-c", PROGRAM) as program, repeated(publish, 0.05):
+        while seen.keys() != {"metadata", "magicleap_gyro", "config"}:
+            kind, *values = program.object()
+            seen[kind] = values
+    assert "AnalogGain: 2.5" in str(seen["metadata"][0])
+    assert seen["magicleap_gyro"] == [2.0, -1.0]
+    assert json.loads(str(seen["config"][0]))["world_center"]["enabled"] is True
+    assert compat.end() == 0
+    assert compat.errors == []
