@@ -162,11 +162,13 @@ static void use_openxr(JNIEnv *env, jclass class, jstring loader_path, jobject c
     char path[512];
     ERROR(error);
     ml2s_openxr openxr = {.struct_size = sizeof openxr, .loader_path = path};
-    if ((*env)->GetStringUTFLength(env, loader_path) >= (jsize)sizeof path) {
+    jsize length = (*env)->GetStringUTFLength(env, loader_path);
+    if (length >= (jsize)sizeof path) {
         failure_throw(env, ML2S_INVALID_ARGUMENT, NULL);
         return;
     }
     (*env)->GetStringUTFRegion(env, loader_path, 0, (*env)->GetStringLength(env, loader_path), path);
+    path[length] = 0; // Android's does not.
     if (context) {
         JavaVM *vm = NULL;
         (*env)->GetJavaVM(env, &vm);

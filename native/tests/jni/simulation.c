@@ -12,6 +12,7 @@ static jstring set(JNIEnv *env, jclass class, jstring key, jstring value) {
     jstring strings[] = {key, value};
     for (int i = 0; i < 2; i++) {
         (*env)->GetStringUTFRegion(env, strings[i], 0, (*env)->GetStringLength(env, strings[i]), texts[i]);
+        texts[i][(*env)->GetStringUTFLength(env, strings[i])] = 0;
     }
     const char *problem = ml2sim_set(texts[0], texts[1]);
     return problem ? (*env)->NewStringUTF(env, problem) : NULL;

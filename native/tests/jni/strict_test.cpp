@@ -1,0 +1,81 @@
+// What the JNI of Android does not do, and that of a desktop's JVM does: by a function table of the test's own.
+#include <jni.h>
+
+#include <cstring>
+#include <map>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "../../sdk/ml2s.h"
+
+extern "C" jint JNI_OnLoad(JavaVM *vm, void *reserved);
+
+namespace {
+
+std::map<std::string, void *> registered;
+std::string thrown;
+
+/** A string is a std::string of ASCII; what follows a copy of it is not a zero. */
+const std::string &textOf(jstring text) { return *reinterpret_cast<const std::string *>(text); }
+jsize lengthOf(JNIEnv *, jstring text) { return static_cast<jsize>(textOf(text).size()); }
+void copyOf(JNIEnv *, jstring text, jsize start, jsize count, char *out) {
+    std::memcpy(out, textOf(text).data() + start, static_cast<size_t>(count));
+    out[count] = '!';
+}
+
+jclass findClass(JNIEnv *, const char *) { return reinterpret_cast<jclass>(&registered); }
+jint throwNew(JNIEnv *, jclass, const char *message) {
+    thrown = message;
+    return JNI_OK;
+}
+jint registerNatives(JNIEnv *, jclass, const JNINativeMethod *methods, jint count) {
+    for (jint i = 0; i < count; i++)
+        registered[methods[i].name] = methods[i].fnPtr;
+    return JNI_OK;
+}
+
+/** A process has one. */
+JNIEnv *strictEnv() {
+    static JNINativeInterface_ functions = {};
+    functions.FindClass = findClass;
+    functions.ThrowNew = throwNew;
+    functions.RegisterNatives = registerNatives;
+    functions.GetStringLength = lengthOf;
+    functions.GetStringUTFLength = lengthOf;
+    functions.GetStringUTFRegion = copyOf;
+    static JNIEnv env = {&functions};
+    return &env;
+}
+
+jint getEnv(JavaVM *, void **env, jint) {
+    *env = strictEnv();
+    return JNI_OK;
+}
+
+template <class Function> Function *method(const char *name) {
+    static JNIInvokeInterface_ functions = {};
+    functions.GetEnv = getEnv;
+    JavaVM vm = {&functions};
+    EXPECT_EQ(JNI_OnLoad(&vm, nullptr), JNI_VERSION_1_6);
+    return reinterpret_cast<Function *>(registered.at(name));
+}
+
+} // namespace
+
+TEST(StrictJni, ThePathOfTheLoaderEndsWhereTheStringEnds) {
+    std::string path = "/no/such/loader.so";
+    method<void(JNIEnv *, jclass, jstring, jobject)>("useOpenXr")(strictEnv(), nullptr,
+                                                                  reinterpret_cast<jstring>(&path), nullptr);
+    ml2s_settings settings = {};
+    settings.struct_size = sizeof settings;
+    settings.sensor = ML2S_SENSOR_HEAD;
+    settings.backend = ML2S_BACKEND_OPENXR;
+    settings.streams = ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE);
+    ml2s_error error = {};
+    error.struct_size = sizeof error;
+    ml2s_handle handle;
+    EXPECT_EQ(thrown, "");
+    EXPECT_EQ(ml2s_open(&settings, &handle, &error), ML2S_NOT_AVAILABLE);
+    EXPECT_EQ(std::string(error.message).rfind("not available: /no/such/loader.so (", 0), 0u) << error.message;
+}
