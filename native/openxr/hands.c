@@ -73,9 +73,8 @@ static ml2s_result locate(uint32_t hand, const struct poses_moment *now, ml2s_po
     if (result) {
         return result;
     }
-    uint32_t joint_count = located.isActive ? XR_HAND_JOINT_COUNT_EXT : 1;
-    for (uint32_t i = 0; i < joint_count; i++) {
-        bool is_tracked = located.isActive && poses_is_tracked(joints[i].locationFlags);
+    for (uint32_t i = 0; i < XR_HAND_JOINT_COUNT_EXT; i++) {
+        bool is_tracked = located.isActive && poses_is_tracked(joints[i].locationFlags, &joints[i].pose);
         poses_fill(&poses[(*count)++], hands[hand].stream, now, &joints[i].pose, is_tracked);
     }
     return ML2S_OK;

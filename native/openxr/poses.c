@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "../sdk/clock.h"
+#include "../sources/moment.h"
 
 #define SECOND_NANOS INT64_C(1000000000)
 
@@ -24,17 +24,17 @@ ml2s_result poses_boottime_of(XrTime time, int64_t *boottime_nanos, ml2s_error *
     return result;
 }
 
-bool poses_is_tracked(XrSpaceLocationFlags flags) {
+bool poses_is_tracked(XrSpaceLocationFlags flags, const XrPosef *pose) {
     XrSpaceLocationFlags needed = XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
                                   XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
-    return (flags & needed) == needed;
+    return (flags & needed) == needed && is_pose((const float *)&pose->orientation, (const float *)&pose->position);
 }
 
 ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tracked, ml2s_error *error) {
     XrSpaceLocation location = {.type = XR_TYPE_SPACE_LOCATION};
     XrResult located = xr.core.xrLocateSpace(space, xr.world, time, &location);
     // The runtime remembers little: a capture can be too old for a pose and is good without.
-    *is_tracked = XR_SUCCEEDED(located) && poses_is_tracked(location.locationFlags);
+    *is_tracked = XR_SUCCEEDED(located) && poses_is_tracked(location.locationFlags, &location.pose);
     if (*is_tracked) {
         *pose = location.pose;
     }

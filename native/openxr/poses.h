@@ -14,8 +14,8 @@ ml2s_result poses_now(struct poses_moment *now, ml2s_error *error);
 /** The CLOCK_BOOTTIME instant of an XrTime. */
 ml2s_result poses_boottime_of(XrTime time, int64_t *boottime_nanos, ml2s_error *error);
 
-/** Whether flags say that orientation and position are both known, and known from tracking. */
-bool poses_is_tracked(XrSpaceLocationFlags flags);
+/** Whether flags say that orientation and position are both known from tracking, and pose is one. */
+bool poses_is_tracked(XrSpaceLocationFlags flags, const XrPosef *pose);
 
 /** Where space was at time. is_tracked is false, and pose untouched, where the runtime knows none. */
 ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tracked, ml2s_error *error);

@@ -60,7 +60,7 @@ typedef enum ml2s_result {
     ML2S_BUSY = 8,
     /** The vendor's call failed; vendor_code and the message say how. */
     ML2S_VENDOR_FAILURE = 9,
-    /** No pose at that time: outside the vendor's history, or not tracked. */
+    /** No pose at that time: outside the vendor's history, not tracked, or the vendor's call for it failed. */
     ML2S_NO_POSE = 10,
 } ml2s_result;
 
@@ -217,7 +217,10 @@ ML2S_API ml2s_result ml2s_configure(ml2s_handle handle, const ml2s_settings *set
 ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t capacity,
                                uint32_t *count, ml2s_error *error);
 
-/** The poses of now: one for HEAD and GAZE, the joints of each seen hand for HANDS, or one untracked per hand. */
+/**
+ * The poses of now: one for HEAD and GAZE; for HANDS always 26 per hand, in the order of XrHandJointEXT, each tracked
+ * or not.
+ */
 ML2S_API ml2s_result ml2s_poll_poses(ml2s_handle handle, ml2s_pose *poses, uint32_t capacity, uint32_t *count,
                                      ml2s_error *error);
 

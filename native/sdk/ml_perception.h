@@ -77,16 +77,17 @@ static inline void MLHeadTrackingStateExInit(MLHeadTrackingStateEx *state) {
     state->version = 1;
 }
 
+/** Startup and Shutdown act on the whole process. Every snapshot is released exactly once. */
 #define ML_PERCEPTION_FUNCTIONS(F)                                                                                     \
     F(MLPerceptionInitSettings, (MLPerceptionSettings * out_settings))                                                 \
     F(MLPerceptionStartup, (MLPerceptionSettings * settings))                                                          \
-    F(MLPerceptionShutdown, (void))
-
-/** Every snapshot is released exactly once. A predicted one may be at most 100 ms ahead (API level 27). */
-#define ML_SNAPSHOT_FUNCTIONS(F)                                                                                       \
+    F(MLPerceptionShutdown, (void))                                                                                    \
     F(MLPerceptionGetSnapshot, (MLSnapshot * *out_snapshot))                                                           \
+    F(MLPerceptionReleaseSnapshot, (MLSnapshot * snapshot))
+
+/** A predicted snapshot may be at most 100 ms ahead (API level 27). */
+#define ML_SNAPSHOT_FUNCTIONS(F)                                                                                       \
     F(MLPerceptionGetPredictedSnapshot, (MLTime time, MLSnapshot * *out_snapshot))                                     \
-    F(MLPerceptionReleaseSnapshot, (MLSnapshot * snapshot))                                                            \
     F(MLSnapshotGetTransform, (const MLSnapshot *snapshot, const MLCoordinateFrameUID *id, MLTransform *out_transform))
 
 #define ML_HEAD_TRACKING_FUNCTIONS(F)                                                                                  \

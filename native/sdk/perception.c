@@ -4,6 +4,7 @@
 
 #include "error.h"
 #include "lock.h"
+#include "snapshot.h"
 
 #define LIBRARY "libperception.magicleap.so"
 
@@ -61,16 +62,44 @@ ml2s_result sdk_require(uint32_t areas, ml2s_error *error) {
 
 static lock_t starting = ATOMIC_FLAG_INIT;
 static uint32_t users;
+static bool is_ours;
 
-static ml2s_result start(ml2s_error *error) {
+static void await_snapshot(void) {
+    enum { MOST_WAITS = 200 };
+    const struct timespec wait = {.tv_nsec = 10000000};
+    for (int i = 0; i < MOST_WAITS && snapshot_touch() != MLResult_Ok; i++) {
+        nanosleep(&wait, NULL);
+    }
+}
+
+static ml2s_result start_ours(ml2s_error *error) {
     MLPerceptionSettings settings;
-    ml2s_result result = SDK_CALL(error, perception, MLPerceptionInitSettings, &settings);
-    return result ? result : SDK_CALL(error, perception, MLPerceptionStartup, &settings);
+    ml2s_result result;
+    if ((result = SDK_CALL(error, perception, MLPerceptionInitSettings, &settings)) ||
+        (result = SDK_CALL(error, perception, MLPerceptionStartup, &settings))) {
+        return result;
+    }
+    is_ours = true;
+    await_snapshot();
+    return ML2S_OK;
+}
+
+/** Also when others already use it: the app that ran it may have shut it down since. */
+static ml2s_result start(ml2s_error *error) {
+    MLResult running = snapshot_touch();
+    return running == MLResult_PerceptionSystemNotStarted ? start_ours(error)
+                                                          : result_of(running, "MLPerceptionGetSnapshot", error);
+}
+
+static ml2s_result shut_down(ml2s_error *error) {
+    bool is_stopped_here = is_ours;
+    is_ours = false;
+    return is_stopped_here ? SDK_CALL(error, perception, MLPerceptionShutdown) : ML2S_OK;
 }
 
 ml2s_result perception_start(ml2s_error *error) {
     lock(&starting);
-    ml2s_result result = users ? ML2S_OK : start(error);
+    ml2s_result result = start(error);
     if (!result) {
         users++;
     }
@@ -80,7 +109,7 @@ ml2s_result perception_start(ml2s_error *error) {
 
 static ml2s_result stop(ml2s_error *error) {
     lock(&starting);
-    ml2s_result result = --users ? ML2S_OK : SDK_CALL(error, perception, MLPerceptionShutdown);
+    ml2s_result result = --users ? ML2S_OK : shut_down(error);
     unlock(&starting);
     return result;
 }

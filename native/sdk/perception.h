@@ -42,7 +42,11 @@ extern struct sdk { SDK_AREAS(SDK_TABLE) } sdk;
  */
 ml2s_result sdk_require(uint32_t areas, ml2s_error *error);
 
-/** The first start starts the perception system, the last stop stops it. Needs the area SDK_PERCEPTION. */
+/**
+ * The first start starts the perception system and waits up to 2 s for its first snapshot, before which trackers fail;
+ * the last stop stops it. Both act on the whole process: a system that the app runs is neither started nor stopped.
+ * Needs the area SDK_PERCEPTION.
+ */
 ml2s_result perception_start(ml2s_error *error);
 
 /** After a start: result is how the connection went that it was for. A failure empties handle and stops again. */

@@ -37,8 +37,8 @@ MLResult MLCVCameraTrackingCreate(MLHandle *out_cv) {
     if (out_cv == nullptr)
         return refuseArgument(__func__, "out_cv is null");
     *out_cv = ML_INVALID_HANDLE;
-    if (!isPerceptionStarted())
-        return MLResult_PerceptionSystemNotStarted;
+    if (const auto result = canCreateTracker())
+        return result;
     if (isOn(Key::FaultColorPermission))
         return MLResult_PermissionDenied;
     *out_cv = newHandle();
@@ -59,6 +59,8 @@ MLResult MLCVCameraGetFramePose(MLHandle cv, MLHandle head_tracker, MLCVCameraID
         return refuseArgument(__func__, "camera is not the colour camera");
     if (out_transform == nullptr)
         return refuseArgument(__func__, "out_transform is null");
+    if (number(Key::FaultColorPose) == 2)
+        return MLResult_UnspecifiedFailure;
     const int64_t now = mlTimeNow();
     if (time > now || time < now - kHistoryNanos || !isHeadPoseKnown() || isOn(Key::FaultColorPose))
         return MLResult_PoseNotFound;

@@ -63,8 +63,8 @@ MLResult MLHeadTrackingCreate(MLHandle *out_tracker) {
     if (out_tracker == nullptr)
         return refuseArgument(__func__, "out_tracker is null");
     *out_tracker = ML_INVALID_HANDLE;
-    if (!isPerceptionStarted())
-        return MLResult_PerceptionSystemNotStarted;
+    if (const auto result = canCreateTracker())
+        return result;
     if (isOn(Key::FaultHeadCreate))
         return MLResult_UnspecifiedFailure;
     *out_tracker = newHandle();

@@ -1,24 +1,43 @@
-// MLPerceptionStartup, MLPerceptionShutdown: everything that knows poses runs between them.
+// MLPerceptionStartup, MLPerceptionShutdown, of the whole process: everything that knows poses runs between them.
 #include "perception.h"
 
 #include <atomic>
 
 #include "books.h"
+#include "clock.h"
 #include "connection.h"
 #include "sensors.h"
 
 namespace ml2sim {
 namespace {
 
-/** An app and a library in it may each start the system; it runs until both have shut it down. */
-std::atomic<int> starts{0};
+/** By this library's caller; the app around it may run the system too. */
+std::atomic<bool> isStarted{false};
+std::atomic<int64_t> startedAt{0}; ///< MLTime
+std::atomic<bool> hadSnapshot{false};
+
+bool isAppRunningIt() { return isOn(Key::AppPerception); }
 
 } // namespace
 
-bool isPerceptionStarted() { return starts > 0; }
+bool isPerceptionStarted() { return isStarted || isAppRunningIt(); }
+
+bool hasSnapshots() {
+    const auto delay = static_cast<int64_t>(number(Key::PerceptionStartup) * kSecond);
+    return isAppRunningIt() || (isStarted && mlTimeNow() >= startedAt + delay);
+}
+
+void enterFirstSnapshot() { hadSnapshot = true; }
+
+MLResult canCreateTracker() {
+    if (!isPerceptionStarted())
+        return MLResult_PerceptionSystemNotStarted;
+    return isAppRunningIt() || hadSnapshot ? MLResult_Ok : MLResult_UnspecifiedFailure;
+}
 
 void resetPerception() {
-    starts = 0;
+    isStarted = false;
+    hadSnapshot = false;
     resetHeadTracking();
     resetColorTracking();
     resetSnapshots();
@@ -40,18 +59,21 @@ MLResult MLPerceptionStartup(MLPerceptionSettings *settings) {
         return refuseArgument(__func__, "settings are null");
     if (isOn(Key::FaultPerceptionStartup))
         return MLResult_UnspecifiedFailure;
-    starts++;
+    if (isPerceptionStarted())
+        misuse(ML2SIM_MISUSE_CLIENTS, "%s: it runs already, for the whole process", __func__);
+    hadSnapshot = false;
+    startedAt = mlTimeNow();
+    isStarted = true;
     enterPerception(true);
     return MLResult_Ok;
 }
 
 MLResult MLPerceptionShutdown(void) {
-    if (!isPerceptionStarted()) {
-        misuse(ML2SIM_MISUSE_RELEASE, "%s: not started", __func__);
-        return MLResult_PerceptionSystemNotStarted;
+    if (!isStarted) {
+        misuse(ML2SIM_MISUSE_RELEASE, "%s: %s", __func__, isAppRunningIt() ? "the app started it" : "not started");
+        return isAppRunningIt() ? MLResult_Ok : MLResult_PerceptionSystemNotStarted;
     }
-    if (--starts > 0)
-        return MLResult_Ok;
+    isStarted = false;
     if (anyHeadTracker() || anyColorTracker() || openSnapshots() > 0)
         misuse(ML2SIM_MISUSE_UNRELEASED, "%s: head tracker %s, colour camera tracker %s, %u snapshots open", __func__,
                anyHeadTracker() ? "open" : "closed", anyColorTracker() ? "open" : "closed", openSnapshots());

@@ -11,6 +11,15 @@ namespace ml2sim {
 
 bool isPerceptionStarted();
 
+/** Whether snapshots can be had, which takes a moment after the start. */
+bool hasSnapshots();
+
+/** A first snapshot was got: trackers can be created from now on. */
+void enterFirstSnapshot();
+
+/** Why a tracker cannot be created now, or Ok. */
+MLResult canCreateTracker();
+
 /** Open handles of one kind, with what each has. Any thread. */
 template <typename T> class Handles {
   public:

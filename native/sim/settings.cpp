@@ -46,8 +46,12 @@ std::vector<Row> plainRows() {
         {"abort_on_misuse", Kind::Whole, 0, 0, 1, "1: abort at the first misuse"},
         {"clock", Kind::Text, 0, 0, 0, "manual: time goes on by ml2sim_advance only", true, {"real", "manual"}},
         {"cache", Kind::Text, 0, 0, 0, "folder that keeps drawn films for later runs; empty: none"},
+        {"app_perception", Kind::Whole, 0, 0, 1,
+         "1: the app runs the perception system, which then is not the library's to start or shut down"},
+        {"perception_startup_s", Kind::Real, 0, 0, 60, "seconds from MLPerceptionStartup to the first snapshot"},
         {"fault.color.permission", Kind::Whole, 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
-        {"fault.color.pose", Kind::Whole, 0, 0, 1, "1: MLCVCameraGetFramePose gives PoseNotFound"},
+        {"fault.color.pose", Kind::Whole, 0, 0, 2,
+         "MLCVCameraGetFramePose gives 1: PoseNotFound, 2: UnspecifiedFailure"},
         {"fault.perception.startup", Kind::Whole, 0, 0, 1, "1: MLPerceptionStartup gives UnspecifiedFailure"},
         {"fault.time.convert", Kind::Whole, 0, 0, 1, "1: conversions of MLTime give UnspecifiedFailure"},
         {"fault.head.create", Kind::Whole, 0, 0, 1, "1: MLHeadTrackingCreate gives UnspecifiedFailure"},
@@ -56,6 +60,10 @@ std::vector<Row> plainRows() {
         {"fault.head.new_session", Kind::Whole, 0, 0, 1e6,
          "each new value begins a session: the world's origin moves to the head"},
         {"fault.snapshot.get", Kind::Whole, 0, 0, 1, "1: getting a snapshot gives UnspecifiedFailure"},
+        {"fault.snapshot.predicted", Kind::Whole, 0, 0, 1,
+         "1: MLPerceptionGetPredictedSnapshot gives InvalidTimestamp"},
+        {"fault.pose.unusable", Kind::Whole, 0, 0, 3,
+         "poses of the vendor's library are 1: all zeros, 2: not numbers, 3: with a rotation of length 0.5"},
     };
 }
 

@@ -22,6 +22,8 @@ enum class Key {
     AbortOnMisuse,
     Clock,
     Cache,
+    AppPerception,
+    PerceptionStartup,
     FaultColorPermission,
     FaultColorPose,
     FaultPerceptionStartup,
@@ -30,6 +32,8 @@ enum class Key {
     FaultHeadTracking,
     FaultHeadNewSession,
     FaultSnapshotGet,
+    FaultSnapshotPredicted,
+    FaultPoseUnusable,
     FaultCameras, // the first of kCameraFaults keys for each CameraKind
 };
 

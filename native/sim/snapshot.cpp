@@ -1,4 +1,6 @@
 // MLPerceptionGet*Snapshot, MLSnapshot*: where things are at one time, now or soon.
+#include <unistd.h>
+
 #include <mutex>
 #include <set>
 
@@ -16,6 +18,7 @@ struct MLSnapshot {
     MLTime madeAt;
     uint64_t session;
     bool isHeadKnown;
+    pid_t owner;
 };
 
 namespace ml2sim {
@@ -33,17 +36,21 @@ MLResult make(const char *function, MLTime time, MLSnapshot **out) {
     if (out == nullptr)
         return refuseArgument(function, "out_snapshot is null");
     *out = nullptr;
-    if (!isPerceptionStarted())
+    if (!hasSnapshots())
         return MLResult_PerceptionSystemNotStarted;
     if (isOn(Key::FaultSnapshotGet))
         return MLResult_UnspecifiedFailure;
     const int64_t now = mlTimeNow();
     if (time > now + kMostAhead || time < now - kMostBehind)
         return MLResult_InvalidTimestamp;
-    *out = new MLSnapshot{time, now, sessionNumber(), isHeadPoseKnown()};
-    const std::lock_guard lock(mutex);
-    snapshots.insert(*out);
+    *out = new MLSnapshot{time, now, sessionNumber(), isHeadPoseKnown(), gettid()};
+    enterFirstSnapshot();
     enter(Account::Snapshots, 1);
+    const std::lock_guard lock(mutex);
+    for (const auto *other : snapshots)
+        if (other->owner != gettid())
+            misuse(ML2SIM_MISUSE_THREAD, "%s: thread %d has a snapshot, this is %d", function, other->owner, gettid());
+    snapshots.insert(*out);
     return MLResult_Ok;
 }
 
@@ -115,6 +122,8 @@ MLResult MLPerceptionGetSnapshot(MLSnapshot **out_snapshot) {
 }
 
 MLResult MLPerceptionGetPredictedSnapshot(MLTime time, MLSnapshot **out_snapshot) {
+    if (isOn(Key::FaultSnapshotPredicted) && hasSnapshots())
+        return MLResult_InvalidTimestamp;
     return make(__func__, time, out_snapshot);
 }
 

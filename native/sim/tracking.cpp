@@ -1,6 +1,7 @@
 #include "tracking.h"
 
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "clock.h"
@@ -53,6 +54,15 @@ MLTransform reportedCamera(Camera camera, int64_t mltime) {
 
 MLTransform toTransform(const Pose &pose) {
     const auto f = [](double value) { return static_cast<float>(value); };
+    constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+    switch (static_cast<int>(number(Key::FaultPoseUnusable))) {
+    case 1:
+        return {};
+    case 2:
+        return {{kNaN, kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}};
+    case 3:
+        return {{0, 0, 0, 0.5f}, {f(pose.position.x), f(pose.position.y), f(pose.position.z)}};
+    }
     return {{f(pose.rotation.x), f(pose.rotation.y), f(pose.rotation.z), f(pose.rotation.w)},
             {f(pose.position.x), f(pose.position.y), f(pose.position.z)}};
 }

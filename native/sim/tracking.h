@@ -24,6 +24,7 @@ Pose reportedHead(int64_t mltime);
 /** Where it takes a camera to be. */
 MLTransform reportedCamera(Camera camera, int64_t mltime);
 
+/** As the vendor's library tells it, faults included. */
 MLTransform toTransform(const Pose &pose);
 
 Tracking trackingNow();

@@ -1,4 +1,5 @@
 // Where the colour camera was; its pictures come another way.
+#include "../sdk/snapshot.h"
 #include "head_tracker.h"
 #include "moment.h"
 #include "source.h"
@@ -7,7 +8,7 @@ static MLHandle head_tracker = ML_INVALID_HANDLE;
 static MLHandle camera_tracker = ML_INVALID_HANDLE;
 
 static ml2s_result require(ml2s_error *error) {
-    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CV | 1u << SDK_TIME, error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
@@ -35,23 +36,17 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return result ? result : closed;
 }
 
-/** In an app that draws with OpenXR the poses are right only while somebody takes snapshots. */
-static ml2s_result take_snapshot(ml2s_error *error) {
-    MLSnapshot *snapshot;
-    ml2s_result result = SDK_CALL(error, snapshot, MLPerceptionGetSnapshot, &snapshot);
-    return result ? result : SDK_CALL(error, snapshot, MLPerceptionReleaseSnapshot, snapshot);
-}
-
+/** What goes wrong costs the pose: ML2S_NO_POSE, and the picture it was for goes without. */
 static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error) {
     (void)settings;
     MLTransform transform;
     *pose = (ml2s_pose){.stream = ML2S_STREAM_COLOR, .device_nanos = device_nanos};
-    ml2s_result result;
-    if ((result = take_snapshot(error)) ||
-        (result = SDK_CALL(error, cv, MLCVCameraGetFramePose, camera_tracker, head_tracker, MLCVCameraID_ColorCamera,
-                           device_nanos, &transform)) ||
-        (result = clock_boottime_of_mltime(device_nanos, &pose->capture_nanos, error))) {
-        return result;
+    // In an app that draws with OpenXR the poses are right only while somebody takes snapshots.
+    if (result_of(snapshot_touch(), "MLPerceptionGetSnapshot", error) ||
+        SDK_CALL(error, cv, MLCVCameraGetFramePose, camera_tracker, head_tracker, MLCVCameraID_ColorCamera,
+                 device_nanos, &transform) ||
+        clock_boottime_of_mltime(device_nanos, &pose->capture_nanos, error)) {
+        return ML2S_NO_POSE;
     }
     pose_set(pose, &transform);
     return ML2S_OK;

@@ -12,7 +12,7 @@
 /** Rounded up, so that a short timeout is still a wait. */
 static inline uint64_t millis_of(uint64_t nanos) { return nanos / NANOS_PER_MILLI + (nanos % NANOS_PER_MILLI != 0); }
 
-/** Poses and intrinsics that are not numbers are none. */
+/** Intrinsics that are not numbers are none. */
 static inline bool are_finite(const float *values, int count) {
     bool are = true;
     for (int i = 0; i < count; i++) {
@@ -21,10 +21,19 @@ static inline bool are_finite(const float *values, int count) {
     return are;
 }
 
+/** A pose that is not a number, or whose quaternion is not of length 1 within ROS's tolerance, is none. */
+static inline bool is_pose(const float *rotation, const float *position) {
+    float square = 0;
+    for (int i = 0; i < 4; i++) {
+        square += rotation[i] * rotation[i];
+    }
+    return square > 0.99f && square < 1.01f && are_finite(position, 3);
+}
+
 static inline void frame_set_pose(ml2s_frame *frame, const MLTransform *transform) {
     memcpy(frame->rotation, &transform->rotation, sizeof frame->rotation);
     memcpy(frame->position, &transform->position, sizeof frame->position);
-    frame->has |= are_finite(frame->rotation, 4) && are_finite(frame->position, 3) ? ML2S_HAS_POSE : 0;
+    frame->has |= is_pose(frame->rotation, frame->position) ? ML2S_HAS_POSE : 0;
 }
 
 static inline void frame_set_pinhole(ml2s_frame *frame, MLVec2f focal_length, MLVec2f principal_point) {
@@ -44,5 +53,5 @@ static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_er
 static inline void pose_set(ml2s_pose *pose, const MLTransform *transform) {
     memcpy(pose->rotation, &transform->rotation, sizeof pose->rotation);
     memcpy(pose->position, &transform->position, sizeof pose->position);
-    pose->is_tracked = are_finite(pose->rotation, 4) && are_finite(pose->position, 3);
+    pose->is_tracked = is_pose(pose->rotation, pose->position);
 }

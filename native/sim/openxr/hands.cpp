@@ -56,7 +56,7 @@ XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocat
         for (uint32_t joint = 0; joint < out.jointCount; joint++) {
             auto &location = out.jointLocations[joint];
             location = {};
-            if (out.isActive == XR_FALSE)
+            if (out.isActive == XR_FALSE || joint == runtime().keys.number("hands.hidden_joint"))
                 continue;
             location.locationFlags = kLocated;
             location.pose = toXr(compose(inverse(*base), compose(headAt(info.time), jointInHead(hand, joint))));

@@ -27,6 +27,7 @@ Keys::Keys() {
     count("fault.gaze.unsupported", "0", "1: the system has no eye gaze");
     count("fault.hands.unsupported", "0", "1: the system has no hand tracking");
     count("hands.visible", "3", "bits of the hands that are seen: 1 left, 2 right");
+    count("hands.hidden_joint", "26", "number of a joint that is never tracked; 26: none");
     count("future.delay_ms", "2", "how long an asynchronous call takes");
     count("stride.extra_bytes", "0", "padding of every row of an image");
     count("buffer.extra_bytes", "0", "what a frame's buffer holds beside its pixels");

@@ -110,14 +110,24 @@ TEST_F(Poses, TwoHandsHaveTheirJointsInOrder) {
     }
 }
 
-TEST_F(Poses, AHandThatIsNotSeenIsOneUntrackedPose) {
+TEST_F(Poses, AHandThatIsNotSeenHasAllItsJointsUntracked) {
     runtime("hands.visible", "2");
     const Sensor hands(kHands);
     const auto poses = pollHands(hands);
-    ASSERT_EQ(poses.size(), 27u);
-    EXPECT_EQ(poses[0].stream, static_cast<uint32_t>(ML2S_STREAM_HAND_LEFT));
-    EXPECT_FALSE(poses[0].is_tracked);
-    EXPECT_TRUE(poses[1].is_tracked);
+    ASSERT_EQ(poses.size(), 52u);
+    for (uint32_t i = 0; i < 52; i++) {
+        EXPECT_EQ(poses[i].is_tracked, i < 26 ? 0u : 1u);
+    }
+}
+
+TEST_F(Poses, AnUntrackedJointKeepsItsPlace) {
+    runtime("hands.hidden_joint", "3");
+    const Sensor hands(kHands);
+    const auto poses = pollHands(hands);
+    ASSERT_EQ(poses.size(), 52u);
+    for (uint32_t i = 0; i < 52; i++) {
+        EXPECT_EQ(poses[i].is_tracked, i % 26 == 3 ? 0u : 1u);
+    }
 }
 
 TEST_F(Poses, OneHandAloneCanBeAskedFor) {
@@ -134,7 +144,9 @@ TEST_F(Poses, AnUntrackedHeadsetTracksNeitherGazeNorHands) {
     Sensor gaze(kGaze);
     const Sensor hands(kHands);
     EXPECT_FALSE(gaze.pollPose().is_tracked);
-    EXPECT_EQ(pollHands(hands).size(), 2u);
+    for (const auto &pose : pollHands(hands)) {
+        EXPECT_FALSE(pose.is_tracked);
+    }
 }
 
 TEST_F(Poses, FramesAreNotToBeHadFromSensorsOfPoses) {

@@ -69,11 +69,10 @@ TEST(Tables, AMissingEyeSymbolTakesTheEyesOnlyAndIsNamed) {
     }
 }
 
-TEST(Tables, AMissingSnapshotSymbolTakesThePosesOnlyAndIsNamed) {
+TEST(Tables, AMissingSnapshotSymbolTakesTheHeadOnlyAndIsNamed) {
     load(SDK_WITHOUT_SNAPSHOT);
     for (const auto &[sensor, stream] : kSensors) {
-        const bool isPose = sensor == ML2S_SENSOR_HEAD || sensor == ML2S_SENSOR_COLOR;
         EXPECT_EQ(openAndClose(sensor, stream),
-                  isPose ? "not available: libperception.magicleap.so/MLPerceptionReleaseSnapshot" : "");
+                  sensor == ML2S_SENSOR_HEAD ? "not available: libperception.magicleap.so/MLSnapshotGetTransform" : "");
     }
 }

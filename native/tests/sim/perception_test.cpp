@@ -1,6 +1,7 @@
 // Startup, snapshots, head tracking, the colour camera's pose.
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 #include "headset.h"
 #include "ml_unused.h"
@@ -22,6 +23,12 @@ class Perception : public SimulatedHeadset {
         MLPerceptionSettings settings;
         MLPerceptionInitSettings(&settings);
         ASSERT_EQ(MLPerceptionStartup(&settings), MLResult_Ok);
+        takeSnapshot();
+    }
+    static void takeSnapshot() {
+        MLSnapshot *snapshot = nullptr;
+        ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
+        MLPerceptionReleaseSnapshot(snapshot);
     }
     MLHeadTrackingStateEx state() {
         MLHeadTrackingStateEx out;
@@ -76,11 +83,50 @@ TEST_F(BeforeStartup, AFailingStartupFailsAndAShutdownWithoutOneIsToldSo) {
     expectMisuse(ML2SIM_MISUSE_RELEASE);
 }
 
-TEST_F(Perception, TheSystemRunsUntilEveryStartupIsShutDown) {
+TEST_F(Perception, AStartAndAShutdownAreOfTheWholeProcess) {
     start();
+    expectMisuse(ML2SIM_MISUSE_CLIENTS);
     EXPECT_EQ(MLPerceptionShutdown(), MLResult_Ok);
-    EXPECT_EQ(state().status, uint32_t{MLHeadTrackingStatus_Valid});
-    EXPECT_EQ(books().is_perception_started, 1u);
+    expectMisuse(ML2SIM_MISUSE_UNRELEASED);
+    EXPECT_EQ(books().is_perception_started, 0u);
+    start();
+}
+
+TEST_F(BeforeStartup, TheSystemOfTheAppIsNotToBeStartedOrShutDown) {
+    set("app_perception", "1");
+    MLPerceptionSettings settings{};
+    EXPECT_EQ(MLPerceptionShutdown(), MLResult_Ok);
+    expectMisuse(ML2SIM_MISUSE_RELEASE);
+    MLHandle tracker = 0;
+    ASSERT_EQ(MLHeadTrackingCreate(&tracker), MLResult_Ok);
+    MLHeadTrackingDestroy(tracker);
+    EXPECT_EQ(MLPerceptionStartup(&settings), MLResult_Ok);
+    expectMisuse(ML2SIM_MISUSE_CLIENTS);
+    MLPerceptionShutdown();
+}
+
+TEST_F(BeforeStartup, ATrackerNeedsAFirstSnapshotWhichTakesAMoment) {
+    set("perception_startup_s", "1");
+    MLPerceptionSettings settings{};
+    MLHandle tracker = 0;
+    MLSnapshot *snapshot = nullptr;
+    ASSERT_EQ(MLPerceptionStartup(&settings), MLResult_Ok);
+    EXPECT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_PerceptionSystemNotStarted);
+    ml2sim_advance(kSecond);
+    EXPECT_EQ(MLHeadTrackingCreate(&tracker), MLResult_UnspecifiedFailure);
+    ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
+    MLPerceptionReleaseSnapshot(snapshot);
+    ASSERT_EQ(MLHeadTrackingCreate(&tracker), MLResult_Ok);
+    MLHeadTrackingDestroy(tracker);
+    MLPerceptionShutdown();
+}
+
+TEST_F(Perception, OnlyOneThreadHasSnapshots) {
+    MLSnapshot *snapshot = nullptr;
+    ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
+    std::thread(takeSnapshot).join();
+    expectMisuse(ML2SIM_MISUSE_THREAD);
+    MLPerceptionReleaseSnapshot(snapshot);
 }
 
 TEST_F(Perception, ShutdownWithOpenThingsIsTold) {

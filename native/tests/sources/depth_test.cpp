@@ -43,7 +43,7 @@ class Depth : public testing::Test {
         frame.frame_number = 41;
         frame.frame_timestamp = scripted::kOffsetNanos + 5000000001;
         frame.frame_type = MLDepthCameraFrameType_LongRange;
-        frame.camera_pose = {{0.1f, 0.2f, 0.3f, 0.9f}, {1, 2, 3}};
+        frame.camera_pose = {{0.5f, -0.5f, 0.5f, 0.5f}, {1, 2, 3}};
         frame.intrinsics = {kWidth, kHeight, {6, 5}, {3.5f, 2.5f}, 75, {0, 0, 0, 0, 0}};
         frame.depth_image = &distances.buffer;
         frame.confidence = &confidence.buffer;

@@ -138,6 +138,38 @@ TEST_F(Handles, ThePerceptionSystemRunsFromTheFirstSensorToTheLast) {
     EXPECT_EQ(script.calls.back(), "MLPerceptionShutdown");
 }
 
+TEST_F(Handles, APerceptionSystemOfTheAppIsNeitherStartedNorShutDown) {
+    script.isPerceptionStarted = true;
+    EXPECT_EQ(open(head), ML2S_OK);
+    EXPECT_EQ(open(depth), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLPerceptionStartup"), 0);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 0);
+}
+
+TEST_F(Handles, APerceptionSystemThatTheAppHasShutDownIsStartedForTheNextSensor) {
+    script.isPerceptionStarted = true;
+    const Sensor first(depth);
+    script.isPerceptionStarted = false;
+    EXPECT_EQ(open(head), ML2S_OK);
+    EXPECT_EQ(script.countOf("MLPerceptionStartup"), 1);
+    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 0) << "the first sensor uses it";
+}
+
+TEST_F(Handles, TrackersAreCreatedAfterAFirstSnapshot) {
+    script.snapshotsRefused = 3;
+    EXPECT_EQ(open(head), ML2S_OK);
+    const auto created = std::find(script.calls.begin(), script.calls.end(), "MLHeadTrackingCreate");
+    EXPECT_EQ(std::count(script.calls.begin(), created, "MLPerceptionReleaseSnapshot"), 1);
+}
+
+TEST_F(Handles, APerceptionSystemThatCannotBeAskedIsToldAndNotStarted) {
+    script.isPerceptionStarted = true;
+    script.results["MLPerceptionGetSnapshot"] = MLResult_UnspecifiedFailure;
+    const Sensor sensor(head);
+    EXPECT_STREQ(sensor.error.message, "MLPerceptionGetSnapshot: UnspecifiedFailure (4)");
+    EXPECT_EQ(script.countOf("MLPerceptionStartup"), 0);
+}
+
 TEST_F(Handles, APerceptionSystemThatDoesNotStartIsToldAndTriedAgain) {
     script.results["MLPerceptionStartup"] = MLResult_UnspecifiedFailure;
     EXPECT_EQ(open(head), ML2S_VENDOR_FAILURE);

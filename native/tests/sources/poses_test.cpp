@@ -1,4 +1,5 @@
-#include <cmath>
+#include <algorithm>
+#include <limits>
 
 #include "scripted_sdk.h"
 #include "sensor.h"
@@ -23,6 +24,15 @@ class ColorPose : public testing::Test {
         script.transform = {{0, 0, 0, 1}, {4, 5, 6}};
     }
     const ml2s_settings settings = settingsOf(ML2S_SENSOR_COLOR, ML2S_STREAM_BIT(ML2S_STREAM_COLOR));
+};
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr MLTransform kUnusable[] = {
+    {},
+    {{kNaN, 0, 0, 1}, {1, 2, 3}},
+    {{0, 0, 0, 1}, {1, kNaN, 3}},
+    {{0, 0, 0, 0.5f}, {1, 2, 3}},
+    {{0, 0, 0, 1e-40f}, {1, 2, 3}},
 };
 
 } // namespace
@@ -62,7 +72,7 @@ TEST_F(Head, ASnapshotWithoutTheHeadIsAnUntrackedPoseAndIsReleased) {
     Sensor sensor(settings);
     EXPECT_FALSE(sensor.pollPose().is_tracked);
     EXPECT_EQ(sensor.result, ML2S_OK);
-    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1);
+    EXPECT_EQ(script.calls.back(), "MLPerceptionReleaseSnapshot");
 }
 
 TEST_F(Head, ASnapshotThatFailsIsReleasedAndTold) {
@@ -71,7 +81,42 @@ TEST_F(Head, ASnapshotThatFailsIsReleasedAndTold) {
     sensor.pollPose();
     EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
     EXPECT_STREQ(sensor.error.message, "MLSnapshotGetTransform: UnspecifiedFailure (4)");
-    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1);
+    EXPECT_EQ(script.calls.back(), "MLPerceptionReleaseSnapshot");
+}
+
+TEST_F(Head, AnInstantThatTheVendorDoesNotKnowGetsTheLatestSnapshotAndIsToldOnce) {
+    Sensor sensor(settings);
+    script.results["MLPerceptionGetPredictedSnapshot"] = MLResult_InvalidTimestamp;
+    testing::internal::CaptureStderr();
+    for (int i = 0; i < 2; i++) {
+        EXPECT_TRUE(sensor.pollPose().is_tracked);
+        EXPECT_EQ(sensor.result, ML2S_OK);
+    }
+    const auto told = testing::internal::GetCapturedStderr();
+    const auto first = told.find("MLPerceptionGetPredictedSnapshot: MLResult 15");
+    EXPECT_NE(first, std::string::npos) << told;
+    EXPECT_EQ(told.find("MLResult", first + 40), std::string::npos) << told;
+    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1 + 2) << "one of the start, two of the poses";
+}
+
+TEST_F(Head, EventsOfAPollThatFailsComeWithTheNext) {
+    Sensor sensor(settings);
+    script.mapEvents = MLHeadTrackingMapEvent_NewSession;
+    script.results["MLSnapshotGetTransform"] = MLResult_UnspecifiedFailure;
+    sensor.pollPose();
+    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+    script.results.clear();
+    EXPECT_EQ(sensor.pollPose().events, uint32_t{ML2S_TRACKING_NEW_SESSION});
+    EXPECT_EQ(sensor.pollPose().events, 0u);
+}
+
+TEST_F(Head, APoseThatIsNoneIsUntracked) {
+    Sensor sensor(settings);
+    for (const auto &transform : kUnusable) {
+        script.transform = transform;
+        EXPECT_FALSE(sensor.pollPose().is_tracked);
+        EXPECT_EQ(sensor.result, ML2S_OK);
+    }
 }
 
 TEST_F(Head, MapEventsArePassedOnOnce) {
@@ -104,8 +149,10 @@ TEST_F(ColorPose, ThePoseIsAskedForAtTheGivenTimeWithASnapshotTaken) {
     EXPECT_EQ(pose.stream, ML2S_STREAM_COLOR);
     EXPECT_EQ(pose.position[1], 5);
     EXPECT_TRUE(pose.is_tracked);
-    EXPECT_EQ(script.countOf("MLPerceptionGetSnapshot"), 1);
-    EXPECT_EQ(script.countOf("MLPerceptionReleaseSnapshot"), 1);
+    const auto posed = std::find(script.calls.begin(), script.calls.end(), "MLCVCameraGetFramePose");
+    ASSERT_GE(posed - script.calls.begin(), 2);
+    EXPECT_EQ(posed[-2], "MLPerceptionGetSnapshot");
+    EXPECT_EQ(posed[-1], "MLPerceptionReleaseSnapshot");
 }
 
 TEST_F(ColorPose, OutsideTheVendorsHistoryThereIsNoPose) {
@@ -114,6 +161,22 @@ TEST_F(ColorPose, OutsideTheVendorsHistoryThereIsNoPose) {
     sensor.colorPose(scripted::kOffsetNanos);
     EXPECT_EQ(sensor.result, ML2S_NO_POSE);
     EXPECT_STREQ(sensor.error.message, "MLCVCameraGetFramePose: PoseNotFound (10)");
+}
+
+TEST_F(ColorPose, WhateverFailsCostsThePoseAndIsNamed) {
+    Sensor sensor(settings);
+    for (const auto *function : {"MLPerceptionGetSnapshot", "MLCVCameraGetFramePose"}) {
+        script.results = {{function, MLResult_UnspecifiedFailure}};
+        sensor.colorPose(scripted::kOffsetNanos);
+        EXPECT_EQ(sensor.result, ML2S_NO_POSE);
+        EXPECT_EQ(std::string(sensor.error.message), std::string(function) + ": UnspecifiedFailure (4)");
+    }
+    script.results.clear();
+    for (const auto &transform : kUnusable) {
+        script.transform = transform;
+        EXPECT_FALSE(sensor.colorPose(scripted::kOffsetNanos).is_tracked);
+        EXPECT_EQ(sensor.result, ML2S_OK);
+    }
 }
 
 TEST_F(ColorPose, ADeniedCameraLeavesNothingOpen) {

@@ -92,10 +92,20 @@ MLResult MLPerceptionInitSettings(MLPerceptionSettings *settings) {
     *settings = {};
     return answer(__func__);
 }
-MLResult MLPerceptionStartup(MLPerceptionSettings *) { return answer(__func__); }
-MLResult MLPerceptionShutdown() { return answer(__func__); }
+MLResult MLPerceptionStartup(MLPerceptionSettings *) {
+    const auto result = answer(__func__);
+    script.isPerceptionStarted |= result == MLResult_Ok;
+    return result;
+}
+MLResult MLPerceptionShutdown() {
+    script.isPerceptionStarted = false;
+    return answer(__func__);
+}
 
-MLResult MLPerceptionGetSnapshot(MLSnapshot **) { return answer(__func__); }
+MLResult MLPerceptionGetSnapshot(MLSnapshot **) {
+    const auto result = answer(__func__);
+    return !script.isPerceptionStarted || script.snapshotsRefused-- > 0 ? MLResult_PerceptionSystemNotStarted : result;
+}
 MLResult MLPerceptionGetPredictedSnapshot(MLTime time, MLSnapshot **) {
     script.snapshotTime = time;
     return answer(__func__);

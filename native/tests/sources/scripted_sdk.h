@@ -30,6 +30,10 @@ struct Script {
     std::vector<MLEyeCameraFrame> eyeFrames;
     int frameCount = -1; ///< Claimed instead of the true one.
 
+    /** By the library or, when a test says so, by the app. */
+    bool isPerceptionStarted = false;
+    int snapshotsRefused = 0; ///< So many fail before the first.
+
     uint32_t headStatus = MLHeadTrackingStatus_Valid;
     uint64_t mapEvents = 0;
     MLTransform transform = {{0, 0, 0, 1}, {0, 0, 0}};

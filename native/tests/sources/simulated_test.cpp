@@ -242,6 +242,17 @@ TEST_P(SimulatedCamera, APoseThatIsNoNumberIsNone) {
     release(frames);
 }
 
+TEST_P(SimulatedCamera, AnUnusablePoseCostsThePoseOnly) {
+    Sensor sensor(settings());
+    for (const auto *kind : {"1", "2", "3"}) {
+        set("fault.pose.unusable", kind);
+        const auto frames = capture(sensor);
+        ASSERT_EQ(frames.size(), 1u);
+        EXPECT_EQ(frames[0].has & ML2S_HAS_POSE, 0u);
+        release(frames);
+    }
+}
+
 TEST_P(SimulatedCamera, WhatTheTimeCannotBeToldOfIsNotDelivered) {
     Sensor sensor(settings());
     set("fault.time.convert", "1");
@@ -285,6 +296,32 @@ TEST_F(SimulatedHead, TellsOfLostTrackingAndNewSessions) {
     EXPECT_EQ(sensor.pollPose().events, uint32_t{ML2S_TRACKING_NEW_SESSION | ML2S_TRACKING_RECOVERY_FAILED});
 }
 
+TEST_F(SimulatedHead, OpensWhileThePerceptionSystemStarts) {
+    set("perception_startup_s", "0.1");
+    Sensor sensor(head);
+    EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
+    EXPECT_TRUE(firstTracked(sensor).is_tracked);
+}
+
+TEST_F(SimulatedHead, LeavesThePerceptionSystemOfTheAppAlone) {
+    set("app_perception", "1");
+    {
+        Sensor sensor(head);
+        EXPECT_TRUE(firstTracked(sensor).is_tracked);
+    }
+    set("app_perception", "0");
+    Sensor sensor(head);
+    EXPECT_TRUE(firstTracked(sensor).is_tracked) << "it starts its own";
+}
+
+TEST_F(SimulatedHead, IsTrackedWhereTheVendorKnowsNoPoseOfTheInstant) {
+    Sensor sensor(head);
+    firstTracked(sensor);
+    set("fault.snapshot.predicted", "1");
+    EXPECT_TRUE(sensor.pollPose().is_tracked);
+    EXPECT_EQ(sensor.result, ML2S_OK);
+}
+
 TEST_F(SimulatedHead, TellsOfItsFailures) {
     {
         Sensor sensor(head);
@@ -293,6 +330,7 @@ TEST_F(SimulatedHead, TellsOfItsFailures) {
         sensor.pollPose();
         EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
         EXPECT_STREQ(sensor.error.message, "MLPerceptionGetPredictedSnapshot: UnspecifiedFailure (4)");
+        set("fault.snapshot.get", "0");
     }
     set("fault.head.create", "1");
     const Sensor sensor(head);

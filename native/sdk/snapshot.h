@@ -1,0 +1,19 @@
+/**
+ * Snapshots of where things are. Needs the area SDK_PERCEPTION.
+ *
+ * One thread at a time has a snapshot, and others wait: the vendor does not say that several threads may.
+ */
+#pragma once
+
+#include "perception.h"
+
+/**
+ * A snapshot of an instant, or the latest one where the vendor has none of that instant. *code is the vendor's answer
+ * for the instant. Needs the area SDK_SNAPSHOT. To be given back with snapshot_release, at once.
+ */
+ml2s_result snapshot_take(MLTime time, MLSnapshot **out, MLResult *code, ml2s_error *error);
+
+ml2s_result snapshot_release(MLSnapshot *snapshot, ml2s_error *error);
+
+/** Takes the latest one and gives it back. */
+MLResult snapshot_touch(void);
