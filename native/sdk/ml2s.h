@@ -85,8 +85,8 @@ typedef enum ml2s_sensor {
     ML2S_SENSOR_EYE = 3,   /**< Any of ML2S_STREAM_EYE_*. */
     ML2S_SENSOR_HEAD = 4,  /**< ML2S_STREAM_HEAD_POSE, by ml2s_poll_poses. */
     ML2S_SENSOR_COLOR = 5, /**< SDK: only ml2s_color_pose. OpenXR: ML2S_STREAM_COLOR or ML2S_STREAM_MIXED_REALITY. */
-    ML2S_SENSOR_GAZE = 6,  /**< OpenXR only: ML2S_STREAM_GAZE, by ml2s_poll_poses. */
-    ML2S_SENSOR_HANDS = 7, /**< OpenXR only: ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
+    ML2S_SENSOR_GAZE = 6,  /**< ML2S_STREAM_GAZE, by ml2s_poll_poses. */
+    ML2S_SENSOR_HANDS = 7, /**< ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
 } ml2s_sensor;
 
 enum {

@@ -6,6 +6,8 @@
 #include "ml2s.h"
 #include "ml_depth_camera.h"
 #include "ml_eye_camera.h"
+#include "ml_eye_tracking.h"
+#include "ml_hand_tracking.h"
 #include "ml_perception.h"
 #include "ml_time.h"
 #include "ml_world_camera.h"
@@ -18,6 +20,8 @@
     A(SDK_EYE, eye, ML_EYE_CAMERA_FUNCTIONS)                                                                           \
     A(SDK_CV, cv, ML_CV_CAMERA_FUNCTIONS)                                                                              \
     A(SDK_HEAD, head, ML_HEAD_TRACKING_FUNCTIONS)                                                                      \
+    A(SDK_EYE_TRACKING, eye_tracking, ML_EYE_TRACKING_FUNCTIONS)                                                       \
+    A(SDK_HAND_TRACKING, hand_tracking, ML_HAND_TRACKING_FUNCTIONS)                                                    \
     A(SDK_PERCEPTION, perception, ML_PERCEPTION_FUNCTIONS)                                                             \
     A(SDK_SNAPSHOT, snapshot, ML_SNAPSHOT_FUNCTIONS)                                                                   \
     A(SDK_TIME, time, ML_TIME_FUNCTIONS)

@@ -40,6 +40,8 @@ void resetPerception() {
     hadSnapshot = false;
     resetHeadTracking();
     resetColorTracking();
+    resetEyeTracking();
+    resetHandTracking();
     resetSnapshots();
 }
 
@@ -74,9 +76,11 @@ MLResult MLPerceptionShutdown(void) {
         return isAppRunningIt() ? MLResult_Ok : MLResult_PerceptionSystemNotStarted;
     }
     isStarted = false;
-    if (anyHeadTracker() || anyColorTracker() || openSnapshots() > 0)
-        misuse(ML2SIM_MISUSE_UNRELEASED, "%s: head tracker %s, colour camera tracker %s, %u snapshots open", __func__,
-               anyHeadTracker() ? "open" : "closed", anyColorTracker() ? "open" : "closed", openSnapshots());
+    const auto state = [](bool isOpen) { return isOpen ? "open" : "closed"; };
+    if (anyHeadTracker() || anyColorTracker() || anyEyeTracker() || anyHandTracker() || openSnapshots() > 0)
+        misuse(ML2SIM_MISUSE_UNRELEASED, "%s: trackers of head %s, colour camera %s, eyes %s, hands %s, %u snapshots",
+               __func__, state(anyHeadTracker()), state(anyColorTracker()), state(anyEyeTracker()),
+               state(anyHandTracker()), openSnapshots());
     enterPerception(false);
     return MLResult_Ok;
 }

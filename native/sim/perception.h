@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "ml_perception.h"
+#include "scene/geometry.h"
 
 namespace ml2sim {
 
@@ -64,12 +65,20 @@ bool isHeadTrackerOpen(MLHandle tracker);
 bool isHeadPoseKnown();
 extern const MLCoordinateFrameUID kHeadFrame;
 
+/** What a coordinate frame of an open tracker is of, in the head; none when it is no such frame, or not seen. */
+std::optional<Pose> eyesInHead(const MLCoordinateFrameUID &id, int64_t mltime);
+std::optional<Pose> handsInHead(const MLCoordinateFrameUID &id);
+
 bool anyHeadTracker();
 bool anyColorTracker();
+bool anyEyeTracker();
+bool anyHandTracker();
 uint32_t openSnapshots();
 
 void resetHeadTracking();
 void resetColorTracking();
+void resetEyeTracking();
+void resetHandTracking();
 void resetSnapshots();
 
 } // namespace ml2sim

@@ -75,9 +75,14 @@ MLResult find(const MLSnapshot &snapshot, const MLCoordinateFrameUID &id, Pose *
     *out = {};
     if (isSame(id, originOf(snapshot.session)))
         return MLResult_Ok;
-    if (!isSame(id, kHeadFrame) || !snapshot.isHeadKnown)
+    if (!snapshot.isHeadKnown)
         return MLResult_PoseNotFound;
-    *out = reportedHead(snapshot.time);
+    auto inHead = isSame(id, kHeadFrame) ? std::optional<Pose>(Pose{}) : eyesInHead(id, snapshot.time);
+    if (!inHead)
+        inHead = handsInHead(id);
+    if (!inHead)
+        return MLResult_PoseNotFound;
+    *out = compose(reportedHead(snapshot.time), *inHead);
     return MLResult_Ok;
 }
 

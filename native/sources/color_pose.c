@@ -14,15 +14,9 @@ static ml2s_result require(ml2s_error *error) {
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     ml2s_result result = head_tracker_open(&head_tracker, error);
-    if (result) {
-        return result;
-    }
-    result = SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker);
-    if (result) {
-        camera_tracker = ML_INVALID_HANDLE;
-        head_tracker_close(&head_tracker, NULL);
-    }
-    return result;
+    return result ? result
+                  : head_tracker_accompanies(SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker),
+                                             &camera_tracker, &head_tracker);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {

@@ -28,8 +28,8 @@ static const struct sensor {
                          &source_eye, &openxr_pixels},
     [ML2S_SENSOR_HEAD] = {"head", BIT(HEAD_POSE), &source_head, &openxr_head},
     [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose, &openxr_pixels},
-    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), NULL, &openxr_gaze},
-    [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), NULL, &openxr_hands},
+    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), &source_gaze, &openxr_gaze},
+    [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), &source_hands, &openxr_hands},
 };
 
 /** One per sensor and backend. All but id, owner and is_taken belong to the owner. */
@@ -68,7 +68,7 @@ static ml2s_result find_ops(uint32_t sensor, uint32_t backend, const struct sour
     if (sensor >= sizeof sensors / sizeof *sensors || !sensors[sensor].name) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no sensor %u", sensor);
     }
-    if (backend > ML2S_BACKEND_OPENXR || (backend == ML2S_BACKEND_SDK && !sensors[sensor].sdk)) {
+    if (backend > ML2S_BACKEND_OPENXR) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no backend %u", sensors[sensor].name, backend);
     }
     *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : sensors[sensor].openxr;

@@ -1,6 +1,4 @@
 // The pose of the headset, for exactly the instant that it is stamped with.
-#include <android/log.h>
-
 #include "../sdk/snapshot.h"
 #include "head_tracker.h"
 #include "moment.h"
@@ -11,9 +9,6 @@ static MLHeadTrackingStaticData head;
 
 /** Fetched from the device, which tells them once, and not yet delivered. */
 static uint64_t events;
-
-/** The answer for the instant of the last pose. */
-static MLResult last_code;
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
@@ -36,32 +31,18 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-static void tell(MLResult code) {
-    if (code && code != last_code) {
-        __android_log_print(ANDROID_LOG_WARN, "ml2s",
-                            "MLPerceptionGetPredictedSnapshot: MLResult %d: the head's pose is that of the latest "
-                            "snapshot, up to a display frame off its stamp",
-                            code);
-    }
-    last_code = code;
-}
-
 static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
     MLSnapshot *snapshot;
-    MLResult code;
-    ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, &code, error);
+    ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
     if (result) {
         return result;
     }
-    tell(code);
     MLTransform transform;
     result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &head.coord_frame_head, &transform);
     if (!result) {
         pose_set(pose, &transform);
     }
-    bool is_failure = result && result != ML2S_NO_POSE;
-    ml2s_result released = snapshot_release(snapshot, is_failure ? NULL : error);
-    return is_failure ? result : released;
+    return snapshot_release(snapshot, result, error);
 }
 
 static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
@@ -69,15 +50,13 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     MLHeadTrackingStateEx state;
     MLHeadTrackingStateExInit(&state);
     uint64_t fetched = 0;
-    *poses = (ml2s_pose){.stream = ML2S_STREAM_HEAD_POSE};
     ml2s_result result;
     if ((result = SDK_CALL(error, head, MLHeadTrackingGetStateEx, tracker, &state)) ||
         (result = SDK_CALL(error, head, MLHeadTrackingGetMapEvents, tracker, &fetched))) {
         return result;
     }
     events |= fetched;
-    if ((result = clock_mltime_now(&poses->device_nanos, error)) ||
-        (result = clock_boottime_of_mltime(poses->device_nanos, &poses->capture_nanos, error)) ||
+    if ((result = pose_begin(poses, ML2S_STREAM_HEAD_POSE, error)) ||
         (state.status == MLHeadTrackingStatus_Valid && (result = locate(poses, error)))) {
         return result;
     }

@@ -9,5 +9,11 @@
 /** On failure *tracker is ML_INVALID_HANDLE. */
 ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error);
 
+/**
+ * After the head's was opened for another tracker that needs it: result is how creating that went. A failure empties
+ * both.
+ */
+ml2s_result head_tracker_accompanies(ml2s_result result, MLHandle *other, MLHandle *tracker);
+
 /** *tracker is ML_INVALID_HANDLE afterwards; one that already is, is left. */
 ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error);

@@ -50,6 +50,13 @@ static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_er
     return clock_boottime_of_mltime(time, &frame->capture_nanos, error);
 }
 
+/** An untracked pose of now. */
+static inline ml2s_result pose_begin(ml2s_pose *pose, uint32_t stream, ml2s_error *error) {
+    *pose = (ml2s_pose){.stream = stream};
+    ml2s_result result = clock_mltime_now(&pose->device_nanos, error);
+    return result ? result : clock_boottime_of_mltime(pose->device_nanos, &pose->capture_nanos, error);
+}
+
 static inline void pose_set(ml2s_pose *pose, const MLTransform *transform) {
     memcpy(pose->rotation, &transform->rotation, sizeof pose->rotation);
     memcpy(pose->position, &transform->position, sizeof pose->position);

@@ -44,7 +44,8 @@ struct source_ops {
     ml2s_result (*close)(const ml2s_settings *settings, ml2s_error *error);
 };
 
-extern const struct source_ops source_depth, source_world, source_eye, source_head, source_color_pose;
+extern const struct source_ops source_depth, source_world, source_eye, source_head, source_color_pose, source_gaze,
+    source_hands;
 
 /** Of ML2S_BACKEND_OPENXR; pixels are depth, world, eye and color. */
 extern const struct source_ops openxr_pixels, openxr_head, openxr_gaze, openxr_hands;

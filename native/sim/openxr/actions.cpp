@@ -1,8 +1,7 @@
 // Actions, as far as gaze needs them.
-#include <cmath>
-
 #include "entry_points.h"
 #include "session.h"
+#include "wearer.h"
 
 namespace ml2sim::xr {
 namespace {
@@ -17,13 +16,6 @@ struct Action : Object {
 
 constexpr auto kProfile = "/interaction_profiles/ext/eye_gaze_interaction";
 constexpr auto kBinding = "/user/eyes_ext/input/gaze_ext/pose";
-
-/** The eyes look to and fro by ten degrees in four seconds, from between the eyes. */
-Pose gazeInHead(XrTime time) {
-    constexpr double kPi = 3.14159265358979323846;
-    const double phase = static_cast<double>(time % 4000000000) / 4e9;
-    return {Quaternion::about({0, 1, 0}, 10 * kPi / 180 * std::sin(2 * kPi * phase)), {0, 0, 0}};
-}
 
 } // namespace
 

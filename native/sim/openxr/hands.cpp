@@ -1,6 +1,7 @@
-// XR_EXT_hand_tracking: two hands at rest before the head, their joints in a row.
+// XR_EXT_hand_tracking: the joints of two hands.
 #include "entry_points.h"
 #include "session.h"
+#include "wearer.h"
 
 namespace ml2sim::xr {
 namespace {
@@ -8,12 +9,6 @@ namespace {
 struct HandTracker : Object {
     XrHandEXT hand;
 };
-
-/** Joint number `joint` is a centimetre farther along -z than the one before it. */
-Pose jointInHead(XrHandEXT hand, uint32_t joint) {
-    const double side = hand == XR_HAND_LEFT_EXT ? -0.2 : 0.2;
-    return {{}, {side, -0.3, -0.4 - 0.01 * joint}};
-}
 
 bool isSeen(XrHandEXT hand) {
     return (runtime().keys.number("hands.visible") & (hand == XR_HAND_LEFT_EXT ? 1 : 2)) != 0;
@@ -46,6 +41,7 @@ XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocat
                                XrHandJointLocationsEXT *locations) {
     return entry([&](auto &) {
         const auto hand = find<HandTracker>(tracker, "hand tracker").hand;
+        const auto side = hand == XR_HAND_LEFT_EXT ? Side::Left : Side::Right;
         const auto &info = checked(locateInfo, XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, "XrHandJointsLocateInfoEXT");
         auto &out = checked(locations, XR_TYPE_HAND_JOINT_LOCATIONS_EXT, "XrHandJointLocationsEXT");
         if (out.jointCount != XR_HAND_JOINT_COUNT_EXT)
@@ -59,7 +55,7 @@ XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocat
             if (out.isActive == XR_FALSE || joint == runtime().keys.number("hands.hidden_joint"))
                 continue;
             location.locationFlags = kLocated;
-            location.pose = toXr(compose(inverse(*base), compose(headAt(info.time), jointInHead(hand, joint))));
+            location.pose = toXr(compose(inverse(*base), compose(headAt(info.time), jointInHead(side, joint))));
             location.radius = 0.01f;
         }
         return XR_SUCCESS;

@@ -72,7 +72,6 @@ TEST_F(Handles, SettingsThatMakeNoSenseAreRefused) {
         settingsOf(ML2S_SENSOR_WORLD, kLeft, kLeft << 1),
         settingsOf(static_cast<ml2s_sensor>(0), kHead),
         settingsOf(static_cast<ml2s_sensor>(8), kHead),
-        settingsOf(ML2S_SENSOR_GAZE, ML2S_STREAM_BIT(ML2S_STREAM_GAZE)),
     };
     for (const auto &settings : senseless) {
         EXPECT_EQ(open(settings), ML2S_INVALID_ARGUMENT);
@@ -95,7 +94,6 @@ TEST_F(Handles, AnErrorWithoutRoomForAMessageIsRefused) {
 
 TEST_F(Handles, CheckingASensorTouchesNothing) {
     EXPECT_EQ(ml2s_check(ML2S_SENSOR_DEPTH, ML2S_BACKEND_SDK, nullptr), ML2S_OK);
-    EXPECT_EQ(ml2s_check(ML2S_SENSOR_GAZE, ML2S_BACKEND_SDK, nullptr), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_check(0, ML2S_BACKEND_SDK, nullptr), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_check(ML2S_SENSOR_DEPTH, 2, nullptr), ML2S_INVALID_ARGUMENT);
     EXPECT_TRUE(script.calls.empty());

@@ -20,10 +20,7 @@ internal fun loadNativeSources(): List<NativeSource>? {
         PixelSensor.entries.filter { it != PixelSensor.COLOR || backend == NativeBackend.OPENXR }
             .map { NativePixelSource(it, backend) }
     }
-    val poses = NativeBackend.entries.flatMap { backend ->
-        PoseSensor.entries.filter { it == PoseSensor.HEAD || backend == NativeBackend.OPENXR }
-            .map { NativePoseSource(it, backend) }
-    }
+    val poses = NativeBackend.entries.flatMap { backend -> PoseSensor.entries.map { NativePoseSource(it, backend) } }
     return pixels + poses
 }
 

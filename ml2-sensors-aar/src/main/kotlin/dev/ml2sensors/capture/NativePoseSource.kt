@@ -1,24 +1,25 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.message.Point
+import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.toPose
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamTable
 import java.util.concurrent.locks.LockSupport
+import kotlin.Double.Companion.NaN
 
 /**
  * The poses of one tracked thing by one way to them, 60 times a second, each stamped with the instant it is for, in
  * body axes. Samples are [PoseSample]s, or [PosesSample]s of hands.
  *
- * A pose that is not tracked is null. A hand that is not seen has no joints.
+ * A pose that is not tracked is null. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order; those
+ * that are not tracked are NaN.
  */
 public class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
-    init {
-        require(sensor == PoseSensor.HEAD || sensorBackend == NativeBackend.OPENXR) { "$sensor is for OpenXR only" }
-    }
-
     /** None of a stream's values is the tracker's: the transform tree and the head's own stream share it. */
     override fun conflict(subscription: Subscription, other: Subscription): String? = null
 
@@ -76,11 +77,12 @@ private class OpenTracker(
         PoseSample(tracked.captureNanos, tracked.pose?.toBody(), tracked.isInNewWorld)
 
     private fun joints(tracked: List<TrackedPose>): Sample =
-        PosesSample(tracked.first().captureNanos, tracked.mapNotNull { it.pose?.toBody()?.toPose() })
+        PosesSample(tracked.first().captureNanos, tracked.map { it.pose?.toBody()?.toPose() ?: UNTRACKED })
 
     private companion object {
         /** 26 joints of two hands. */
         const val MAX_POSES = 52
+        val UNTRACKED = Pose(Point(NaN, NaN, NaN), Quaternion(NaN, NaN, NaN, NaN))
         const val PERIOD_NANOS = 1_000_000_000L / 60
     }
 }

@@ -49,10 +49,10 @@ public enum class PoseSensor(internal val code: Int, internal val streams: Set<S
     /** Of the headset in the world. */
     HEAD(4, setOf(StreamTable.headPose)),
 
-    /** Where both eyes look together; by OpenXR only. */
+    /** Where both eyes look together. */
     GAZE(6, setOf(StreamTable.gaze)),
 
-    /** The joints of both hands; by OpenXR only. */
+    /** The joints of both hands. */
     HANDS(7, setOf(StreamTable.handLeft, StreamTable.handRight)),
 }
 

@@ -44,7 +44,10 @@ public class PoseSample(
     public val isInNewWorld: Boolean = false,
 ) : Sample
 
-/** The joints of a hand: [poses] in the world frame, empty while the hand is not seen. */
+/**
+ * The joints of a hand: [poses] in the world frame, always the 26 of OpenXR's XrHandJointEXT in its order. Those that are
+ * not tracked are NaN.
+ */
 public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample
 
 /**

@@ -17,8 +17,8 @@ internal class CaptureFixture : AutoCloseable {
     val world = NativePixelSource(PixelSensor.WORLD, NativeBackend.SDK)
     val depth = NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK)
     val eyes = NativePixelSource(PixelSensor.EYE, NativeBackend.SDK)
-    val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
-    private val sources = listOf(world, depth, eyes, head)
+    private val poses = PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) }
+    private val sources = listOf(world, depth, eyes) + poses
     private val collected = mutableSetOf<StreamSpec>()
 
     init {
@@ -41,7 +41,7 @@ internal class CaptureFixture : AutoCloseable {
     override fun close() {
         sources.forEach(NativeSource::close)
         Simulation.assertIsLeftAsFound()
-        for (stream in collected - StreamTable.headPose) {
+        for (stream in collected - poses.flatMap { it.streams }.toSet()) {
             val leased = (0 until 8).filter { slot -> runCatching { SlotPool.of(stream).release(slot) }.isSuccess }
             assertEquals(emptyList(), leased, "slots of $stream that nobody gave back")
         }

@@ -1,10 +1,13 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
 import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async
@@ -12,6 +15,7 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.dropWhile
 import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.map
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.runBlocking
@@ -83,6 +87,40 @@ class NativePoseSourceTest {
         val last = samples[samples.lastIndex - 1]
         assertTrue(length(last.pose!!.translation) > length(sample.pose!!.translation), "the origin moved to the head")
     }
+
+    @Test
+    fun aPoseOfAnInstantThatTheDeviceRefusesIsThatOfNow() = runBlocking<Unit> {
+        Simulation.configure("fault.snapshot.predicted", 1)
+        assertNotNull(poses().first().pose)
+    }
+
+    @Test
+    fun gazeIsTracked() = runBlocking<Unit> {
+        fixture.samples(StreamTable.gaze).first { it is PoseSample && it.pose != null }
+    }
+
+    @Test
+    fun anUntrackedJointIsNotANumberAndKeepsThePlacesOfTheOthers() = runBlocking<Unit> {
+        Simulation.configure("hidden_key_point", 4) // of the vendor's: the tip of the index finger
+        val joints = joints(StreamTable.handRight).first { joints -> joints.any { !it.isUntracked() } }
+        assertEquals(26, joints.size)
+        assertEquals(listOf(10), joints.indices.filter { joints[it].isUntracked() })
+    }
+
+    @Test
+    fun aHandThatIsNotSeenHas26UntrackedJoints() = runBlocking<Unit> {
+        Simulation.configure("hands_visible", 1)
+        val joints = joints(StreamTable.handRight).first()
+        assertEquals(26, joints.size)
+        assertTrue(joints.all { it.isUntracked() })
+    }
+
+    private fun joints(hand: StreamSpec): Flow<List<Pose>> =
+        fixture.samples(hand).filterIsInstance<PosesSample>().map { it.poses }
+
+    private fun Pose.isUntracked() =
+        listOf(position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
+            .all { it.isNaN() }
 
     @Test
     fun theTransformTreeAndTheHeadsOwnStreamShareTheTracker() = runBlocking<Unit> {

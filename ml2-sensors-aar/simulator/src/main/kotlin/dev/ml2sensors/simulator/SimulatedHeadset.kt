@@ -95,7 +95,7 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
 /** As on the device, but for what Android would deliver. */
 private fun sources(): List<SensorSource> =
     listOf(PixelSensor.WORLD, PixelSensor.DEPTH, PixelSensor.EYE).map { NativePixelSource(it, NativeBackend.SDK) } +
-        NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK) +
+        PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) } +
         PixelSensor.entries.map { NativePixelSource(it, NativeBackend.OPENXR) } +
         PoseSensor.entries.map { NativePoseSource(it, NativeBackend.OPENXR) } +
         SimulatedCamera2() +

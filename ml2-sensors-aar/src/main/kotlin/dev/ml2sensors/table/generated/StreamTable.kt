@@ -681,7 +681,7 @@ public object StreamTable {
             null,
             null,
             listOf("com.magicleap.permission.EYE_TRACKING"),
-            listOf("openxr"),
+            listOf("sdk", "openxr"),
             listOf(),
         )
 
@@ -695,7 +695,7 @@ public object StreamTable {
             null,
             null,
             listOf("com.magicleap.permission.HAND_TRACKING"),
-            listOf("openxr"),
+            listOf("sdk", "openxr"),
             listOf(),
         )
 
@@ -709,7 +709,7 @@ public object StreamTable {
             null,
             null,
             listOf("com.magicleap.permission.HAND_TRACKING"),
-            listOf("openxr"),
+            listOf("sdk", "openxr"),
             listOf(),
         )
 

@@ -1,0 +1,92 @@
+// Where both eyes look together: from between them, along -z.
+#include "../sdk/snapshot.h"
+#include "head_tracker.h"
+#include "moment.h"
+#include "source.h"
+
+static MLHandle head_tracker = ML_INVALID_HANDLE;
+static MLHandle tracker = ML_INVALID_HANDLE;
+static MLEyeTrackingStaticData eyes;
+
+static ml2s_result require(ml2s_error *error) {
+    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_EYE_TRACKING | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (tracker == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker);
+    tracker = ML_INVALID_HANDLE;
+    ml2s_result closed = head_tracker_close(&head_tracker, result ? NULL : error);
+    return result ? result : closed;
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    ml2s_result result = head_tracker_open(&head_tracker, error);
+    if (result || (result = head_tracker_accompanies(SDK_CALL(error, eye_tracking, MLEyeTrackingCreate, &tracker),
+                                                     &tracker, &head_tracker))) {
+        return result;
+    }
+    result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStaticData, tracker, &eyes);
+    if (result) {
+        end(settings, NULL);
+    }
+    return result;
+}
+
+static bool is_known(const MLTransform *eye) {
+    return is_pose((const float *)&eye->rotation, (const float *)&eye->position);
+}
+
+/** The middle of two poses that are not far apart. */
+static MLTransform middle(const MLTransform *left, const MLTransform *right) {
+    const MLQuaternionf *l = &left->rotation, *r = &right->rotation;
+    float sign = l->x * r->x + l->y * r->y + l->z * r->z + l->w * r->w < 0 ? -1 : 1;
+    MLQuaternionf sum = {l->x + sign * r->x, l->y + sign * r->y, l->z + sign * r->z, l->w + sign * r->w};
+    float scale = 1 / __builtin_sqrtf(sum.x * sum.x + sum.y * sum.y + sum.z * sum.z + sum.w * sum.w);
+    return (MLTransform){
+        {sum.x * scale, sum.y * scale, sum.z * scale, sum.w * scale},
+        {(left->position.x + right->position.x) / 2, (left->position.y + right->position.y) / 2,
+         (left->position.z + right->position.z) / 2},
+    };
+}
+
+static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
+    MLSnapshot *snapshot;
+    ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
+    if (result) {
+        return result;
+    }
+    MLTransform left, right;
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &eyes.left_center, &left);
+    if (!result) {
+        result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &eyes.right_center, &right);
+    }
+    if (!result && is_known(&left) && is_known(&right)) {
+        MLTransform gaze = middle(&left, &right);
+        pose_set(pose, &gaze);
+    }
+    return snapshot_release(snapshot, result, error);
+}
+
+static bool are_seen(const MLEyeTrackingStateEx *state) {
+    return !state->error && state->left_center_confidence > 0 && state->right_center_confidence > 0;
+}
+
+static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+    (void)settings;
+    MLEyeTrackingStateEx state;
+    MLEyeTrackingStateInit(&state);
+    ml2s_result result;
+    if ((result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStateEx, tracker, &state)) ||
+        (result = pose_begin(poses, ML2S_STREAM_GAZE, error))) {
+        return result;
+    }
+    *count = 1;
+    return are_seen(&state) ? locate(poses, error) : ML2S_OK;
+}
+
+const struct source_ops source_gaze = {
+    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};

@@ -1,0 +1,103 @@
+// The joints of both hands, in the order of OpenXR's XrHandJointEXT.
+#include "../sdk/snapshot.h"
+#include "head_tracker.h"
+#include "moment.h"
+#include "source.h"
+
+#define KEY(name) MLHandTrackingKeyPoint_##name
+
+/** By joint. */
+static const uint8_t key_points[] = {
+    KEY(Hand_Center), KEY(Wrist_Center),                                                   // palm, wrist
+    KEY(Thumb_CMC),   KEY(Thumb_MCP),    KEY(Thumb_IP),   KEY(Thumb_Tip),                  // metacarpal to tip
+    KEY(Index_Meta),  KEY(Index_MCP),    KEY(Index_PIP),  KEY(Index_DIP),  KEY(Index_Tip), // likewise
+    KEY(Middle_Meta), KEY(Middle_MCP),   KEY(Middle_PIP), KEY(Middle_DIP), KEY(Middle_Tip),
+    KEY(Ring_Meta),   KEY(Ring_MCP),     KEY(Ring_PIP),   KEY(Ring_DIP),   KEY(Ring_Tip),
+    KEY(Pinky_Meta),  KEY(Pinky_MCP),    KEY(Pinky_PIP),  KEY(Pinky_DIP),  KEY(Pinky_Tip),
+};
+enum { JOINTS = sizeof key_points };
+
+static const uint32_t streams[MLHandTrackingHandType_Count] = {ML2S_STREAM_HAND_LEFT, ML2S_STREAM_HAND_RIGHT};
+static MLHandle head_tracker = ML_INVALID_HANDLE;
+static MLHandle tracker = ML_INVALID_HANDLE;
+static MLHandTrackingStaticData frames;
+
+static ml2s_result require(ml2s_error *error) {
+    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_HAND_TRACKING | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (tracker == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker);
+    tracker = ML_INVALID_HANDLE;
+    ml2s_result closed = head_tracker_close(&head_tracker, result ? NULL : error);
+    return result ? result : closed;
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    MLHandTrackingSettings vendor;
+    MLHandTrackingSettingsInit(&vendor);
+    MLHandTrackingStaticDataInit(&frames);
+    ml2s_result result = head_tracker_open(&head_tracker, error);
+    if (result ||
+        (result = head_tracker_accompanies(SDK_CALL(error, hand_tracking, MLHandTrackingCreateEx, &vendor, &tracker),
+                                           &tracker, &head_tracker))) {
+        return result;
+    }
+    result = SDK_CALL(error, hand_tracking, MLHandTrackingGetStaticData, tracker, &frames);
+    if (result) {
+        end(settings, NULL);
+    }
+    return result;
+}
+
+/** Places the joints of a hand that are seen. */
+static ml2s_result locate(const MLSnapshot *snapshot, uint32_t hand, const MLHandTrackingHandState *state,
+                          ml2s_pose *poses, ml2s_error *error) {
+    for (uint32_t i = 0; i < JOINTS && state->is_hand_detected; i++) {
+        MLTransform transform;
+        if (!state->keypoints_mask[key_points[i]]) {
+            continue;
+        }
+        ml2s_result result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot,
+                                      &frames.hand_cfuids[hand].keypoint_cfuids[key_points[i]], &transform);
+        if (!result) {
+            pose_set(&poses[i], &transform);
+        } else if (result != ML2S_NO_POSE) {
+            return result;
+        }
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+    MLHandTrackingData data;
+    MLHandTrackingDataInit(&data);
+    ml2s_pose now;
+    MLSnapshot *snapshot;
+    ml2s_result result;
+    if ((result = SDK_CALL(error, hand_tracking, MLHandTrackingGetData, tracker, &data)) ||
+        (result = pose_begin(&now, 0, error)) || (result = snapshot_take(now.device_nanos, &snapshot, error))) {
+        return result;
+    }
+    for (uint32_t hand = 0; hand < MLHandTrackingHandType_Count && !result; hand++) {
+        if (!(settings->streams & ML2S_STREAM_BIT(streams[hand]))) {
+            continue;
+        }
+        now.stream = streams[hand];
+        for (uint32_t i = 0; i < JOINTS; i++) {
+            poses[*count + i] = now;
+        }
+        result = locate(snapshot, hand, &data.hand_state[hand], &poses[*count], error);
+        *count += JOINTS;
+    }
+    return snapshot_release(snapshot, result, error);
+}
+
+_Static_assert(MLHandTrackingHandType_Count *JOINTS == SOURCE_MAX_POSES, "joints of two hands");
+
+const struct source_ops source_hands = {
+    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
