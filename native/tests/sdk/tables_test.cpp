@@ -11,10 +11,10 @@
 namespace {
 
 constexpr std::array kSensors = {
-    std::pair{ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH}, std::pair{ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_LEFT},
+    std::pair{ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH},        std::pair{ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_LEFT},
     std::pair{ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_LEFT}, std::pair{ML2S_SENSOR_HEAD, ML2S_STREAM_HEAD_POSE},
-    std::pair{ML2S_SENSOR_COLOR, ML2S_STREAM_COLOR},
-    std::pair{ML2S_SENSOR_GAZE, ML2S_STREAM_GAZE}, std::pair{ML2S_SENSOR_HANDS, ML2S_STREAM_HAND_LEFT}};
+    std::pair{ML2S_SENSOR_COLOR, ML2S_STREAM_COLOR},        std::pair{ML2S_SENSOR_GAZE, ML2S_STREAM_GAZE},
+    std::pair{ML2S_SENSOR_HANDS, ML2S_STREAM_HAND_LEFT}};
 
 /** The message of opening a sensor, or "" when it opens. */
 std::string openAndClose(ml2s_sensor sensor, ml2s_stream stream) {
@@ -73,8 +73,7 @@ TEST(Tables, AMissingEyeSymbolTakesTheEyesOnlyAndIsNamed) {
 TEST(Tables, AMissingSnapshotSymbolTakesThePosesOnlyAndIsNamed) {
     load(SDK_WITHOUT_SNAPSHOT);
     for (const auto &[sensor, stream] : kSensors) {
-        const bool isPose =
-            sensor == ML2S_SENSOR_HEAD || sensor == ML2S_SENSOR_GAZE || sensor == ML2S_SENSOR_HANDS;
+        const bool isPose = sensor == ML2S_SENSOR_HEAD || sensor == ML2S_SENSOR_GAZE || sensor == ML2S_SENSOR_HANDS;
         EXPECT_EQ(openAndClose(sensor, stream),
                   isPose ? "not available: libperception.magicleap.so/MLSnapshotGetTransform" : "");
     }
