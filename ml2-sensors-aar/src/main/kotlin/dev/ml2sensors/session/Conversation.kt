@@ -14,6 +14,10 @@ import dev.ml2sensors.wire.LinkTestBody
 import dev.ml2sensors.wire.Start
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.Deferred
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.coroutineScope
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.selects.select
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
@@ -29,9 +33,26 @@ internal class Conversation(
 ) {
     private val announcements = Announcements(streams, control)
 
-    /** Does what the receiver says, until it closes the connection after our BYE. */
-    suspend fun listen() {
-        while (true) handle(control.read(IN_SESSION) ?: return)
+    /**
+     * Hears the receiver until it closes the connection after our BYE. Its requests are handled in order beside that,
+     * once the first lanes are joined by [joining]: a request that takes long delays no PONG, and is no silence.
+     */
+    suspend fun listen(joining: Job): Unit = coroutineScope {
+        val requests = Channel<Frame>(MOST_REQUESTS)
+        launch {
+            joining.join()
+            for (request in requests) handle(request)
+        }
+        while (true) {
+            val frame = control.read(IN_SESSION) ?: break
+            when (frame.kind) {
+                FrameKind.PING -> control.write(FrameKind.PONG)
+                FrameKind.PONG -> Unit
+                FrameKind.BYE -> throw IOException("the receiver left: ${ControlJson.decode<Bye>(frame.body).reason}")
+                else -> requests.send(frame)
+            }
+        }
+        requests.close()
     }
 
     private suspend fun handle(frame: Frame) {
@@ -51,19 +72,13 @@ internal class Conversation(
                 error.channel?.let { streams.refuse(it, error.message) }
             }
 
-            FrameKind.PING -> control.write(FrameKind.PONG)
-
-            FrameKind.PONG -> Unit
-
-            FrameKind.BYE -> throw IOException("the receiver left: ${ControlJson.decode<Bye>(frame.body).reason}")
-
-            else -> error("${frame.kind} is not allowed in a session")
+            else -> error("${frame.kind} is no request")
         }
     }
 
     private suspend fun configure(wanted: Configure) {
         val answers = streams.configure(wanted.streams, wanted.framePrefix)
-        streams.channels().forEach { lanes.join(it.lane) }
+        lanes.join(streams.channels().map { it.lane }.toSet())
         announcements.follow(wanted.request)
         control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
     }
@@ -108,6 +123,9 @@ internal class Conversation(
 
     private companion object {
         val STATUS_INTERVAL = 1.seconds
+
+        /** A receiver that asks for more before it is answered waits, as if the device had not read on. */
+        const val MOST_REQUESTS = 64
         val IN_SESSION =
             setOf(
                 FrameKind.CONFIGURE,

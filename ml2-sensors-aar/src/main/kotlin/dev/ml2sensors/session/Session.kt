@@ -14,6 +14,7 @@ import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.async
 import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.launch
@@ -73,17 +74,17 @@ internal class Session(
 
     private suspend fun converse(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
         val lanes = SessionLanes(welcome, ::open, streams::lane) { part(control, it) }
-        val timeLane = TimeLane(lanes.joinTime(), deviceClock, hostClock)
-        lanes.join(SessionLanes.SENSORS)
-        part(control) { timeLane.run() }
-        part(control) { control.keepAlive(welcome.timeouts) }
         val conversation = Conversation(control, lanes, streams, hostClock)
+        part(control) { control.keepAlive(welcome.timeouts) }
+        val joining = async { lanes.joinTime().also { lanes.join(setOf(SessionLanes.SENSORS)) } }
+        val listening = part(control) { conversation.listen(joining) }
+        val timeLane = TimeLane(joining.await(), deviceClock, hostClock)
+        part(control) { timeLane.run() }
         part(control) { conversation.reportFailures() }
         part(control) { conversation.reportAdditions() }
         val drained = CompletableDeferred<Unit>()
         val telling = part(control) { conversation.reportEvents(drained) }
         val statusing = part(control) { conversation.reportStatus(drained) }
-        val listening = part(control) { conversation.listen() }
         val reason = stop.await()
         streams.stopSources()
         lanes.finish(streams.drainLimit)

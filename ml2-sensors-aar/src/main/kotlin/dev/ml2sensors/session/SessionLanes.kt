@@ -8,6 +8,9 @@ import dev.ml2sensors.wire.Joined
 import dev.ml2sensors.wire.ProtocolException
 import dev.ml2sensors.wire.Welcome
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.async
+import kotlinx.coroutines.awaitAll
+import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.joinAll
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.EOFException
@@ -33,12 +36,13 @@ internal class SessionLanes(
         connect(LINK_TEST, urgent = false).also { launch { watch(it) } }.writer
     }
 
-    /** Opens lane [name] unless it is open. */
-    suspend fun join(name: String) {
-        if (name in connections) return
-        val connection = connect(name, urgent = name == SENSORS)
-        connections[name] = connection
-        launch { watch(connection) }
+    /** Opens those of the lanes [names] that are not open, beside each other. */
+    suspend fun join(names: Set<String>) {
+        val opened = coroutineScope {
+            (names - connections.keys).map { async { it to connect(it, urgent = it == SENSORS) } }.awaitAll()
+        }
+        connections += opened
+        opened.forEach { (_, connection) -> launch { watch(connection) } }
     }
 
     /** Nothing but an ERROR may come; why a lane ends is for the control lane to say. */

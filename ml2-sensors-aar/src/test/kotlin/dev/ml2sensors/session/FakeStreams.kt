@@ -8,6 +8,7 @@ import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.update
@@ -28,6 +29,10 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     private val ids = listOf("world_left", "color", "depth").flatMap { listOf("$it/image", "$it/info") }
     private val accepted = CopyOnWriteArrayList<String>()
 
+    /** CONFIGURE is handled as soon as this is complete. */
+    @Volatile
+    var configuring = CompletableDeferred(Unit)
+
     /** What the session asked for, in order. */
     val calls = MutableStateFlow(emptyList<String>())
 
@@ -44,6 +49,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
 
     override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
         call("configure ${requested.keys}")
+        configuring.await()
         accepted.clear()
         accepted += requested.keys - "absent"
         return requested.mapValues { (id, values) ->
