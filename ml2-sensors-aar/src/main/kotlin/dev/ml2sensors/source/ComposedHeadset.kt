@@ -9,7 +9,14 @@ import kotlinx.coroutines.flow.Flow
  * head's poses; and `custom`, which the app makes and that has no samples.
  */
 internal class ComposedHeadset(private val headset: Headset) : Headset by headset {
-    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+    /** As the headset answers; a source that fails to has refused, and costs nothing but its own stream. */
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
+        answer(stream, requested)
+    } catch (e: Exception) {
+        Answer.Refused("${e.javaClass.simpleName}: ${e.message}")
+    }
+
+    private fun answer(stream: StreamSpec, requested: StreamValues): Answer {
         if (stream == StreamTable.custom) return custom(requested)
         val parts = partsOf(stream) ?: return headset.negotiate(stream, requested)
         val refusal = parts.map { headset.negotiate(it, requested) }.firstOrNull { it is Answer.Refused }

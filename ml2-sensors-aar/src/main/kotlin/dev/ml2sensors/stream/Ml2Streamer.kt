@@ -12,7 +12,9 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CoroutineExceptionHandler
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
@@ -43,7 +45,8 @@ public class Ml2Streamer(
     private val security: LinkSecurity,
     private val localDefaults: Map<String, StreamValues> = emptyMap(),
 ) {
-    private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default)
+    private val failing = CoroutineExceptionHandler { _, error -> fail(error) }
+    private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default + failing)
     private val hostClock = HostClock(headset.clock)
     private val active = ActiveStreams(headset.sparingEyes(security), hostClock, scope)
     private val stopReason = CompletableDeferred<String>()
@@ -68,7 +71,8 @@ public class Ml2Streamer(
 
     /**
      * ROS time, ns, of what was captured at [captureNanos] on the headset's clock: for the header of a message, the
-     * same that all messages of that instant have. Null while it is not known, and while ROS time stepped back.
+     * same that all messages of that instant have. Null while it is not known, while ROS time stepped back, and for an
+     * instant more than a second ahead.
      */
     public fun stampNanos(captureNanos: Long): Long? =
         if (hostClock.stamps.isSet) hostClock.stamps.stampNanos(captureNanos) else null
@@ -87,9 +91,20 @@ public class Ml2Streamer(
         check(running == null) { "a streamer is started once" }
         running = scope.launch {
             val ending = launch { stopReason.complete(active.awaitEnd()) }
-            stayConnected()
+            try {
+                stayConnected()
+            } catch (e: Error) {
+                fail(e)
+            }
             ending.cancel()
+            active.stopSources()
+            mutableState.value = StreamerState.Ended(stopReason.await())
         }
+    }
+
+    /** What nobody expects ends the streamer with a reason, and never the app. */
+    private fun fail(error: Throwable) {
+        stopReason.complete("failed: ${error.javaClass.simpleName}: ${error.message}")
     }
 
     /**
@@ -116,14 +131,16 @@ public class Ml2Streamer(
                     backOff.succeeded()
                     mutableState.value = StreamerState.Connected(name)
                 }
-            } catch (e: IOException) {
-                mutableState.value = StreamerState.Connecting(e.message ?: e.javaClass.simpleName)
+            } catch (e: CancellationException) {
+                throw e
+            } catch (e: Exception) {
+                val name = e.javaClass.simpleName
+                val reason = if (e is IOException) e.message ?: name else "$name: ${e.message}"
+                mutableState.value = StreamerState.Connecting(reason)
                 active.runLocally(localDefaults)
                 withTimeoutOrNull(backOff.pause()) { stopReason.await() }
             }
         }
-        active.stopSources()
-        mutableState.value = StreamerState.Ended(stopReason.await())
     }
 
     private fun hello() = Hello(
@@ -153,7 +170,7 @@ public sealed interface StreamerState {
         val receiverName: String,
     ) : StreamerState
 
-    /** Over, for this [reason]: it was stopped, or a recording has come to its end. */
+    /** Over, for this [reason]: it was stopped, a recording has come to its end, or the library has failed. */
     public data class Ended(
         val reason: String,
     ) : StreamerState

@@ -45,11 +45,20 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
 
     /** How a stream answers, where it does not just apply what is asked for. */
     val answers = ConcurrentHashMap<StreamSpec, Answer>()
+
+    /** What it says about permissions; may throw. */
+    @Volatile
+    var readPermissions: () -> Map<String, Boolean> = ::emptyMap
+    override val permissions get() = readPermissions()
+
+    /** Streams whose negotiation throws. */
+    val broken = ConcurrentHashMap<StreamSpec, RuntimeException>()
     val pool = BufferPool(bufferBytes = 1 shl 16, count = 64)
     override val identity = Headset.Identity("fake-1", "Fake")
     override val clock = DeviceClock { System.nanoTime() + 5_000_000_000_000 }
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        broken[stream]?.let { throw it }
         val answer = answers[stream] ?: Answer.Applied(requested)
         when (answer) {
             is Answer.Applied -> agreed += stream to answer.values

@@ -18,6 +18,7 @@ import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
+import java.util.concurrent.ConcurrentLinkedQueue
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
@@ -80,6 +81,34 @@ class Ml2StreamerTest {
         assertTrue(arrived.await().sequence >= 1)
         gyroscope.cancelAndJoin()
         fixture.finish(second)
+    }
+
+    @Test
+    fun aHeadsetThatThrowsIsSaidAndTriedAgain() = runBlocking<Unit> {
+        fixture.headset.readPermissions = { error("the package manager has died") }
+        fixture.streamer.start()
+        val state = withTimeout(StreamFixture.LIMIT) {
+            fixture.streamer.state.first { it != StreamerState.Connecting(null) }
+        }
+        assertEquals(StreamerState.Connecting("IllegalStateException: the package manager has died"), state)
+        fixture.headset.readPermissions = ::emptyMap
+        fixture.finish(fixture.session("{}"))
+    }
+
+    @Test
+    fun anErrorEndsTheStreamerAndNotTheApp() = runBlocking<Unit> {
+        fixture.headset.readPermissions = { throw NoClassDefFoundError("android/Missing") }
+        val uncaught = ConcurrentLinkedQueue<Throwable>()
+        val before = Thread.getDefaultUncaughtExceptionHandler()
+        Thread.setDefaultUncaughtExceptionHandler { _, error -> uncaught += error }
+        try {
+            fixture.streamer.start()
+            val state = withTimeout(StreamFixture.LIMIT) { fixture.streamer.state.first { it is StreamerState.Ended } }
+            assertEquals(StreamerState.Ended("failed: NoClassDefFoundError: android/Missing"), state)
+        } finally {
+            Thread.setDefaultUncaughtExceptionHandler(before)
+        }
+        assertEquals(emptyList(), uncaught.toList())
     }
 
     @Test

@@ -16,6 +16,7 @@ import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import kotlinx.serialization.json.Json
+import kotlinx.serialization.json.jsonObject
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
@@ -57,6 +58,19 @@ class ReconfigurationTest {
             assertEquals(StreamState.Refused("no camera permission"), states["color"])
             assertEquals(setOf("world_left", "depth"), session.channels().keys.map { it.substringBefore('/') }.toSet())
         }
+    }
+
+    @Test
+    fun aStreamWhoseNegotiationThrowsIsRefusedAloneAndNoCapability() {
+        headset.broken[StreamTable.color] = SecurityException("camera disabled by policy")
+        fixture.streamer.start()
+        val session = fixture.host.awaitHello()
+        assertFalse("\"color\"" in session.hello.json.getValue("capabilities").toString())
+        session.welcome()
+        val answers = session.configure(1, """{"color": {}, "depth": {}}""")
+        val refused = """{"result": "refused", "reason": "SecurityException: camera disabled by policy"}"""
+        assertEquals(Json.parseToJsonElement(refused), answers["color"])
+        assertEquals("\"applied\"", answers.getValue("depth").jsonObject["result"].toString())
     }
 
     @Test
