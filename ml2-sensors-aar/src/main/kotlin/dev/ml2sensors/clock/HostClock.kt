@@ -10,7 +10,7 @@ import kotlinx.coroutines.withTimeoutOrNull
  * tells its state. Safe for use by several threads.
  */
 internal class HostClock(private val deviceClock: DeviceClock) {
-    val stamps: StampMap = StampMap()
+    val stamps: StampMap = StampMap(deviceClock)
     private val estimator = OffsetEstimator()
     private val estimate = MutableStateFlow<OffsetEstimate?>(null)
     private var exchanges = 0

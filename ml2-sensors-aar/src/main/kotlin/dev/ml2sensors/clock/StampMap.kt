@@ -1,5 +1,7 @@
 package dev.ml2sensors.clock
 
+import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.source.DropReason
 import kotlin.math.abs
 
 /**
@@ -9,9 +11,10 @@ import kotlin.math.abs
  * [steerTo] changes the map for captures later than any asked for before only. What is off by no more than
  * [OffsetEstimator.STEP_NANOS] is slewed, by at most [MAX_SLEW_PPB]. A step back by at most [LONGEST_WAIT_NANOS] leaves
  * captures without a stamp until ROS time has passed all earlier stamps; any other step begins a new [epoch]. So within
- * an epoch the stamps of captures at least 2 ns apart grow. Safe for use by several threads.
+ * an epoch the stamps of captures at least 2 ns apart grow. A capture in the future, whose stamp would keep the map from
+ * being steered until then, is given none. Safe for use by several threads.
  */
-internal class StampMap {
+internal class StampMap(private val deviceClock: DeviceClock) {
     private var segments: List<Segment> = emptyList()
     private var latestCaptureNanos = Long.MIN_VALUE
     private var frozen = false
@@ -24,13 +27,22 @@ internal class StampMap {
     /** False until the first offset is known. */
     val isSet: Boolean @Synchronized get() = segments.isNotEmpty()
 
-    /** ROS time in ns of a capture on the device timebase, null when it is withheld. The map must be set. */
+    /** ROS time in ns of a capture on the device timebase, null when [lossReason] withholds it. The map must be set. */
     @Synchronized
     fun stampNanos(captureNanos: Long): Long? {
+        if (isFuture(captureNanos)) return null
         val segment = segmentOf(captureNanos)
         latestCaptureNanos = maxOf(latestCaptureNanos, captureNanos)
         return (captureNanos + segment.offsetNanos(captureNanos)).takeIf { it > segment.floorNanos }
     }
+
+    /** Whether a capture is later than any can be; a recording's, which a frozen map stamps, may be at any time. */
+    @Synchronized
+    fun isFuture(captureNanos: Long): Boolean = !frozen && captureNanos > deviceClock.nowNanos() + MOST_AHEAD_NANOS
+
+    /** Why there is no stamp for a capture. */
+    fun lossReason(captureNanos: Long): DropReason =
+        if (isFuture(captureNanos)) DropReason.FUTURE_CAPTURE else DropReason.CLOCK_STEP
 
     /** How far the map is from [offsetNanos] at a device time. The map must be set. */
     @Synchronized
@@ -115,6 +127,9 @@ internal class StampMap {
 
         /** DESIGN, Time: whoever waits longer is told of a new epoch instead. */
         const val LONGEST_WAIT_NANOS = 2_000_000_000L
+
+        /** More than any pose is predicted ahead. */
+        const val MOST_AHEAD_NANOS = 1_000_000_000L
 
         /** Enough for captures that are delivered half a minute late at four updates of two segments per second. */
         const val KEPT_SEGMENTS = 256

@@ -24,8 +24,12 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
     /** Takes over [frame]: it will be sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
         if (waits) awaitLinkFor(frame)
-        ifLinked(frame) { if (waits) queue.send(frame) else enqueue(frame) }
+        offerIfLinked(frame)
     }
+
+    /** As [offer], without waiting for a session. */
+    suspend fun offerIfLinked(frame: OutgoingFrame): Unit =
+        ifLinked(frame) { if (waits) queue.send(frame) else enqueue(frame) }
 
     /** As [offer], without ever waiting. */
     fun offerNow(frame: OutgoingFrame): Unit = ifLinked(frame) { enqueue(frame) }

@@ -106,4 +106,7 @@ public enum class DropReason(public val wireName: String) {
 
     /** The source missed its own schedule. */
     SOURCE_LATE("source_late"),
+
+    /** Its capture time was more than a second ahead of the device's clock. */
+    FUTURE_CAPTURE("future_capture"),
 }

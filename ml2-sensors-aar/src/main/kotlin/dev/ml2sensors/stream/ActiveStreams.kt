@@ -114,6 +114,7 @@ internal class ActiveStreams(
                 forget(spec)
             }
             states.value = answers.mapValues { (_, answer) -> answer.toState() }
+            custom.refusal = answers[StreamTable.custom.id].customRefusal()
         }
         return answers
     }

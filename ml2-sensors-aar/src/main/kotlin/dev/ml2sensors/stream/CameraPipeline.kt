@@ -8,7 +8,6 @@ import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.rosType
-import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.RosCamera
@@ -45,7 +44,7 @@ internal class CameraPipeline(
     private suspend fun publish(sample: ImageSample) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
         if (stampNanos == null) {
-            channels.forEach { it.account.lose(1, DropReason.CLOCK_STEP) }
+            channels.forEach { it.account.lose(1, stamps.lossReason(sample.captureNanos)) }
         } else {
             val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
             for (channel in channels) publish(channel, sample, header, stampNanos)

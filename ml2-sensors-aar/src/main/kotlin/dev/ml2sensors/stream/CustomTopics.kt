@@ -1,13 +1,29 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.source.Answer
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.channels.Channel
 
+/** Why a receiver that gets this answer, null when it did not ask, takes no topics of the app. */
+internal fun Answer?.customRefusal(): String? = when (this) {
+    null -> "the receiver takes no topics of apps: custom.enabled is false in its configuration; set it to true"
+    is Answer.Refused -> reason
+    else -> null
+}
+
 /** The topics that the app names itself, and which of them the receiver takes at present. Any thread. */
 internal class CustomTopics(private val outgoing: OutgoingChannels, private val stamps: StampMap) {
     private val publishers = LinkedHashMap<String, TopicPublisher>()
+
+    /** Why the receiver takes none of them; null when it does, and before it has said what it wants. */
+    @get:Synchronized
+    var refusal: String? = null
+        @Synchronized set(value) {
+            field = value
+            publishers.values.forEach { it.allRefusal = value }
+        }
 
     /** Told of new ones. */
     val additions: Channel<Unit> = Channel(Channel.CONFLATED)
@@ -26,6 +42,7 @@ internal class CustomTopics(private val outgoing: OutgoingChannels, private val 
         }
         val spec = StreamTable.customTopics.topic(name, type, known = publishers.size)
         val publisher = TopicPublisher(outgoing.custom(spec, publishers.size), stamps)
+        publisher.allRefusal = refusal
         publishers[name] = publisher
         additions.trySend(Unit)
         return publisher
@@ -38,6 +55,7 @@ internal class CustomTopics(private val outgoing: OutgoingChannels, private val 
     @Synchronized
     fun linkUp() {
         link++
+        refusal = null
         publishers.values.forEach { it.reset() }
     }
 

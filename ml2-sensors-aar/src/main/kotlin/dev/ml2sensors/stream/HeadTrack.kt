@@ -13,18 +13,33 @@ import dev.ml2sensors.wire.Event
 internal class HeadTrack(private val report: (Event) -> Unit) {
     private val samples = ArrayDeque<PoseSample>()
 
+    /** Whether poses before the oldest of [samples] are lost. */
+    private var hasLosses = false
+
     /** Null before the head was ever tracked. */
     private var isTracked: Boolean? = null
 
     fun add(sample: PoseSample) {
         tell(sample)
-        if (sample.isInNewWorld) samples.clear()
+        if (sample.isInNewWorld) clear()
         samples.addLast(sample)
-        if (samples.size > KEPT_SAMPLES) samples.removeFirst()
+        if (samples.size > KEPT_SAMPLES) {
+            samples.removeFirst()
+            hasLosses = true
+        }
     }
 
     /** What follows has no connection to what was. */
-    fun clear(): Unit = samples.clear()
+    fun clear() {
+        samples.clear()
+        hasLosses = false
+    }
+
+    /** Poses are missing before those that follow. */
+    fun lose() {
+        samples.clear()
+        hasLosses = true
+    }
 
     /** Where the head was; known only between two samples that are both tracked. */
     fun at(nanos: Long): HeadAt {
@@ -32,7 +47,7 @@ internal class HeadTrack(private val report: (Event) -> Unit) {
         val to = samples.getOrNull(next) ?: return HeadAt.NotYetKnown
         val end = to.pose ?: return HeadAt.NotTracked
         if (to.captureNanos == nanos) return HeadAt.Tracked(end)
-        val from = samples.getOrNull(next - 1) ?: return HeadAt.NotTracked
+        val from = samples.getOrNull(next - 1) ?: return if (hasLosses) HeadAt.Lost else HeadAt.NotTracked
         val start = from.pose ?: return HeadAt.NotTracked
         val fraction = (nanos - from.captureNanos).toDouble() / (to.captureNanos - from.captureNanos)
         return HeadAt.Tracked(start.interpolate(end, fraction))
@@ -61,6 +76,9 @@ internal class HeadTrack(private val report: (Event) -> Unit) {
 /** What a [HeadTrack] knows of an instant. */
 internal sealed interface HeadAt {
     class Tracked(val pose: Transform) : HeadAt
+
+    /** It was tracked perhaps, but the poses of then are lost. */
+    data object Lost : HeadAt
 
     /** Nor will it become known that it was. */
     data object NotTracked : HeadAt

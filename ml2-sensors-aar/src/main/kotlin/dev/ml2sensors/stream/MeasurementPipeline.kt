@@ -10,7 +10,6 @@ import dev.ml2sensors.message.PoseStamped
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.toPose
 import dev.ml2sensors.source.BatterySample
-import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImuUnit
 import dev.ml2sensors.source.InertialSample
 import dev.ml2sensors.source.LostSamples
@@ -89,7 +88,7 @@ internal class MeasurementPipeline(
         message: (Header) -> T,
     ) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
-            ?: return channel.account.lose(1, DropReason.CLOCK_STEP)
+            ?: return channel.account.lose(1, stamps.lossReason(sample.captureNanos))
         channel.publish(serializer, message(Header(Time.ofNanos(stampNanos), frameIds.of(spec))), stampNanos)
     }
 

@@ -1,7 +1,6 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.StampMap
-import dev.ml2sensors.source.DropReason
 import java.nio.ByteBuffer
 
 /**
@@ -14,10 +13,18 @@ public class TopicPublisher internal constructor(internal val channel: OutgoingC
     @Volatile
     private var isOpen = false
 
-    /** Why this receiver does not publish it, such as a type that it does not have; null as long as it does. */
+    /** Why the receiver takes none at all. */
     @Volatile
-    public var refusal: String? = null
-        private set
+    internal var allRefusal: String? = null
+
+    @Volatile
+    private var ownRefusal: String? = null
+
+    /**
+     * Why this receiver does not publish it, such as `custom.enabled` being false or a type that it does not have; null
+     * as long as it does, and while there is no receiver.
+     */
+    public val refusal: String? get() = ownRefusal ?: allRefusal
 
     /** Relative to the receiver's prefix: `custom/NAME`. */
     public val topic: String get() = channel.topic.name
@@ -26,11 +33,12 @@ public class TopicPublisher internal constructor(internal val channel: OutgoingC
     public val type: String get() = channel.topic.type
 
     /**
-     * Sends one message, captured at [captureNanos] on the headset's clock. The book `produced` has it only if a
-     * receiver takes the topic at present; what is lost on the way from here is counted too.
+     * Sends one message, captured at [captureNanos] on the headset's clock: not more than a second ahead of it, as wall
+     * clock time would be, or the message is dropped as `future_capture`. The book `produced` has it only if a receiver
+     * takes the topic at present; what is lost on the way from here is counted too.
      *
      * @param payload the whole message as plain little-endian CDR behind `00 01 00 00`, from position to limit; copied.
-     * @return whether it was handed over, which is false without a receiver that takes it.
+     * @return whether it was handed over, which is false without a receiver that takes it, and for a dropped message.
      */
     @Synchronized
     public fun publish(payload: ByteBuffer, captureNanos: Long): Boolean {
@@ -43,7 +51,7 @@ public class TopicPublisher internal constructor(internal val channel: OutgoingC
         if (!isOpen) return false
         val stampNanos = stamps.stampNanos(captureNanos)
         if (stampNanos == null) {
-            channel.account.lose(1, DropReason.CLOCK_STEP)
+            channel.account.lose(1, stamps.lossReason(captureNanos))
             return false
         }
         channel.lane.offerNow(channel.frame(payload, stampNanos))
@@ -55,12 +63,12 @@ public class TopicPublisher internal constructor(internal val channel: OutgoingC
     }
 
     internal fun refuse(reason: String) {
-        refusal = reason
+        ownRefusal = reason
         isOpen = false
     }
 
     internal fun reset() {
-        refusal = null
+        ownRefusal = null
         isOpen = false
     }
 

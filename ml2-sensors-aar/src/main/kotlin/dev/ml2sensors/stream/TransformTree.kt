@@ -15,6 +15,7 @@ import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.wire.Event
+import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 
@@ -43,6 +44,8 @@ internal class TransformTree(
     private val mountings = LinkedHashMap<StreamSpec, SensorMounting>()
     private val waiting = ArrayDeque<CameraPose>()
     private val lastStamps = HashMap<String, RecentStamps>()
+
+    @Volatile
     private var dynamic: OutgoingChannel? = null
     private var static: OutgoingChannel? = null
     private var staticStampNanos = 0L
@@ -62,17 +65,18 @@ internal class TransformTree(
     }
 
     /** A sample of the head's. */
-    suspend fun head(sample: Sample): Unit = mutex.withLock {
+    suspend fun head(sample: Sample) {
         when (sample) {
-            is PoseSample -> {
+            is PoseSample -> whenLinked {
+                if (stamps.isFuture(sample.captureNanos)) return lose(1, stamps.lossReason(sample.captureNanos))
                 track.add(sample)
                 settle()
-                sample.pose?.let { publish(stamps.stampNanos(sample.captureNanos), framesAt(it)) }
+                sample.pose?.let { publish(sample.captureNanos, stamps.stampNanos(sample.captureNanos), framesAt(it)) }
             }
 
-            is LostSamples -> {
-                track.clear()
-                dynamic?.account?.lose(sample.count, sample.reason)
+            is LostSamples -> mutex.withLock {
+                track.lose()
+                lose(sample.count, sample.reason)
             }
 
             else -> error("the head delivered $sample")
@@ -81,16 +85,39 @@ internal class TransformTree(
 
     /** The [pose] of a camera at one of its captures; [stampNanos] is null when that is withheld. */
     suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long?, pose: Transform): Unit =
-        mutex.withLock {
+        whenLinked {
             if (dynamic == null) return
-            if (!isLive) return publish(stampNanos, framesOf(spec, pose))
+            if (stamps.isFuture(captureNanos)) return lose(1, stamps.lossReason(captureNanos))
+            if (!isLive) return publish(captureNanos, stampNanos, framesOf(spec, pose))
             waiting.addLast(CameraPose(spec, captureNanos, stampNanos, pose))
             settle()
             if (waiting.size > MOST_WAITING) {
                 waiting.removeFirst()
-                dynamic?.account?.lose(1, DropReason.SOURCE_LATE)
+                lose(1, DropReason.SOURCE_LATE)
             }
         }
+
+    /**
+     * Runs [block] with the lock; in a recording, which waits for its reader, not before there is a session. With the
+     * lock it must not wait for one: a receiver that is back configures the streams before it starts them.
+     */
+    private suspend inline fun whenLinked(block: () -> Unit) {
+        if (!isLive) awaitLink()
+        mutex.withLock { block() }
+    }
+
+    private suspend fun awaitLink() {
+        try {
+            dynamic?.lane?.awaitLink()
+        } catch (e: CancellationException) {
+            lose(1, DropReason.LINK_DOWN)
+            throw e
+        }
+    }
+
+    private fun lose(count: Int, reason: DropReason) {
+        dynamic?.account?.lose(count, reason)
+    }
 
     /** A camera stopped: its pose is no longer composed. */
     suspend fun forget(spec: StreamSpec): Unit = mutex.withLock {
@@ -105,6 +132,7 @@ internal class TransformTree(
         val settled = waiting.filter { frame ->
             val head = track.at(frame.captureNanos)
             if (head is HeadAt.Tracked) place(frame, head.pose)
+            if (head is HeadAt.Lost) lose(1, DropReason.SOURCE_LATE)
             head != HeadAt.NotYetKnown
         }
         waiting.removeAll(settled)
@@ -118,10 +146,10 @@ internal class TransformTree(
             staticStampNanos = frame.stampNanos ?: staticStampNanos
             sendMountings()
         }
-        if (static == null) return publish(frame.stampNanos, framesOf(frame.spec, frame.pose))
+        if (static == null) return publish(frame.captureNanos, frame.stampNanos, framesOf(frame.spec, frame.pose))
         // Before that nobody can look the camera up
         val stable = mounting.stable ?: return
-        publish(frame.stampNanos, listOf(frameIds.head to frame.pose * stable.inverse()))
+        publish(frame.captureNanos, frame.stampNanos, listOf(frameIds.head to frame.pose * stable.inverse()))
     }
 
     private fun framesAt(head: Transform): List<Pair<String, Transform>> {
@@ -132,16 +160,13 @@ internal class TransformTree(
     private fun framesOf(spec: StreamSpec, optical: Transform): List<Pair<String, Transform>> =
         listOf(frameIds.of(spec) to optical, frameIds.bodyOf(spec) to optical * BODY_IN_OPTICAL)
 
-    private suspend fun publish(stampNanos: Long?, frames: List<Pair<String, Transform>>) {
-        if (stampNanos == null) {
-            dynamic?.account?.lose(1, DropReason.CLOCK_STEP)
-            return
-        }
+    private suspend fun publish(captureNanos: Long, stampNanos: Long?, frames: List<Pair<String, Transform>>) {
+        if (stampNanos == null) return lose(1, stamps.lossReason(captureNanos))
         val header = Header(Time.ofNanos(stampNanos), frameIds.world)
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
         val message = TFMessage(fresh.map { (child, transform) -> TransformStamped(header, child, transform) })
-        dynamic?.publish(TFMessage.serializer(), message, stampNanos)
+        dynamic?.let { it.lane.offerIfLinked(it.frame(TFMessage.serializer(), message, stampNanos, sample = null)) }
     }
 
     private suspend fun sendMountings() {

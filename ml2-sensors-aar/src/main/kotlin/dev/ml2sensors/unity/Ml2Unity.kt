@@ -191,7 +191,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     /**
      * Sends a message; [payload] is all of it as CDR, behind `00 01 00 00`.
      *
-     * @param captureNanos CLOCK_BOOTTIME, as of `ml2s_now`.
+     * @param captureNanos CLOCK_BOOTTIME, as of `ml2s_now`; not more than a second ahead of it.
      * @return false while no receiver takes it; [refusal] may say why.
      */
     public fun publish(publisher: Int, payload: ByteArray, captureNanos: Long): Boolean =

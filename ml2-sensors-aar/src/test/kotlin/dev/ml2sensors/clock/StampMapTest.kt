@@ -1,5 +1,6 @@
 package dev.ml2sensors.clock
 
+import dev.ml2sensors.source.DropReason
 import org.junit.jupiter.api.Test
 import kotlin.math.abs
 import kotlin.random.Random
@@ -12,7 +13,7 @@ import kotlin.test.assertTrue
 class StampMapTest {
     @Test
     fun stampsAreCaptureTimePlusOffset() {
-        val map = StampMap()
+        val map = StampMap { LATE }
         assertFalse(map.isSet)
         assertFailsWith<IllegalStateException> { map.stampNanos(1) }
         map.steerTo(offsetNanos = 1_000, nowNanos = 50)
@@ -142,6 +143,19 @@ class StampMapTest {
     }
 
     @Test
+    fun aCaptureMoreThanASecondAheadHasNoStampAndStopsNoSteering() {
+        val map = StampMap { SECOND }.apply { steerTo(0, 0) }
+        for (capture in listOf(2 * SECOND + 1, DECADES, Long.MAX_VALUE)) {
+            assertNull(map.stampNanos(capture))
+            assertEquals(DropReason.FUTURE_CAPTURE, map.lossReason(capture))
+        }
+        assertEquals(2 * SECOND, map.stampNanos(2 * SECOND))
+        map.steerTo(DECADES, SECOND)
+        assertOffset(0, map, 2 * SECOND)
+        assertEquals(1, map.epoch)
+    }
+
+    @Test
     fun freezingKeepsIntervalsExact() {
         val map = map(offset = 1_000)
         map.steerTo(4 * MILLI, SECOND, skewPpb = 50_000)
@@ -155,12 +169,14 @@ class StampMapTest {
         }
     }
 
-    private fun map(offset: Long) = StampMap().apply { steerTo(offset, 0) }
+    private fun map(offset: Long) = StampMap { LATE }.apply { steerTo(offset, 0) }
 
     private fun assertOffset(expected: Long, map: StampMap, captureNanos: Long) =
         assertEquals(captureNanos + expected, map.stampNanos(captureNanos))
 
     private companion object {
+        /** Later than any capture. */
+        const val LATE = Long.MAX_VALUE / 2
         const val DECADES = 50L * 365 * 86_400 * SECOND
     }
 }

@@ -10,6 +10,8 @@ import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
 import java.nio.ByteBuffer
+import kotlin.math.abs
+import kotlin.test.assertContains
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
@@ -80,6 +82,12 @@ class CustomTopicsTest {
         val session = fixture.session("""{"battery": {}}""")
         assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
         assertEquals(setOf("battery"), session.channels().keys)
+        assertContains(publisher.refusal.orEmpty(), "custom.enabled")
+        assertContains(fixture.streamer.publisher("another", FLOAT).refusal.orEmpty(), "custom.enabled")
+        session.configure(2, CUSTOM)
+        assertEquals(null, publisher.refusal)
+        session.start(2)
+        publisher.publishOnceOpen(1, fixture.now)
         fixture.finish(session)
     }
 
@@ -120,6 +128,26 @@ class CustomTopicsTest {
     }
 
     @Test
+    fun aCaptureInTheFutureIsRefusedAndCountedAndStopsNoStamps() = runBlocking<Unit> {
+        val publisher = fixture.streamer.publisher("temperature", FLOAT)
+        fixture.streamer.start()
+        val session = fixture.session(CUSTOM)
+        publisher.publishOnceOpen(1, fixture.now)
+        val wallNanos = System.currentTimeMillis() * 1_000_000
+        assertFalse(publisher.publish(ByteBuffer.wrap(message(2)), wallNanos))
+        assertEquals(null, fixture.streamer.stampNanos(wallNanos))
+        fixture.host.clockOffsetNanos += STEP_NANOS
+        val offsetNanos = fixture.host.clockOffsetNanos + System.nanoTime() - fixture.now
+        eventually {
+            val now = fixture.now
+            abs(checkNotNull(fixture.streamer.stampNanos(now)) - now - offsetNanos) < STEP_NANOS / 10
+        }
+        assertTrue(publisher.publish(ByteBuffer.wrap(message(3)), fixture.now))
+        val books = fixture.finish(session)["custom/temperature"]
+        assertEquals(Books(3, 2, mapOf("future_capture" to 1)), books)
+    }
+
+    @Test
     fun theNumbersOfTopicsAreBounded() {
         val first = fixture.streamer.publisher("topic0", FLOAT)
         for (number in 1 until 32) fixture.streamer.publisher("topic$number", FLOAT)
@@ -156,6 +184,9 @@ class CustomTopicsTest {
     private companion object {
         const val FLOAT = "std_msgs/msg/Float32"
         const val CUSTOM = """{"custom": {}}"""
+
+        /** Ahead, so that it is followed at once. */
+        const val STEP_NANOS = 10_000_000_000L
         val FIELDS = listOf("stream", "role", "type", "qos", "frame_id", "lane")
 
         fun message(number: Int) = byteArrayOf(0, 1, 0, 0, number.toByte(), 0, 0, 0)

@@ -40,10 +40,16 @@ class HeadTrackTest {
     }
 
     @Test
-    fun beforeThePosesThatAreKeptTheHeadIsNotTracked() {
-        repeat(200) { head(it) }
-        assertIs<HeadAt.Tracked>(track.at(19_250))
-        assertEquals(HeadAt.NotTracked, track.at(350))
+    fun beforeThePosesThatAreKeptAndBetweenLostOnesItIsLost() {
+        repeat(100) { head(it) }
+        assertIs<HeadAt.Tracked>(track.at(9_850))
+        assertEquals(HeadAt.Lost, track.at(350))
+        track.lose()
+        head(102)
+        assertEquals(HeadAt.Lost, track.at(10_100))
+        track.clear()
+        head(104)
+        assertEquals(HeadAt.NotTracked, track.at(10_300))
     }
 
     @Test

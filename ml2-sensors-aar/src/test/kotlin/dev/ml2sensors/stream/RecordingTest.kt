@@ -1,10 +1,13 @@
 package dev.ml2sensors.stream
 
 import app.cash.turbine.test
+import dev.ml2sensors.message.Transform
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
@@ -69,6 +72,26 @@ class RecordingTest {
             assertEquals(StreamerState.Ended("the recording is over"), awaitItem())
             session.awaitData("gyro_left/imu")
         }
+    }
+
+    @Test
+    fun aStreamIsReconfiguredWhileATransformWaitsForTheLink() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val first = fixture.session("""{"world_left": {"update_rate": 30}, "tf": {}}""")
+        headset.deliver(StreamTable.worldLeft, headset.image(firstCapture))
+        headset.deliver(StreamTable.headPose, PoseSample(firstCapture, Transform.IDENTITY))
+        first.awaitData("/tf")
+        first.cut()
+        val second = fixture.host.awaitHello()
+        val waiting = launch(start = CoroutineStart.UNDISPATCHED) {
+            headset.deliver(StreamTable.headPose, PoseSample(firstCapture + 1, Transform.IDENTITY))
+        }
+        second.welcome(fixture.host.received())
+        second.configure(1, """{"world_left": {"update_rate": 10}, "tf": {}}""")
+        second.start(1)
+        waiting.join()
+        assertEquals(1, second.awaitData("/tf").size)
+        assertEquals(Books(2, 2, emptyMap()), fixture.finish(second)["/tf"])
     }
 
     @Test

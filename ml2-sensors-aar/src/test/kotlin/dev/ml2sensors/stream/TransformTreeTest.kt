@@ -11,7 +11,9 @@ import dev.ml2sensors.message.toMatrix
 import dev.ml2sensors.message.transform
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -110,6 +112,32 @@ class TransformTreeTest {
         val stamps = session.transforms().map { it.header.stamp.toNanos() }.distinct()
         assertEquals(2, stamps.size)
         assertEquals(6.0, (stamps[1] - stamps[0]).toDouble() / HEAD, absoluteTolerance = 0.1)
+    }
+
+    @Test
+    fun transformsThatAreGivenUpForLostHeadPosesAreCounted() = runBlocking<Unit> {
+        val session = fixture.start("""{"world_left": {}, "tf": {}}""")
+        val base = fixture.now
+        fixture.camera(StreamTable.worldLeft, base - HEAD, Transform.IDENTITY) // before the tree began
+        fixture.head(base, Transform.IDENTITY)
+        fixture.headset.deliver(StreamTable.headPose, LostSamples(base + HEAD, 3, DropReason.SOURCE_LATE))
+        fixture.camera(StreamTable.worldLeft, base + 3 * HEAD, Transform.IDENTITY)
+        fixture.head(base + 4 * HEAD, Transform.IDENTITY)
+        assertEquals(Books(6, 2, mapOf("source_late" to 4)), fixture.finish(session)["/tf"])
+    }
+
+    @Test
+    fun aPoseOfTheFutureIsRefusedAndCountedAndHarmsNoOther() = runBlocking<Unit> {
+        val session = fixture.start("""{"world_left": {}, "tf": {}}""")
+        val base = fixture.now
+        val future = base + 3_600_000_000_000
+        fixture.head(future, Transform.IDENTITY)
+        fixture.camera(StreamTable.worldLeft, future, Transform.IDENTITY)
+        fixture.head(base, Transform.IDENTITY)
+        fixture.camera(StreamTable.worldLeft, base, Transform.IDENTITY)
+        val books = fixture.finish(session)
+        assertEquals(Books(4, 2, mapOf("future_capture" to 2)), books["/tf"])
+        assertEquals(Books(2, 1, mapOf("future_capture" to 1)), books["world_left/image_raw"])
     }
 
     @Test
