@@ -11,6 +11,9 @@
 namespace ml2sim {
 namespace {
 
+/** Android's DEAD_OBJECT, which is in no table of the vendor's. */
+constexpr MLResult kDeadObject = -32;
+
 int64_t deadlineAfter(uint64_t timeout_ms) {
     const int64_t now = mlTimeNow();
     const auto most = static_cast<uint64_t>(std::numeric_limits<int64_t>::max() - now);
@@ -58,8 +61,10 @@ MLResult Connection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*deli
     const int64_t deadline = deadlineAfter(timeout_ms);
     while (true) {
         const uint64_t seen = wakeCount();
-        if (isGone() || hasFault(kind_, Fault::Get))
+        if (isGone())
             return MLResult_UnspecifiedFailure;
+        if (hasFault(kind_, Fault::Get))
+            return fault(kind_, Fault::Get) == 1 ? MLResult{MLResult_UnspecifiedFailure} : kDeadObject;
         const int64_t now = mlTimeNow();
         const int64_t newest = captureIndex(now - rhythm_.delayNanos, rhythm_.rate_hz);
         int64_t latest = newest;

@@ -99,8 +99,9 @@ MLDepthCameraFrameBuffer *copyPlane(Loan &loan, const uint8_t *pixels) {
 
 void lend(int64_t index, MLDepthCameraData *data) {
     const size_t perPlane = Loan::rounded(sizeof(MLDepthCameraFrameBuffer)) + Loan::rounded(planeBytes());
-    auto &loan = connection.lendTo(data, Loan::rounded(sizeof(MLDepthCameraFrame)) + kPlaneCount * perPlane);
-    auto *frame = loan.take<MLDepthCameraFrame>(1);
+    auto &loan = connection.lendTo(data, Loan::rounded(2 * sizeof(MLDepthCameraFrame)) + kPlaneCount * perPlane);
+    auto *frame = loan.take<MLDepthCameraFrame>(2);
+    const auto odd = oddOf(kKind, index, 0, 1);
     *frame = {};
     frame->frame_number = index;
     frame->frame_timestamp = captureTime(index, choice.delivered_hz);
@@ -112,10 +113,16 @@ void lend(int64_t index, MLDepthCameraData *data) {
         if ((choice.planes >> plane & 1) == 0)
             continue;
         frame->*kPlanes[plane] = copyPlane(loan, pixels);
+        makeOdd(odd, *(frame->*kPlanes[plane]));
         pixels += planeBytes();
     }
     spoilPose(kKind, *frame);
-    data->frame_count = 1;
+    if (odd == Odd::UnknownId)
+        frame->frame_type = kNoId;
+    if (odd == Odd::Size)
+        frame->intrinsics.height /= 2;
+    frame[1] = frame[0];
+    data->frame_count = odd == Odd::Duplicate ? 2 : 1;
     data->frames = frame;
     spoilData(kKind, *data);
 }

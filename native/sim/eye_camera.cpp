@@ -73,7 +73,7 @@ void apply(const MLEyeCameraSettings &settings) {
     connection.start(kRhythm);
 }
 
-MLEyeCameraFrame frameOf(const View &view, int64_t index, Loan &loan) {
+MLEyeCameraFrame frameOf(const View &view, int64_t index, Odd odd, Loan &loan) {
     MLEyeCameraFrame frame{};
     frame.camera_id = spoiltId(kKind, view.id);
     frame.frame_number = index + 100000 * static_cast<int64_t>(view.id);
@@ -82,16 +82,25 @@ MLEyeCameraFrame frameOf(const View &view, int64_t index, Loan &loan) {
     std::memcpy(pixels, view.film->frame(Stage::current()->filmIndex(index, kRhythm.rate_hz)), kBytes);
     frame.frame_buffer = {kEyeWidth, kEyeHeight, kEyeWidth, 1, 1, kBytes, pixels};
     spoilBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
+    if (odd == Odd::UnknownId)
+        frame.camera_id = kNoId;
+    makeOdd(odd, frame.frame_buffer);
     return frame;
 }
 
 void lend(int64_t index, MLEyeCameraData *data) {
-    auto &loan = connection.lendTo(data, Loan::rounded(views.size() * sizeof(MLEyeCameraFrame)) +
+    auto &loan = connection.lendTo(data, Loan::rounded((views.size() + 1) * sizeof(MLEyeCameraFrame)) +
                                              views.size() * Loan::rounded(kBytes));
-    data->frame_count = static_cast<uint8_t>(views.size());
-    data->frames = loan.take<MLEyeCameraFrame>(views.size());
-    for (size_t i = 0; i < views.size(); i++)
-        data->frames[i] = frameOf(views[i], index, loan);
+    data->frames = loan.take<MLEyeCameraFrame>(views.size() + 1);
+    data->frame_count = 0;
+    for (size_t i = 0; i < views.size(); i++) {
+        const auto odd = oddOf(kKind, index, i, views.size());
+        data->frames[data->frame_count++] = frameOf(views[i], index, odd, loan);
+        if (odd == Odd::Duplicate) {
+            data->frames[data->frame_count] = data->frames[data->frame_count - 1];
+            data->frame_count++;
+        }
+    }
     spoilData(kKind, *data);
 }
 

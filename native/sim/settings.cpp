@@ -84,7 +84,7 @@ constexpr std::array kCameraFaults = {
     CameraFault{"permission", 0, 1, "1: Connect gives PermissionDenied"},
     CameraFault{"connect", 0, 1, "1: Connect gives UnspecifiedFailure"},
     CameraFault{"stalled", 0, 1, "1: no frames come, Get times out"},
-    CameraFault{"get", 0, 1, "1: Get gives UnspecifiedFailure"},
+    CameraFault{"get", 0, 2, "Get gives 1: UnspecifiedFailure, 2: -32, as of a service that has died"},
     CameraFault{"disconnected", 0, 1, "1: the camera goes away: waiting and later calls fail until connected anew"},
     CameraFault{"drop_every", 0, 1e6, "n: every nth frame never comes"},
     CameraFault{"frame_count", -1, 255, "frame_count says so, whatever there is"},
@@ -97,6 +97,9 @@ constexpr std::array kCameraFaults = {
     CameraFault{"version", 0, 1, "1: Get changes the version of the caller's struct"},
     CameraFault{"id", 0, 1, "1: camera (depth: frame type) is none that the headset has"},
     CameraFault{"not_finite", 0, 1, "1: pose and focal length are not numbers"},
+    CameraFault{"zero_pose", 0, 1, "1: rotation and position of every pose are all zeros"},
+    CameraFault{"odd_every", 0, 1e6,
+                "n: one frame of every nth capture is odd: unknown type, empty, duplicate, another size, in turn"},
 };
 constexpr std::array kCameraKinds = {"depth", "world", "eye"};
 

@@ -62,6 +62,8 @@ enum class Fault {
     Version,
     Id,
     NotFinite,
+    ZeroPose,
+    OddEvery,
 };
 
 /** Values of Key::FaultHeadTracking. */

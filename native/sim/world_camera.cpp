@@ -129,7 +129,7 @@ uint8_t *copyRows(Loan &loan, const uint8_t *film, uint32_t stride) {
     return rows;
 }
 
-MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, Loan &loan) {
+MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, Odd odd, Loan &loan) {
     MLWorldCameraFrame frame{};
     frame.id = spoiltId(kKind, view.position.id);
     frame.frame_number = view.frameNumber(index);
@@ -141,6 +141,9 @@ MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, Loa
     frame.frame_type = view.type;
     spoilBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
     spoilPose(kKind, frame);
+    if (odd == Odd::UnknownId)
+        frame.id = kNoId;
+    makeOdd(odd, frame.frame_buffer);
     return frame;
 }
 
@@ -152,11 +155,17 @@ void lend(int64_t index, MLWorldCameraData *data) {
     const uint32_t stride = lens.width + static_cast<uint32_t>(number(Key::StridePadding));
     const size_t perFrame = Loan::rounded(size_t{stride} * lens.height);
     auto &loan =
-        connection.lendTo(data, Loan::rounded(live.size() * sizeof(MLWorldCameraFrame)) + live.size() * perFrame);
-    data->frame_count = static_cast<uint8_t>(live.size());
-    data->frames = loan.take<MLWorldCameraFrame>(live.size());
-    for (size_t i = 0; i < live.size(); i++)
-        data->frames[i] = frameOf(live[i], index, stride, loan);
+        connection.lendTo(data, Loan::rounded((live.size() + 1) * sizeof(MLWorldCameraFrame)) + live.size() * perFrame);
+    data->frames = loan.take<MLWorldCameraFrame>(live.size() + 1);
+    data->frame_count = 0;
+    for (size_t i = 0; i < live.size(); i++) {
+        const auto odd = oddOf(kKind, index, i, live.size());
+        data->frames[data->frame_count++] = frameOf(live[i], index, stride, odd, loan);
+        if (odd == Odd::Duplicate) {
+            data->frames[data->frame_count] = data->frames[data->frame_count - 1];
+            data->frame_count++;
+        }
+    }
     spoilData(kKind, *data);
 }
 

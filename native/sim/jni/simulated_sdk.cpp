@@ -3,10 +3,15 @@
 
 #include <cstdlib>
 #include <iterator>
+#include <string_view>
 
 #include "ml2sim.h"
+#include "openxr/ml2sim_xr.h"
 
 namespace {
+
+/** Before the keys of the OpenXR runtime. */
+constexpr std::string_view kOpenXr = "openxr.";
 
 constexpr char kClass[] = "dev/ml2sensors/simulator/simulated/SimulatedSdk";
 
@@ -26,7 +31,10 @@ class Utf {
 };
 
 jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
-    const char *problem = ml2sim_set(Utf(env, key).bytes(), Utf(env, value).bytes());
+    const Utf name(env, key), text(env, value);
+    const bool isOpenXr = std::string_view(name.bytes()).substr(0, kOpenXr.size()) == kOpenXr;
+    const char *problem =
+        isOpenXr ? ml2sim_xr_set(name.bytes() + kOpenXr.size(), text.bytes()) : ml2sim_set(name.bytes(), text.bytes());
     return problem == nullptr ? nullptr : env->NewStringUTF(problem);
 }
 

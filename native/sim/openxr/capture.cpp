@@ -14,6 +14,8 @@ constexpr uint8_t kBetweenRows = 0xee;
 
 uint32_t aligned(uint32_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
 
+uint32_t trailer() { return static_cast<uint32_t>(runtime().keys.number("picture.extra_bytes")); }
+
 uint32_t padding() { return static_cast<uint32_t>(runtime().keys.number("stride.extra_bytes")); }
 
 /** The pictures of one capture: the stream's own, then those among its metadata. */
@@ -31,22 +33,22 @@ uint32_t bytesFor(const PixelStream &stream, const std::vector<XrPixelSensorFram
     for (const auto type : types) {
         const bool isRaster = type != XR_PIXEL_SENSOR_JPEG_ML;
         const auto rows = static_cast<uint32_t>(stream.mode->size.height);
-        bytes += aligned(stream.pictures->mostBytes(type) + (isRaster ? rows * padding() : 0));
+        bytes += aligned(stream.pictures->mostBytes(type) + (isRaster ? rows * padding() : 0) + trailer());
     }
     return bytes;
 }
 
 /** Copies a plane to `to`; returns the bytes used. */
 uint32_t copyPlane(const Plane &plane, uint8_t *to, XrPixelSensorPlaneML &out) {
-    out = {XR_TYPE_PIXEL_SENSOR_PLANE_ML, nullptr, plane.width, plane.height, 0, 1, 1, plane.bytes, to};
+    out = {XR_TYPE_PIXEL_SENSOR_PLANE_ML, nullptr, plane.width, plane.height, 0, 1, 1, plane.bytes + trailer(), to};
     if (plane.bytesPerPixel == 0) {
         std::memcpy(to, plane.data, plane.bytes);
-        return plane.bytes;
+        return out.bufferSize;
     }
     const uint32_t row = plane.width * plane.bytesPerPixel;
     out.stride = row + padding();
     out.bytesPerPixel = out.pixelStride = plane.bytesPerPixel;
-    out.bufferSize = out.stride * plane.height;
+    out.bufferSize = out.stride * plane.height + trailer();
     for (uint32_t y = 0; y < plane.height; y++) {
         std::memcpy(to + size_t{y} * out.stride, plane.data + size_t{y} * row, row);
         std::memset(to + size_t{y} * out.stride + row, kBetweenRows, padding());
@@ -72,6 +74,16 @@ struct Delivery {
                 confidence = &stream.frames[i];
             if (types[i] == XR_PIXEL_SENSOR_DEPTH_FLAGS_ML)
                 flags = &stream.frames[i];
+        }
+    }
+
+    /** Moves what is in the buffer to memory of the stream's own, and leaves other bytes behind. */
+    void moveOutside(size_t count) {
+        for (size_t i = 0; i < count; i++) {
+            auto &plane = stream.planes[i];
+            stream.outside[i].assign(plane.buffer, plane.buffer + plane.bufferSize);
+            std::memset(plane.buffer, kBetweenRows, plane.bufferSize);
+            plane.buffer = stream.outside[i].data();
         }
     }
 
@@ -209,6 +221,8 @@ XrResult xrGetPixelSensorDataML(XrPixelSensorML sensor, const XrPixelSensorDataG
         const auto types = pictureTypes(stream, chainedTypes(self, stream, out));
         if (buffer.buffer == nullptr || buffer.bufferSize < bytesFor(stream, types))
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_SIZE_INSUFFICIENT, "the buffer is smaller than it must be");
+        if (self.isSubjectTo("fault.sensor.failing"))
+            return XR_ERROR_RUNTIME_FAILURE;
         const Fetching fetching(sensor, self);
         const auto index = await(lock, sensor, info.stream, info.lastCaptureTime, mlTimeNow() + info.timeout);
         if (!index)
@@ -218,7 +232,9 @@ XrResult xrGetPixelSensorDataML(XrPixelSensorML sensor, const XrPixelSensorDataG
         for (auto *next = static_cast<XrBaseOutStructure *>(out.next); next != nullptr; next = next->next)
             delivery.write(next);
         if (self.isSubjectTo("fault.sensor.outside"))
-            stream.planes[0].buffer += buffer.bufferSize;
+            delivery.moveOutside(types.size());
+        if (self.isSubjectTo("fault.sensor.odd"))
+            stream.planes[0].height /= 2;
         out.captureTime = stream.pictures->captureTimeOf(*index);
         out.frame = &stream.frames[0];
         ++runtime().book.frames_delivered;

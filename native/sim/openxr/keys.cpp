@@ -16,6 +16,8 @@ Keys::Keys() {
     text("fault.sensor.taken", "a sensor whose creation fails");
     text("fault.sensor.denied", "a sensor for which the app has no permission");
     text("fault.sensor.stalled", "a sensor that delivers no frames");
+    text("fault.sensor.failing", "a sensor whose calls for data fail");
+    text("fault.sensor.odd", "a sensor whose pictures have half the height that was configured");
     text("fault.sensor.outside", "a sensor whose pictures lie outside the buffer given to it");
     text("fault.future.fails", "the step whose future ends with a failure: configure, start or stop");
     count("fault.future.stuck", "0", "1: futures never become ready");
@@ -31,6 +33,7 @@ Keys::Keys() {
     count("future.delay_ms", "2", "how long an asynchronous call takes");
     count("stride.extra_bytes", "0", "padding of every row of an image");
     count("buffer.extra_bytes", "0", "what a frame's buffer holds beside its pixels");
+    count("picture.extra_bytes", "0", "padding after a picture, which its size includes");
     readEnvironment();
 }
 

@@ -21,6 +21,7 @@ struct PixelStream {
     // What the last data point at.
     XrPixelSensorPlaneML planes[3];
     XrPixelSensorFrameML frames[3];
+    std::vector<uint8_t> outside[3]; ///< The pictures, where they are not in the caller's buffer.
 };
 
 struct PixelSensor : Object {
