@@ -4,35 +4,28 @@
 
 #include "../sdk/error.h"
 #include "../sources/depth_image.h"
+#include "../sources/moment.h"
 #include "poses.h"
 
 static struct radial_factors radial;
 
-/** The only plane of a picture of the given type, wholly within memory. */
-static ml2s_result plane_of(const XrPixelSensorFrameML *picture, XrPixelSensorFrameTypeML type,
-                            const ml2s_memory *memory, const struct pixel_sensor *sensor,
-                            const XrPixelSensorPlaneML **plane, ml2s_error *error) {
-    if (!picture || !picture->planes || picture->planeCount != 1 || picture->frameType != type) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u planes of type %u, expected 1 of %u", sensor->mode.path,
-                         picture ? picture->planeCount : 0, picture ? picture->frameType : 0, type);
-    }
-    *plane = picture->planes;
-    uint64_t offset = (uint64_t)((uintptr_t)(*plane)->buffer - (uintptr_t)memory->data);
-    if (offset >= memory->size_bytes || (*plane)->bufferSize > memory->size_bytes - offset) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: a picture outside the buffer given to it",
-                         sensor->mode.path);
-    }
-    return ML2S_OK;
-}
+/** The pictures of one capture, by ml2s_plane_role. */
+struct pictures {
+    struct picture of[ML2S_PLANE_COUNT];
+    bool is_wanted[ML2S_PLANE_COUNT];
+};
 
-/** A picture of bytes_per_pixel, and where it lies in the frame. */
-static ml2s_result raster_of(const XrPixelSensorFrameML *from, XrPixelSensorFrameTypeML type, uint32_t bytes_per_pixel,
-                             const ml2s_memory *memory, const struct pixel_sensor *sensor, struct picture *picture,
-                             ml2s_plane *out, ml2s_error *error) {
-    const XrPixelSensorPlaneML *plane;
-    ml2s_result result = plane_of(from, type, memory, sensor, &plane, error);
-    if (result) {
-        return result;
+/** The only plane of a picture of the given type. A JPEG is as wide as it has bytes, and one row high. */
+static ml2s_result plane_of(const XrPixelSensorFrameML *from, XrPixelSensorFrameTypeML type,
+                            const struct pixel_sensor *sensor, struct picture *picture, ml2s_error *error) {
+    if (!from || !from->planes || from->planeCount != 1 || from->frameType != type) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u planes of type %u, expected 1 of %u", sensor->mode.path,
+                         from ? from->planeCount : 0, from ? from->frameType : 0, type);
+    }
+    const XrPixelSensorPlaneML *plane = from->planes;
+    if (type == XR_PIXEL_SENSOR_JPEG_ML) {
+        *picture = (struct picture){plane->buffer, plane->bufferSize, 1, plane->bufferSize, 1, plane->bufferSize};
+        return picture_check(picture, 1, sensor->mode.path, error);
     }
     *picture = (struct picture){plane->buffer, plane->width,         plane->height,
                                 plane->stride, plane->bytesPerPixel, plane->bufferSize};
@@ -40,90 +33,113 @@ static ml2s_result raster_of(const XrPixelSensorFrameML *from, XrPixelSensorFram
         return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %ux%u pixels, configured for %ux%u", sensor->mode.path,
                          plane->width, plane->height, sensor->mode.width, sensor->mode.height);
     }
-    *out = (ml2s_plane){.offset_bytes = (uint32_t)(plane->buffer - memory->data),
-                        .size_bytes = plane->bufferSize,
-                        .stride_bytes = plane->stride};
-    return picture_check(picture, bytes_per_pixel, sensor->mode.path, error);
+    return picture_check(picture, type == XR_PIXEL_SENSOR_GRAYSCALE_ML ? 1 : 4, sensor->mode.path, error);
 }
 
-static ml2s_result read_depth(const struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
-                              const struct pixel_metadata *metadata, const ml2s_memory *memory, ml2s_frame *frame,
-                              ml2s_error *error) {
-    struct picture distances, flags, confidence;
-    ml2s_plane flags_plane;
-    ml2s_result result = raster_of(data->frame, XR_PIXEL_SENSOR_DEPTH32_ML, 4, memory, sensor, &distances,
-                                   &frame->planes[ML2S_PLANE_IMAGE], error);
-    if (result || (result = raster_of(metadata->flags.frame, XR_PIXEL_SENSOR_DEPTH_FLAGS_ML, 4, memory, sensor, &flags,
-                                      &flags_plane, error))) {
+static ml2s_result find_depth(const struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
+                              const struct pixel_metadata *metadata, struct pictures *pictures, ml2s_error *error) {
+    ml2s_result result =
+        plane_of(data->frame, XR_PIXEL_SENSOR_DEPTH32_ML, sensor, &pictures->of[ML2S_PLANE_IMAGE], error);
+    if (result || (result = plane_of(metadata->flags.frame, XR_PIXEL_SENSOR_DEPTH_FLAGS_ML, sensor,
+                                     &pictures->of[ML2S_PLANE_FLAGS], error))) {
         return result;
     }
-    if (frame->width > DEPTH_MAX_WIDTH || frame->height > DEPTH_MAX_HEIGHT) {
+    if (sensor->mode.width > DEPTH_MAX_WIDTH || sensor->mode.height > DEPTH_MAX_HEIGHT) {
         return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %ux%u pixels, at most %dx%d", sensor->mode.path,
-                         frame->width, frame->height, DEPTH_MAX_WIDTH, DEPTH_MAX_HEIGHT);
+                         sensor->mode.width, sensor->mode.height, DEPTH_MAX_WIDTH, DEPTH_MAX_HEIGHT);
     }
-    depth_copy(frame, &distances, &flags, XR_PIXEL_SENSOR_DEPTH_INVALID_ML,
-               sensor->wants & ML2S_WANT_RADIAL ? NULL : radial_factors_of(&radial, frame));
-    if (sensor->wants & ML2S_WANT_FLAGS) {
-        frame->planes[ML2S_PLANE_FLAGS] = flags_plane;
-    }
+    pictures->is_wanted[ML2S_PLANE_FLAGS] = sensor->wants & ML2S_WANT_FLAGS;
+    pictures->is_wanted[ML2S_PLANE_CONFIDENCE] = sensor->wants & ML2S_WANT_CONFIDENCE;
     return sensor->wants & ML2S_WANT_CONFIDENCE
-               ? raster_of(metadata->confidence.frame, XR_PIXEL_SENSOR_DEPTH_CONFIDENCE_ML, 4, memory, sensor,
-                           &confidence, &frame->planes[ML2S_PLANE_CONFIDENCE], error)
+               ? plane_of(metadata->confidence.frame, XR_PIXEL_SENSOR_DEPTH_CONFIDENCE_ML, sensor,
+                          &pictures->of[ML2S_PLANE_CONFIDENCE], error)
                : ML2S_OK;
 }
 
-static ml2s_result read_picture(const struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
-                                const struct pixel_metadata *metadata, const ml2s_memory *memory, ml2s_frame *frame,
-                                ml2s_error *error) {
-    struct picture picture;
-    const XrPixelSensorPlaneML *jpeg;
-    ml2s_plane *plane = &frame->planes[ML2S_PLANE_IMAGE];
-    switch (sensor->mode.format) {
-    case XR_PIXEL_SENSOR_DEPTH32_ML:
-        return read_depth(sensor, data, metadata, memory, frame, error);
-    case XR_PIXEL_SENSOR_JPEG_ML: {
-        ml2s_result result = plane_of(data->frame, XR_PIXEL_SENSOR_JPEG_ML, memory, sensor, &jpeg, error);
-        if (!result) {
-            *plane =
-                (ml2s_plane){.offset_bytes = (uint32_t)(jpeg->buffer - memory->data), .size_bytes = jpeg->bufferSize};
-        }
-        return result;
-    }
-    case XR_PIXEL_SENSOR_DEPTH_RAW_ML:
-        return raster_of(data->frame, XR_PIXEL_SENSOR_DEPTH_RAW_ML, 4, memory, sensor, &picture, plane, error);
-    default:
-        return raster_of(data->frame, XR_PIXEL_SENSOR_GRAYSCALE_ML, 1, memory, sensor, &picture, plane, error);
-    }
+static ml2s_result find_pictures(const struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
+                                 const struct pixel_metadata *metadata, struct pictures *pictures, ml2s_error *error) {
+    *pictures = (struct pictures){.is_wanted = {[ML2S_PLANE_IMAGE] = true}};
+    return sensor->mode.format == XR_PIXEL_SENSOR_DEPTH32_ML
+               ? find_depth(sensor, data, metadata, pictures, error)
+               : plane_of(data->frame, sensor->mode.format, sensor, &pictures->of[ML2S_PLANE_IMAGE], error);
 }
 
-static ml2s_result read_pose(const struct pixel_sensor *sensor, ml2s_frame *frame, ml2s_error *error) {
-    XrPosef pose;
-    bool is_tracked;
-    ml2s_result result = poses_locate(sensor->space, frame->device_nanos, &pose, &is_tracked, error);
-    if (!result && is_tracked) {
-        memcpy(frame->rotation, &pose.orientation, sizeof frame->rotation);
-        memcpy(frame->position, &pose.position, sizeof frame->position);
-        frame->has |= ML2S_HAS_POSE;
+/** Makes plane the picture as it lies in memory, the padding of its last row included. Returns false if it does not. */
+static bool place(const struct picture *picture, const ml2s_memory *memory, ml2s_plane *plane) {
+    uint64_t offset = (uint64_t)((uintptr_t)picture->data - (uintptr_t)memory->data);
+    uint64_t size = (uint64_t)picture->stride_bytes * picture->height;
+    if (offset >= memory->size_bytes || size > memory->size_bytes - offset) {
+        return false;
+    }
+    *plane = (ml2s_plane){
+        .offset_bytes = (uint32_t)offset, .size_bytes = (uint32_t)size, .stride_bytes = picture->stride_bytes};
+    return true;
+}
+
+/** Describes the pictures where the runtime wrote them. Returns false if not all of them lie in the slot. */
+static bool use_slot(const struct pictures *pictures, uint32_t slot, const ml2s_memory *memory, ml2s_frame *frame) {
+    bool are_inside = slot != ML2S_NO_SLOT;
+    for (uint32_t role = 0; role < ML2S_PLANE_COUNT && are_inside; role++) {
+        are_inside = !pictures->is_wanted[role] || place(&pictures->of[role], memory, &frame->planes[role]);
+    }
+    if (are_inside) {
+        frame->slot = slot;
+        frame->data = memory->data;
+    } else {
+        memset(frame->planes, 0, sizeof frame->planes);
+    }
+    return are_inside;
+}
+
+static ml2s_result copy(const struct pictures *pictures, uint32_t least_bytes, ml2s_frame *frame, ml2s_error *error) {
+    for (uint32_t role = 0; role < ML2S_PLANE_COUNT; role++) {
+        if (pictures->is_wanted[role]) {
+            frame_add_plane(frame, role, &pictures->of[role]);
+        }
+    }
+    ml2s_result result = frame_take_slot(frame, least_bytes, error);
+    for (uint32_t role = 0; role < ML2S_PLANE_COUNT && !result; role++) {
+        if (pictures->is_wanted[role]) {
+            frame_copy(frame, role, &pictures->of[role]);
+        }
     }
     return result;
 }
 
-ml2s_result pixel_frame_read(const struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
-                             const struct pixel_metadata *metadata, const ml2s_memory *memory, ml2s_frame *frame,
-                             ml2s_error *error) {
+/** A frame whose pose cannot be told has none. */
+static void read_pose(const struct pixel_sensor *sensor, ml2s_frame *frame) {
+    XrPosef pose;
+    bool is_tracked;
+    if (!poses_locate(sensor->space, frame->device_nanos, &pose, &is_tracked, NULL) && is_tracked) {
+        memcpy(frame->rotation, &pose.orientation, sizeof frame->rotation);
+        memcpy(frame->position, &pose.position, sizeof frame->position);
+        frame->has |= is_pose(frame->rotation, frame->position) ? ML2S_HAS_POSE : 0;
+    }
+}
+
+ml2s_result pixel_frame_read(struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
+                             const struct pixel_metadata *metadata, uint32_t slot, const ml2s_memory *memory,
+                             ml2s_frame *frame, ml2s_error *error) {
     frame_begin(frame, sensor->stream, sensor->mode.width, sensor->mode.height);
-    frame->data = memory->data;
     frame->frame_number = sensor->frame_count;
     frame->device_nanos = data->captureTime;
     pixel_metadata_read(metadata, sensor->metadata, frame);
+    struct pictures pictures;
     ml2s_result result = poses_boottime_of(data->captureTime, &frame->capture_nanos, error);
-    if (result || (result = read_pose(sensor, frame, error))) {
+    if (result || (result = find_pictures(sensor, data, metadata, &pictures, error))) {
         return result;
     }
-    return read_picture(sensor, data, metadata, memory, frame, error);
-}
-
-void pixel_frame_lose(ml2s_frame *frame) {
-    frame->data = NULL;
-    memset(frame->planes, 0, sizeof frame->planes);
+    read_pose(sensor, frame);
+    if (!use_slot(&pictures, slot, memory, frame)) {
+        sensor->is_copied |= slot != ML2S_NO_SLOT;
+        result = copy(&pictures, sensor->buffer_bytes, frame, error);
+    }
+    if (sensor->mode.format == XR_PIXEL_SENSOR_JPEG_ML) {
+        frame->planes[ML2S_PLANE_IMAGE].stride_bytes = 0;
+    } else if (!result && sensor->mode.format == XR_PIXEL_SENSOR_DEPTH32_ML) {
+        depth_copy(frame, &pictures.of[ML2S_PLANE_IMAGE], &pictures.of[ML2S_PLANE_FLAGS],
+                   XR_PIXEL_SENSOR_DEPTH_INVALID_ML,
+                   sensor->wants & ML2S_WANT_RADIAL ? NULL : radial_factors_of(&radial, frame));
+    }
+    return result;
 }

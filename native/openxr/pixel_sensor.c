@@ -1,6 +1,8 @@
 #include "pixel_sensor.h"
 
 #include "../sdk/error.h"
+#include "../sdk/memory.h"
+#include "../sources/slots.h"
 #include "future.h"
 #include "pixel_frame.h"
 
@@ -152,11 +154,32 @@ ml2s_result pixel_sensor_stop(struct pixel_sensor *sensor, ml2s_error *error) {
         first = first ? first : result;
         sensor->sensor = XR_NULL_HANDLE;
     }
+    memory_unmap(&sensor->spare);
     return first;
 }
 
-static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, const ml2s_memory *memory,
-                         ml2s_frame *frame, ml2s_error *error) {
+/** Where the runtime may write: a slot, else spare memory. */
+static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s_memory *memory, ml2s_error *error) {
+    if (!sensor->is_copied && !slots_take(sensor->stream, sensor->buffer_bytes, slot, memory)) {
+        if (memory->size_bytes >= sensor->buffer_bytes) {
+            return ML2S_OK;
+        }
+        ml2s_release(sensor->stream, *slot);
+        sensor->is_copied = true;
+    }
+    *slot = ML2S_NO_SLOT;
+    if (!sensor->spare.data) {
+        sensor->spare = memory_map(sensor->buffer_bytes);
+    }
+    *memory = sensor->spare;
+    return memory->data ? ML2S_OK
+                        : error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: the system has no memory of %u bytes",
+                                    sensor->mode.path, sensor->buffer_bytes);
+}
+
+/** The frame is in slot, if its pictures lie there. */
+static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint32_t slot, const ml2s_memory *memory,
+                         struct batch *batch, ml2s_error *error) {
     struct pixel_metadata metadata;
     XrPixelSensorDataGetInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, NULL, sensor->mode.device_stream,
                                        sensor->last_capture, (XrDuration)timeout_nanos};
@@ -164,34 +187,35 @@ static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, co
     XrPixelSensorDataML data = {.type = XR_TYPE_PIXEL_SENSOR_DATA_ML};
     pixel_metadata_chain(&metadata, sensor->metadata, &data);
     ml2s_result result = XR_CALL(error, pixel, xrGetPixelSensorDataML, sensor->sensor, &info, &buffer, &data);
-    if (result) {
+    ml2s_frame *frame = result ? NULL : batch_begin(batch, sensor->stream, error);
+    if (!frame) {
         return result;
     }
     sensor->last_capture = data.captureTime;
     sensor->frame_count++;
-    return pixel_frame_read(sensor, &data, &metadata, memory, frame, error);
+    batch_end(batch, frame, pixel_frame_read(sensor, &data, &metadata, slot, memory, frame, error));
+    return ML2S_OK;
 }
 
-ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint8_t *spare, uint32_t spare_bytes,
-                             ml2s_frame *frame, ml2s_error *error) {
-    uint32_t slot = ML2S_NO_SLOT;
-    ml2s_memory memory = {spare, spare_bytes};
-    bool is_lost = ml2s_take(sensor->stream, &slot, &memory) != ML2S_OK;
-    ml2s_result result =
-        memory.size_bytes < sensor->buffer_bytes
-            ? error_set(error, ML2S_INVALID_ARGUMENT, 0, "stream %u: %s of %lld bytes, its frames take %u",
-                        sensor->stream, is_lost ? "spare memory" : "slots", (long long)memory.size_bytes,
-                        sensor->buffer_bytes)
-            : fetch(sensor, timeout_nanos, &memory, frame, error);
-    if (!is_lost && result) {
-        ml2s_release(sensor->stream, slot);
+static bool has(const struct batch *batch, uint32_t stream, uint32_t slot) {
+    bool has = false;
+    for (uint32_t i = 0; i < batch->count; i++) {
+        has |= batch->frames[i].stream == stream && batch->frames[i].slot == slot;
     }
+    return has;
+}
+
+ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct batch *batch,
+                             ml2s_error *error) {
+    uint32_t slot;
+    ml2s_memory memory;
+    ml2s_result result = find_memory(sensor, &slot, &memory, error);
     if (result) {
         return result;
     }
-    frame->slot = is_lost ? ML2S_NO_SLOT : slot;
-    if (is_lost) {
-        pixel_frame_lose(frame);
+    result = fetch(sensor, timeout_nanos, slot, &memory, batch, error);
+    if (slot != ML2S_NO_SLOT && !has(batch, sensor->stream, slot)) {
+        ml2s_release(sensor->stream, slot);
     }
-    return ML2S_OK;
+    return result;
 }

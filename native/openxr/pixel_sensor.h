@@ -1,6 +1,7 @@
 /** One running stream of a pixel sensor. Belongs to the thread that started it. */
 #pragma once
 
+#include "../sources/batch.h"
 #include "negotiation.h"
 
 struct pixel_sensor {
@@ -9,8 +10,10 @@ struct pixel_sensor {
     uint32_t wants; /**< ML2S_WANT_* */
     XrPixelSensorML sensor;
     XrSpace space;
-    uint32_t metadata; /**< Types that come with its frames: a mask of 1 << XrPixelSensorMetadataTypeML. */
-    uint32_t buffer_bytes;
+    uint32_t metadata;     /**< Types that come with its frames: a mask of 1 << XrPixelSensorMetadataTypeML. */
+    uint32_t buffer_bytes; /**< As the runtime wants it: pixels, and whatever it keeps beside them. */
+    ml2s_memory spare;     /**< Where the runtime writes when it cannot into a slot; mapped when first needed. */
+    bool is_copied;        /**< Slots are not written by the runtime: too small, or its pictures lie elsewhere. */
     XrTime last_capture;
     int64_t frame_count; /**< Their frame numbers, from 1: the runtime gives none. */
     bool is_running;
@@ -26,8 +29,8 @@ ml2s_result pixel_sensor_start(struct pixel_sensor *sensor, ml2s_error *error);
 ml2s_result pixel_sensor_stop(struct pixel_sensor *sensor, ml2s_error *error);
 
 /**
- * Waits for the first frame after the last one. The runtime writes into a slot of the stream, and that is the frame's;
- * without a free slot it writes into spare, of spare_bytes, and the frame is lost.
+ * Waits for the first frame after the last one, and adds it to batch. The runtime writes into a slot of the stream, and
+ * that is the frame's. Where it cannot, it writes into spare memory, from which the frame is copied.
  */
-ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint8_t *spare, uint32_t spare_bytes,
-                             ml2s_frame *frame, ml2s_error *error);
+ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct batch *batch,
+                             ml2s_error *error);

@@ -30,23 +30,13 @@ static const struct {
     [ML2S_STREAM_EYE_TEMPLE_RIGHT] = {"/pixelsensor/eye/temple/right", XR_PIXEL_SENSOR_GRAYSCALE_ML},
 };
 
-/** Where a frame goes that finds no slot, so that it is known to be lost. Untouched pages cost nothing. */
-static uint8_t spare_depth[4 << 20], spare_world[2 << 20], spare_eye[1 << 20], spare_color[40 << 20];
-
 /** What one handle runs. */
 static struct source {
-    uint8_t *spare;
-    uint32_t spare_bytes;
     struct pixel_sensor sensors[SOURCE_MAX_FRAMES];
     uint32_t count;
     bool is_open;
     ml2s_settings settings; /**< In force. */
-} sources[ML2S_SENSOR_HANDS + 1] = {
-    [ML2S_SENSOR_DEPTH] = {spare_depth, sizeof spare_depth, {{0}}, 0, false, {0}},
-    [ML2S_SENSOR_WORLD] = {spare_world, sizeof spare_world, {{0}}, 0, false, {0}},
-    [ML2S_SENSOR_EYE] = {spare_eye, sizeof spare_eye, {{0}}, 0, false, {0}},
-    [ML2S_SENSOR_COLOR] = {spare_color, sizeof spare_color, {{0}}, 0, false, {0}},
-};
+} sources[ML2S_SENSOR_HANDS + 1];
 
 static struct pixel_sensor describe(const ml2s_settings *settings, uint32_t stream) {
     bool is_second = settings->second_streams & ML2S_STREAM_BIT(stream);
@@ -137,30 +127,26 @@ static uint32_t most_due(const struct source *source) {
 }
 
 /** One round over the sensors, waiting for the one that is due. */
-static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, ml2s_frame *frames, uint32_t *count,
-                              ml2s_error *error) {
+static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, struct batch *batch, ml2s_error *error) {
     uint32_t due = most_due(source);
     for (uint32_t i = 0; i < source->count; i++) {
-        ml2s_result result = pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos,
-                                              source->spare, source->spare_bytes, &frames[*count], error);
-        if (result == ML2S_OK) {
-            ++*count;
-        } else if (result != ML2S_TIMEOUT) {
+        ml2s_result result =
+            pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, batch, error);
+        if (result && result != ML2S_TIMEOUT) {
             return result;
         }
     }
     return ML2S_OK;
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
-                        ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
     struct source *source = &sources[settings->sensor];
     int64_t until = ml2s_now() + (int64_t)(timeout_nanos < MAX_TIMEOUT_NANOS ? timeout_nanos : MAX_TIMEOUT_NANOS);
     ml2s_result result = xr_follow(error);
-    for (*count = 0; !result && !*count;) {
+    while (!result && !batch->count) {
         int64_t left = until - ml2s_now();
         uint64_t wait = left < 0 ? 0 : (uint64_t)left < WAIT_NANOS ? (uint64_t)left : WAIT_NANOS;
-        result = poll_round(source, wait, frames, count, error);
+        result = poll_round(source, wait, batch, error);
         if (left <= 0) {
             break;
         }

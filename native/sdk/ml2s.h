@@ -33,6 +33,8 @@ extern "C" {
 #define ML2S_ABI_VERSION 1u
 #define ML2S_MAX_SLOTS 8u
 #define ML2S_NO_SLOT UINT32_MAX
+/** A second of the tracking cameras: an odd frame passes, a device that differs from what is known here does not. */
+#define ML2S_MOST_ODD_CAPTURES 30u
 #define ML2S_STREAM_BIT(stream) (UINT64_C(1) << (stream))
 
 /** One opened sensor. 0 is never valid; a closed handle stays invalid for ever. */
@@ -143,13 +145,14 @@ typedef struct ml2s_plane {
 /** One capture. Valid while the slot is leased. */
 typedef struct ml2s_frame {
     uint32_t struct_size;
-    uint32_t stream;       /**< ml2s_stream */
-    uint32_t slot;         /**< ML2S_NO_SLOT when the frame was lost for want of one; then it has no planes. */
-    uint32_t has;          /**< ML2S_HAS_* */
-    int64_t frame_number;  /**< The device's own; gaps are frames that the device dropped. */
-    int64_t capture_nanos; /**< CLOCK_BOOTTIME */
-    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
-    uint8_t *data;         /**< The slot's memory. */
+    uint32_t stream;      /**< ml2s_stream */
+    uint32_t slot;        /**< ML2S_NO_SLOT when there is no picture: without width for want of a usable frame, else for
+                             want of a slot. */
+    uint32_t has;         /**< ML2S_HAS_* */
+    int64_t frame_number; /**< The device's own; gaps are frames that the device dropped. */
+    int64_t capture_nanos;               /**< CLOCK_BOOTTIME */
+    int64_t device_nanos;                /**< The same instant as MLTime or XrTime. */
+    uint8_t *data;                       /**< The slot's memory. */
     ml2s_plane planes[ML2S_PLANE_COUNT]; /**< By ml2s_plane_role. */
     uint32_t width;                      /**< Pixels per row. */
     uint32_t height;                     /**< Rows. */
@@ -163,7 +166,7 @@ typedef struct ml2s_frame {
     uint32_t analog_gain;                /**< The device's own unit. */
     uint32_t digital_gain;               /**< The device's own unit. */
     uint32_t illumination;               /**< 1 when the depth camera's light was on. */
-    uint32_t reserved;
+    uint32_t skipped;                    /**< Odd frames of the stream that were skipped: see ml2s_poll. */
 } ml2s_frame;
 
 enum {
@@ -213,6 +216,10 @@ ML2S_API ml2s_result ml2s_configure(ml2s_handle handle, const ml2s_settings *set
 /**
  * Waits until the sensor has captured, and delivers the frames of that moment, at most one per stream, each leased to
  * the caller (or lost: see ml2s_frame.slot). capacity should be that of all its streams; more are lost.
+ *
+ * A frame of the vendor's that is not as expected (a picture beyond its memory, an unknown camera, a second frame of
+ * one camera, another size, no time) is skipped, and counted in skipped of its stream's ml2s_frame. After
+ * ML2S_MOST_ODD_CAPTURES moments in a row without a usable frame the poll fails, and says what was wrong with the last.
  */
 ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t capacity,
                                uint32_t *count, ml2s_error *error);

@@ -126,14 +126,14 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
     if (!(wants & ML2S_WANT_RADIAL) && !(frame->has & ML2S_HAS_INTRINSICS)) {
         return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: no intrinsics to make z of distance");
     }
-    frame_add_plane(frame, ML2S_PLANE_IMAGE, 4);
+    frame_add_plane(frame, ML2S_PLANE_IMAGE, &distances);
     if (wants & ML2S_WANT_CONFIDENCE) {
-        frame_add_plane(frame, ML2S_PLANE_CONFIDENCE, 4);
+        frame_add_plane(frame, ML2S_PLANE_CONFIDENCE, &confidence);
     }
     if (wants & ML2S_WANT_FLAGS) {
-        frame_add_plane(frame, ML2S_PLANE_FLAGS, 4);
+        frame_add_plane(frame, ML2S_PLANE_FLAGS, &flags);
     }
-    if ((result = frame_take_slot(frame, error))) {
+    if ((result = frame_take_slot(frame, 0, error))) {
         return result;
     }
     depth_copy(frame, &distances, &flags, MLDepthCameraDepthFlags_Invalid,
@@ -147,40 +147,37 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
     return ML2S_OK;
 }
 
-/** Points out to the frame of the range that was asked for; after a change of range one of the other may still come,
- * and is left. */
-static ml2s_result choose(const ml2s_settings *settings, const MLDepthCameraData *data, const MLDepthCameraFrame **out,
-                          ml2s_error *error) {
-    ml2s_result result = batch_check(data->frames, data->frame_count, MLDepthCameraFrameType_Count, "depth", error);
-    if (result) {
-        return result;
+static ml2s_result copy_frame(const ml2s_settings *settings, const MLDepthCameraFrame *from, ml2s_frame *frame,
+                              ml2s_error *error) {
+    ml2s_result result =
+        batch_check_size(frame->stream, from->intrinsics.width, from->intrinsics.height, "depth", error);
+    return result               ? result
+           : is_infra(settings) ? copy_infra(from, frame, error)
+                                : copy_depth(from, settings->wants, frame, error);
+}
+
+/** After a change of range a frame of the other range may still come, and is left. */
+static void copy(const ml2s_settings *settings, const MLDepthCameraData *data, struct batch *batch, ml2s_error *error) {
+    if (array_check(data->frames, data->frame_count, MLDepthCameraFrameType_Count, "depth", error)) {
+        batch_skip_all(batch);
+        return;
     }
+    uint32_t stream = is_infra(settings) ? ML2S_STREAM_INFRA : ML2S_STREAM_DEPTH;
     for (uint32_t i = 0; i < data->frame_count; i++) {
-        const MLDepthCameraFrame *frame = &data->frames[i];
-        if (frame->frame_type >= MLDepthCameraFrameType_Count || (*out && frame->frame_type == type_of(settings))) {
-            return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: unexpected frame of type %u", frame->frame_type);
-        }
-        if (frame->frame_type == type_of(settings)) {
-            *out = frame;
+        const MLDepthCameraFrame *from = &data->frames[i];
+        if (from->frame_type >= MLDepthCameraFrameType_Count) {
+            error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: unexpected frame of type %u", from->frame_type);
+            batch_skip(batch);
+        } else if (from->frame_type == type_of(settings)) {
+            ml2s_frame *to = batch_begin(batch, stream, error);
+            if (to) {
+                batch_end(batch, to, copy_frame(settings, from, to, error));
+            }
         }
     }
-    return ML2S_OK;
 }
 
-static ml2s_result copy(const ml2s_settings *settings, const MLDepthCameraData *data, ml2s_frame *frames,
-                        uint32_t *count, ml2s_error *error) {
-    const MLDepthCameraFrame *frame = NULL;
-    ml2s_result result = choose(settings, data, &frame, error);
-    if (result || !frame) {
-        return result;
-    }
-    result = is_infra(settings) ? copy_infra(frame, frames, error) : copy_depth(frame, settings->wants, frames, error);
-    *count = result ? 0 : 1;
-    return result;
-}
-
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
-                        ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
     MLDepthCameraData data;
     MLDepthCameraDataInit(&data);
     ml2s_result result =
@@ -188,9 +185,8 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     if (result) {
         return result;
     }
-    result = copy(settings, &data, frames, count, error);
-    ml2s_result released = SDK_CALL(result ? NULL : error, depth, MLDepthCameraReleaseDepthData, camera, &data);
-    return result ? result : released;
+    copy(settings, &data, batch, error);
+    return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data);
 }
 
 const struct source_ops source_depth = {.require = require,

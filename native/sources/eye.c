@@ -63,7 +63,7 @@ static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
                               buffer->stride, buffer->bytes_per_pixel, buffer->size};
     ml2s_result result = picture_check(&picture, 1, "eye camera", error);
-    if (result) {
+    if (result || (result = batch_check_size(stream, buffer->width, buffer->height, "eye camera", error))) {
         return result;
     }
     if (buffer->pixel_stride != 1) {
@@ -87,33 +87,34 @@ static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_
 }
 
 /** Frames that were not asked for, as happens after a change of settings, are left. */
-static ml2s_result copy(const ml2s_settings *settings, const MLEyeCameraData *data, ml2s_frame *frames, uint32_t *count,
-                        ml2s_error *error) {
-    ml2s_result result = batch_check(data->frames, data->frame_count, CAMERAS, "eye camera", error);
-    uint64_t wanted = settings->streams;
-    for (uint32_t i = 0; i < data->frame_count && !result; i++) {
+static void copy(const MLEyeCameraData *data, struct batch *batch, ml2s_error *error) {
+    if (array_check(data->frames, data->frame_count, CAMERAS, "eye camera", error)) {
+        batch_skip_all(batch);
+        return;
+    }
+    for (uint32_t i = 0; i < data->frame_count; i++) {
         uint32_t stream = 0;
-        result = find_stream(data->frames[i].camera_id, &stream, error);
-        if (!result && wanted & ML2S_STREAM_BIT(stream)) {
-            wanted &= ~ML2S_STREAM_BIT(stream);
-            result = copy_frame(&data->frames[i], stream, &frames[*count], error);
-            *count += !result;
+        if (find_stream(data->frames[i].camera_id, &stream, error)) {
+            batch_skip(batch);
+        } else if (batch->streams & ML2S_STREAM_BIT(stream)) {
+            ml2s_frame *to = batch_begin(batch, stream, error);
+            if (to) {
+                batch_end(batch, to, copy_frame(&data->frames[i], stream, to, error));
+            }
         }
     }
-    return result;
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
-                        ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
+    (void)settings;
     MLEyeCameraData data;
     MLEyeCameraDataInit(&data);
     ml2s_result result = SDK_CALL(error, eye, MLEyeCameraGetLatestCameraData, cameras, millis_of(timeout_nanos), &data);
     if (result) {
         return result;
     }
-    result = copy(settings, &data, frames, count, error);
-    ml2s_result released = SDK_CALL(result ? NULL : error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
-    return result ? result : released;
+    copy(&data, batch, error);
+    return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
 }
 
 const struct source_ops source_eye = {.require = require,

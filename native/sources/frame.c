@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../sdk/error.h"
+#include "slots.h"
 
 enum { ALIGNMENT = 64 };
 
@@ -28,7 +29,7 @@ ml2s_result picture_check(const struct picture *picture, uint32_t bytes_per_pixe
     return ML2S_OK;
 }
 
-ml2s_result batch_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error) {
+ml2s_result array_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error) {
     if (count > most) {
         return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames at once, expected at most %u", name, count,
                          most);
@@ -40,8 +41,10 @@ ml2s_result batch_check(const void *frames, uint32_t count, uint32_t most, const
 }
 
 void frame_begin(ml2s_frame *frame, uint32_t stream, uint32_t width, uint32_t height) {
+    uint32_t skipped = frame->skipped;
     memset(frame, 0, sizeof *frame);
     frame->stream = stream;
+    frame->skipped = skipped;
     frame->slot = ML2S_NO_SLOT;
     frame->width = width;
     frame->height = height;
@@ -57,26 +60,28 @@ static uint32_t end_of(const ml2s_frame *frame) {
     return end;
 }
 
-void frame_add_plane(ml2s_frame *frame, ml2s_plane_role role, uint32_t bytes_per_pixel) {
-    uint32_t stride = frame->width * bytes_per_pixel;
+void frame_add_plane(ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture) {
+    uint32_t stride = picture->width * picture->bytes_per_pixel;
     frame->planes[role] = (ml2s_plane){
         .offset_bytes = (end_of(frame) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT,
-        .size_bytes = stride * frame->height,
+        .size_bytes = stride * picture->height,
         .stride_bytes = stride,
     };
 }
 
-ml2s_result frame_take_slot(ml2s_frame *frame, ml2s_error *error) {
+ml2s_result frame_take_slot(ml2s_frame *frame, uint32_t least_bytes, ml2s_error *error) {
     ml2s_memory memory;
-    if (ml2s_take(frame->stream, &frame->slot, &memory)) {
+    uint32_t end = end_of(frame);
+    if (slots_take(frame->stream, end < least_bytes ? least_bytes : end, &frame->slot, &memory)) {
         frame->slot = ML2S_NO_SLOT;
         memset(frame->planes, 0, sizeof frame->planes);
         return ML2S_OK;
     }
-    if (memory.size_bytes < end_of(frame)) {
+    if (memory.size_bytes < end) {
         ml2s_release(frame->stream, frame->slot);
+        frame->slot = ML2S_NO_SLOT;
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "stream %u: slots of %lld bytes, its frames have %u",
-                         frame->stream, (long long)memory.size_bytes, end_of(frame));
+                         frame->stream, (long long)memory.size_bytes, end);
     }
     frame->data = memory.data;
     return ML2S_OK;
@@ -99,8 +104,8 @@ void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct pict
 }
 
 ml2s_result frame_copy_alone(ml2s_frame *frame, const struct picture *picture, ml2s_error *error) {
-    frame_add_plane(frame, ML2S_PLANE_IMAGE, picture->bytes_per_pixel);
-    ml2s_result result = frame_take_slot(frame, error);
+    frame_add_plane(frame, ML2S_PLANE_IMAGE, picture);
+    ml2s_result result = frame_take_slot(frame, 0, error);
     if (!result) {
         frame_copy(frame, ML2S_PLANE_IMAGE, picture);
     }

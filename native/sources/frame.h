@@ -21,19 +21,19 @@ ml2s_result picture_check(const struct picture *picture, uint32_t bytes_per_pixe
 
 /** ML2S_VENDOR_FAILURE unless frames, an array of the vendor's, can have count elements, of which there are at most
  * most. */
-ml2s_result batch_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error);
+ml2s_result array_check(const void *frames, uint32_t count, uint32_t most, const char *name, ml2s_error *error);
 
-/** An empty frame of stream, without slot. */
+/** Empties frame, but for what was skipped before it: it is of stream, and has no slot. */
 void frame_begin(ml2s_frame *frame, uint32_t stream, uint32_t width, uint32_t height);
 
-/** Appends a plane of width x height pixels without padding, aligned to 64; in the order of the roles. */
-void frame_add_plane(ml2s_frame *frame, ml2s_plane_role role, uint32_t bytes_per_pixel);
+/** Appends a plane for the pixels of picture, without padding, aligned to 64; in the order of the roles. */
+void frame_add_plane(ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture);
 
 /**
- * Takes a slot for the planes. Without a free one the frame is lost: it has neither slot, data nor planes.
- * ML2S_INVALID_ARGUMENT when the slot provided is too small.
+ * Takes a slot for the planes, of at least least_bytes if the library chooses its size. Without a free one the frame is
+ * lost: it has neither slot, data nor planes. ML2S_INVALID_ARGUMENT when the slot provided is too small.
  */
-ml2s_result frame_take_slot(ml2s_frame *frame, ml2s_error *error);
+ml2s_result frame_take_slot(ml2s_frame *frame, uint32_t least_bytes, ml2s_error *error);
 
 /** Copies picture into the plane. Does nothing for a lost frame. */
 void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture);

@@ -40,6 +40,8 @@ static struct handle {
     bool is_paused;
     const struct source_ops *ops;
     ml2s_settings settings;
+    uint32_t odd_captures; /**< In a row. */
+    ml2s_error odd_error;  /**< Of the last of them. */
 } handles[1 << INDEX_BITS];
 
 static _Atomic uint64_t generation;
@@ -120,6 +122,9 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     handle->ops = ops;
     handle->settings = *settings;
     handle->is_paused = false;
+    handle->odd_captures = 0;
+    handle->odd_error = (ml2s_error){.struct_size = sizeof(ml2s_error)};
+    batch_forget_sizes(settings->streams);
     result = handle->ops->open(&handle->settings, error);
     if (result) {
         atomic_store(&handle->is_taken, false);
@@ -179,19 +184,27 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
         wait(timeout_nanos);
         return ML2S_TIMEOUT;
     }
+    if (handle->odd_captures == ML2S_MOST_ODD_CAPTURES) {
+        handle->odd_captures = 0;
+        return error_set(error, ML2S_VENDOR_FAILURE, handle->odd_error.vendor_code,
+                         "%u captures in a row without a usable frame, the last: %s", ML2S_MOST_ODD_CAPTURES,
+                         handle->odd_error.message);
+    }
     ml2s_frame captured[SOURCE_MAX_FRAMES];
-    uint32_t found = 0;
-    result = handle->ops->poll(&handle->settings, timeout_nanos, captured, &found, error);
+    struct batch batch = {.frames = captured, .streams = handle->settings.streams};
+    result = handle->ops->poll(&handle->settings, timeout_nanos, &batch, &handle->odd_error);
     if (result) {
-        frames_give_up(captured, found);
+        frames_give_up(captured, batch.count);
+        return result == ML2S_TIMEOUT
+                   ? result
+                   : error_set(error, result, handle->odd_error.vendor_code, "%s", handle->odd_error.message);
     }
-    if (result || !found) {
-        return result ? result : ML2S_TIMEOUT;
-    }
-    *count = found < capacity ? found : capacity;
+    bool any_usable = batch_finish(&batch);
+    handle->odd_captures = any_usable ? 0 : handle->odd_captures + (batch.count != 0);
+    *count = batch.count < capacity ? batch.count : capacity;
     copy_out(frames, captured, sizeof *captured, *count);
-    frames_give_up(captured + *count, found - *count);
-    return ML2S_OK;
+    frames_give_up(captured + *count, batch.count - *count);
+    return batch.count ? ML2S_OK : ML2S_TIMEOUT;
 }
 
 ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity, uint32_t *count, ml2s_error *error) {

@@ -68,7 +68,7 @@ static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, m
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
                               buffer->stride, buffer->bytes_per_pixel, buffer->size};
     ml2s_result result = picture_check(&picture, 1, "world camera", error);
-    if (result) {
+    if (result || (result = batch_check_size(stream, buffer->width, buffer->height, "world camera", error))) {
         return result;
     }
     frame_begin(frame, stream, buffer->width, buffer->height);
@@ -96,25 +96,26 @@ static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream
 }
 
 /** Frames that were not asked for, as happens after a change of settings or with mixed exposures, are left. */
-static ml2s_result copy(const ml2s_settings *settings, const MLWorldCameraData *data, ml2s_frame *frames,
-                        uint32_t *count, ml2s_error *error) {
-    ml2s_result result = batch_check(data->frames, data->frame_count, CAMERAS * MODES, "world camera", error);
-    uint64_t wanted = settings->streams;
-    for (uint32_t i = 0; i < data->frame_count && !result; i++) {
+static void copy(const ml2s_settings *settings, const MLWorldCameraData *data, struct batch *batch, ml2s_error *error) {
+    if (array_check(data->frames, data->frame_count, CAMERAS * MODES, "world camera", error)) {
+        batch_skip_all(batch);
+        return;
+    }
+    for (uint32_t i = 0; i < data->frame_count; i++) {
         const MLWorldCameraFrame *frame = &data->frames[i];
         uint32_t stream = 0;
-        result = find_stream(frame, &stream, error);
-        if (!result && wanted & ML2S_STREAM_BIT(stream) && frame->frame_type == mode_of(settings, stream)) {
-            wanted &= ~ML2S_STREAM_BIT(stream);
-            result = copy_frame(frame, stream, &frames[*count], error);
-            *count += !result;
+        if (find_stream(frame, &stream, error)) {
+            batch_skip(batch);
+        } else if (batch->streams & ML2S_STREAM_BIT(stream) && frame->frame_type == mode_of(settings, stream)) {
+            ml2s_frame *to = batch_begin(batch, stream, error);
+            if (to) {
+                batch_end(batch, to, copy_frame(frame, stream, to, error));
+            }
         }
     }
-    return result;
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, ml2s_frame *frames, uint32_t *count,
-                        ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
     MLWorldCameraData data;
     MLWorldCameraDataInit(&data);
     MLWorldCameraData *filled = &data; // The vendor fills what this points to, and refuses null.
@@ -123,9 +124,8 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, m
     if (result || !filled) {
         return result;
     }
-    result = copy(settings, filled, frames, count, error);
-    ml2s_result released = SDK_CALL(result ? NULL : error, world, MLWorldCameraReleaseCameraData, cameras, filled);
-    return result ? result : released;
+    copy(settings, filled, batch, error);
+    return SDK_CALL(error, world, MLWorldCameraReleaseCameraData, cameras, filled);
 }
 
 const struct source_ops source_world = {.require = require,

@@ -88,6 +88,34 @@ class Sensor {
 
 inline void release(const std::vector<ml2s_frame> &frames) {
     for (const auto &frame : frames) {
-        EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+        if (frame.slot != ML2S_NO_SLOT) {
+            EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+        }
     }
+}
+
+/** What is said of a stream whose only frame of a moment was odd. */
+inline void expectSkipped(const ml2s_frame &frame) {
+    EXPECT_EQ(frame.skipped, 1u);
+    EXPECT_EQ(frame.slot, ML2S_NO_SLOT);
+    EXPECT_EQ(frame.width, 0u);
+    EXPECT_EQ(frame.data, nullptr);
+}
+
+/** All frames of the sensor are odd: each is skipped and counted, until the poll fails and says text. */
+template <typename Capture> void expectOdd(Sensor &sensor, const std::string &text, Capture capture) {
+    for (uint32_t i = 0; i < ML2S_MOST_ODD_CAPTURES; i++) {
+        const auto frames = capture();
+        ASSERT_EQ(frames.size(), 1u) << sensor.error.message;
+        expectSkipped(frames[0]);
+    }
+    EXPECT_TRUE(capture().empty());
+    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+    const std::string message = sensor.error.message;
+    EXPECT_EQ(message.find("30 captures in a row without a usable frame, the last: "), 0u) << message;
+    EXPECT_NE(message.find(text), std::string::npos) << message;
+}
+
+inline void expectOdd(Sensor &sensor, const std::string &text) {
+    expectOdd(sensor, text, [&] { return sensor.poll(); });
 }

@@ -6,7 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include "../../sdk/ml2s.h"
+extern "C" {
+#include "../../sdk/memory.h"
+#include "../../sources/slots.h"
+}
 
 namespace {
 
@@ -288,4 +291,215 @@ TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
     writer.join();
     reader.join();
     EXPECT_EQ(provide(0, 0), ML2S_OK);
+}
+
+namespace {
+
+constexpr uint64_t kPicture = 1 << 20;
+
+/** Reserves the slots of the stream, whose memory is the library's. */
+class Reserved {
+  public:
+    Reserved() { EXPECT_EQ(slots_reserve(kStream), ML2S_OK); }
+    ~Reserved() {
+        if (isReserved_) {
+            end();
+        }
+        EXPECT_EQ(memory_mapped_bytes(), 0u) << "memory that nobody reads any more";
+    }
+    Reserved(const Reserved &) = delete;
+    Reserved &operator=(const Reserved &) = delete;
+
+    void end() {
+        isReserved_ = false;
+        EXPECT_EQ(slots_retire(kStream), ML2S_OK);
+    }
+
+  private:
+    bool isReserved_ = true;
+};
+
+/** A taken slot that is full of value. */
+ml2s_frame filled(uint64_t size_bytes, uint8_t value) {
+    auto frame = emptyFrame();
+    ml2s_memory memory = {};
+    frame.stream = kStream;
+    frame.capture_nanos = value;
+    EXPECT_EQ(slots_take(kStream, size_bytes, &frame.slot, &memory), ML2S_OK);
+    EXPECT_EQ(memory.size_bytes, size_bytes);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(memory.data) % 64, 0u);
+    std::memset(memory.data, value, size_bytes);
+    frame.data = memory.data;
+    return frame;
+}
+
+void expectFilled(const ml2s_frame &frame, uint64_t size_bytes) {
+    for (uint64_t i = 0; i < size_bytes; i += 4096) {
+        ASSERT_EQ(frame.data[i], frame.capture_nanos);
+    }
+}
+
+void giveBack(const ml2s_frame &frame) { EXPECT_EQ(ml2s_release(kStream, frame.slot), ML2S_OK); }
+
+} // namespace
+
+TEST(ReservedSlots, HaveMemoryOnlyOnceFramesNeedIt) {
+    const Reserved reserved;
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
+    giveBack(filled(kPicture, 1));
+    giveBack(filled(kPicture, 2));
+    EXPECT_EQ(memory_mapped_bytes(), kPicture) << "one slot was enough for both";
+    const auto first = filled(kPicture, 3), second = filled(kPicture, 4);
+    EXPECT_EQ(memory_mapped_bytes(), 2 * kPicture);
+    giveBack(first);
+    giveBack(second);
+}
+
+TEST(ReservedSlots, AreAsManyAsAStreamMayHave) {
+    const Reserved reserved;
+    std::vector<ml2s_frame> frames;
+    for (uint8_t i = 0; i < ML2S_MAX_SLOTS; i++) {
+        frames.push_back(filled(64, i));
+    }
+    uint32_t slot;
+    ml2s_memory memory;
+    EXPECT_EQ(slots_take(kStream, 64, &slot, &memory), ML2S_ALL_SLOTS_LEASED);
+    for (const auto &frame : frames) {
+        giveBack(frame);
+    }
+}
+
+TEST(ReservedSlots, AnEndedStreamsMemoryGoesWithItsLastLease) {
+    Reserved reserved;
+    const auto written = filled(kPicture, 7);
+    EXPECT_EQ(ml2s_publish(&written), ML2S_OK);
+    const auto read = acquire(0);
+    ASSERT_TRUE(read);
+    reserved.end();
+    EXPECT_FALSE(acquire(0)) << "no frame of an ended stream is the latest";
+    EXPECT_EQ(memory_mapped_bytes(), kPicture);
+    giveBack(written);
+    expectFilled(*read, kPicture);
+    EXPECT_EQ(memory_mapped_bytes(), kPicture);
+    giveBack(*read);
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
+    EXPECT_EQ(ml2s_release(kStream, read->slot), ML2S_INVALID_ARGUMENT);
+}
+
+TEST(ReservedSlots, TheLatestFrameOfAnEndedStreamIsKeptForNobody) {
+    Reserved reserved;
+    const auto written = filled(kPicture, 7);
+    EXPECT_EQ(ml2s_publish(&written), ML2S_OK);
+    giveBack(written);
+    EXPECT_EQ(memory_mapped_bytes(), kPicture);
+    reserved.end();
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
+}
+
+TEST(ReservedSlots, AFrameThatIsPublishedTooLateIsKeptForNobody) {
+    Reserved reserved;
+    const auto written = filled(kPicture, 7);
+    reserved.end();
+    EXPECT_EQ(ml2s_publish(&written), ML2S_OK);
+    giveBack(written);
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
+    EXPECT_FALSE(acquire(0));
+}
+
+TEST(ReservedSlots, AStreamThatBeginsAnewKeepsWhatIsStillRead) {
+    Reserved reserved;
+    const auto kept = filled(kPicture, 7);
+    reserved.end();
+    const Reserved again;
+    const auto fresh = filled(kPicture, 8);
+    EXPECT_NE(fresh.slot, kept.slot);
+    expectFilled(kept, kPicture);
+    giveBack(fresh);
+    giveBack(kept);
+    EXPECT_EQ(memory_mapped_bytes(), 2 * kPicture) << "both are the new stream's";
+}
+
+TEST(ReservedSlots, AnotherModeReplacesTheMemoryOfTheLastOne) {
+    const Reserved reserved;
+    const auto kept = filled(2 * kPicture, 1), other = filled(2 * kPicture, 2);
+    giveBack(other);
+    const auto small = filled(kPicture / 2, 3);
+    EXPECT_EQ(memory_mapped_bytes(), 2 * kPicture + kPicture / 2) << "the frame that is read, and the new one";
+    expectFilled(kept, 2 * kPicture);
+    giveBack(small);
+    giveBack(kept);
+    const auto next = filled(kPicture / 2, 4), last = filled(kPicture / 2, 5);
+    EXPECT_EQ(memory_mapped_bytes(), kPicture);
+    giveBack(next);
+    giveBack(last);
+}
+
+TEST(ReservedSlots, AreKeptUntilEveryReservationHasEnded) {
+    Reserved reserved;
+    {
+        EXPECT_EQ(slots_reserve(kStream), ML2S_OK);
+        giveBack(filled(kPicture, 1));
+        EXPECT_EQ(slots_retire(kStream), ML2S_OK);
+    }
+    EXPECT_EQ(memory_mapped_bytes(), kPicture);
+    reserved.end();
+    EXPECT_EQ(slots_retire(kStream), ML2S_INVALID_ARGUMENT);
+}
+
+TEST(ReservedSlots, AreNotBesideSlotsOfTheCaller) {
+    {
+        const Slots slots(2);
+        EXPECT_EQ(slots_reserve(kStream), ML2S_BUSY);
+    }
+    const Reserved reserved;
+    alignas(64) uint8_t bytes[64];
+    const ml2s_memory memory = {bytes, sizeof bytes};
+    EXPECT_EQ(ml2s_provide(kStream, &memory, 1), ML2S_BUSY);
+    EXPECT_FALSE(take());
+}
+
+/** A reader of the same process, such as C#, has no part in when streams end: its memory must stay all the same. */
+TEST(ReservedSlots, ReadersKeepTheirFramesWhileStreamsEndBeginAndChangeTheirMode) {
+    std::atomic<bool> isDone = false;
+    std::atomic<int> reads = 0;
+    const auto readAll = [&] {
+        while (!isDone) {
+            const auto frame = acquire(0);
+            if (!frame) {
+                std::this_thread::yield();
+                continue;
+            }
+            for (int look = 0; look < 3; look++) {
+                expectFilled(*frame, frame->planes[0].size_bytes);
+                std::this_thread::yield();
+            }
+            giveBack(*frame);
+            reads++;
+        }
+    };
+    std::thread first(readAll), second(readAll);
+    for (uint8_t value = 1; reads < 300; value = static_cast<uint8_t>(value % 100 + 1)) {
+        ASSERT_EQ(slots_reserve(kStream), ML2S_OK);
+        for (uint64_t size = kPicture / 8; size >= kPicture / 32; size /= 2) {
+            uint32_t slot;
+            ml2s_memory memory;
+            if (slots_take(kStream, size, &slot, &memory)) {
+                continue;
+            }
+            auto frame = emptyFrame();
+            frame.stream = kStream;
+            frame.slot = slot;
+            frame.capture_nanos = value;
+            frame.planes[0].size_bytes = static_cast<uint32_t>(size);
+            std::memset(memory.data, value, size);
+            EXPECT_EQ(ml2s_publish(&frame), ML2S_OK);
+            std::this_thread::yield();
+            giveBack(frame);
+        }
+        ASSERT_EQ(slots_retire(kStream), ML2S_OK);
+    }
+    isDone = true;
+    first.join();
+    second.join();
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
 }

@@ -40,12 +40,10 @@ class World : public testing::Test {
         return frame;
     }
 
-    void expectRefused(const std::string &text) {
-        Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
-        EXPECT_TRUE(sensor.poll().empty());
-        EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
-        EXPECT_NE(std::string(sensor.error.message).find(text), std::string::npos) << sensor.error.message;
-        EXPECT_EQ(script.countOf("MLWorldCameraReleaseCameraData"), 1);
+    void expectOddOf(uint64_t stream, const std::string &text) {
+        Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, stream));
+        expectOdd(sensor, text);
+        EXPECT_EQ(script.countOf("MLWorldCameraReleaseCameraData"), int{ML2S_MOST_ODD_CAPTURES});
     }
 
     std::vector<uint8_t> pixels;
@@ -137,32 +135,92 @@ TEST_F(World, FramesBeyondTheCallersRoomComeBack) {
     release({frame});
 }
 
-TEST_F(World, AnUnknownCameraIsRefusedAndNoSlotStaysLeased) {
+TEST_F(World, AnOddFrameIsSkippedAndCountedAndTheOthersGoOn) {
+    script.worldFrames[1].frame_buffer.data = nullptr;
+    Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
+    for (uint32_t i = 0; i < 2 * ML2S_MOST_ODD_CAPTURES; i++) {
+        const auto frames = sensor.poll();
+        ASSERT_EQ(frames.size(), 3u) << sensor.error.message;
+        EXPECT_EQ(frames[1].stream, uint32_t{ML2S_STREAM_WORLD_LEFT});
+        expectSkipped(frames[1]);
+        for (const auto &frame : {frames[0], frames[2]}) {
+            EXPECT_EQ(frame.skipped, 0u);
+            EXPECT_NE(frame.slot, ML2S_NO_SLOT);
+        }
+        release(frames);
+    }
+}
+
+TEST_F(World, AFrameThatNamesNoCameraIsCountedAgainstTheOneThatHasNone) {
     script.worldFrames[2].id = 8;
-    expectRefused("unknown camera 8 or frame type 2");
+    Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
+    const auto frames = sensor.poll();
+    ASSERT_EQ(frames.size(), 3u);
+    EXPECT_EQ(frames[2].stream, uint32_t{ML2S_STREAM_WORLD_RIGHT});
+    expectSkipped(frames[2]);
+    release(frames);
 }
 
-TEST_F(World, AnUnknownFrameTypeIsRefused) {
+TEST_F(World, OneUsableCaptureEndsARunOfOddOnes) {
+    Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
+    for (uint32_t i = 1; i < 3 * ML2S_MOST_ODD_CAPTURES; i++) {
+        script.worldFrames[1].frame_type = i % ML2S_MOST_ODD_CAPTURES ? 0 : MLWorldCameraFrameType_NormalExposure;
+        release(sensor.poll());
+        EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
+    }
+}
+
+TEST_F(World, AFrameOfAnotherSizeIsSkippedUnlessTheNextOneHasItToo) {
+    Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
+    const auto heightAfter = [&](uint32_t height) {
+        script.worldFrames[1].frame_buffer.height = height;
+        const auto frames = sensor.poll();
+        release(frames);
+        return frames.at(0).height;
+    };
+    EXPECT_EQ(heightAfter(kHeight), kHeight);
+    EXPECT_EQ(heightAfter(kHeight - 1), 0u);
+    EXPECT_EQ(heightAfter(kHeight), kHeight);
+    EXPECT_EQ(heightAfter(kHeight - 1), 0u);
+    EXPECT_EQ(heightAfter(kHeight - 1), kHeight - 1);
+}
+
+TEST_F(World, AnUnknownCameraIsOdd) {
+    script.worldFrames[2].id = 8;
+    expectOddOf(kRight, "unknown camera 8 or frame type 2");
+}
+
+TEST_F(World, AnUnknownFrameTypeIsOdd) {
     script.worldFrames[0].frame_type = 0;
-    expectRefused("unknown camera 4 or frame type 0");
+    expectOddOf(kCenter, "unknown camera 4 or frame type 0");
 }
 
-TEST_F(World, MoreFramesThanCamerasAndModesAreRefused) {
+TEST_F(World, MoreFramesThanCamerasAndModesAreOdd) {
     script.frameCount = 7;
-    expectRefused("7 frames at once, expected at most 6");
+    expectOddOf(kLeft, "7 frames at once, expected at most 6");
+}
+
+TEST_F(World, AFrameThatIsTooLargeForTheSlotsProvidedIsOdd) {
+    pixels.resize(80);
+    script.worldFrames[1].frame_buffer = {40, 2, 40, 1, 80, pixels.data()};
+    expectOddOf(kLeft, "slots of 64 bytes, its frames have 80");
 }
 
 TEST_F(World, TwoFramesOfOneCameraAreNotBothDelivered) {
     script.worldFrames[1] = script.worldFrames[0];
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
     const auto frames = sensor.poll();
-    EXPECT_EQ(frames.size(), 2u);
+    ASSERT_EQ(frames.size(), 2u);
+    EXPECT_EQ(frames[0].stream, uint32_t{ML2S_STREAM_WORLD_CENTER});
+    EXPECT_EQ(frames[0].skipped, 1u);
+    EXPECT_NE(frames[0].slot, ML2S_NO_SLOT);
+    EXPECT_EQ(frames[1].skipped, 0u);
     release(frames);
 }
 
-TEST_F(World, APictureBeyondItsMemoryIsRefusedAndNoSlotStaysLeased) {
+TEST_F(World, APictureBeyondItsMemoryIsOdd) {
     script.worldFrames[2].frame_buffer.height = UINT32_MAX;
-    expectRefused("do not fit 40 bytes");
+    expectOddOf(kRight, "do not fit 40 bytes");
 }
 
 TEST_F(World, AFailedReleaseIsToldAndTheSlotsComeBack) {
