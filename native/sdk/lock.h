@@ -6,10 +6,12 @@
 
 typedef atomic_flag lock_t;
 
+/** Lets another thread go on; some of these waits last 2 s, as long as a start of the perception system. */
+static inline void await_another_thread(void) { nanosleep(&(struct timespec){.tv_nsec = 100000}, NULL); }
+
 static inline void lock(lock_t *lock) {
     while (atomic_flag_test_and_set_explicit(lock, memory_order_acquire)) {
-        // A start of the perception system holds one for up to 2 s.
-        nanosleep(&(struct timespec){.tv_nsec = 100000}, NULL);
+        await_another_thread();
     }
 }
 

@@ -227,7 +227,7 @@ static bool revive(struct slot *slot) {
     uint32_t seen = atomic_load(&slot->state);
     do {
         while (seen & FREEING) {
-            sched_yield();
+            await_another_thread();
             seen = atomic_load(&slot->state);
         }
         if (seen && !(seen & OWN)) {
