@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from rosbags.rosbag2 import Reader
 
 import bag_scene
 from bag_readers import (
@@ -119,7 +120,7 @@ def test_without_ros_it_says_who_came_and_what_runs(folder: Path, config: Path) 
             device.start(refused={"world_left": "no permission"})
             device.leave()
         assert recording.end(signal.SIGTERM) == 0
-        assert recording.line().endswith(f"0 dropped into {folder}")
+        assert recording.line().endswith("0 dropped, 0 lost before the receiver")
     said = "\n".join(recording.errors)
     assert "world_left refused: 'no permission'" in said
     assert "streams: battery, tf" in said
@@ -166,6 +167,40 @@ def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
         process.kill()
         process.wait()
         os.close(terminal)
+
+
+def test_it_says_what_is_missing_and_how_long_the_recording_is(folder: Path, config: Path) -> None:
+    with Recording(folder, config, "--no-ros") as recording:
+        with MockDevice(recording.address, says_ping=True) as device:
+            device.start()
+            device.publish(IMAGE, bag_scene.image(0))
+            device.publish(IMAGE, bag_scene.image(3), skip=2)
+            device.publish("battery", bag_scene.battery(0))
+            device.leave()
+            recording.await_error("session ended")
+        assert recording.end() == 0
+        words, missing = recording.line(), recording.line()
+    with Reader(folder) as reader:
+        duration_s = (reader.end_time - reader.start_time) / 1e9
+    assert words.startswith(f"recorded into {folder}: {duration_s:.1f} s, ")
+    assert words.endswith(" 0 dropped, 2 lost before the receiver")
+    assert missing == f"  /magic_leap2/{IMAGE}: 0 dropped, 2 lost before the receiver"
+
+
+def test_it_records_the_topics_and_the_time_that_were_asked_for(folder: Path, config: Path) -> None:
+    chosen = ("--topic", "world_left/*", "--topic", "/tf", "--duration", "1")
+    with (
+        Recording(folder, config, "--no-ros", *chosen) as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        device.publish("battery", bag_scene.battery(0))
+        with streaming(device):
+            assert recording.wait() == 0
+    topics = BagReader(folder).types.keys()
+    camera = {f"/magic_leap2/world_left/{it}" for it in ("image_raw", "camera_info", "metadata")}
+    assert topics == {"/magic_leap2/config", "/magic_leap2/log", "/tf", *camera}
+    assert any(seen.topic.endswith(IMAGE) for seen in with_rosbags(folder))
 
 
 def limit_files(process: int, size: int) -> None:

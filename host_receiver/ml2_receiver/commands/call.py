@@ -12,11 +12,13 @@ _SERVICES = {
     "stop": "stop all streams; the headset stays connected",
     "save_config": "write the configuration in force to its file",
     "reload": "read that file again",
+    "start_recording": "record into the folder of parameter record.folder; see `record --attach`",
+    "stop_recording": "end that recording",
     "test_link": "try what the link to the headset carries; /diagnostics has it in a few seconds",
 }
 _EPILOG = f"""\
 services:
-{"".join(f"  {name:<12} {what}\n" for name, what in _SERVICES.items())}
+{"".join(f"  {name:<15} {what}\n" for name, what in _SERVICES.items())}
 It does what `ros2 service call /ml2_receiver/SERVICE std_srvs/srv/Trigger` does. Streams are
 enabled by `ml2-receiver set`.
 

@@ -2,35 +2,39 @@
 
 import argparse
 import sys
-import threading
-from collections.abc import Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from rich.live import Live
-
-from ..configuration.table import load_table
 from ..errors import RecordingError
 from ..recording.bag_folder import make_folder
-from ..recording.bag_writer import BagWriter
 from ..recording.mcap_file import COMPRESSIONS
-from ..recording.recorder import Progress, Recorder
+from ..recording.options import RecordingOptions
+from ..recording.recording import Recording, losses, summary
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
-from ..topics.sink import Sink
 from .config import Subparsers
 from .entrance import Entrance
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
+from .record_attached import record_attached
+from .recording_wait import Standing, wait
 from .stopping import stop_signal
 
-_REDRAW_S = 0.5
+_MOST = 1 << 31
 _EXAMPLES = """examples:
   ml2-receiver record walk                       publish in ROS 2, and record into walk/
   ml2-receiver record walk --no-ros              only record; needs no ROS 2
+  ml2-receiver record walk --attach              have the `run` record that is on already
+  ml2-receiver record walk --duration 60 --topic 'world_left/*' --topic /tf
   ml2-receiver record walk --compression zstd    smaller, for more CPU
+  ml2-receiver record walk --split-size 4000     another file every 4 GB
   ros2 bag play walk                             in ROS 2 afterwards
   ml2-receiver play walk                         to a receiver, as the headset did
+
+In the end it says how long the recording is from its first message to its last, and of each topic
+what is missing: "dropped" arrived here and was not written, "lost before the receiver" never
+arrived.
 
 If the recording is cut off by a kill, all but the last half second is there:
 `ros2 bag reindex walk -s mcap` brings its metadata.yaml up to date.
@@ -45,7 +49,38 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
     parser.add_argument("--no-ros", action="store_true", help="record without publishing")
+    parser.add_argument(
+        "--attach",
+        action="store_true",
+        help="have a receiver on this machine record that runs, and stop it in the end; of the"
+        " options below only --name, which finds it, is for this",
+    )
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier recording")
+    parser.add_argument(
+        "--duration", type=_above_0(float), metavar="S", help="end after so many seconds"
+    )
+    parser.add_argument(
+        "--topic",
+        action="append",
+        default=[],
+        metavar="TOPIC",
+        help="record this one, a name or a pattern such as 'world_left/*'; may be repeated; config"
+        " and log are recorded in any case; default: all",
+    )
+    parser.add_argument(
+        "--split-size",
+        type=_above_0(int),
+        default=0,
+        metavar="MB",
+        help="begin another file when one has so many MB",
+    )
+    parser.add_argument(
+        "--split-duration",
+        type=_above_0(int),
+        default=0,
+        metavar="S",
+        help="begin another file after so many seconds",
+    )
     parser.add_argument(
         "--compression", choices=COMPRESSIONS, default="none", help="of chunks; default: none"
     )
@@ -53,7 +88,28 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.set_defaults(run=_run)
 
 
+def _above_0[Number: (int, float)](kind: type[Number]) -> Callable[[str], Number]:
+    def parse(text: str) -> Number:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = kind(0)
+        if not 0 < value < _MOST:
+            raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
+        return value
+
+    return parse
+
+
 def _run(options: argparse.Namespace) -> int:
+    if options.attach:
+        if options.no_ros or options.overwrite:
+            raise RecordingError("--attach goes neither with --no-ros nor with --overwrite")
+        return record_attached(options)
+    return _record(options)
+
+
+def _record(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)
@@ -63,56 +119,43 @@ def _run(options: argparse.Namespace) -> int:
         if node is not None:
             config = node.config
             stack.callback(node.close)
-        recorder = _recorder(options, config.prefix, stopping)
-        stack.callback(recorder.close)
-        sinks: Sequence[Sink] = [PrintedEvents() if node is None else node, recorder]
-        sink = CalibratedSink(FanOut(sinks), config.calibrations)
+
+        def fail(reason: str) -> None:
+            print(f"ERROR: {_ended_early(options.out, reason)}", file=sys.stderr, flush=True)
+            if options.no_ros:  # nothing else is left to do
+                stopping.set()
+
+        make_folder(options.out, is_overwriting=options.overwrite)
+        sinks = FanOut([PrintedEvents() if node is None else node])
+        recording = Recording(options.out, _recording_options(options), config.prefix, sinks, fail)
+        stack.callback(recording.end)
+        sink = CalibratedSink(sinks, config.calibrations)
         with serving(entrance, config, sink, is_paused=options.start_paused) as server:
             if node is not None:
-                node.serve(server, file, sink.use)
+                node.serve(server, file, sink.use, sinks)
             print(f"listening on {server.address}", flush=True)
             print(f"recording into {options.out} until Ctrl-C", flush=True)
-            _wait(recorder, stopping)
-    print(f"recorded {_line(recorder.progress)} into {options.out}")
-    if recorder.failure is not None:
-        raise RecordingError(_ended_early(options.out, recorder.failure))
+
+            def standing() -> Standing:
+                now = recording.progress(server.report())
+                return Standing(now.duration_s, now.file_bytes, now.messages, summary(now))
+
+            wait(stopping, options.duration, standing)
+        recording.end()
+        progress = recording.progress(server.report())
+    print(f"recorded into {options.out}: {summary(progress)}")
+    for line in losses(progress):
+        print(f"  {line}")
+    if recording.failure is not None:
+        raise RecordingError(_ended_early(options.out, recording.failure))
     return 0
 
 
-def _recorder(options: argparse.Namespace, prefix: str, stopping: threading.Event) -> Recorder:
-    make_folder(options.out, is_overwriting=options.overwrite)
-
-    def fail(reason: str) -> None:
-        print(f"ERROR: {_ended_early(options.out, reason)}", file=sys.stderr, flush=True)
-        if options.no_ros:  # nothing else is left to do
-            stopping.set()
-
-    try:
-        writer = BagWriter(options.out, options.compression)
-    except OSError as error:
-        raise RecordingError(f"cannot record into {options.out}: {error.strerror}") from error
-    return Recorder(writer, load_table(), prefix, fail)
+def _recording_options(options: argparse.Namespace) -> RecordingOptions:
+    return RecordingOptions(
+        options.compression, tuple(options.topic), options.split_size, options.split_duration
+    )
 
 
 def _ended_early(out: Path, reason: str) -> str:
     return f"the recording has ended: {reason}; what was written is in {out}"
-
-
-def _wait(recorder: Recorder, stopping: threading.Event) -> None:
-    if not sys.stdout.isatty():
-        stopping.wait()
-        return
-    with Live(auto_refresh=False, transient=True) as live:
-        last = recorder.progress
-        while not stopping.wait(_REDRAW_S):
-            now = recorder.progress
-            rate = (now.file_bytes - last.file_bytes) / (now.elapsed_s - last.elapsed_s)
-            live.update(f"{_line(now)}, {rate / 1e6:.1f} MB/s", refresh=True)
-            last = now
-
-
-def _line(progress: Progress) -> str:
-    return (
-        f"{progress.elapsed_s:.1f} s, {progress.file_bytes / 1e6:.1f} MB,"
-        f" {progress.messages} messages, {progress.dropped} dropped"
-    )

@@ -4,6 +4,7 @@ import argparse
 from contextlib import ExitStack
 
 from ..topics.calibrated_sink import CalibratedSink
+from ..topics.fan_out import FanOut
 from .config import Subparsers
 from .entrance import Entrance
 from .receiving import add_options, config_file, load, make_node, serving
@@ -39,10 +40,11 @@ def _run(options: argparse.Namespace) -> int:
         entrance = stack.enter_context(Entrance(options))
         node = make_node(config, options)
         stack.callback(node.close)
-        sink = CalibratedSink(node, node.config.calibrations)
+        sinks = FanOut([node])
+        sink = CalibratedSink(sinks, node.config.calibrations)
         idle, is_paused = node.idle_streams, options.start_paused
         with serving(entrance, node.config, sink, is_paused=is_paused, idle=idle) as server:
-            node.serve(server, file, sink.use)
+            node.serve(server, file, sink.use, sinks)
             print(f"listening on {server.address}", flush=True)
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
             stopping.wait()

@@ -60,7 +60,7 @@ def _value(key: str, text: str) -> Scalar:
         f"{section.id}.{row.name}": row.type
         for section in load_table().sections.values()
         for row in section.keys.values()
-    }
+    } | {"record.split_size_mb": "integer", "record.split_duration_s": "integer"}
     try:
         match rows.get(key):
             case "bool":

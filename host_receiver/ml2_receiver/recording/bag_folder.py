@@ -8,8 +8,13 @@ from ..errors import RecordingError
 METADATA = "metadata.yaml"
 
 
-def make_folder(folder: Path, *, is_overwriting: bool) -> None:
+def make_folder(
+    folder: Path, *, is_overwriting: bool, remedy: str = "choose another, or add --overwrite"
+) -> None:
     """Makes an empty folder, if need be in place of an earlier recording.
+
+    Args:
+        remedy: what to do when it exists.
 
     Raises:
         RecordingError: it exists, or is something else than a recording.
@@ -17,7 +22,7 @@ def make_folder(folder: Path, *, is_overwriting: bool) -> None:
     try:
         if folder.exists() or folder.is_symlink():
             if not is_overwriting:
-                raise RecordingError(f"{folder} exists: choose another, or add --overwrite")
+                raise RecordingError(f"{folder} exists: {remedy}")
             _check_replaceable(folder)
             shutil.rmtree(folder)
         folder.mkdir(parents=True)

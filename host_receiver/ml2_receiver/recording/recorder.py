@@ -2,9 +2,11 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from queue import Empty, SimpleQueue
 
 from ..configuration.table import StreamTable, Topic
@@ -15,6 +17,7 @@ from ..topics.sink import Applied, Publish
 from ..topics.string_message import encode_string
 from .bag_topic import BagTopic
 from .bag_writer import BagWriter
+from .losses import Losses
 
 QUEUE_BYTES = 256 << 20  # one to two seconds of every stream at once
 _MESSAGE_BYTES = 256  # what Python needs for a queued message beside its payload
@@ -27,12 +30,20 @@ type _Job = tuple[BagTopic, int, bytes | None]  # without payload: a new topic
 
 @dataclass(frozen=True)
 class Progress:
-    """`file_bytes` are those that a kill would leave."""
+    """How a recording stands.
 
-    elapsed_s: float
+    Attributes:
+        duration_s: from its first message to its last.
+        file_bytes: what a kill would leave.
+        dropped: messages that arrived, but that the recording did not take, by topic.
+        lost: messages of its topics that never arrived at this receiver, by topic.
+    """
+
+    duration_s: float
     file_bytes: int
     messages: int
-    dropped: int
+    dropped: Mapping[str, int]
+    lost: Mapping[str, int]
 
 
 class Recorder:
@@ -47,6 +58,9 @@ class Recorder:
         writer: used by the thread alone from now on.
         prefix: of the relative topics.
         on_failure: called once, by the thread, when the disk fails, with what it said.
+        patterns: of the topics to record, as in a shell, absolute or relative to the prefix; none
+            is all. `config` and `log` are recorded in any case.
+        before: the session there is already.
     """
 
     def __init__(
@@ -56,13 +70,17 @@ class Recorder:
         prefix: str,
         on_failure: Callable[[str], None],
         queue_bytes: int = QUEUE_BYTES,
+        patterns: Sequence[str] = (),
+        before: Report | None = None,
     ) -> None:
         self.failure: str | None = None
         self._writer, self._table, self._prefix = writer, table, prefix
         self._on_failure, self._queue_bytes = on_failure, queue_bytes
-        self._began_s = time.monotonic()
+        self._patterns, self._losses = patterns, Losses(prefix, before)
         self._lock = threading.Lock()
-        self._queued_bytes = self._written = self._dropped = 0
+        self._queued_bytes = 0
+        self._dropped: Counter[str] = Counter()
+        self._written: Counter[str] = Counter()
         self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
         self._known: set[BagTopic] = set()
         self._live: frozenset[BagTopic] = frozenset()
@@ -76,16 +94,27 @@ class Recorder:
     @property
     def progress(self) -> Progress:
         """As of now; may be asked by any thread."""
-        elapsed_s = time.monotonic() - self._began_s
-        return Progress(elapsed_s, self._writer.flushed_bytes, self._written, self._dropped)
+        with self._lock:
+            dropped = dict(self._dropped)
+        lost = {name: n for name, n in self._losses.by_topic().items() if self._is_wanted(name)}
+        messages = sum(dict(self._written).values())
+        duration_s = self._writer.metadata.duration_ns / 1e9
+        return Progress(duration_s, self._writer.flushed_bytes, messages, dropped, lost)
 
     def close(self) -> None:
         """Writes what is queued, and the index; nothing may be called after but `progress`."""
         self._jobs.put(None)
         self._thread.join()
 
+    def hear(self, report: Report | None) -> None:
+        """Takes what the session there is says of losses."""
+        self._losses.update(report)
+
     def open(self, topic: Topic) -> Publish:
-        return self._open(self._bag_topic(topic.full_name(self._prefix), topic.type, topic.qos))
+        name = topic.full_name(self._prefix)
+        if not self._is_wanted(name):
+            return lambda _: None
+        return self._open(self._bag_topic(name, topic.type, topic.qos))
 
     def configured(self, applied: Applied) -> None:
         names = {topic.full_name(self._prefix) for topic in applied.topics}
@@ -97,7 +126,13 @@ class Recorder:
         self._say("log", text)
 
     def session_ended(self, report: Report) -> None:
-        """Counts are not part of a recording."""
+        self.hear(report)
+
+    def _is_wanted(self, name: str) -> bool:
+        relative = name.removeprefix(f"{self._prefix}/")
+        return not self._patterns or any(
+            fnmatchcase(it, pattern) for pattern in self._patterns for it in (name, relative)
+        )
 
     def _bag_topic(self, name: str, type: str, qos: str) -> BagTopic:
         return BagTopic(name, type, self._table.qos[qos])
@@ -122,7 +157,7 @@ class Recorder:
         size = len(payload) + _MESSAGE_BYTES
         with self._lock:
             if self.failure is not None or self._queued_bytes + size > self._queue_bytes:
-                self._dropped += 1
+                self._dropped[topic.name] += 1
                 raise PublishError(self.failure or "the disk is too slow for the recording")
             self._queued_bytes += size
         self._jobs.put((topic, time_ns, bytes(payload)))
@@ -160,7 +195,7 @@ class Recorder:
         if payload is None:
             self._writer.add_topic(topic)
             return
-        self._written += 1
+        self._written[topic.name] += 1
         self._writer.write(topic, time_ns, payload)
         with self._lock:
             self._queued_bytes -= len(payload) + _MESSAGE_BYTES
@@ -169,12 +204,12 @@ class Recorder:
         with self._lock:
             self.failure = reason
         self._writer.abandon()
+        kept = {it.name: n for it, n in self._writer.metadata.message_counts().items()}
         with suppress(Empty), self._lock:
+            self._dropped += self._written - Counter(kept)
+            self._written = Counter(kept)
             while True:
                 job = self._jobs.get_nowait()
-                self._dropped += job is not None and job[2] is not None
-        kept = self._writer.metadata.message_counts().total()
-        with self._lock:
-            self._dropped += self._written - kept
-        self._written = kept
+                if job is not None and job[2] is not None:
+                    self._dropped[job[0].name] += 1
         self._on_failure(reason)

@@ -21,11 +21,13 @@ from ..ros_context import start_ros
 from ..topics.config_topic import config_text
 from ..topics.control import Control
 from ..topics.diagnostics import Diagnostics, security_row
+from ..topics.fan_out import FanOut
 from ..topics.sink import Applied, Publish
 from .calibration_services import add_calibration_services
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray
+from .recording_services import RecordingServices
 from .services import add_services
 from .status_array import status_array
 
@@ -66,6 +68,7 @@ class RosNode:
         self._reporting = threading.Lock()
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._control: Control | None = None
+        self._recording: RecordingServices | None = None
         self._calibrate: Callable[[Mapping[str, Calibration]], None] = lambda _: None
         self._publishers = Publishers(
             self._node,
@@ -89,15 +92,19 @@ class RosNode:
         control: Control,
         file: ConfigFile,
         calibrate: Callable[[Mapping[str, Calibration]], None] = lambda _: None,
+        sinks: FanOut | None = None,
     ) -> None:
         """Answers services and parameters, and publishes the report once per second.
 
         Args:
             calibrate: takes the user's calibrations by stream, whenever settings or they change.
+            sinks: what can be recorded, this node among them.
         """
         self._control, self._calibrate = control, calibrate
         add_services(self._node, control, file)
         add_calibration_services(self._node, self._prefix, file)
+        if sinks is not None:
+            self._recording = RecordingServices(self._node, control, self._prefix, sinks)
         self._node.on_change(self._settings_changed)
         self._node.create_timer(_DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
         self._spinner.start()
@@ -107,6 +114,8 @@ class RosNode:
         self._closing.set_result(None)
         if self._spinner.is_alive():
             self._spinner.join()
+        if self._recording is not None:
+            self._recording.close()
         self._executor.shutdown()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
@@ -150,6 +159,8 @@ class RosNode:
     def _report(self, report: Report | None) -> None:
         with self._reporting:
             rows = self._diagnostics.rows(report, time.monotonic()) + self._node.failures.rows()
+        if self._recording is not None:
+            rows += self._recording.rows(report)
         if self._control is not None:
             rows.append(security_row(self._control.protection()))
         more = {

@@ -24,8 +24,8 @@ from ..configuration.table import CAMERA_KEYS, Key, Scalar, Section, load_table
 from ..errors import ConfigError
 from .failures import Answer, Failures
 
-# Declared by rclpy, by it or for publishers.
-_OF_ROS = re.compile(r"use_sim_time|start_type_description_service|qos_overrides\..*")
+# Declared by rclpy, by it or for publishers, or for recordings; no keys of the configuration.
+_OTHERS = re.compile(r"use_sim_time|start_type_description_service|(qos_overrides|record)\..*")
 _TYPES = {
     "bool": Parameter.Type.BOOL,
     "integer": Parameter.Type.INTEGER,
@@ -81,8 +81,8 @@ class ParameterNode(Node):
         A single value of a camera that is not legal with the others waits for them, and the
         result's reason says so; several are legal together, or refused.
         """
-        of_ros = [parameter for parameter in parameter_list if _OF_ROS.fullmatch(parameter.name)]
-        changes = {p.name: p.value for p in parameter_list if p not in of_ros}
+        others = [parameter for parameter in parameter_list if _OTHERS.fullmatch(parameter.name)]
+        changes = {p.name: p.value for p in parameter_list if p not in others}
         try:
             settings = self._settings.changed(changes, may_wait=len(parameter_list) == 1)
         except ConfigError as error:
@@ -91,7 +91,7 @@ class ParameterNode(Node):
         changed = [
             self._parameter(name, value) for name, value in after.items() if value != before[name]
         ]
-        result = super().set_parameters_atomically([*changed, *of_ros])
+        result = super().set_parameters_atomically([*changed, *others])
         if result.successful and changes:
             self._settings = settings
             result.reason = "; ".join(f"{p.located_in('')}: waiting" for p in settings.pending)
@@ -123,7 +123,7 @@ class ParameterNode(Node):
         }
         for name in given:
             self.undeclare_parameter(name)
-        return {name: value for name, value in given.items() if not _OF_ROS.fullmatch(name)}
+        return {name: value for name, value in given.items() if not _OTHERS.fullmatch(name)}
 
     def _parameter(self, name: str, value: Scalar) -> Parameter:
         type = self._types.get(name, Parameter.Type.STRING)

@@ -49,13 +49,13 @@ def add_services(node: ParameterNode, control: Control, file: ConfigFile) -> Non
         "save_config": save,
         "reload": reload,
     }.items():
-        node.create_service(Trigger, f"~/{name}", _trigger(act))
+        node.create_service(Trigger, f"~/{name}", trigger(act))
     for section in load_table().sections.values():
         if "enabled" in section.keys:
             node.create_service(SetBool, f"~/enable_{section.id}", _enable(node, section.id))
 
 
-def _trigger(act: Callable[[], Outcome]) -> Callable[[Any, Any], Any]:
+def trigger(act: Callable[[], Outcome]) -> Callable[[Any, Any], Any]:
     def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
             response.success, response.message = act()

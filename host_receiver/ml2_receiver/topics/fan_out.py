@@ -1,53 +1,113 @@
 """Several sinks as one."""
 
+import threading
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
-from ..configuration.table import Topic
+from ..configuration.table import Topic, load_table
 from ..errors import PublishError
 from ..link.report import Report
 from .sink import Applied, Publish, Sink
 
 
+@dataclass
+class _Route:
+    """Where the payloads of a topic go; `kept` has those that a sink gets that comes later."""
+
+    publishers: tuple[tuple[Sink, Publish], ...]
+    kept: deque[bytes] = field(default_factory=deque)
+
+
 class FanOut:
-    """A Sink that tells all others, in their order."""
+    """A Sink that tells all others, in their order; others may come and go. Thread-safe.
+
+    One that comes later gets the topics that are open, the last configuration, and of latched
+    topics the last payloads.
+    """
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
-        self._sinks = sinks
+        self._sinks = list(sinks)
+        self._lock = threading.RLock()
+        self._routes: dict[Topic, _Route] = {}
+        self._applied: Applied | None = None
+
+    def add(self, sink: Sink) -> None:
+        """Tells it everything from now on."""
+        with self._lock:
+            self._sinks.append(sink)
+            for topic, route in self._routes.items():
+                route.publishers += tuple(self._opened(topic, [sink]))
+            if self._applied is not None:
+                sink.configured(self._applied)
+            for route in self._routes.values():
+                for payload in route.kept:
+                    _publish(bytearray(payload), [it for it in route.publishers if it[0] is sink])
+
+    def remove(self, sink: Sink) -> None:
+        """Tells it nothing more; a payload may be on its way to it still."""
+        with self._lock:
+            self._sinks.remove(sink)
+            for route in self._routes.values():
+                route.publishers = tuple(it for it in route.publishers if it[0] is not sink)
 
     def open(self, topic: Topic) -> Publish:
         """As far as some sink can make the topic; events say why others cannot."""
-        publishers: list[Publish] = []
+        qos = load_table().qos[topic.qos]
+        with self._lock:
+            publishers = tuple(self._opened(topic, self._sinks))
+            route = self._routes.setdefault(topic, _Route((), deque(maxlen=qos.depth)))
+            route.publishers = publishers
+
+        def publish(payload: bytearray) -> None:
+            _publish(payload, route.publishers)
+
+        def publish_latched(payload: bytearray) -> None:
+            with self._lock:  # so that a sink that comes gets it once
+                route.kept.append(bytes(payload))
+                _publish(payload, route.publishers)
+
+        return publish_latched if qos.durability == "transient_local" else publish
+
+    def configured(self, applied: Applied) -> None:
+        with self._lock:
+            self._applied = applied
+            for topic in self._routes.keys() - set(applied.topics):
+                del self._routes[topic]
+            for sink in self._sinks:
+                sink.configured(applied)
+
+    def event(self, text: str) -> None:
+        with self._lock:
+            for sink in self._sinks:
+                sink.event(text)
+
+    def session_ended(self, report: Report) -> None:
+        with self._lock:
+            for sink in self._sinks:
+                sink.session_ended(report)
+
+    def _opened(self, topic: Topic, sinks: Sequence[Sink]) -> list[tuple[Sink, Publish]]:
+        publishers: list[tuple[Sink, Publish]] = []
         refusals: list[PublishError] = []
-        for sink in self._sinks:
+        for sink in sinks:
             try:
-                publishers.append(sink.open(topic))
+                publishers.append((sink, sink.open(topic)))
             except PublishError as error:
                 refusals.append(error)
-        if not publishers:
+        if len(refusals) == len(self._sinks):
             raise refusals[0]
         for refusal in refusals:
             self.event(str(refusal))
+        return publishers
 
-        def publish(payload: bytearray) -> None:
-            last: PublishError | None = None
-            for publish_one in publishers:
-                try:
-                    publish_one(payload)
-                except PublishError as error:
-                    last = error
-            if last is not None:
-                raise last
 
-        return publish
-
-    def configured(self, applied: Applied) -> None:
-        for sink in self._sinks:
-            sink.configured(applied)
-
-    def event(self, text: str) -> None:
-        for sink in self._sinks:
-            sink.event(text)
-
-    def session_ended(self, report: Report) -> None:
-        for sink in self._sinks:
-            sink.session_ended(report)
+def _publish(payload: bytearray, publishers: Sequence[tuple[Sink, Publish]]) -> None:
+    last: PublishError | None = None
+    for _, publish in publishers:
+        try:
+            publish(payload)
+        except PublishError as error:
+            last = error
+    if last is not None:
+        raise last

@@ -1,0 +1,71 @@
+"""ml2-receiver record --attach: has a receiver that runs record."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from ..errors import RecordingError
+from .live import PATIENCE_S, diagnostics_node
+from .recording_wait import Standing, wait
+from .stopping import stop_signal
+
+_ROW = "recording"
+
+
+def record_attached(options: argparse.Namespace) -> int:
+    """Until Ctrl-C, or as long as --duration says.
+
+    Raises:
+        RosError: there is no receiver, or it does not answer.
+        RecordingError: it does not record, with its reason.
+    """
+    stopping = stop_signal()
+    with diagnostics_node() as node:
+        from ..watch.receiver_client import ReceiverClient
+
+        node.rows(options.name, PATIENCE_S)
+        client = ReceiverClient(node.context, options.name, PATIENCE_S)
+        try:
+            _done(client.set(_parameters(options)))
+            print(f"{_done(client.call('start_recording'))} until Ctrl-C", flush=True)
+            folder = str(options.out.absolute())
+
+            def standing() -> Standing:
+                return _standing(node.rows(options.name, PATIENCE_S).get(_ROW, {}), folder)
+
+            wait(stopping, options.duration, standing)
+            print(_done(client.call("stop_recording")))
+        finally:
+            client.close()
+    return 0
+
+
+def _parameters(options: argparse.Namespace) -> dict[str, str | int]:
+    return {
+        "record.folder": str(options.out.absolute()),
+        "record.topics": " ".join(options.topic),
+        "record.compression": options.compression,
+        "record.split_size_mb": options.split_size,
+        "record.split_duration_s": options.split_duration,
+    }
+
+
+def _done(answer: tuple[bool, str]) -> str:
+    is_done, said = answer
+    if not is_done:
+        raise RecordingError(said)
+    return said
+
+
+def _standing(row: Mapping[str, str], folder: str) -> Standing:
+    """Of the row of /diagnostics, which may be of the recording before."""
+    if row.get("folder") != folder:
+        return Standing(0, 0, 0, "")
+    return Standing(
+        float(row["duration_s"]),
+        int(row["file_bytes"]),
+        int(row["messages"]),
+        row["message"],
+        is_over=row["state"] != "recording",
+    )

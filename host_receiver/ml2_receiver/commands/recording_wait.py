@@ -1,0 +1,49 @@
+"""How a command that records waits, and what it shows meanwhile."""
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+from rich.live import Live
+
+_REDRAW_S = 0.5
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A recording at the moment; `text` is for people."""
+
+    duration_s: float
+    file_bytes: int
+    messages: int
+    text: str
+    is_over: bool = False
+
+
+def wait(
+    stopping: threading.Event, duration_s: float | None, standing: Callable[[], Standing]
+) -> None:
+    """Until the recording is as long as `duration_s`, is over, or the user ends it.
+
+    On a terminal it shows how it stands.
+    """
+    end_s: float | None = None
+    last_s, last = time.monotonic(), standing()
+    with ExitStack() as stack:
+        live = Live(auto_refresh=False, transient=True) if sys.stdout.isatty() else None
+        if live is not None:
+            stack.enter_context(live)
+        while not last.is_over:
+            if end_s is None and duration_s is not None and last.messages:
+                end_s = last_s + duration_s - last.duration_s
+            left_s = _REDRAW_S if end_s is None else end_s - time.monotonic()
+            if left_s <= 0 or stopping.wait(min(_REDRAW_S, left_s)):
+                return
+            now_s, now = time.monotonic(), standing()
+            if live is not None:
+                rate = (now.file_bytes - last.file_bytes) / (now_s - last_s)
+                live.update(f"{now.text}, {rate / 1e6:.1f} MB/s", refresh=True)
+            last_s, last = now_s, now
