@@ -2,6 +2,8 @@
 
 import os
 import pty
+import re
+import signal
 import subprocess
 import sys
 import threading
@@ -313,6 +315,9 @@ def test_a_rate_is_above_zero(rate: str, capsys: pytest.CaptureFixture[str]) -> 
     assert f"expected a rate above 0, found {rate!r}" in capsys.readouterr().err
 
 
+COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
+
+
 @contextmanager
 def on_a_terminal(*arguments: str) -> Iterator[tuple[int, subprocess.Popen[bytes]]]:
     """A command with a terminal of its own, and the other end of that."""
@@ -348,6 +353,32 @@ def test_the_space_bar_ends_a_pause(bag: Path) -> None:
                 while os.read(terminal, 1024):
                     pass
             assert process.wait(PATIENCE_S) == 0
+
+
+def test_the_arrows_go_forward_and_back(tmp_path: Path) -> None:
+    messages = [("/p/battery", 10 * n, bag_scene.battery(10 * n)) for n in range(4)]
+    walk = bag_scene.written(tmp_path / "walk", messages)
+    sink = FakeSink()
+    with receiving(sink, {"battery": {}}) as server:
+        options = ("--receiver", server.address, "--insecure", "--start-paused")
+        with on_a_terminal("play", str(walk), *options) as (terminal, process):
+            for pressed, shown in ((b"", "0.0"), (b"\x1b[C", "5.0"), (b"\x1b[D", "0.0")):
+                os.write(terminal, pressed)
+                await_shown(terminal, f"to {shown} s, paused")
+            os.write(terminal, b"\x1b[C")
+            await_shown(terminal, "to 5.0 s, paused")
+            os.write(terminal, b" ")
+            sink.await_payloads("battery", 1)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(PATIENCE_S) == 0
+    assert sink.payloads["battery"] == [bag_scene.battery(10)]
+
+
+def await_shown(terminal: int, text: str) -> None:
+    """Until a line that is drawn from now on has this."""
+    shown = b""
+    while text.encode() not in COLOURS.sub(b"", shown):
+        shown += os.read(terminal, 1024)
 
 
 def test_a_pause_that_nothing_can_end_is_refused(
