@@ -39,6 +39,7 @@ jintArray layout_frame(JNIEnv *env, jclass class) {
         FRAME(analog_gain),
         FRAME(digital_gain),
         FRAME(illumination),
+        FRAME(skipped),
     };
     return array_of(env, values, sizeof values / sizeof *values);
 }

@@ -3,6 +3,8 @@
 #include <jni.h>
 #include <stddef.h>
 
+#include "../sdk/memory.h"
+#include "../sources/slots.h"
 #include "failure.h"
 #include "layout.h"
 
@@ -112,27 +114,51 @@ static void close(JNIEnv *env, jclass class, jlong handle) {
     }
 }
 
-static jlong address_of(JNIEnv *env, jclass class, jobject buffer) {
+static void reserve(JNIEnv *env, jclass class, jint stream) {
     (void)class;
-    return (jlong)(intptr_t)(*env)->GetDirectBufferAddress(env, buffer);
+    failure_throw(env, slots_reserve((uint32_t)stream), NULL);
 }
 
-static void provide(JNIEnv *env, jclass class, jint stream, jobject memory, jint slot_bytes, jint count) {
+static void retire(JNIEnv *env, jclass class, jint stream) {
     (void)class;
-    ml2s_memory slots[ML2S_MAX_SLOTS];
-    uint8_t *start = (*env)->GetDirectBufferAddress(env, memory);
-    for (jint i = 0; i < count && i < (jint)ML2S_MAX_SLOTS; i++) {
-        slots[i] = (ml2s_memory){start + (size_t)i * (size_t)slot_bytes, (uint64_t)slot_bytes};
-    }
-    failure_throw(env, ml2s_provide((uint32_t)stream, slots, (uint32_t)count), NULL);
+    failure_throw(env, slots_retire((uint32_t)stream), NULL);
 }
 
-static jint take(JNIEnv *env, jclass class, jint stream) {
+static jint take(JNIEnv *env, jclass class, jint stream, jint size_bytes) {
     (void)class;
     uint32_t slot;
     ml2s_memory memory;
-    ml2s_result result = ml2s_take((uint32_t)stream, &slot, &memory);
+    ml2s_result result = slots_take((uint32_t)stream, (uint64_t)size_bytes, &slot, &memory);
     return result == ML2S_ALL_SLOTS_LEASED || failure_throw(env, result, NULL) ? -1 : (jint)slot;
+}
+
+static jobject bytes(JNIEnv *env, jclass class, jint stream, jint slot, jint offset, jint size_bytes) {
+    (void)class;
+    ml2s_memory memory = slots_memory((uint32_t)stream, (uint32_t)slot);
+    bool is_inside = offset >= 0 && size_bytes > 0 && (uint64_t)offset + (uint64_t)size_bytes <= memory.size_bytes;
+    if (!is_inside) {
+        failure_throw(env, ML2S_INVALID_ARGUMENT, NULL);
+        return NULL;
+    }
+    return (*env)->NewDirectByteBuffer(env, memory.data + offset, size_bytes);
+}
+
+static jobject map(JNIEnv *env, jclass class, jint size_bytes) {
+    (void)class;
+    ml2s_memory memory = size_bytes > 0 ? memory_map((uint64_t)size_bytes) : (ml2s_memory){NULL, 0};
+    return memory.data ? (*env)->NewDirectByteBuffer(env, memory.data, size_bytes) : NULL;
+}
+
+static void unmap(JNIEnv *env, jclass class, jobject buffer) {
+    (void)class;
+    ml2s_memory memory = {(*env)->GetDirectBufferAddress(env, buffer),
+                          (uint64_t)(*env)->GetDirectBufferCapacity(env, buffer)};
+    memory_unmap(&memory);
+}
+
+static jlong mapped_bytes(JNIEnv *env, jclass class) {
+    (void)env, (void)class;
+    return (jlong)memory_mapped_bytes();
 }
 
 static void publish(JNIEnv *env, jclass class, jobject frames, jint index) {
@@ -195,9 +221,13 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("pollPoses", "(JLjava/nio/ByteBuffer;)I", poll_poses),
         METHOD("colorPose", "(JJLjava/nio/ByteBuffer;)Z", color_pose),
         METHOD("close", "(J)V", close),
-        METHOD("addressOf", "(Ljava/nio/ByteBuffer;)J", address_of),
-        METHOD("provide", "(ILjava/nio/ByteBuffer;II)V", provide),
-        METHOD("take", "(I)I", take),
+        METHOD("reserve", "(I)V", reserve),
+        METHOD("retire", "(I)V", retire),
+        METHOD("take", "(II)I", take),
+        METHOD("bytes", "(IIII)Ljava/nio/ByteBuffer;", bytes),
+        METHOD("map", "(I)Ljava/nio/ByteBuffer;", map),
+        METHOD("unmap", "(Ljava/nio/ByteBuffer;)V", unmap),
+        METHOD("mappedBytes", "()J", mapped_bytes),
         METHOD("publish", "(Ljava/nio/ByteBuffer;I)V", publish),
         METHOD("unpublish", "(I)V", unpublish),
         METHOD("release", "(II)V", release),

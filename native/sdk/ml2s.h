@@ -5,8 +5,9 @@
  * bytes and pixels. Poses have the device's own axes: x right, y up, z backward (RUB), for the world as for the thing;
  * rotations are x, y, z, w.
  *
- * **Memory.** The library allocates nothing. Frames are copied once, from the vendor's memory into a *slot*: memory
- * that the caller provides per stream with ml2s_provide and keeps until it takes it back. A slot is written by one
+ * **Memory.** Frames are copied once, from the vendor's memory into a *slot*: memory that the caller provides per
+ * stream with ml2s_provide and keeps until it takes it back. Without that, the Kotlin library lets slots have memory of
+ * the library's own while a stream runs; a leased frame keeps its memory when its stream ends. A slot is written by one
  * writer (ml2s_poll, or a caller between ml2s_take and ml2s_publish) and then leased to readers, each of which gives
  * it back with one ml2s_release. When every slot of a stream is leased, its next frame is lost and said to be lost:
  * a slow reader never stalls a camera.

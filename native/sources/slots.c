@@ -146,6 +146,10 @@ ml2s_result slots_take(uint32_t stream, uint64_t size_bytes, uint32_t *slot, ml2
     return ML2S_ALL_SLOTS_LEASED;
 }
 
+ml2s_memory slots_memory(uint32_t stream, uint32_t slot) {
+    return is_slot(stream, slot) ? pools[stream].slots[slot].memory : (ml2s_memory){0, 0};
+}
+
 ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *memory) {
     if (stream >= ML2S_STREAM_COUNT || !slot || !memory) {
         return ML2S_INVALID_ARGUMENT;

@@ -12,6 +12,9 @@ ml2s_result slots_reserve(uint32_t stream);
 /** Ends one slots_reserve. After the last one no frame is the latest, and each slot goes with its last lease. */
 ml2s_result slots_retire(uint32_t stream);
 
+/** The memory of a slot that the caller has a lease of; else it may be any slot's or none. */
+ml2s_memory slots_memory(uint32_t stream, uint32_t slot);
+
 /**
  * As ml2s_take, for a frame of size_bytes: a slot of slots_reserve has that much memory, rounded up to 64, and no more;
  * one of ml2s_provide has what was provided.

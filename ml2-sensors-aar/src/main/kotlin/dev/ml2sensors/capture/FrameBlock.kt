@@ -5,9 +5,13 @@ import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamTable
 import java.nio.ByteBuffer
 
 /** The ml2s_frames of one poll, written by C into [memory] and read here by the offsets that C tells. */
@@ -16,6 +20,25 @@ internal class FrameBlock(capacity: Int) {
 
     /** A view that is valid until the next poll. */
     operator fun get(index: Int): NativeFrame = NativeFrame(memory, index * FrameLayout.sizeBytes)
+
+    /** Lends [take] the sample of each of [count] polled frames. Whatever fails, every lease ends. */
+    fun deliver(count: Int, take: (index: Int, frame: NativeFrame, sample: Sample) -> Unit) {
+        var next = 0
+        try {
+            while (next < count) {
+                val index = next
+                val sample = this[index].toSample()
+                next++ // The lease is the sample's now
+                try {
+                    take(index, this[index], sample)
+                } finally {
+                    (sample as? ImageSample)?.release()
+                }
+            }
+        } finally {
+            while (next < count) this[next++].release()
+        }
+    }
 }
 
 /** Where the fields of an ml2s_frame are, in bytes. */
@@ -44,6 +67,7 @@ private object FrameLayout {
     val analogGain = offsets.next()
     val digitalGain = offsets.next()
     val illumination = offsets.next()
+    val skipped = offsets.next()
 
     init {
         offsets.end()
@@ -58,6 +82,12 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
     val captureNanos: Long get() = long(FrameLayout.captureNanos)
     val width: Int get() = int(FrameLayout.width)
     val height: Int get() = int(FrameLayout.height)
+
+    /** How many odd frames of the stream were skipped, beside this one or for want of a usable one. */
+    val skipped: Int get() = int(FrameLayout.skipped)
+
+    /** Whether the device gave a usable frame, in a slot or lost for want of one. */
+    val isUsable: Boolean get() = width > 0
 
     val pose: MlPose?
         get() = if (has(HAS_POSE)) memory.mlPose(base + FrameLayout.position, base + FrameLayout.rotation) else null
@@ -77,6 +107,33 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
             if (has(HAS_DIGITAL_GAIN)) int(FrameLayout.digitalGain).toDouble() else null,
             if (has(HAS_ILLUMINATION)) ILLUMINATION[int(FrameLayout.illumination)] else null,
         )
+
+    /** Ends its lease, if it has one. */
+    fun release() {
+        if (slot != NO_SLOT) SlotPool.release(StreamTable.all[stream], slot)
+    }
+
+    /** In the slot's memory, which the sample gives back; or lost. */
+    fun toSample(): Sample {
+        if (!isUsable) return LostSamples(captureNanos, skipped, DropReason.UNUSABLE)
+        if (slot == NO_SLOT) return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
+        val slot = slot
+        val stream = StreamTable.all[stream]
+        return ImageSample(
+            captureNanos,
+            frameNumber,
+            width,
+            height,
+            strideBytes(IMAGE),
+            pose?.toOptical(),
+            intrinsics,
+            settings,
+            PLANE_ROLES.mapIndexedNotNull { plane, role ->
+                rangeOf(plane)?.let { ImageSample.Plane(role, SlotPool.bytes(stream, slot, it)) }
+            },
+            giveBack = { SlotPool.release(stream, slot) },
+        )
+    }
 
     /** Makes it one of [sizeBytes] from the start of [slot]. */
     fun place(stream: Int, slot: Int, sizeBytes: Int) {
@@ -146,6 +203,9 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         const val LENS_FISHEYE_TANGENTIAL = 1
 
         private val ILLUMINATION = listOf("off", "on")
+
+        /** The stream table's name of each ml2s_plane_role. */
+        private val PLANE_ROLES = listOf(ImageSample.IMAGE, "confidence", "flags")
     }
 }
 

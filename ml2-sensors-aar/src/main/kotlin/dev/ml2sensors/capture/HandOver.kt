@@ -22,7 +22,7 @@ internal class HandOver(capacity: Int) {
         if (waiting.trySend(sample).isFailure) (sample as? ImageSample)?.release()
     }
 
-    /** Counts samples that will not come; reported before the next one that does. Any thread. */
+    /** Counts samples that will not come; reported before the next one that does, or at the end. Any thread. */
     fun lose(count: Int, reason: DropReason) {
         lost.addAndGet(reason.ordinal, count)
     }
@@ -35,9 +35,18 @@ internal class HandOver(capacity: Int) {
     /** Until closed; images are lent until [collector] returns. */
     suspend fun deliverTo(collector: FlowCollector<Sample>) {
         try {
-            for (sample in waiting) {
+            var captureNanos = 0L
+            while (true) {
+                val next = waiting.receiveCatching()
+                val sample = next.getOrNull()
+                if (sample == null) {
+                    reportLosses(captureNanos, collector)
+                    next.exceptionOrNull()?.let { throw it }
+                    return
+                }
+                captureNanos = sample.captureNanos
                 try {
-                    reportLosses(sample.captureNanos, collector)
+                    reportLosses(captureNanos, collector)
                     collector.emit(sample)
                 } finally {
                     (sample as? ImageSample)?.release()

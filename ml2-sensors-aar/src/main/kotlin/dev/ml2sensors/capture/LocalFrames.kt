@@ -14,6 +14,9 @@ import java.nio.ByteBuffer
 internal object LocalFrames {
     private class View {
         var isOn = false
+
+        /** For frames that are copied. */
+        var slots: SlotPool? = null
         val frames by lazy { FrameBlock(1) }
         val readings by lazy { LatestReadings() }
     }
@@ -29,7 +32,11 @@ internal object LocalFrames {
         val view = views.getValue(stream)
         synchronized(view) {
             view.isOn = isOn
-            if (!isOn) Native.unpublish(stream.number)
+            if (!isOn) {
+                view.slots?.close()
+                view.slots = null
+                Native.unpublish(stream.number)
+            }
         }
     }
 
@@ -39,33 +46,38 @@ internal object LocalFrames {
 
     /** Copies [sample], of a sensor that is not the library's; unless all slots are leased. */
     internal fun copy(stream: StreamSpec, sample: ImageSample): Unit = ifViewed(stream) { view ->
-        copy(stream, view.frames, sample.pixels) { fill(sample) }
+        copy(stream, view, sample.pixels) { fill(sample) }
     }
 
     /** Adds [sample] to the latest readings of a vector sensor, which are one frame together: see [LatestReadings]. */
     internal fun copy(stream: StreamSpec, sample: VectorSample): Unit = ifViewed(stream) { view ->
-        copy(stream, view.frames, view.readings.add(sample)) { fill(sample) }
+        copy(stream, view, view.readings.add(sample)) { fill(sample) }
     }
 
     private inline fun copy(
         stream: StreamSpec,
-        frames: FrameBlock,
+        view: View,
         bytes: ByteBuffer,
         describe: NativeFrame.() -> Unit,
     ) {
-        val pool = SlotPool.of(stream)
-        val slot = Native.take(stream.number)
+        if (view.slots == null) view.slots = SlotPool(stream)
+        val sizeBytes = bytes.remaining()
+        val slot = Native.take(stream.number, roomFor(sizeBytes))
         if (slot == NativeFrame.NO_SLOT) return
         try {
-            val sizeBytes = bytes.remaining()
-            pool.bytes(slot, 0 until sizeBytes).put(bytes)
-            frames[0].place(stream.number, slot, sizeBytes)
-            frames[0].describe()
-            Native.publish(frames.memory, 0)
+            SlotPool.bytes(stream, slot, 0 until sizeBytes).put(bytes)
+            view.frames[0].place(stream.number, slot, sizeBytes)
+            view.frames[0].describe()
+            Native.publish(view.frames.memory, 0)
         } finally {
-            pool.release(slot)
+            SlotPool.release(stream, slot)
         }
     }
+
+    /** The next power of two, so that slots keep their memory though no JPEG has the size of the one before. */
+    private fun roomFor(sizeBytes: Int) = Integer.highestOneBit(sizeBytes - 1).coerceAtLeast(LEAST_BYTES) * 2
+
+    private const val LEAST_BYTES = 1 shl 11
 
     private inline fun ifViewed(stream: StreamSpec, action: (View) -> Unit) {
         val view = views.getValue(stream)

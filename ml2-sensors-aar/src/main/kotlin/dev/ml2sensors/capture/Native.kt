@@ -67,16 +67,32 @@ internal object Native {
     @JvmStatic
     external fun close(handle: Long)
 
+    /** Slots of [stream] until [retire], whose memory is mapped when frames need it. See native/sources/slots.h. */
     @JvmStatic
-    external fun addressOf(buffer: ByteBuffer): Long
+    external fun reserve(stream: Int)
 
-    /** [memory], direct, holds [count] slots of [slotBytes] each, one after the other. */
     @JvmStatic
-    external fun provide(stream: Int, memory: ByteBuffer, slotBytes: Int, count: Int)
+    external fun retire(stream: Int)
 
-    /** A free slot to write a frame into; [NativeFrame.NO_SLOT] when all are leased. */
+    /** A free slot to write a frame of [sizeBytes] into; [NativeFrame.NO_SLOT] when all are leased. */
     @JvmStatic
-    external fun take(stream: Int): Int
+    external fun take(stream: Int, sizeBytes: Int): Int
+
+    /** Part of a leased slot, which must not be touched after the lease. */
+    @JvmStatic
+    external fun bytes(stream: Int, slot: Int, offset: Int, sizeBytes: Int): ByteBuffer
+
+    /** Memory outside of Java's heap, until [unmap]; null when the system has none. */
+    @JvmStatic
+    external fun map(sizeBytes: Int): ByteBuffer?
+
+    /** Ends the whole of a [buffer] of [map], which must not be touched any more. */
+    @JvmStatic
+    external fun unmap(buffer: ByteBuffer)
+
+    /** What is mapped now: slots, buffers of [map], and what OpenXR's frames pass through. */
+    @JvmStatic
+    external fun mappedBytes(): Long
 
     /** Number [index] of the ml2s_frame in [frames], a direct buffer. */
     @JvmStatic

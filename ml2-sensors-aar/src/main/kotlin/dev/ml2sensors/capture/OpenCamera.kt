@@ -2,8 +2,8 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
-import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
 /** The open handle of a [PixelSensor]; of the thread that makes it. */
@@ -14,77 +14,74 @@ internal class OpenCamera(
 ) : OpenSensor {
     private val frames = FrameBlock(sensor.streams.size)
     private val lastNumbers = HashMap<Int, Long>()
-    private var settings = prepare(subscriptions)
-    private val handle = settings.open()
+    private val slots = HashMap<StreamSpec, SlotPool>()
+    private var settings = NativeSettings.of(sensor, backend, subscriptions)
+    private val handle = withSlots(subscriptions) { settings.open() }
 
     override fun configure(subscriptions: List<Subscription>) {
-        val next = prepare(subscriptions)
+        val next = NativeSettings.of(sensor, backend, subscriptions)
         if (next == settings) return
-        next.configure(handle)
+        withSlots(subscriptions) { next.configure(handle) }
         settings = next
         lastNumbers.clear()
     }
 
     override fun deliver(subscriptions: List<Subscription>) {
-        for (index in 0 until Native.poll(handle, POLL_NANOS, frames.memory)) {
-            val frame = frames[index]
-            if (frame.slot !=
-                NativeFrame.NO_SLOT
-            ) {
-                LocalFrames.publish(StreamTable.all[frame.stream], frames.memory, index)
-            }
-            val sample = frame.toSample()
-            val missed = missedBefore(frame)
-            for (subscription in subscriptions) {
-                if (subscription.stream.number != frame.stream) continue
-                (sample as? ImageSample)?.retain()
-                subscription.handOver.lose(missed, DropReason.SOURCE_LATE)
-                subscription.handOver.offer(sample)
-            }
-            (sample as? ImageSample)?.release()
+        val count = Native.poll(handle, POLL_NANOS, frames.memory)
+        frames.deliver(count) { index, frame, sample ->
+            val stream = StreamTable.all[frame.stream]
+            if (sample is ImageSample) LocalFrames.publish(stream, frames.memory, index)
+            handOver(sample, frame, subscriptions.filter { it.stream == stream })
+        }
+    }
+
+    private fun handOver(sample: Sample, frame: NativeFrame, subscriptions: List<Subscription>) {
+        val missed = missedBefore(frame)
+        for (subscription in subscriptions) {
+            (sample as? ImageSample)?.retain()
+            subscription.handOver.lose(missed, DropReason.SOURCE_LATE)
+            if (frame.isUsable) subscription.handOver.lose(frame.skipped, DropReason.UNUSABLE)
+            subscription.handOver.offer(sample)
         }
     }
 
     /** Frames of the same stream that the device captured and nobody fetched in time; its numbers may begin anew. */
     private fun missedBefore(frame: NativeFrame): Int {
-        val last = lastNumbers.put(frame.stream, frame.frameNumber) ?: return 0
-        return (frame.frameNumber - last - 1).coerceIn(0, Int.MAX_VALUE.toLong()).toInt()
+        val last = lastNumbers[frame.stream]
+        if (!frame.isUsable) {
+            // It has no number, but the device counted it
+            if (last != null) lastNumbers[frame.stream] = last + 1
+            return 0
+        }
+        lastNumbers[frame.stream] = frame.frameNumber
+        return if (last == null) 0 else (frame.frameNumber - last - 1).coerceIn(0, Int.MAX_VALUE.toLong()).toInt()
     }
 
-    override fun close(): Unit = Native.close(handle)
-
-    /** Makes room for the frames to come. */
-    private fun prepare(subscriptions: List<Subscription>): NativeSettings {
-        subscriptions.forEach { SlotPool.of(it.stream) }
-        return NativeSettings.of(sensor, backend, subscriptions)
+    override fun close() {
+        try {
+            Native.close(handle)
+        } finally {
+            slots.values.forEach(SlotPool::close)
+        }
     }
+
+    /** Runs [action], after which the streams of [subscriptions] have slots and others do not; as before if it fails. */
+    private inline fun <T> withSlots(subscriptions: List<Subscription>, action: () -> T): T {
+        val wanted = subscriptions.map { it.stream }.toSet()
+        val before = slots.keys.toSet()
+        try {
+            (wanted - before).forEach { slots[it] = SlotPool(it) }
+            return action().also { giveUp(before - wanted) }
+        } catch (e: Throwable) {
+            giveUp(slots.keys - before)
+            throw e
+        }
+    }
+
+    private fun giveUp(streams: Set<StreamSpec>) = streams.forEach { slots.remove(it)?.close() }
 
     private companion object {
         /** How late a change of the subscriptions can be noticed. */
         const val POLL_NANOS = 100_000_000L
     }
 }
-
-/** In the slot's memory, which the sample gives back; or lost for want of a slot. */
-private fun NativeFrame.toSample(): Sample {
-    if (slot == NativeFrame.NO_SLOT) return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
-    val slot = slot
-    val pool = SlotPool.of(StreamTable.all[stream])
-    return ImageSample(
-        captureNanos,
-        frameNumber,
-        width,
-        height,
-        strideBytes(NativeFrame.IMAGE),
-        pose?.toOptical(),
-        intrinsics,
-        settings,
-        PLANE_ROLES.mapIndexedNotNull { plane, role ->
-            rangeOf(plane)?.let { ImageSample.Plane(role, pool.bytes(slot, it)) }
-        },
-        giveBack = { pool.release(slot) },
-    )
-}
-
-/** The stream table's name of each ml2s_plane_role. */
-private val PLANE_ROLES = listOf(ImageSample.IMAGE, "confidence", "flags")

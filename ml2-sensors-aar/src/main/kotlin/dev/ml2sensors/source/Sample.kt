@@ -109,4 +109,7 @@ public enum class DropReason(public val wireName: String) {
 
     /** Its capture time was more than a second ahead of the device's clock. */
     FUTURE_CAPTURE("future_capture"),
+
+    /** The device gave no usable picture: a damaged one, one too many, of another size or of no known camera. */
+    UNUSABLE("unusable"),
 }

@@ -42,9 +42,12 @@ internal class CaptureFixture : AutoCloseable {
         sources.forEach(NativeSource::close)
         Simulation.assertIsLeftAsFound()
         for (stream in collected - poses.flatMap { it.streams }.toSet()) {
-            val leased = (0 until 8).filter { slot -> runCatching { SlotPool.of(stream).release(slot) }.isSuccess }
+            val leased = (0 until SlotPool.SLOTS).filter { slot ->
+                runCatching { SlotPool.release(stream, slot) }.isSuccess
+            }
             assertEquals(emptyList(), leased, "slots of $stream that nobody gave back")
         }
+        assertEquals(0, Native.mappedBytes(), "memory of streams that have ended")
     }
 
     companion object {

@@ -46,6 +46,21 @@ class HandOverTest {
     }
 
     @Test
+    fun lossesAfterTheLastSampleAreReportedBeforeTheEnd() = runBlocking<Unit> {
+        handOver.offer(image(1))
+        handOver.lose(2, DropReason.UNUSABLE)
+        handOver.close(CaptureException.VendorFailure("it broke"))
+        val received = mutableListOf<Sample>()
+        assertFailsWith<CaptureException.VendorFailure> {
+            handOver.deliverTo { sample ->
+                received += sample
+                if (sample is ImageSample) handOver.lose(3, DropReason.UNUSABLE)
+            }
+        }
+        assertEquals(listOf("2 unusable", "1", "3 unusable"), describe(received))
+    }
+
+    @Test
     fun whatNobodyTakesIsReleasedOnce() = runBlocking<Unit> {
         handOver.offer(image(1))
         handOver.offer(image(2))

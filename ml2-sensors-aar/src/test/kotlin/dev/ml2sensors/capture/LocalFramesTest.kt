@@ -103,10 +103,30 @@ class LocalFramesTest {
     @Test
     fun withoutAFreeSlotACopyIsLeftOut() {
         LocalFrames.view(StreamTable.color, true)
-        val kept = (0 until 8).map { Native.take(StreamTable.color.also { SlotPool.of(it) }.number) }
+        val pool = SlotPool(StreamTable.color)
+        val kept = (0 until SlotPool.SLOTS).map { Native.take(StreamTable.color.number, 64) }
         LocalFrames.copy(StreamTable.color, image(ByteArray(10)))
         assertNull(LatestFrame.acquire(StreamTable.color))
-        kept.forEach { Native.release(StreamTable.color.number, it) }
+        kept.forEach { SlotPool.release(StreamTable.color, it) }
+        pool.close()
+    }
+
+    @Test
+    fun aReaderKeepsItsFrameThoughTheStreamHasEnded() = runBlocking<Unit> {
+        LocalFrames.view(StreamTable.worldLeft, true)
+        lateinit var kept: LatestFrame
+        lateinit var pixels: ByteArray
+        fixture.images(StreamTable.worldLeft) {}.first {
+            LatestFrame.acquire(StreamTable.worldLeft)?.also {
+                kept = it
+                pixels = it.pixels
+            } != null
+        }
+        assertNull(LatestFrame.acquire(StreamTable.worldLeft), "an ended stream has no latest frame")
+        assertContentEquals(pixels, kept.pixels)
+        assertEquals(1016L * 1016, Native.mappedBytes())
+        kept.release()
+        assertEquals(0, Native.mappedBytes())
     }
 
     private fun image(jpeg: ByteArray) = ImageSample(
@@ -131,7 +151,7 @@ private class LatestFrame(private val stream: StreamSpec, private val frame: Nat
 
     val pixels: ByteArray
         get() {
-            val bytes = SlotPool.of(stream).bytes(slot, checkNotNull(frame.rangeOf(NativeFrame.IMAGE)))
+            val bytes = SlotPool.bytes(stream, slot, checkNotNull(frame.rangeOf(NativeFrame.IMAGE)))
             return ByteArray(bytes.remaining()).also(bytes::get)
         }
 

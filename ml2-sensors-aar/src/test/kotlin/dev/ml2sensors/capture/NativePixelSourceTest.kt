@@ -2,10 +2,16 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
+import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.take
+import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
@@ -133,6 +139,79 @@ class NativePixelSourceTest {
         assertFailsWith<IllegalStateException> { kept.pixels }
         assertFailsWith<IllegalStateException> { kept.release() }
     }
+
+    @Test
+    fun aPoseOfAllZerosCostsTheImageItsPoseOnly() = runBlocking<Unit> {
+        Simulation.configure("fault.world.zero_pose", 1)
+        val poses = fixture.images(StreamTable.worldLeft) { it.pose }.take(5).toList()
+        assertEquals(List(5) { null }, poses)
+    }
+
+    @Test
+    fun oddFramesAreCountedAsUnusableAndTheCameraGoesOn() = runBlocking<Unit> {
+        Simulation.configure("fault.eye.odd_every", 2)
+        var produced = 0
+        var unusable = 0
+        fixture.samples(StreamTable.eyeNasalLeft).first { sample ->
+            when (sample) {
+                is ImageSample -> produced++
+                is LostSamples -> if (sample.reason == DropReason.UNUSABLE) unusable += sample.count
+                else -> error("an eye camera delivered $sample")
+            }
+            produced >= 40
+        }
+        assertTrue(unusable >= 10, "$unusable unusable frames beside $produced images")
+    }
+
+    @Test
+    fun aRunOfOddFramesEndsTheFlowAndSaysWhy() = runBlocking<Unit> {
+        Simulation.configure("fault.eye.null_data", 1)
+        val lost = ArrayList<LostSamples>()
+        val failure = assertFailsWith<CaptureException.VendorFailure> {
+            fixture.samples(StreamTable.eyeNasalLeft).collect { lost += it as LostSamples }
+        }
+        assertEquals(
+            "30 captures in a row without a usable frame, the last: eye camera: empty picture of 400x400",
+            failure.message,
+        )
+        assertEquals(30, lost.filter { it.reason == DropReason.UNUSABLE }.sumOf { it.count })
+    }
+
+    @Test
+    fun whateverFailsOnTheWayEveryLeaseEnds() {
+        val stream = StreamTable.eyeNasalLeft
+        SlotPool(stream).use {
+            for (failing in 0..2) {
+                val frames = FrameBlock(3)
+                repeat(3) { frames[it].place(stream.number, Native.take(stream.number, 64), 64) }
+                repeat(3) { frames[it].fill(picture) }
+                assertFailsWith<IllegalStateException> {
+                    frames.deliver(3) { index, _, _ -> check(index != failing) }
+                }
+                val leased = (0 until SlotPool.SLOTS).filter { runCatching { SlotPool.release(stream, it) }.isSuccess }
+                assertEquals(emptyList(), leased, "leases that did not end when sample $failing failed")
+            }
+        }
+    }
+
+    @Test
+    fun memoryIsThatOfTheModeInUse() = runBlocking<Unit> {
+        fixture.image(StreamTable.depth) { assertEquals(544L * 480 * 4, Native.mappedBytes()) }
+        val all = CaptureFixture.SHORT_RANGE.copy(confidence = true, flags = true)
+        fixture.image(StreamTable.depth, all) { assertEquals(3 * 544L * 480 * 4, Native.mappedBytes()) }
+    }
+
+    private val picture = ImageSample(
+        captureNanos = 1,
+        frameNumber = 1,
+        width = 8,
+        height = 8,
+        strideBytes = 8,
+        pose = null,
+        intrinsics = null,
+        CaptureSettings(),
+        emptyList(),
+    ) {}
 
     /** The pictures that the simulated device drew for [stream], from its cache: [bytes] each, at whole pages. */
     private fun frames(stream: StreamSpec, bytes: Int): Sequence<ByteBuffer> {

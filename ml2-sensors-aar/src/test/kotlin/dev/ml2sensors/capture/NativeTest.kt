@@ -60,7 +60,6 @@ class NativeTest {
         assertFailsWith<IllegalArgumentException> { Native.poll(handle, 0, ByteBuffer.allocate(4096)) }
         assertFailsWith<IllegalArgumentException> { Native.poll(handle, 0, ByteBuffer.allocateDirect(8)) }
         Native.close(handle)
-        assertFailsWith<IllegalArgumentException> { Native.provide(0, ByteBuffer.allocate(4096), 64, 8) }
     }
 
     @Test
@@ -69,6 +68,14 @@ class NativeTest {
         assertFailsWith<IllegalArgumentException> { Native.release(stream, 0) }
         assertFailsWith<IllegalArgumentException> { Native.release(stream, 99) }
         assertFailsWith<IllegalArgumentException> { Native.release(-1, 0) }
+    }
+
+    @Test
+    fun slotsThatNobodyReservedAreAnIllegalArgument() {
+        assertEquals(NativeFrame.NO_SLOT, Native.take(StreamTable.eyeNasalLeft.number, 64))
+        assertFailsWith<IllegalArgumentException> { Native.take(StreamTable.eyeNasalLeft.number, 0) }
+        assertFailsWith<IllegalArgumentException> { Native.retire(StreamTable.eyeNasalLeft.number) }
+        assertFailsWith<IllegalArgumentException> { Native.bytes(StreamTable.eyeNasalLeft.number, 0, 0, 64) }
     }
 
     @Test
