@@ -3,6 +3,7 @@
 SHELL := bash
 
 DURATION ?= 15
+SEED ?= 1
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
@@ -174,6 +175,9 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
+harsh: build ## Faults of device and link at random for DURATION seconds, by SEED: does all come back? Result in build/reports/harsh.json
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/end_to_end/harsh.py $(DURATION) $(SEED)
+
 validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (a quarter of an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py
 
@@ -181,4 +185,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help api audit setup native build aar apk unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-docs lint format bench fuzz fuzz-python fuzz-kotlin soak validate clean
+.PHONY: help api audit setup native build aar apk unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-docs lint format bench fuzz fuzz-python fuzz-kotlin soak harsh validate clean

@@ -91,7 +91,8 @@ class Observed:
 
 
 def _percentiles(latencies_ms: array[float]) -> dict[str, float]:
-    p50, p99, maximum = np.percentile(latencies_ms.tolist() or [0.0], (50, 99, 100))
+    # A copy, since an array whose memory is looked at cannot grow
+    p50, p99, maximum = np.percentile(np.array(latencies_ms[:] or [0.0]), (50, 99, 100))
     return {"p50": float(p50), "p99": float(p99), "max": float(maximum)}
 
 

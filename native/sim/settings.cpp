@@ -1,11 +1,13 @@
 #include "settings.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <sstream>
 #include <vector>
 
@@ -134,11 +136,26 @@ Table &table() {
     return it;
 }
 
-std::string allowedNames() {
-    std::string names;
-    for (const auto &row : table().rows)
-        names += (names.empty() ? "" : ", ") + row.name;
-    return names;
+/** How many characters must be put in, taken out or changed to make one name of the other. */
+size_t distance(const std::string &a, const std::string &b) {
+    std::vector<size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), 0);
+    for (size_t i = 1; i <= a.size(); i++) {
+        size_t diagonal = row[0]++;
+        for (size_t j = 1; j <= b.size(); j++) {
+            const size_t changed = diagonal + (a[i - 1] != b[j - 1]);
+            diagonal = row[j];
+            row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
+        }
+    }
+    return row[b.size()];
+}
+
+std::string nearestName(const std::string &name) {
+    const auto &rows = table().rows;
+    return std::min_element(rows.begin(), rows.end(),
+                            [&](const Row &a, const Row &b) { return distance(a.name, name) < distance(b.name, name); })
+        ->name;
 }
 
 std::string shortest(double value) {
@@ -215,7 +232,7 @@ bool shapesTheScene(const std::string &name) {
 std::string setKey(const std::string &name, const std::string &value) {
     const size_t index = indexOf(name);
     if (index == table().rows.size())
-        return "unknown key \"" + name + "\"; allowed: " + allowedNames();
+        return "unknown key \"" + name + "\"; the nearest is \"" + nearestName(name) + "\"";
     return table().rows[index].kind == Kind::Text ? setText(index, value) : setNumber(index, value);
 }
 

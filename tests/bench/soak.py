@@ -11,8 +11,6 @@ import json
 import sys
 from typing import Any
 
-import numpy as np
-
 from full_load import DEMO, RESULTS
 from load_run import Usage, load_run
 
@@ -30,10 +28,8 @@ def main(duration_s: float) -> None:
 
 def _growth(usage: Usage) -> dict[str, Any]:
     since = len(usage.times_s) // 4
-    hours = np.array(usage.times_s[since:]) / 3600
-    slope = float(np.polyfit(hours, np.array(usage.rss_bytes[since:]) / 1e6, 1)[0])
     return {
-        "rss_mb_per_hour": slope,
+        "rss_mb_per_hour": usage.memory_mb_per_hour,
         "rss_mb": [usage.rss_bytes[since] / 1e6, usage.rss_bytes[-1] / 1e6],
         "threads": [usage.threads[since], usage.threads[-1]],
         "files": [usage.files[since], usage.files[-1]],

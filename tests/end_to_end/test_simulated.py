@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -199,13 +200,20 @@ def test_a_wrong_configuration_starts_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("setting", "words"),
-    [("speed=1", 'unknown key "speed"; allowed: seed, '), ("seed=x", 'found "x"')],
+    [("speed=1", 'unknown key "speed"; the nearest is "seed"'), ("seed=x", 'found "x"')],
 )
 def test_a_wrong_key_of_the_simulation_is_an_error(setting: str, words: str) -> None:
     command = headset_command("127.0.0.1:1", "--simulate", setting)
     run = subprocess.run(command, check=False, capture_output=True, text=True)
     assert run.returncode == 2
     assert words in run.stderr
+
+
+def test_the_keys_of_the_simulation_are_listed_with_default_and_meaning() -> None:
+    command = headset_command("127.0.0.1:1", "--simulate", "help")
+    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+    assert "fault.world.stalled=0  1: no frames come, Get times out (0 to 1)" in lines
+    assert all(re.fullmatch(r"[a-z_.]+=\S*  .+", line) for line in lines)
 
 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:

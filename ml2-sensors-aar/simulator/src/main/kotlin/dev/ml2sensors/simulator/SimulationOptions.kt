@@ -83,5 +83,5 @@ private fun SimulatedKey.rangeInWords(): String = when {
 private inline fun <T> naming(action: () -> T): T = try {
     action()
 } catch (mistake: IllegalArgumentException) {
-    throw UsageError("the simulated device: ${mistake.message}")
+    throw UsageError("the simulated device: ${mistake.message} (--simulate help lists all keys)")
 }

@@ -8,11 +8,14 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ml2_receiver.configuration.table import load_table
 from observer import START_S
@@ -29,6 +32,7 @@ from processes import (
     process,
     receive_command,
 )
+from proxy import Proxy
 
 OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -68,6 +72,13 @@ class Usage:
     def cpu_percent(self) -> float:
         """Of one processor."""
         return 100 * (self.cpu_s[-1] - self.cpu_s[0]) / (self.times_s[-1] - self.times_s[0])
+
+    @property
+    def memory_mb_per_hour(self) -> float:
+        """The slope of resident memory over the last three quarters of the time."""
+        since = len(self.times_s) // 4
+        hours = np.array(self.times_s[since:]) / 3600
+        return float(np.polyfit(hours, np.array(self.rss_bytes[since:]) / 1e6, 1)[0])
 
 
 @dataclass(frozen=True)
@@ -120,11 +131,17 @@ def load_run(
     source: str = "simulated",
     record: Path | None = None,
     security: Security = IN_THE_CLEAR,
+    headset_options: tuple[str, ...] = (),
+    link: Callable[[str], Proxy] | None = None,
+    on_snapshot: Callable[[dict[str, Any]], None] = lambda _: None,
 ) -> list[Loaded]:
     """Runs one headset for each name, empty for none, all at once.
 
     Args:
         folder: for logs.
+        headset_options: further ones.
+        link: makes what stands between headset and receiver, from the latter's address.
+        on_snapshot: is called about once per second with what a subscriber has seen.
         source: of the headsets, as in their option.
         record: where the receiver, which is one then, also writes a recording.
     """
@@ -137,15 +154,20 @@ def load_run(
                 config,
                 folder / (name or "one"),
                 name,
-                ("--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source),
+                (
+                    *("--duration", f"{duration_s}", "--seed", f"{seed}", "--source", source),
+                    *headset_options,
+                ),
                 record,
                 security,
+                link,
             )
             for seed, name in enumerate(names, start=1)
         ]
         # All at once, or the observers of the last ones would wait to be read
         with ThreadPoolExecutor(len(started)) as pool:
-            return list(pool.map(_watched, names, *zip(*started, strict=True)))
+            watched = partial(_watched, on_snapshot)
+            return list(pool.map(watched, names, *zip(*started, strict=True)))
 
 
 def _start(
@@ -157,6 +179,7 @@ def _start(
     headset_options: tuple[str, ...],
     record: Path | None,
     security: Security,
+    link: Callable[[str], Proxy] | None,
 ) -> tuple[subprocess.Popen[str], dict[str, Usage]]:
     folder.mkdir(parents=True, exist_ok=True)
     options = ("--start-paused", "--name", name)
@@ -171,19 +194,27 @@ def _start(
     ]
     observer = stack.enter_context(process(observe, environment, folder / "observer.log"))
     address = listening_address(receiver)
+    if link is not None:
+        address = stack.enter_context(link(address)).address
     send = headset_command(address, *headset_options, security=security)
     headset = stack.enter_context(process(send, environment, folder / "headset.log"))
     children = {"receiver": receiver, "headset": headset, "subscriber": observer}
     return observer, {role: Usage(child.pid) for role, child in children.items()}
 
 
-def _watched(name: str, observer: subprocess.Popen[str], usage: dict[str, Usage]) -> Loaded:
+def _watched(
+    on_snapshot: Callable[[dict[str, Any]], None],
+    name: str,
+    observer: subprocess.Popen[str],
+    usage: dict[str, Usage],
+) -> Loaded:
     final = None
     drops_of_start = 0
     for snapshot in _snapshots(observer):
         for each in usage.values():
             each.sample()
         final = snapshot if snapshot["final"] else None
+        on_snapshot(snapshot)
         if _age_s(snapshot) < START_S + _STATUS_S:
             drops_of_start = _counted_drops(snapshot, name)
     if final is None:

@@ -1,0 +1,175 @@
+"""A harsh device on a bad link, both by seed: what still arrives in the end, and what grew.
+
+Usage: harsh.py DURATION SEED. Writes build/reports/harsh.json, and exits with 1 if a stream no
+longer delivers at the end or a message is missing that nobody counted:
+
+streams         those that were asked for
+alive_at_end    those of them whose topics all got a message in the last minute, or in the last
+                quarter of a shorter time
+unaccounted     messages that were produced, and neither received nor counted as dropped
+slopes          of receiver and headset: memory in MB per hour over the last three quarters;
+                threads and open files at the end more than at the beginning; slots, as frames that
+                were lost at the end for want of one
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import statistics
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from load_run import Loaded, Usage, load_run
+from processes import ROOT
+from proxy import Proxy
+
+RESULTS = ROOT / "build" / "reports" / "harsh.json"
+DEMO = ROOT / "config" / "demo.yaml"
+# As the simulated headset has it: faults end so long before the end, at most 75 s.
+_QUIET_SHARE, _LONGEST_QUIET_S = 0.4, 75.0
+_LAST_SHARE, _LONGEST_LAST_S = 0.25, 60.0
+_PAUSE_S = (3.0, 12.0)
+_OUTAGE_S = (0.2, 4.0)
+# Delivered when it changes, and to every subscriber once
+_LATCHED = "/tf_static"
+
+
+class BadLink(Proxy):
+    """A link that is cut, or carries nothing for a while, again and again, as a seed says.
+
+    It begins with `begin`, and is good again when `duration_s` have passed since.
+    """
+
+    def __init__(self, target: str, seed: int, duration_s: float) -> None:
+        super().__init__(target)
+        self.faults = 0
+        self._random = random.Random(seed)
+        self._duration_s = duration_s
+        self._has_begun, self._has_ended = threading.Event(), threading.Event()
+
+    def begin(self) -> None:
+        if not self._has_begun.is_set():
+            self._has_begun.set()
+            threading.Thread(target=self._misbehave, daemon=True).start()
+
+    def __exit__(self, *error: object) -> None:
+        self._has_ended.set()
+        super().__exit__(*error)
+
+    def _misbehave(self) -> None:
+        end_s = time.monotonic() + self._duration_s
+        while not self._has_ended.wait(self._random.uniform(*_PAUSE_S)):
+            outage_s = self._random.choice((0.0, self._random.uniform(*_OUTAGE_S)))
+            if time.monotonic() + outage_s > end_s:
+                return
+            self.faults += 1
+            self.take_down()
+            self._has_ended.wait(outage_s)
+            self.bring_up()
+
+
+def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
+    """Full load for so long, with faults by the seed; logs are in `folder`."""
+    quiet_s = min(_LONGEST_QUIET_S, _QUIET_SHARE * duration_s)
+    last_s = min(_LONGEST_LAST_S, _LAST_SHARE * duration_s)
+    links: list[BadLink] = []
+    snapshots: list[dict[str, Any]] = []
+
+    def link(address: str) -> BadLink:
+        links.append(BadLink(address, seed, duration_s - quiet_s))
+        return links[-1]
+
+    def look(snapshot: dict[str, Any]) -> None:
+        if any(seen["count"] for seen in snapshot["topics"].values()):
+            links[0].begin()
+        snapshots.append({"at_s": time.time(), "no_buffer": _dropped(snapshot, "no_buffer")})
+
+    (loaded,) = load_run(
+        DEMO,
+        folder,
+        duration_s,
+        headset_options=("--simulate", f"harsh={seed}"),
+        link=link,
+        on_snapshot=look,
+    )
+    end_s = max(seen["last_s"] for seen in loaded.final["topics"].values())
+    of_last = [it["no_buffer"] for it in snapshots if it["at_s"] > end_s - last_s]
+    return {
+        "seed": seed,
+        "duration_s": loaded.duration_s,
+        "link_faults": links[0].faults,
+        "streams": sorted(loaded.final["streams"]),
+        "alive_at_end": _alive(loaded, end_s - last_s),
+        "unaccounted": _unaccounted(loaded.final),
+        "slopes": _slopes(loaded.usage) | {"slots": of_last[-1] - of_last[0]},
+    }
+
+
+def _alive(loaded: Loaded, since_s: float) -> list[str]:
+    topics = loaded.final["topics"]
+    return sorted(
+        stream
+        for stream, answer in loaded.final["streams"].items()
+        if answer["topics"]
+        and all(
+            topics[name]["count"] and (name == _LATCHED or topics[name]["last_s"] > since_s)
+            for name in (topic["topic"] for topic in answer["topics"])
+        )
+    )
+
+
+def _dropped(snapshot: dict[str, Any], reason: str = "") -> int:
+    return sum(
+        int(count)
+        for seen in snapshot["topics"].values()
+        for key, count in seen["diagnostics"].items()
+        if key.startswith(f"dropped.{reason}")
+    )
+
+
+def _unaccounted(final: dict[str, Any]) -> int:
+    """Of all topics, too many as well as too few."""
+    return sum(
+        abs(
+            int(seen["diagnostics"]["produced"])
+            - int(seen["diagnostics"]["received"])
+            - _dropped({"topics": {topic: seen}})
+        )
+        for topic, seen in final["topics"].items()
+    )
+
+
+def _slopes(usage: dict[str, Usage]) -> dict[str, Any]:
+    own = {role: usage[role] for role in ("receiver", "headset")}
+    return {
+        "memory_mb_per_hour": {role: it.memory_mb_per_hour for role, it in own.items()},
+        "threads": {role: _growth(it.threads) for role, it in own.items()},
+        "files": {role: _growth(it.files) for role, it in own.items()},
+    }
+
+
+def _growth(counts: list[int]) -> float:
+    """From the second tenth of the time to the last but one; medians, since links come and go."""
+    tenth = len(counts) // 10
+    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(counts[tenth : 2 * tenth])
+
+
+def write(results: dict[str, Any]) -> None:
+    RESULTS.parent.mkdir(parents=True, exist_ok=True)
+    RESULTS.write_text(json.dumps(results, indent=2) + "\n")
+
+
+def main(duration_s: float, seed: int) -> int:
+    results = harsh_run(duration_s, seed, ROOT / "build" / "reports" / "harsh")
+    write(results)
+    print(json.dumps(results, indent=2))
+    is_well = results["alive_at_end"] == results["streams"] and results["unaccounted"] == 0
+    return 0 if is_well else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(float(sys.argv[1]), int(sys.argv[2])))
