@@ -118,5 +118,5 @@ def test_without_opencv_it_says_what_to_install() -> None:
         check=False,
     )
     assert done.returncode == 2
-    assert "pip install 'ml2-receiver[products]'" in done.stderr
+    assert "pip install './host_receiver[products]'" in done.stderr
     assert "Traceback" not in done.stderr

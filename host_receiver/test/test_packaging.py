@@ -1,5 +1,6 @@
 """What a ROS workspace and pip get. colcon and ros2 launch themselves are not run here."""
 
+import re
 import runpy
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from ml2_receiver.configuration.table import load_table
 from ml2_receiver.generated.version import VERSION
 
 RECEIVER = Path(__file__).resolve().parents[1]
+PIP_INSTALL = re.compile(r"pip install '([^']*)'")
 
 
 def test_the_ros_package_has_the_version_and_what_the_table_needs() -> None:
@@ -45,6 +47,32 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
         f"{shared}/ml2_receiver/package.xml",
         f"{shared}/ml2_receiver/launch/receiver.launch.py",
     } <= names
+
+
+def installed_by_name() -> list[str]:
+    """What `pip install` is told to install, in messages and documents."""
+    folders = [RECEIVER / "ml2_receiver", RECEIVER, RECEIVER.parent / "docs"]
+    files = [*folders[0].rglob("*.py"), *(md for it in folders[1:] for md in it.glob("*.md"))]
+    return sorted({name for it in files for name in PIP_INSTALL.findall(it.read_text())})
+
+
+def test_what_messages_tell_to_install_is_a_folder_of_the_clone_with_its_extra(
+    tmp_path: Path,
+) -> None:
+    subprocess.run(["cp", "-rL", str(RECEIVER), str(tmp_path / RECEIVER.name)], check=True)
+    names = installed_by_name()
+    assert {"./host_receiver[evaluate]", "./host_receiver[products]"} <= set(names)
+    resolve = ["install", "--dry-run", "--no-deps", "--no-index", "--no-build-isolation"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pip", *resolve, *names],
+        cwd=tmp_path,
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "does not provide the extra" not in done.stderr
+    assert f"Would install ml2_receiver-{VERSION}" in done.stdout.replace("ml2-r", "ml2_r")
 
 
 class Part:

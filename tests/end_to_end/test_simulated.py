@@ -20,7 +20,7 @@ from simulation import CAMERAS, EYES, demo_config, image_topic
 
 pytestmark = pytest.mark.alone
 
-THESIS_CONFIG = ROOT.parent / "shared" / "data" / "thesis_config.yaml"
+THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
 
 
@@ -177,7 +177,6 @@ def test_only_what_is_enabled_has_topics(variant: Received) -> None:
     assert published(variant) == variant.topics.keys() - {"/tf"} | OWN_TOPICS
 
 
-@pytest.mark.skipif(not THESIS_CONFIG.is_file(), reason=f"{THESIS_CONFIG} is not here")
 def test_the_configuration_of_the_thesis_loads_and_runs_nothing(tmp_path: Path) -> None:
     received = receive(THESIS_CONFIG, [], tmp_path)
     assert received.snapshot["streams"] == {}

@@ -92,7 +92,7 @@ def _run(options: argparse.Namespace) -> int:
         if error.name not in ("cv2", "matplotlib"):
             raise
         raise EvaluationError(
-            f"evaluation needs {error.name}: pip install 'ml2-receiver[evaluate]'"
+            f"evaluation needs {error.name}: pip install './host_receiver[evaluate]'"
         ) from error
     it = _evaluation(options)
     write_report(options.out, it)

@@ -116,7 +116,7 @@ def _export_euroc(
     try:
         from ..export.euroc import write_euroc
     except ModuleNotFoundError as error:
-        needed = f"--euroc needs {error.name}: pip install 'ml2-receiver[products]'"
+        needed = f"--euroc needs {error.name}: pip install './host_receiver[products]'"
         raise ExportError(needed) from error
     with progress(reader, "writing") as on_bytes:
         stamps_ns, *_ = write_euroc(folder, reader, rig, topic, noise, on_bytes)

@@ -49,7 +49,7 @@ def _run(options: argparse.Namespace) -> int:
                 raise
             raise ProductsError(
                 "products need OpenCV: apt install python3-opencv,"
-                " or pip install 'ml2-receiver[products]'"
+                " or pip install './host_receiver[products]'"
             ) from error
     name = options.name
     prefix = f"/{name}{options.prefix}" if name else options.prefix

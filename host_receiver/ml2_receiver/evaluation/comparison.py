@@ -28,7 +28,7 @@ STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
 _TIMEOUT_S = 300
 # What the errors per metre need.
 _SHORTEST_M = 1.2
-_MISSING = "evaluation needs evo: pip install 'ml2-receiver[evaluate]'"
+_MISSING = "evaluation needs evo: pip install './host_receiver[evaluate]'"
 
 type Floats = NDArray[np.float64]
 

@@ -113,7 +113,7 @@ def estimator_named(name: str) -> Estimator:
                 return odometry
     except ModuleNotFoundError as error:
         raise EvaluationError(
-            f"{name} needs {error.name}: pip install 'ml2-receiver[evaluate]'"
+            f"{name} needs {error.name}: pip install './host_receiver[evaluate]'"
         ) from error
     raise ValueError(name)
 
