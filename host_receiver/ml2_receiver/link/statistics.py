@@ -51,6 +51,7 @@ class TopicStatistics:
         received: messages that arrived.
         received_bytes: bytes of their payloads.
         produced: messages the device must have produced, as the sequence numbers tell.
+        gaps: messages below `produced` that never arrived at this receiver.
         unpublished: messages that arrived but that ROS, or the recording, did not take.
     """
 
@@ -58,14 +59,10 @@ class TopicStatistics:
         self.received = 0
         self.received_bytes = 0
         self.produced = 0
+        self.gaps = 0  # not produced - received, which is one more while a message is recorded
         self.unpublished = 0
         self._ring = bytearray(_TIMES.size * _RING)
         self._times = np.frombuffer(self._ring, np.int64).reshape(_RING, 4)
-
-    @property
-    def gaps(self) -> int:
-        """Messages below `produced` that never arrived at this receiver."""
-        return self.produced - self.received
 
     def record(self, header: Header, received_ns: int, published_ns: int) -> bool:
         """A message arrived; False, uncounted, if its number is not a new one.
@@ -79,6 +76,7 @@ class TopicStatistics:
         times = header.capture_ns, header.send_ns, received_ns, published_ns
         _TIMES.pack_into(self._ring, place, *times)
         self.produced += ahead + 1
+        self.gaps += ahead
         self.received_bytes += header.length
         self.received += 1
         return True

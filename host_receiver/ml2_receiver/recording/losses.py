@@ -1,5 +1,6 @@
 """Messages that were lost before they reached the receiver."""
 
+import threading
 from collections import Counter
 from collections.abc import Iterator
 
@@ -8,7 +9,7 @@ from ..link.statistics import TopicStatistics
 
 
 class Losses:
-    """By topic, since it was made; headsets may come and go meanwhile.
+    """By topic, since it was made; headsets may come and go meanwhile. Thread-safe.
 
     Args:
         prefix: of the relative topics.
@@ -17,21 +18,22 @@ class Losses:
 
     def __init__(self, prefix: str, before: Report | None) -> None:
         self._prefix = prefix
-        self._before = {statistics: lost for _, statistics, lost in self._found(before)}
-        self._lost: dict[TopicStatistics, tuple[str, int]] = {}
+        self._lock = threading.Lock()
+        self._lost: Counter[str] = Counter()
+        self._known = {name: (counts, lost) for name, counts, lost in self._found(before)}
 
     def update(self, report: Report | None) -> None:
         """Takes what a session has lost up to now."""
-        for name, statistics, lost in self._found(report):
-            self._lost[statistics] = name, lost - self._before.get(statistics, 0)
+        with self._lock:
+            for name, statistics, lost in self._found(report):
+                known, before = self._known.get(name, (statistics, 0))
+                self._lost[name] += lost - (before if known is statistics else 0)
+                self._known[name] = statistics, lost
 
-    def by_topic(self) -> Counter[str]:
+    def by_topic(self) -> dict[str, int]:
         """Topics that lost nothing are not in it."""
-        counts: Counter[str] = Counter()
-        for name, lost in list(self._lost.values()):
-            if lost:
-                counts[name] += lost
-        return counts
+        with self._lock:
+            return {name: lost for name, lost in self._lost.items() if lost}
 
     def _found(self, report: Report | None) -> Iterator[tuple[str, TopicStatistics, int]]:
         if report is None:
