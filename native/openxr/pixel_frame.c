@@ -4,7 +4,6 @@
 
 #include "../sdk/error.h"
 #include "../sources/depth_image.h"
-#include "../sources/moment.h"
 #include "poses.h"
 
 static struct radial_factors radial;
@@ -113,7 +112,7 @@ static void read_pose(const struct pixel_sensor *sensor, ml2s_frame *frame) {
     if (!poses_locate(sensor->space, frame->device_nanos, &pose, &is_tracked, NULL) && is_tracked) {
         memcpy(frame->rotation, &pose.orientation, sizeof frame->rotation);
         memcpy(frame->position, &pose.position, sizeof frame->position);
-        frame->has |= is_pose(frame->rotation, frame->position) ? ML2S_HAS_POSE : 0;
+        frame->has |= ML2S_HAS_POSE;
     }
 }
 

@@ -25,8 +25,6 @@ template <typename Buffer> void spoilBuffer(CameraKind kind, Buffer &buffer, uin
 }
 
 template <typename Frame> void spoilPose(CameraKind kind, Frame &frame) {
-    if (hasFault(kind, Fault::ZeroPose))
-        frame.camera_pose = {};
     if (!hasFault(kind, Fault::NotFinite))
         return;
     frame.camera_pose.rotation.w = std::numeric_limits<float>::quiet_NaN();

@@ -99,7 +99,6 @@ constexpr std::array kCameraFaults = {
     CameraFault{"version", 0, 1, "1: Get changes the version of the caller's struct"},
     CameraFault{"id", 0, 1, "1: camera (depth: frame type) is none that the headset has"},
     CameraFault{"not_finite", 0, 1, "1: pose and focal length are not numbers"},
-    CameraFault{"zero_pose", 0, 1, "1: rotation and position of every pose are all zeros"},
     CameraFault{"odd_every", 0, 1e6,
                 "n: one frame of every nth capture is odd: unknown type, empty, duplicate, another size, in turn"},
 };

@@ -62,7 +62,6 @@ enum class Fault {
     Version,
     Id,
     NotFinite,
-    ZeroPose,
     OddEvery,
 };
 

@@ -257,15 +257,6 @@ TEST_P(SimulatedCamera, OddFramesAreSkippedAndCounted) {
     EXPECT_LE(skipped, usable);
 }
 
-TEST_P(SimulatedCamera, APoseOfAllZerosIsNone) {
-    setFault("zero_pose", "1");
-    Sensor sensor(settings());
-    const auto frames = capture(sensor);
-    ASSERT_EQ(frames.size(), 1u) << sensor.error.message;
-    EXPECT_EQ(frames[0].has & ML2S_HAS_POSE, 0u);
-    release(frames);
-}
-
 TEST_P(SimulatedCamera, AChangedVersionIsNotCarriedIntoTheNextPoll) {
     setFault("version", "1");
     Sensor sensor(settings());

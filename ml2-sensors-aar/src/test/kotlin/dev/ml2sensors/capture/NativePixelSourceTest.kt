@@ -142,7 +142,7 @@ class NativePixelSourceTest {
 
     @Test
     fun aPoseOfAllZerosCostsTheImageItsPoseOnly() = runBlocking<Unit> {
-        Simulation.configure("fault.world.zero_pose", 1)
+        Simulation.configure("fault.pose.unusable", 1)
         val poses = fixture.images(StreamTable.worldLeft) { it.pose }.take(5).toList()
         assertEquals(List(5) { null }, poses)
     }
