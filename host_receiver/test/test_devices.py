@@ -35,6 +35,27 @@ def test_each_stream_has_its_state_and_reason() -> None:
     )
 
 
+def test_a_stream_that_stopped_is_not_shown_as_running() -> None:
+    camera = "android.permission.CAMERA"
+    found = streams(
+        **{
+            "state.world_left": f"waiting: {camera} was taken away",
+            "missing.world_left": camera,
+            "state.battery": "failed: gone",
+            "stream.world_right": "applied",
+            "state.world_right": "running",
+            "stream.depth": "refused: not now",
+            "state.depth": "available: not now",
+        }
+    )
+    fix = f"{camera} is missing: run `ml2-receiver headset grant world_left`"
+    expected = DeviceStream("world_left", "waiting", f"{camera} was taken away; {fix}")
+    assert found["world_left"] == expected
+    assert found["battery"] == DeviceStream("battery", "failed", "gone")
+    assert found["world_right"] == DeviceStream("world_right", "runs", "")
+    assert found["depth"] == DeviceStream("depth", "waiting", "not now")
+
+
 def test_what_the_headset_answers_is_surer_than_what_can_be_guessed() -> None:
     found = streams(**{"stream.depth": "refused: hot: 60 degrees"})
     assert found["depth"] == DeviceStream("depth", "unavailable", "hot: 60 degrees")

@@ -9,7 +9,13 @@ from ml2_receiver.link.statistics import TopicStatistics
 from ml2_receiver.link.throughput import Throughput
 from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
-from ml2_receiver.wire.messages import ChannelStatus, ClockStatus, StreamAnswer, Thermal
+from ml2_receiver.wire.messages import (
+    ChannelStatus,
+    ClockStatus,
+    StreamAnswer,
+    StreamStatus,
+    Thermal,
+)
 
 TOPIC = load_table().streams["world_left"].topics[0]
 MS = 1_000_000
@@ -275,6 +281,61 @@ def test_the_session_tells_what_the_headset_can_and_may_and_answered(
     assert session.values["stream.world_left"] == "applied"
     assert session.values["stream.gaze"] == "refused: not calibrated"
     assert topic.values["expected_hz"] == "30"
+
+
+CAMERA = "android.permission.CAMERA"
+AT_30_HZ = {"world_left": StreamAnswer("applied", {"update_rate": 30})}
+
+
+@pytest.mark.parametrize(
+    ("status", "level"),
+    [
+        (StreamStatus("waiting", "taken away", CAMERA), Level.WARN),
+        (StreamStatus("refused", "not granted", CAMERA), Level.WARN),
+        (StreamStatus("failed", "broken"), Level.ERROR),
+    ],
+)
+def test_a_stream_that_does_not_run_is_never_ok(
+    diagnostics: Diagnostics, statistics: TopicStatistics, status: StreamStatus, level: Level
+) -> None:
+    told = replace(report(statistics, SENT_ALL), answers=AT_30_HZ, streams={"world_left": status})
+    session, _, topic = diagnostics.rows(told, 0.0)
+    assert (session.level, topic.level) == (Level.WARN, level)
+    assert session.values["state.world_left"] == f"{status.state}: {status.reason}"
+    assert session.values.get("missing.world_left") == status.permission
+    for row in (session, topic):
+        assert f"{status.state}: {status.reason}" in row.message
+        fix = f"{CAMERA} is missing: run `ml2-receiver headset grant world_left`"
+        assert (fix in row.message) == (status.permission is not None)
+
+
+def test_a_camera_that_has_sent_nothing_yet_is_waited_for(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    told = replace(report(statistics, ChannelStatus(0, 0, {})), answers=AT_30_HZ)
+    row = topic_row(diagnostics, told, 0.0)
+    assert (row.level, row.message) == (Level.WARN, "waiting for the first message")
+    promised_nothing = replace(told, answers={})
+    assert topic_row(diagnostics, promised_nothing, 1.0).level == Level.OK
+
+
+def test_a_camera_that_sends_nothing_any_more_is_an_error(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    receive(statistics, *range(10))
+    told = replace(report(statistics, SENT_ALL), answers=AT_30_HZ)
+    levels = [topic_row(diagnostics, told, float(second)).level for second in range(5)]
+    assert levels == [Level.OK] * 3 + [Level.ERROR] * 2
+    assert "expected 30 Hz" in topic_row(diagnostics, told, 5.0).message
+
+
+def test_a_topic_that_is_not_to_run_is_paused(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    running = replace(report(statistics, SENT_ALL), answers=AT_30_HZ)
+    paused = replace(running, topics=[replace(running.topics[0], is_running=False)])
+    receive(statistics, *range(10))
+    assert topic_row(diagnostics, paused, 0.0).message == "paused"
 
 
 @pytest.mark.parametrize(

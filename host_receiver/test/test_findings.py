@@ -118,6 +118,41 @@ def test_without_a_headset_no_link_is_measured(
     assert (finding.level, finding.found, finding.numbers) == ("hint", found, {})
 
 
+def test_streams_that_are_enabled_and_do_not_run_are_wrong() -> None:
+    camera = "android.permission.CAMERA"
+    session = {
+        "state": "connected",
+        "state.world_left": "waiting: taken away",
+        "missing.world_left": camera,
+        "state.battery": "running",
+    }
+    finding = findings.streams({"session": session})
+    assert finding is not None
+    assert (finding.level, finding.found) == ("wrong", "world_left: waiting: taken away")
+    assert finding.fix == f"grant {camera}, by `ml2-receiver headset grant world_left`"
+
+
+def test_a_camera_at_0_hz_is_wrong_though_its_headset_says_nothing_of_it() -> None:
+    silent = {
+        "stream": "depth",
+        "rate_hz": "0.00",
+        "expected_hz": "5",
+        "message": "waiting for the first message",
+    }
+    session = {"state": "connected", "state.depth": "running"}
+    finding = findings.streams({"session": session, "/depth/image_raw": silent})
+    assert finding is not None
+    assert (finding.level, finding.found) == ("wrong", "depth: waiting for the first message")
+    assert finding.fix
+
+
+def test_streams_that_run_are_well() -> None:
+    finding = findings.streams({"session": {"state": "connected", "state.depth": "running"}})
+    assert finding is not None
+    assert finding.level == "ok"
+    assert findings.streams({"session": {"state": "lost"}}) is None
+
+
 def test_a_link_that_carries_more_than_its_streams_need_is_well() -> None:
     finding = findings.link(ROWS, tried(412.0, 240.0))
     assert (finding.level, finding.fix) == ("ok", "")

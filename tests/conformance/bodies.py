@@ -135,6 +135,19 @@ CLOCK_DETAILS: Body = {
     "bases": {"accel_right": "boottime", "color": "monotonic"},
 }
 
+# The optional key `streams` of STATUS.
+STREAM_STATES: Body = {
+    "battery": {"state": "running"},
+    "world_left": {
+        "state": "waiting",
+        "reason": "permission android.permission.CAMERA is not granted",
+        "permission": "android.permission.CAMERA",
+    },
+    "depth": {"state": "refused", "reason": "no such rate"},
+    "gaze": {"state": "available"},
+    "color": {"state": "failed", "reason": "x" * 200},
+}
+
 LINK_TEST: Body = {"bytes": 64 * 1024 * 1024}
 
 EVENT: Body = {

@@ -203,6 +203,24 @@ def others() -> dict[str, Case]:
             "Not finite in a double.",
         ),
         "StatusUnknownThermal": status("Not a grade of Android's.", thermal="hot"),
+        "StatusUnknownStreamState": status(
+            "Not a state.", streams={"battery": {"state": "asleep"}}
+        ),
+        "StatusStreamWithoutState": status(
+            "Each stream has a state.", streams={"battery": {"reason": "asleep"}}
+        ),
+        "StatusStreamReasonTooLong": status(
+            "At most 200 characters.",
+            streams={"battery": {"state": "waiting", "reason": "x" * 201}},
+        ),
+        "StatusStreamPermissionTooLong": status(
+            "At most 128 characters.",
+            streams={"battery": {"state": "waiting", "permission": "x" * 129}},
+        ),
+        "StatusStreamPermissionNotPrintable": status(
+            "It is shown in a command.",
+            streams={"battery": {"state": "waiting", "permission": "a\nb"}},
+        ),
         "StatusUnknownClockState": status(
             "Not a state.", clock=STATUS["clock"] | {"state": "guessed"}
         ),

@@ -18,6 +18,7 @@ from bodies import (
     PAIR_CHALLENGE,
     PAIRED,
     STATUS,
+    STREAM_STATES,
     STRING_PAYLOAD,
     WELCOME,
     Body,
@@ -180,6 +181,12 @@ def kinds() -> dict[str, Case]:
             "control",
             "A headset that says how hot it is.",
             [read("STATUS", json=STATUS | {"thermal": "severe"})],
+        ),
+        "StatusStreams": (
+            "device",
+            "control",
+            "Every state that a stream can have.",
+            [read("STATUS", json=STATUS | {"streams": STREAM_STATES})],
         ),
         "StatusFinal": (
             "device",

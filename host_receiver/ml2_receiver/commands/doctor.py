@@ -84,7 +84,10 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
     domain = os.environ.get("ROS_DOMAIN_ID")
     yield findings.domain(domain, running)
     is_running = any((it or "0") == (domain or "0") for it in running.values())
-    yield _link(options.name) if is_running else findings.link("no receiver runs here", "")
+    if is_running:
+        yield from _headset(options.name)
+    else:
+        yield findings.link("no receiver runs here", "")
     if file is not None:
         load_config(file)
         yield findings.parameter_file(str(file), node_names(file.read_bytes()))
@@ -97,16 +100,19 @@ def _announced() -> Sequence[FoundReceiver] | str:
         return str(error)
 
 
-def _link(receiver: str) -> Finding:
+def _headset(receiver: str) -> Iterator[Finding]:
     try:
         trying = Console(stderr=True).status("trying the link to the headset")
         with diagnostics_node() as node, trying:
             rows = node.rows(receiver, PATIENCE_S)
-            if rows.get("session", {}).get("state") != "connected":
-                return findings.link(rows, "")
-            return findings.link(rows, _tested(node, receiver))
+            streams = findings.streams(rows)
+            test = "" if streams is None else _tested(node, receiver)
     except RosError as error:
-        return findings.link(str(error), "")
+        yield findings.link(str(error), "")
+    else:
+        yield findings.link(rows, test)
+        if streams is not None:
+            yield streams
 
 
 def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:

@@ -19,6 +19,10 @@ _MORE_LINK = (
     "use Wi-Fi of 5 or 6 GHz near its access point, or a cable; or ask for less: fewer streams, a"
     " lower update_rate, color (JPEG) in place of raw cameras"
 )
+_NO_STREAM = (
+    "mend what the reason says; what waits comes back by itself. Else ask for other values, or"
+    " disable the stream"
+)
 _LESS_LOAD = (
     "the link carries enough now: see whether this machine is busy, or the link worse at times, and"
     " look again"
@@ -205,6 +209,33 @@ def _tested(test: Mapping[str, str] | str) -> dict[str, float]:
 
 def _why(test: Mapping[str, str] | str) -> str:
     return test if isinstance(test, str) else test.get("message", "")
+
+
+def streams(rows: Mapping[str, Mapping[str, str]]) -> Finding | None:
+    """Of a connected headset: the streams that are enabled and deliver nothing; else None."""
+    session = rows.get("session", {})
+    if session.get("state") != "connected":
+        return None
+    states = {
+        key.removeprefix("state."): text
+        for key, text in session.items()
+        if key.startswith("state.")
+    }
+    stopped = {id: text for id, text in states.items() if text != "running"}
+    silent = {
+        row["stream"]: row.get("message", "")
+        for row in rows.values()
+        if row.get("message", "").startswith(("nothing", "waiting"))
+        and "expected_hz" in row
+        and row["stream"] not in stopped
+    }
+    if not stopped | silent:
+        return Finding("streams", "ok", f"{len(states)} run")
+    found = "; ".join(f"{id}: {text}" for id, text in (stopped | silent).items())
+    missing = {id: session[key] for id in stopped if (key := f"missing.{id}") in session}
+    grants = [f"{it}, by `ml2-receiver headset grant {id}`" for id, it in missing.items()]
+    fix = f"grant {'; '.join(grants)}" if grants else _NO_STREAM
+    return Finding("streams", "wrong", found, fix)
 
 
 def parameter_file(file: str, nodes: Sequence[str]) -> Finding:

@@ -43,7 +43,7 @@ class StreamStatus:
     """What became of a stream that the receiver asked for; messages since the start."""
 
     id: str
-    state: Literal["accepted", "refused", "failed"]
+    state: Literal["accepted", "waiting", "refused", "failed"]
     reason: str
     produced: int
     dropped: int

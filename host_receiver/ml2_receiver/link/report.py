@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from ..configuration.table import Topic
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, Thermal
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus, Thermal
 from .statistics import TopicStatistics
 from .throughput import Throughput
 
@@ -22,7 +22,7 @@ class State(Enum):
 class TopicReport:
     """One topic; `statistics` goes on counting, `device` is as of the last STATUS.
 
-    `is_running`: the headset is asked for its stream at present.
+    `is_running`: the headset is to run its stream at present.
     """
 
     topic: Topic
@@ -36,8 +36,8 @@ class Report:
     """One session. `clock` is None before the first STATUS; `is_final` after the last one.
 
     `software`, `capabilities` (streams it has) and `permissions` are the headset's own words;
-    `answers` are its last ones, by stream; `link` is the last link test, None when there was none;
-    `thermal` is None where it does not say.
+    `answers` are its last ones, by stream, and `streams` how they stand since; `link` is the last
+    link test, None when there was none; `thermal` is None where it does not say.
     """
 
     state: State
@@ -53,3 +53,4 @@ class Report:
     answers: Mapping[str, StreamAnswer] = field(default_factory=dict)
     link: Throughput | None = None
     thermal: Thermal | None = None
+    streams: Mapping[str, StreamStatus] = field(default_factory=dict)

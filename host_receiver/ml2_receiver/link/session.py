@@ -1,7 +1,7 @@
 """One device from WELCOME to the end of its last lane, as a state machine without I/O."""
 
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from ..configuration.table import Topic
@@ -22,6 +22,7 @@ from ..wire.messages import (
     Joined,
     PeerLimits,
     Status,
+    StreamStatus,
     Timeouts,
     Welcome,
 )
@@ -29,6 +30,7 @@ from .connection import Connection
 from .context import Context, Ending, Send, close, error_body
 from .report import Report, State, TopicReport
 from .statistics import Instance, TopicStatistics
+from .stream_state import news, stream_states
 from .streams import Demand, Streams
 from .throughput import LinkTrial
 
@@ -173,8 +175,21 @@ class Session:
 
     def _apply(self) -> None:
         self._context.sink.configured(
-            Applied(self.hello.name, self.id, self.streams.answers, self.streams.topics)
+            Applied(
+                self.hello.name,
+                self.id,
+                self.streams.answers,
+                self.streams.topics,
+                self._stream_states(),
+            )
         )
+
+    def _stream_states(self) -> dict[str, StreamStatus]:
+        return stream_states(self.streams.answers, self._told)
+
+    @property
+    def _told(self) -> Mapping[str, StreamStatus]:
+        return (self.status and self.status.streams) or {}
 
     def advance(self, demand: Demand) -> None:
         """Sends what is due of CONFIGURE and START."""
@@ -195,7 +210,16 @@ class Session:
         self.send(Kind.LINK_TEST, self.link.ask())
 
     def _status(self, body: bytearray) -> None:
+        known, before = self._told, self._stream_states()
         self.status = Status.parse(body)
+        now = self._stream_states()
+        for text in news(before, now):
+            self._event(text)
+        if now != before and self.streams.is_answered:
+            self._apply()
+        available = {id for id, it in now.items() if it.state == "available"}
+        if any(id not in known or known[id].state != "available" for id in available):
+            self.streams.ask_again()
 
     def _error(self, connection: Connection, error: Error) -> None:
         text = f"the device reports {error.code!r}: {error.message!r}"
@@ -276,6 +300,7 @@ class Session:
             answers=self.streams.answers,
             link=self.link.report(),
             thermal=status.thermal if status else None,
+            streams=self._stream_states(),
             topics=[
                 self._topic_report(self.streams.topic(name), counts)
                 for name, counts in list(self.instance.topics.items())

@@ -77,8 +77,13 @@ class Streams:
         return self._is_answered
 
     def is_running(self, stream: str) -> bool:
-        """Whether the device is asked for it at present."""
-        return stream in self._requested
+        """Whether the device is to run it at present."""
+        return self._runs and stream in self._requested
+
+    def ask_again(self) -> None:
+        """All that is asked for is negotiated anew, since the device would accept more of it."""
+        if self._is_answered:
+            self._negotiated = None
 
     def topic(self, name: str) -> Topic:
         """The row of the stream table, or of a topic that the device has named."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ..configuration.table import Scalar
 from ..wire.json_body import JsonBody
+from ..wire.messages import StreamStatus
 from .sink import Applied
 
 
@@ -22,6 +23,7 @@ class StreamEntry:
     values: Mapping[str, Scalar] | None
     reason: str | None
     topics: list[TopicEntry]
+    state: StreamStatus | None = None
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,9 @@ def config_text(applied: Applied, prefix: str) -> str:
         entry = TopicEntry(topic.full_name(prefix), topic.type, topic.qos, topic.role)
         topics[topic.stream].append(entry)
     streams = {
-        stream: StreamEntry(answer.result, answer.values, answer.reason, topics[stream])
+        stream: StreamEntry(
+            answer.result, answer.values, answer.reason, topics[stream], applied.states.get(stream)
+        )
         for stream, answer in applied.streams.items()
     }
     return ConfigText(applied.headset, applied.session, streams).to_bytes().decode()

@@ -11,8 +11,9 @@ from ..configuration.table import Scalar
 from ..link.access import Protection
 from ..link.report import Report, State, TopicReport
 from ..link.statistics import SHARES, TopicStatistics
+from ..link.stream_state import in_words
 from ..link.throughput import Throughput
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 
 _STALE_AFTER_S = 2.0
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
@@ -41,11 +42,17 @@ class Row:
 
 @dataclass
 class _Past:
-    """A topic at the last call, and when it last got something."""
+    """A topic at the last call.
+
+    Attributes:
+        heard_s: when it last got something, or the device had nothing for it.
+        arrived_s: when it last got something, or was seen first.
+    """
 
     statistics: TopicStatistics
     time_s: float
     heard_s: float
+    arrived_s: float
     received: int = 0
     received_bytes: int = 0
     produced_by_device: int = 0
@@ -76,7 +83,7 @@ class Diagnostics:
         name = topic.topic.full_name(self._prefix)
         past = self._past.get(name)
         if past is None or past.statistics is not statistics:
-            past = self._past[name] = _Past(statistics, now_s, now_s)
+            past = self._past[name] = _Past(statistics, now_s, now_s, now_s)
         elapsed_s = now_s - past.time_s
         received, received_bytes = statistics.received, statistics.received_bytes
         values = {
@@ -101,12 +108,39 @@ class Diagnostics:
                 "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
             }
         values |= _window(statistics.times_ns(past.received, received))
+        if received > past.received:
+            past.arrived_s = now_s
         produced = device.produced if device else 0
         if received > past.received or produced <= past.produced_by_device:
             past.heard_s, past.produced_by_device = now_s, produced
         past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
         is_stale = report.state is State.LOST or now_s - past.heard_s > _STALE_AFTER_S
-        return Row(name, *_judgement(topic, _gaps(topic, report), is_stale), values)
+        judgement = _standstill(topic, report, now_s - past.arrived_s) or _judgement(
+            topic, _gaps(topic, report), is_stale
+        )
+        return Row(name, *judgement, values)
+
+
+def _standstill(topic: TopicReport, report: Report, silence_s: float) -> tuple[Level, str] | None:
+    """Why nothing, or too little, comes of a topic that is to run; None when all is well."""
+    if not topic.is_running or report.state is not State.CONNECTED:
+        return None
+    stream = topic.topic.stream
+    status = report.streams.get(stream)
+    if status is not None and status.state != "running":
+        return _level(status), in_words(stream, status)
+    expected_hz = _expected_hz(topic, report)
+    produced = topic.device.produced if topic.device else 0
+    if topic.statistics.received == 0 and produced == 0:
+        level = Level.OK if expected_hz is None else Level.WARN
+        return level, "waiting for the first message"
+    if expected_hz is not None and silence_s > max(_STALE_AFTER_S, 2 / float(expected_hz)):
+        return Level.ERROR, f"nothing has come for {silence_s:.0f} s, expected {expected_hz} Hz"
+    return None
+
+
+def _level(status: StreamStatus) -> Level:
+    return Level.ERROR if status.state == "failed" else Level.WARN
 
 
 def _gaps(topic: TopicReport, report: Report) -> int:
@@ -161,14 +195,33 @@ def _session(report: Report) -> Row:
         f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
     }
     values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
+    values |= {f"state.{id}": _state(status) for id, status in report.streams.items()}
+    values |= {
+        f"missing.{id}": status.permission
+        for id, status in report.streams.items()
+        if status.permission is not None
+    }
     message = f"{report.headset}: {report.state.value}"
     if report.thermal is not None:
         values["thermal"] = report.thermal
     if report.state is State.LOST:
         return Row("session", Level.ERROR, message, values)
-    if report.thermal in _HOT:
-        return Row("session", Level.WARN, f"{message}, and hot: {report.thermal}", values)
-    return Row("session", Level.OK, message, values)
+    warnings = [f"hot: {report.thermal}"] if report.thermal in _HOT else []
+    warnings += _still(report)
+    level = Level.WARN if warnings else Level.OK
+    return Row("session", level, "; ".join([message, *warnings]), values)
+
+
+def _still(report: Report) -> list[str]:
+    """Each stream that is enabled and does not run, in words."""
+    if report.state is not State.CONNECTED:
+        return []
+    stopped = {id: status for id, status in report.streams.items() if status.state != "running"}
+    return [f"{id} {in_words(id, status)}" for id, status in stopped.items()]
+
+
+def _state(status: StreamStatus) -> str:
+    return status.state if not status.reason else f"{status.state}: {status.reason}"
 
 
 def security_row(protection: Protection) -> Row:

@@ -1,24 +1,28 @@
 """What the receiver needs of the place its topics go to."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from ..configuration.table import Topic
 from ..link.report import Report
-from ..wire.messages import StreamAnswer
+from ..wire.messages import StreamAnswer, StreamStatus
 
 type Publish = Callable[[bytearray], None]
 
 
 @dataclass(frozen=True)
 class Applied:
-    """The answer of a headset to the configuration; `topics` are the announced ones."""
+    """The answer of a headset to the configuration; `topics` are the announced ones.
+
+    `states` are how its streams stand since.
+    """
 
     headset: str
     session: str
     streams: Mapping[str, StreamAnswer]
     topics: Sequence[Topic]
+    states: Mapping[str, StreamStatus] = field(default_factory=dict)
 
 
 class Sink(Protocol):

@@ -4,13 +4,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..configuration.table import Stream, StreamTable
+from ..link.stream_state import grant
 
-_PERMISSION, _STREAM = "permission.", "stream."
+_PERMISSION, _STREAM, _STATE, _MISSING = "permission.", "stream.", "state.", "missing."
 
 
 @dataclass(frozen=True)
 class DeviceStream:
-    """One stream of the table: "runs", "off" or "unavailable", and why if it is known."""
+    """One stream of the table: "runs", "waiting", "failed", "off" or "unavailable".
+
+    `reason` says why if it is known, and what to do.
+    """
 
     stream: str
     state: str
@@ -35,6 +39,9 @@ def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None
         return None
     permissions = {name: granted == "true" for name, granted in _under(_PERMISSION, session)}
     answers = dict(_under(_STREAM, session))
+    states = {
+        id: _status(text, session.get(f"{_MISSING}{id}")) for id, text in _under(_STATE, session)
+    }
     capabilities = session.get("capabilities", "").split()
     return Device(
         session["headset"],
@@ -43,7 +50,8 @@ def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None
         session["state"],
         permissions,
         tuple(
-            _stream(stream, table, capabilities, permissions, answers.get(stream.id))
+            _stopped(stream.id, states.get(stream.id))
+            or _stream(stream, table, capabilities, permissions, answers.get(stream.id))
             for stream in table.streams.values()
         ),
     )
@@ -51,6 +59,21 @@ def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None
 
 def _under(prefix: str, values: Mapping[str, str]) -> list[tuple[str, str]]:
     return [(k.removeprefix(prefix), v) for k, v in values.items() if k.startswith(prefix)]
+
+
+def _status(text: str, permission: str | None) -> tuple[str, str, str | None]:
+    state, _, reason = text.partition(": ")
+    return state, reason, permission
+
+
+def _stopped(stream: str, status: tuple[str, str, str | None] | None) -> DeviceStream | None:
+    """What the headset says of a stream that it does not run; None when it does."""
+    state, reason, permission = status or ("running", "", None)
+    if state == "running":
+        return None
+    shown = "unavailable" if state == "refused" else "waiting" if state == "available" else state
+    fix = grant(stream, permission)
+    return DeviceStream(stream, shown, "; ".join(filter(None, (reason, fix))))
 
 
 def _stream(

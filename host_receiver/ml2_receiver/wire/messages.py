@@ -9,10 +9,12 @@ from .json_body import JsonBody
 
 _NAME_CHARACTERS = 64
 _ID_CHARACTERS = 128
+_REASON_CHARACTERS = 200
 MAX_LINK_TEST_BYTES = 64 << 20
 
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
 TimestampBase = Literal["boottime", "monotonic"]
+StreamState = Literal["running", "waiting", "refused", "available", "failed"]
 Thermal = Literal["none", "light", "moderate", "severe", "critical", "emergency", "shutdown"]
 
 
@@ -163,12 +165,26 @@ class ClockStatus:
 
 
 @dataclass(frozen=True)
+class StreamStatus:
+    state: StreamState
+    reason: str | None = None
+    permission: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.reason is not None and len(self.reason) > _REASON_CHARACTERS:
+            raise ValueError(f"reason: expected at most {_REASON_CHARACTERS} characters")
+        if self.permission is not None:
+            _check_text("permission", self.permission, _ID_CHARACTERS)
+
+
+@dataclass(frozen=True)
 class Status(JsonBody):
     final: bool
     uptime_s: float
     channels: Mapping[str, ChannelStatus]
     clock: ClockStatus
     thermal: Thermal | None = None
+    streams: Mapping[str, StreamStatus] | None = None
 
 
 @dataclass(frozen=True)

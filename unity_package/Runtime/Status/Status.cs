@@ -24,8 +24,11 @@ namespace Ml2Sensors
         /// <summary>The headset does not start it.</summary>
         Refused,
 
-        /// <summary>It ran until its source failed.</summary>
+        /// <summary>Its source failed for good; only a recording's does.</summary>
         Failed,
+
+        /// <summary>It was accepted and its source failed or ended; the library opens it again until it runs.</summary>
+        Waiting,
     }
 
     /// <summary>What the library said of itself at one moment. Immutable.</summary>
@@ -81,7 +84,7 @@ namespace Ml2Sensors
         /// <summary>What became of it.</summary>
         public readonly StreamState State;
 
-        /// <summary>Why it was refused, failed or adjusted; empty when it runs as asked for.</summary>
+        /// <summary>Why it waits, was refused, failed or adjusted; empty when it runs as asked for.</summary>
         public readonly string Reason;
 
         /// <summary>As applied, by the keys of config.yaml; numbers and truth values as JSON writes them.</summary>

@@ -157,6 +157,16 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
+        public void Status_StreamWaiting_IsSaidWithItsReason()
+        {
+            _streamer.enabled = true;
+            _bridge.Say("{'state': 'connected', 'streams': {'depth': {'state': 'waiting', 'reason': 'asleep', 'permission': 'a'}}}");
+            Update();
+            Assert.AreEqual(1, _events.Count(e => e == "refused depth: asleep"));
+            Assert.AreEqual(StreamState.Waiting, _streamer.Status.Streams["depth"].State);
+        }
+
+        [Test]
         public void Enable_PermissionNeeded_GivesTheReasonAsksOnceAndWaitsForTheAnswer()
         {
             Need(CameraNeeded);

@@ -13,7 +13,7 @@ import kotlinx.coroutines.flow.catch
 import kotlinx.coroutines.flow.onStart
 
 /** The user does not, or no longer, allow [permission]. */
-public class PermissionDeniedException internal constructor(public val permission: String, cause: Throwable? = null) :
+public class PermissionDeniedException internal constructor(override val permission: String, cause: Throwable? = null) :
     SourceException(denial(permission), cause)
 
 /** Those Android permissions that [stream] needs and this app does not have, as the stream table says. */

@@ -8,7 +8,10 @@ public sealed class CaptureException(message: String) : SourceException(message)
     public class NotAvailable internal constructor(message: String) : CaptureException(message)
 
     /** The app has not, or no longer, the Android permission that the sensor needs. */
-    public class PermissionDenied internal constructor(message: String) : CaptureException(message)
+    public class PermissionDenied @JvmOverloads internal constructor(
+        message: String,
+        override val permission: String? = null,
+    ) : CaptureException(message)
 
     /** Somebody in this process uses the sensor in a way that excludes this one. */
     public class InUse internal constructor(message: String) : CaptureException(message)

@@ -8,6 +8,7 @@ import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.catch
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.withContext
 
@@ -50,8 +51,12 @@ public sealed class NativeSource(
             } finally {
                 withContext(NonCancellable) { thread.unsubscribe(subscription) }
             }
-        }
+        }.catch { throw it.named(stream) }
     }
+
+    private fun Throwable.named(stream: StreamSpec): Throwable =
+        if (this !is CaptureException.PermissionDenied) this
+        else CaptureException.PermissionDenied(message.orEmpty(), stream.permissions.firstOrNull())
 
     /** Gives the sensor back to the device while the app is not in front, at once; flows go on and deliver nothing. */
     public fun pause(): Unit = thread.pause(true)

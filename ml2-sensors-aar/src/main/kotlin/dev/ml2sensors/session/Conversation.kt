@@ -107,9 +107,17 @@ internal class Conversation(
         }
     }
 
-    /** Until all is [drained], and then for the last time. */
+    /** Once a second, and when the state of a stream changes; when all is [drained] for the last time. */
     suspend fun reportStatus(drained: Deferred<Unit>) {
-        while (withTimeoutOrNull(STATUS_INTERVAL) { drained.await() } == null) writeStatus(final = false)
+        while (!drained.isCompleted) {
+            withTimeoutOrNull(STATUS_INTERVAL) {
+                select {
+                    drained.onAwait { }
+                    streams.stateChanges.onReceive { }
+                }
+            }
+            if (!drained.isCompleted) writeStatus(final = false)
+        }
         writeStatus(final = true)
     }
 
@@ -117,7 +125,14 @@ internal class Conversation(
         val uptimeSeconds = PROCESS_START.elapsedNow().inWholeMilliseconds / 1000.0
         control.write(
             FrameKind.STATUS,
-            Status(final, uptimeSeconds, streams.counts(), hostClock.toBody(streams.timestampBases), streams.thermal),
+            Status(
+                final,
+                uptimeSeconds,
+                streams.counts(),
+                hostClock.toBody(streams.timestampBases),
+                streams.thermal,
+                streams.streamStates,
+            ),
         )
     }
 

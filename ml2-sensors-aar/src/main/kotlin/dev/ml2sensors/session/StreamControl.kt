@@ -48,7 +48,13 @@ internal interface StreamControl {
     /** Told when [channels] of the lane `sensors` have come to be that nobody configured. */
     val additions: ReceiveChannel<Unit>
 
-    /** Streams that ended because their source failed, as it happens. */
+    /** How each stream that was asked for stands, by id, as STATUS names it. */
+    val streamStates: Map<String, Status.Stream>
+
+    /** Told when [streamStates] has changed. */
+    val stateChanges: ReceiveChannel<Unit>
+
+    /** Streams that ended because their source failed for good, as it happens. */
     val failures: ReceiveChannel<SourceFailure>
 
     /** What a user wants to read, as it happens. */

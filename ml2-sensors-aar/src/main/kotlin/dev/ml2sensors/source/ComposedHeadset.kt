@@ -35,6 +35,14 @@ internal class ComposedHeadset(private val headset: Headset) : Headset by headse
         Headset.Timeline.RECORDED -> Answer.Refused("nothing is added to a recording")
     }
 
+    override val holds: Map<String, String>
+        get() {
+            val held = headset.holds
+            if (held.isEmpty()) return held
+            fun why(stream: StreamSpec) = (partsOf(stream) ?: listOf(stream)).firstNotNullOfOrNull { held[it.id] }
+            return StreamTable.all.mapNotNull { stream -> why(stream)?.let { stream.id to it } }.toMap()
+        }
+
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
         val parts = partsOf(stream)?.map { headset.samples(it, values) } ?: return headset.samples(stream, values)
         return if (parts.size == 2) pairInertial(parts[0], parts[1]) else parts.single()

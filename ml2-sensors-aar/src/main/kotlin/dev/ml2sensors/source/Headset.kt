@@ -28,6 +28,9 @@ public interface Headset : AutoCloseable {
     /** By stream id, the clock that the platform was found to stamp it with; empty where that is not in question. */
     public val timestampBases: Map<String, ClockDomain> get() = emptyMap()
 
+    /** By stream id, why it delivers nothing at present although it runs, and goes on by itself; empty while all do. */
+    public val holds: Map<String, String> get() = emptyMap()
+
     /** Whether [stream] can run with the values asked for, and with which it will. Does not start anything. */
     public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
 

@@ -7,6 +7,7 @@ import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ComposedHeadset
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.defaultValues
@@ -19,13 +20,12 @@ import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Job
-import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.ReceiveChannel
-import kotlinx.coroutines.flow.MutableStateFlow
-import kotlinx.coroutines.flow.update
-import kotlinx.coroutines.joinAll
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.StateFlow
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
@@ -50,6 +50,7 @@ internal class ActiveStreams(
     )
 
     private val headset = ComposedHeadset(headset)
+    private val streams = StreamStates(this.headset)
     private val waits = headset.timeline == Headset.Timeline.RECORDED
     private val outgoing = OutgoingChannels(waits)
     private val custom = CustomTopics(outgoing, clock.stamps)
@@ -58,14 +59,20 @@ internal class ActiveStreams(
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val tree = TransformTree(clock.stamps, isLive = !waits) { events.trySend(it) }
 
-    private val local = LocalStreams(this.headset, scope, ::failedLocally)
+    private val local = LocalStreams(this.headset, scope, ::tell)
     private var isConfigured = false
+    private var asking: Job? = null
 
     private val changes = Mutex()
-    private val hasStarted = CompletableDeferred<Unit>()
+    private val delivered = HashSet<StreamSpec>()
+    private val isOver = CompletableDeferred<Unit>()
 
     /** What became of each stream asked for, by id. */
-    val states = MutableStateFlow<Map<String, StreamState>>(emptyMap())
+    val states: StateFlow<Map<String, StreamState>> get() = streams.flow
+
+    override val streamStates: Map<String, Status.Stream> get() = streams.toBodies()
+
+    override val stateChanges: ReceiveChannel<Unit> get() = streams.changes
 
     override val failures: Channel<SourceFailure> = Channel(Channel.UNLIMITED)
 
@@ -100,6 +107,7 @@ internal class ActiveStreams(
         }
         changes.withLock {
             isConfigured = true
+            asking?.cancelAndJoin()
             local.end()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
@@ -113,24 +121,36 @@ internal class ActiveStreams(
                 it.job.cancelAndJoin()
                 forget(spec)
             }
-            states.value = answers.mapValues { (_, answer) -> answer.toState() }
             custom.refusal = answers[StreamTable.custom.id].customRefusal()
+            streams.answered(answers, running.keys)
+            if (!waits) asking = scope.launch { askAgain(requested.filterKeys { answers[it] is Answer.Refused }) }
         }
         return answers
     }
 
+    /** What was [refused], as for want of a permission, may be allowed later: then the receiver is to ask again. */
+    private suspend fun askAgain(refused: Map<String, StreamValues>) {
+        val known = refused.mapNotNull { (id, values) -> StreamTable.byId(id)?.let { it to values } }
+        while (known.isNotEmpty()) {
+            delay(ASK_AGAIN)
+            streams.available = known.filter { (spec, it) -> isAccepted(spec, it) }.map { (spec) -> spec.id }.toSet()
+        }
+    }
+
+    private fun isAccepted(spec: StreamSpec, values: StreamValues) = try {
+        headset.negotiate(spec, values) !is Answer.Refused
+    } catch (_: Exception) {
+        false
+    }
+
     /** Runs [wanted] without sending it anywhere, until the first CONFIGURE of this instance. */
     suspend fun runLocally(wanted: Map<String, StreamValues>): Unit = changes.withLock {
-        if (!isConfigured && states.value.isEmpty()) states.value = local.begin(wanted)
+        if (!isConfigured && streams.flow.value.isEmpty()) streams.begun(local.begin(wanted))
     }
 
-    private suspend fun failedLocally(spec: StreamSpec, cause: Exception): Unit = changes.withLock {
-        tellFailure(spec, reason(cause))
-    }
-
-    /** To be called with the lock on changes, or what is being begun would say that it runs. */
-    private fun tellFailure(spec: StreamSpec, reason: String) {
-        states.update { it + (spec.id to StreamState.Failed(reason)) }
+    /** With the lock, or what is being begun would say that it runs; null is as it was answered. */
+    private suspend fun tell(spec: StreamSpec, state: StreamState?): Unit = changes.withLock {
+        streams.turned(spec.id, state)
     }
 
     private suspend fun forget(spec: StreamSpec) {
@@ -164,7 +184,6 @@ internal class ActiveStreams(
                 others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
             }
-            hasStarted.complete(Unit)
         }
     }
 
@@ -180,6 +199,7 @@ internal class ActiveStreams(
     override suspend fun stopSources(): Unit =
         changes.withLock {
             isConfigured = true
+            asking?.cancelAndJoin()
             local.end()
             accepted.clear()
             running.values.forEach { it.job.cancelAndJoin() }
@@ -189,9 +209,7 @@ internal class ActiveStreams(
 
     /** Waits until all that a recording holds has been delivered; live sensors never end. */
     suspend fun awaitEnd(): String {
-        hasStarted.await()
-        if (!waits) awaitCancellation()
-        changes.withLock { running.values.map { it.job } }.joinAll()
+        isOver.await()
         return "the recording is over"
     }
 
@@ -200,18 +218,30 @@ internal class ActiveStreams(
         values: StreamValues,
         frameIds: FrameIds,
     ) {
+        if (spec == StreamTable.custom) return custom.run()
+        if (waits) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
+        Supervisor { tell(spec, it) }.run({ headset.samples(spec, values) }) {
+            pipeline(spec, values, frameIds, it)
+        }
+    }
+
+    /** What fails in a recording fails for good; it is over when all that is wanted of it has come to its end. */
+    private suspend fun playToItsEnd(spec: StreamSpec, play: suspend () -> Unit) {
         try {
-            pipeline(spec, values, frameIds)
+            play()
         } catch (e: CancellationException) {
             throw e
         } catch (e: Exception) {
-            val reason = reason(e)
             changes.withLock {
                 accepted.remove(spec)
                 forget(spec)
-                tellFailure(spec, reason)
+                streams.turned(spec.id, StreamState.Failed(e.words()))
             }
-            failures.send(SourceFailure(spec.id, reason))
+            failures.send(SourceFailure(spec.id, e.words()))
+        }
+        changes.withLock {
+            delivered += spec
+            if (delivered.containsAll(accepted.keys)) isOver.complete(Unit)
         }
     }
 
@@ -219,12 +249,14 @@ internal class ActiveStreams(
         spec: StreamSpec,
         values: StreamValues,
         frameIds: FrameIds,
+        samples: Flow<Sample>,
     ) {
-        if (spec == StreamTable.custom) return custom.run()
-        val samples = headset.samples(spec, values)
         val channels = outgoing.of(spec, values)
         when {
-            spec == StreamTable.tf -> samples.collect(tree::head)
+            spec == StreamTable.tf -> {
+                tree.beginTrack()
+                samples.collect(tree::head)
+            }
 
             spec.modes.isNotEmpty() ->
                 CameraPipeline(spec, channels, clock.stamps, tree, frameIds).run(samples)
@@ -232,6 +264,8 @@ internal class ActiveStreams(
             else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(samples)
         }
     }
-}
 
-private fun reason(cause: Exception) = "${cause.javaClass.simpleName}: ${cause.message}"
+    private companion object {
+        val ASK_AGAIN = 1.seconds
+    }
+}

@@ -6,12 +6,16 @@ import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
 /**
- * How often to try again: attempts that fail begin at least a period apart, which doubles up to one second. So one that
- * took longer, as the search for a receiver or a session that was lost, is followed by the next at once. Confined to
- * one coroutine.
+ * How often to try again: attempts that fail begin at least a period apart, which doubles from [shortest] up to
+ * [longest]. So one that took longer, as the search for a receiver or a session that was lost, is followed by the next
+ * at once. Confined to one coroutine.
  */
-internal class BackOff(private val time: TimeSource = TimeSource.Monotonic) {
-    private var period = SHORTEST
+internal class BackOff(
+    private val time: TimeSource = TimeSource.Monotonic,
+    private val shortest: Duration = 50.milliseconds,
+    private val longest: Duration = 1.seconds,
+) {
+    private var period = shortest
     private var began = time.markNow()
 
     /** An attempt begins. */
@@ -21,18 +25,13 @@ internal class BackOff(private val time: TimeSource = TimeSource.Monotonic) {
 
     /** The attempt has succeeded, whatever becomes of it. */
     fun succeeded() {
-        period = SHORTEST
+        period = shortest
     }
 
     /** The attempt is over; how long to wait before the next. */
     fun pause(): Duration {
         val pause = (period - began.elapsedNow()).coerceAtLeast(Duration.ZERO)
-        period = minOf(period * 2, LONGEST)
+        period = minOf(period * 2, longest)
         return pause
-    }
-
-    private companion object {
-        val SHORTEST = 50.milliseconds
-        val LONGEST = 1.seconds
     }
 }

@@ -58,7 +58,7 @@ public class Ml2Streamer(
     public val state: StateFlow<StreamerState> = mutableState.asStateFlow()
 
     /** What became of each stream the receiver asked for, by the ids of the stream table. */
-    public val streams: StateFlow<Map<String, StreamState>> = active.states.asStateFlow()
+    public val streams: StateFlow<Map<String, StreamState>> = active.states
 
     /**
      * The app's own topic `custom/[name]`, for messages of a ROS [type] such as `std_msgs/msg/Float32`; the same one

@@ -22,7 +22,18 @@ public sealed interface StreamState {
         val permission: String? = null,
     ) : StreamState
 
-    /** Ran until its source failed, for this [reason]. */
+    /**
+     * Was accepted and does not run now: its source failed or ended. It is opened again until it runs.
+     *
+     * @property reason for people: what happened.
+     * @property permission the Android permission to request for it, null when that is not what is missing.
+     */
+    public data class Waiting(
+        val reason: String,
+        val permission: String? = null,
+    ) : StreamState
+
+    /** Ran until its source failed for good, for this [reason]; only recordings do. */
     public data class Failed(
         val reason: String,
     ) : StreamState

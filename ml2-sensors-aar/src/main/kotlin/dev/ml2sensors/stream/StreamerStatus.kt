@@ -26,15 +26,17 @@ public class StreamerStatus(
     /**
      * What became of one stream.
      *
-     * @property state `accepted`, `refused` or `failed`.
-     * @property reason for the latter two, or why [values] are not those asked for; may be empty.
+     * @property state `accepted`, `waiting` (opened again until it runs), `refused` or `failed`.
+     * @property reason for the latter three, or why [values] are not those asked for; may be empty.
      * @property values that it runs with; null where it does not.
+     * @property permission the Android permission that it lacks; null when that is not what is missing.
      */
     @Serializable
     public class Stream(
         public val state: String,
         public val reason: String = "",
         public val values: StreamValues? = null,
+        public val permission: String? = null,
     )
 
     internal companion object {
@@ -67,7 +69,8 @@ public class StreamerStatus(
 
         private fun StreamState.toStatus() = when (this) {
             is StreamState.Accepted -> Stream("accepted", adjusted.orEmpty(), values)
-            is StreamState.Refused -> Stream("refused", reason)
+            is StreamState.Waiting -> Stream("waiting", reason, permission = permission)
+            is StreamState.Refused -> Stream("refused", reason, permission = permission)
             is StreamState.Failed -> Stream("failed", reason)
         }
     }

@@ -64,6 +64,9 @@ internal class TransformTree(
         waiting.clear()
     }
 
+    /** The head's samples begin, perhaps anew: the first has no connection to what was. */
+    suspend fun beginTrack(): Unit = mutex.withLock { track.clear() }
+
     /** A sample of the head's. */
     suspend fun head(sample: Sample) {
         when (sample) {

@@ -138,14 +138,15 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     /** Gives cameras and trackers back to the device while the app is not in front; the session stays. */
     public fun pause(): Unit = headset.pause()
 
-    /** Takes them again after [pause]; streams fail where that fails. */
+    /** Takes them again after [pause]; where that fails, streams wait until it succeeds. */
     public fun resume(): Unit = headset.resume()
 
     /**
      * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "insecure", "streams": {id: {"state":
-     * "accepted"|"refused"|"failed", "reason", "values"}}, "channels": {topic: {"produced", "sent", "dropped": {reason:
-     * count}}}, "clock", "pairing": {"number", "state": "none"|"running"|"paired"|"failed", "reason", "receivers":
-     * [{"name", "fingerprint", "address"}]}}`. Channels and clock are as in STATUS of PROTOCOL.md; the number is how
+     * "accepted"|"waiting"|"refused"|"failed", "reason", "values", "permission"}}, "channels": {topic: {"produced",
+     * "sent", "dropped": {reason: count}}}, "clock", "pairing": {"number", "state": "none"|"running"|"paired"|"failed",
+     * "reason", "receivers": [{"name", "fingerprint", "address"}]}}`. A stream that is `waiting` is opened again until
+     * it runs. Channels and clock are as in STATUS of PROTOCOL.md; the number is how
      * many pairings were tried since [open]; the receiver that was paired last is the last of them.
      */
     public fun status(): String {

@@ -106,7 +106,27 @@ public class Status internal constructor(
     internal val channels: Map<String, ChannelCounts>,
     internal val clock: Clock,
     internal val thermal: String? = null,
+    internal val streams: Map<String, Stream> = emptyMap(),
 ) {
+    /** How one stream that was asked for stands. */
+    @Serializable
+    internal class Stream private constructor(
+        val state: String,
+        val reason: String? = null,
+        val permission: String? = null,
+    ) {
+        companion object {
+            const val RUNNING = "running"
+            const val WAITING = "waiting"
+            const val REFUSED = "refused"
+            const val AVAILABLE = "available"
+            const val FAILED = "failed"
+
+            fun of(state: String, reason: String? = null, permission: String? = null): Stream =
+                Stream(state, reason?.ifEmpty { null }?.take(STREAM_REASON_LIMIT), permission)
+        }
+    }
+
     /** Messages of a topic since the device began: [produced], [sent], and [dropped] by reason. */
     @Serializable
     public class ChannelCounts(
@@ -164,6 +184,9 @@ internal class Bye(val reason: String) {
         fun of(reason: String): Bye = Bye(reason.take(TEXT_LIMIT))
     }
 }
+
+/** Characters of which as many as there are streams fit the 64 KiB of a STATUS even when each is escaped. */
+private const val STREAM_REASON_LIMIT = 200
 
 /** Characters that fit the 4 KiB of an ERROR or BYE even when each is escaped. */
 private const val TEXT_LIMIT = 512

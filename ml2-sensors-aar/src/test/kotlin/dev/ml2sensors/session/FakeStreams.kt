@@ -39,6 +39,11 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     override val capabilities = listOf("world_left", "color", "depth")
     override val thermal = "light"
     override val timestampBases = mapOf("color" to "monotonic")
+    override val streamStates get() = states
+    override val stateChanges = Channel<Unit>(Channel.CONFLATED)
+
+    @Volatile
+    private var states = emptyMap<String, Status.Stream>()
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
     override val events = Channel<Event>(Channel.UNLIMITED)
 
@@ -81,6 +86,12 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     fun fail(stream: String, reason: String) {
         accepted -= stream
         assertTrue(failures.trySend(SourceFailure(stream, reason)).isSuccess)
+    }
+
+    /** [states] are how the streams stand now. */
+    fun turn(states: Map<String, Status.Stream>) {
+        this.states = states
+        stateChanges.trySend(Unit)
     }
 
     override suspend fun stopSources() {

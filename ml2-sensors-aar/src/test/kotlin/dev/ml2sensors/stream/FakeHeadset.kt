@@ -53,6 +53,10 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
 
     /** Streams whose negotiation throws. */
     val broken = ConcurrentHashMap<StreamSpec, RuntimeException>()
+
+    /** Why streams deliver nothing. */
+    @Volatile
+    override var holds = emptyMap<String, String>()
     val pool = BufferPool(bufferBytes = 1 shl 16, count = 64)
     override val identity = Headset.Identity("fake-1", "Fake")
     override val clock = DeviceClock { System.nanoTime() + 5_000_000_000_000 }
@@ -91,7 +95,7 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     /** Waits until [stream] runs, [times] over; delivers [sample], and returns when all that run it are done with it. */
     suspend fun deliver(stream: StreamSpec, sample: Sample, times: Int = 1): Boolean {
         val running = try {
-            awaitRunning(stream, times)
+            awaitFeeds(stream, times)
         } catch (cancelled: CancellationException) {
             (sample as? ImageSample)?.release()
             throw cancelled
@@ -109,14 +113,18 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         return delivery.isDone.await()
     }
 
-    private suspend fun awaitRunning(stream: StreamSpec, times: Int): List<Feed> =
+    private suspend fun awaitFeeds(stream: StreamSpec, times: Int): List<Feed> =
         feeds.first { all -> all.count { it.stream == stream } >= times }.filter { it.stream == stream }
 
     /** The sensor of [stream] breaks, or is at its end when [cause] is null. */
     suspend fun end(
         stream: StreamSpec,
         cause: Exception?,
-    ) = awaitRunning(stream, 1).forEach { it.deliveries.close(cause) }
+    ) = awaitFeeds(stream, 1).forEach { it.deliveries.close(cause) }
+
+    suspend fun awaitRunning(stream: StreamSpec) {
+        awaitFeeds(stream, 1)
+    }
 
     fun isRunning(stream: StreamSpec): Boolean = feeds.value.any { it.stream == stream }
 

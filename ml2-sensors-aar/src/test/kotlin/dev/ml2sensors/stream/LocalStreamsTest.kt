@@ -57,16 +57,29 @@ class LocalStreamsTest {
     fun aSourceThatFailsIsToldAndTheOthersGoOn() = withStreamer("world_left", "world_right") { streamer ->
         headset.end(StreamTable.worldLeft, IOException("unplugged"))
         val states = withTimeout(StreamFixture.LIMIT) {
-            streamer.streams.first { it["world_left"] is StreamState.Failed }
+            streamer.streams.first { it["world_left"] is StreamState.Waiting }
         }
-        assertEquals(StreamState.Failed("IOException: unplugged"), states["world_left"])
+        assertEquals(StreamState.Waiting("IOException: unplugged"), states["world_left"])
         assertTrue(headset.deliver(StreamTable.worldRight, headset.image(1)))
+        assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(2)), "it comes back")
+        assertIs<StreamState.Accepted>(streamer.streams.value["world_left"])
+    }
+
+    @Test
+    fun whatIsAllowedLaterRunsThen() {
+        headset.answers[StreamTable.depth] = Answer.Refused("no depth here", "a.permission")
+        withStreamer("depth") { streamer ->
+            withTimeout(StreamFixture.LIMIT) { streamer.streams.first { it["depth"] is StreamState.Refused } }
+            headset.answers -= StreamTable.depth
+            assertTrue(headset.deliver(StreamTable.depth, headset.image(1)))
+            assertIs<StreamState.Accepted>(streamer.streams.value["depth"])
+        }
     }
 
     @Test
     fun aSourceThatFailsBeforeTheNextBeginsIsTold() = runBlocking<Unit> {
         lateinit var streamer: Ml2Streamer
-        suspend fun failure() = streamer.streams.first { it["world_left"] is StreamState.Failed }
+        suspend fun failure() = streamer.streams.first { it["world_left"] is StreamState.Waiting }
         val unplugged = object : Headset by headset {
             override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
                 if (stream == StreamTable.worldRight) runBlocking { withTimeoutOrNull(500.milliseconds) { failure() } }

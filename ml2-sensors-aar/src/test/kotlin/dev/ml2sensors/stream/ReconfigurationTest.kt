@@ -20,7 +20,6 @@ import kotlinx.serialization.json.jsonObject
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
-import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
@@ -145,23 +144,6 @@ class ReconfigurationTest {
         session.awaitData("/tf", 3)
         camera.cancelAndJoin()
         head.cancelAndJoin()
-    }
-
-    @Test
-    fun aSourceThatFailsEndsAloneAndStartsAgainWhenItIsAskedForAgain() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}, "gyro_left": {}}""")
-        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
-        headset.end(StreamTable.worldLeft, IOException("unplugged"))
-        val error = session.await(HostFrame.ERROR).json
-        assertEquals("\"stream world_left ended: IOException: unplugged\"", error["message"].toString())
-        session.await(HostFrame.CHANNEL_END, index = 2)
-        assertEquals(StreamState.Failed("IOException: unplugged"), fixture.streamer.streams.value["world_left"])
-        headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
-        session.awaitData("gyro_left/imu")
-        session.configure(2, """{"world_left": {}, "gyro_left": {}}""")
-        session.start(2)
-        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
-        assertEquals(listOf(0L, 1L), session.awaitData("world_left/image_raw", 2).map { it.sequence })
     }
 
     @Test

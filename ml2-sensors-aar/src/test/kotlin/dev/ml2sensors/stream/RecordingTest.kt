@@ -14,6 +14,7 @@ import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
+import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
@@ -92,6 +93,38 @@ class RecordingTest {
         waiting.join()
         assertEquals(1, second.awaitData("/tf").size)
         assertEquals(Books(2, 2, emptyMap()), fixture.finish(second)["/tf"])
+    }
+
+    @Test
+    fun aRecordingThatIsPausedIsNotOver() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("""{"gyro_left": {}, "battery": {}}""")
+        headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture, 0.0, 0.0, 0.0))
+        headset.awaitRunning(StreamTable.battery)
+        session.configure(2, "{}")
+        headset.awaitStopped(StreamTable.gyroLeft)
+        session.configure(3, """{"gyro_left": {}}""")
+        session.start(3)
+        headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture + 1, 0.0, 0.0, 0.0))
+        assertEquals(2, session.awaitData("gyro_left/imu", 2).size)
+        assertEquals(StreamerState.Connected("scripted"), fixture.streamer.state.value)
+        headset.end(StreamTable.gyroLeft, null)
+        val bye = session.await(HostFrame.BYE)
+        assertEquals("""{"reason":"the recording is over"}""", bye.body.decodeToString())
+    }
+
+    @Test
+    fun whatFailsInARecordingFailsForGood() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("""{"world_left": {}, "gyro_left": {}}""")
+        headset.deliver(StreamTable.worldLeft, headset.image(firstCapture))
+        headset.end(StreamTable.worldLeft, IOException("no image"))
+        val error = session.await(HostFrame.ERROR).json
+        assertEquals("\"stream world_left ended: IOException: no image\"", error["message"].toString())
+        session.await(HostFrame.CHANNEL_END, index = 2)
+        assertEquals(StreamState.Failed("IOException: no image"), fixture.streamer.streams.value["world_left"])
+        headset.end(StreamTable.gyroLeft, null)
+        session.await(HostFrame.BYE)
     }
 
     @Test

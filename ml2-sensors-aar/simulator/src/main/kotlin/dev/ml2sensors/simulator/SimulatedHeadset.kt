@@ -39,6 +39,9 @@ import java.util.concurrent.atomic.AtomicBoolean
 public class SimulatedHeadset private constructor(private val headset: Headset) : Headset by headset {
     private val opening = Opening(headset.clock, SimulatedSdk::isDrawing)
 
+    override val holds: Map<String, String>
+        get() = if (opening.isHolding) StreamTable.all.associate { it.id to "drawing the pictures" } else emptyMap()
+
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         headset.samples(stream, values).filter { opening.isOver() }
 

@@ -26,7 +26,7 @@ import kotlin.time.Duration
  * first sample, or [stop] is completed. At the first sample it launches [onBegun]. A receiver that lets the app
  * publish gets [AppUptime], too.
  *
- * @return whether no sensor failed.
+ * @return whether no sensor stands still at the end.
  */
 internal suspend fun stream(
     headset: Headset,
@@ -59,7 +59,7 @@ internal suspend fun stream(
     narration.join()
     say("ended: $reason")
     coroutineContext.cancelChildren()
-    streamer.streams.value.values.none { it is StreamState.Failed }
+    streamer.streams.value.values.none { it is StreamState.Waiting || it is StreamState.Failed }
 }
 
 /** The [headset], which completes [hasBegun] with the first sample of any stream. */
@@ -94,6 +94,7 @@ private fun StreamerState.inWords(receiver: Receiver): String? = when (this) {
 
 private fun StreamState.inWords(): String = when (this) {
     is StreamState.Accepted -> values.inWords() + adjusted?.let { " (adjusted: $it)" }.orEmpty()
+    is StreamState.Waiting -> "waiting: $reason"
     is StreamState.Refused -> "refused: $reason"
     is StreamState.Failed -> "failed: $reason"
 }

@@ -20,6 +20,9 @@ internal class CooledHeadset(private val headset: Headset, private val isWilling
     /** Ids of the streams that rest now. */
     val resting: Set<String> get() = atRest
 
+    override val holds: Map<String, String>
+        get() = headset.holds + atRest.associateWith { "it rests while the headset is hot" }
+
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
         val samples = headset.samples(stream, values)
         val limit = Cooling.limit(stream) ?: return samples

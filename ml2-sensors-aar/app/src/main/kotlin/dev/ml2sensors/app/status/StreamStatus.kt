@@ -8,7 +8,7 @@ import kotlinx.serialization.Serializable
 /**
  * What became of a stream that the receiver asked for.
  *
- * @property state `accepted`, `refused` or `failed`; [reason] may be empty.
+ * @property state `accepted`, `waiting`, `refused` or `failed`; [reason] may be empty.
  * @property produced messages of its first topic.
  * @property dropped messages of all its topics.
  * @property resting because the headset is hot.

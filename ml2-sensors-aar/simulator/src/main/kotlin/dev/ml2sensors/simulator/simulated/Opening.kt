@@ -11,6 +11,9 @@ internal class Opening(private val clock: DeviceClock, private val isDrawing: ()
     private var isOver = false
     private var quietSinceNanos: Long? = null
 
+    /** Whether samples are being held back. */
+    val isHolding: Boolean @Synchronized get() = quietSinceNanos != null && !isOver
+
     /** To be asked at each sample. */
     fun isOver(): Boolean = isOver || look()
 

@@ -1,0 +1,58 @@
+"""What a headset says of its streams in STATUS, and what the receiver makes of it."""
+
+from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.messages import ClockStatus, Status, StreamAnswer, StreamStatus
+from scene import REQUEST, Scene
+
+CLOCK = ClockStatus("holdover", -3, 2, 1)
+CAMERA = "android.permission.CAMERA"
+WAITING = StreamStatus("waiting", "taken away", CAMERA)
+
+
+def tell(scene: Scene, **streams: StreamStatus) -> None:
+    scene.receive(scene.control, Kind.STATUS, Status(False, 2.5, {}, CLOCK, streams=streams))
+
+
+def test_a_stream_that_stops_is_told_once_and_everywhere() -> None:
+    scene = Scene()
+    scene.start()
+    assert scene.host.session is not None
+    for _ in range(3):
+        tell(scene, world_left=WAITING, battery=StreamStatus("running"))
+    text = "world_left waiting: taken away; android.permission.CAMERA is missing"
+    assert len([event for event in scene.sink.events if text in event]) == 1
+    assert scene.sink.applied[-1].states["world_left"] == WAITING
+    assert scene.host.session.report().streams["world_left"] == WAITING
+    assert scene.host.session.report().streams["battery"] == StreamStatus("running")
+    tell(scene, world_left=StreamStatus("running"))
+    assert scene.sink.events[-1].endswith("world_left runs again")
+    assert scene.sink.applied[-1].states["world_left"] == StreamStatus("running")
+
+
+def test_what_would_be_accepted_now_is_asked_for_again_once() -> None:
+    scene = Scene()
+    scene.start()
+    refused = {"world_left": StreamAnswer("refused", None, "no permission")}
+    other = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 5}}
+    scene.host.request(other)
+    scene.comply(refused)
+    asked = len(scene.asked())
+    tell(scene, world_left=StreamStatus("refused", "no permission", CAMERA))
+    assert len(scene.asked()) == asked
+    for _ in range(3):
+        tell(scene, world_left=StreamStatus("available", "no permission", CAMERA))
+    assert [it.streams for it in scene.asked()[asked:]] == [other]
+    scene.comply()
+    tell(scene, world_left=StreamStatus("running"))
+    assert len(scene.asked()) == asked + 1
+    assert scene.sink.applied[-1].streams["world_left"].result == "applied"
+    assert scene.kinds(scene.control)[-1] == Kind.START
+
+
+def test_a_device_that_says_nothing_of_its_streams_runs_what_it_accepted() -> None:
+    scene = Scene()
+    scene.start()
+    assert scene.host.session is not None
+    scene.receive(scene.control, Kind.STATUS, Status(False, 2.5, {}, CLOCK))
+    states = {it.state for it in scene.host.session.report().streams.values()}
+    assert states == {"running"}

@@ -1,0 +1,71 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.channels.Channel
+import kotlinx.coroutines.flow.MutableStateFlow
+import kotlinx.coroutines.flow.StateFlow
+
+/** How each stream that was asked for stands: as it was answered, unless it has stopped. Changed under one lock. */
+internal class StreamStates(private val headset: Headset) {
+    private val mutableFlow = MutableStateFlow<Map<String, StreamState>>(emptyMap())
+    private var answered = emptyMap<String, StreamState>()
+    private val stopped = HashMap<String, StreamState>()
+
+    val flow: StateFlow<Map<String, StreamState>> get() = mutableFlow
+
+    /** Told when [toBodies] may have changed. */
+    val changes: Channel<Unit> = Channel(Channel.CONFLATED)
+
+    /** Ids of streams that were refused, and would be accepted now. */
+    @Volatile
+    var available: Set<String> = emptySet()
+        set(ids) {
+            if (field == ids) return
+            field = ids
+            changes.trySend(Unit)
+        }
+
+    /** A receiver was given [answers], beside which [running] goes on as it stands. */
+    fun answered(answers: Map<String, Answer>, running: Set<StreamSpec>) {
+        stopped.keys.retainAll(running.map { it.id }.toSet())
+        available = emptySet()
+        begun(answers.mapValues { (_, answer) -> answer.toState() })
+    }
+
+    fun begun(states: Map<String, StreamState>) {
+        answered = states
+        publish()
+    }
+
+    /** The stream [id] has stopped, as [state] says, or when that is null runs again. */
+    fun turned(id: String, state: StreamState?) {
+        if (state == null) stopped -= id else stopped[id] = state
+        publish()
+        changes.trySend(Unit)
+    }
+
+    private fun publish() {
+        mutableFlow.value = answered + stopped
+    }
+
+    /** As STATUS has them. */
+    fun toBodies(): Map<String, Status.Stream> {
+        val held = headset.holds
+        return mutableFlow.value.mapValues { (id, state) -> state.toBody(held[id], id in available) }
+    }
+}
+
+private fun StreamState.toBody(held: String?, isAvailable: Boolean): Status.Stream = when (this) {
+    is StreamState.Accepted ->
+        if (held == null) Status.Stream.of(Status.Stream.RUNNING) else Status.Stream.of(Status.Stream.WAITING, held)
+
+    is StreamState.Waiting -> Status.Stream.of(Status.Stream.WAITING, reason, permission)
+
+    is StreamState.Refused ->
+        Status.Stream.of(if (isAvailable) Status.Stream.AVAILABLE else Status.Stream.REFUSED, reason, permission)
+
+    is StreamState.Failed -> Status.Stream.of(Status.Stream.FAILED, reason)
+}

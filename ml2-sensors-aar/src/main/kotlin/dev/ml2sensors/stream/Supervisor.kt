@@ -1,0 +1,81 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.source.RefusedException
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
+import kotlinx.coroutines.currentCoroutineContext
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.ensureActive
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.onEach
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TimeMark
+import kotlin.time.TimeSource
+
+/**
+ * Keeps one live stream running: a run that fails, or ends, is followed by the next after a pause. Pauses grow to 5 s;
+ * they are short again once a run has delivered for as long. Confined to one coroutine.
+ *
+ * @param tell is given [StreamState.Waiting] or [StreamState.Refused] when the stream stops and whenever the reason
+ * changes, and null when it delivers again.
+ */
+internal class Supervisor(
+    private val time: TimeSource = TimeSource.Monotonic,
+    private val tell: suspend (StreamState?) -> Unit,
+) {
+    private val backOff = BackOff(time, SHORTEST, LONGEST)
+    private var outage: StreamState? = null
+    private var deliversSince: TimeMark? = null
+    private var isSettled = false
+
+    /** Makes samples with [open] and has them collected by [collect], until cancelled. */
+    suspend fun run(open: () -> Flow<Sample>, collect: suspend (Flow<Sample>) -> Unit): Nothing {
+        while (true) {
+            deliversSince = null
+            isSettled = false
+            backOff.begin()
+            val cause = try {
+                collect(open().onEach { delivered() })
+                SourceException("the source has ended")
+            } catch (e: Throwable) {
+                currentCoroutineContext().ensureActive() // else it is this stream that was stopped
+                e
+            }
+            tellOf(cause.toState())
+            delay(backOff.pause())
+        }
+    }
+
+    private suspend fun delivered() {
+        if (isSettled) return
+        val since = deliversSince ?: time.markNow().also { deliversSince = it }
+        tellOf(null)
+        if (since.elapsedNow() < LONGEST) return
+        isSettled = true
+        backOff.succeeded()
+    }
+
+    private suspend fun tellOf(now: StreamState?) {
+        if (now == outage) return
+        tell(now)
+        outage = now
+    }
+
+    private companion object {
+        val SHORTEST = 200.milliseconds
+        val LONGEST = 5.seconds
+    }
+}
+
+private fun Throwable.toState(): StreamState = when (this) {
+    is RefusedException -> answer.toState()
+    is SourceException -> StreamState.Waiting(words(), permission)
+    else -> StreamState.Waiting(words())
+}
+
+/** What is wrong, as a user reads it. */
+internal fun Throwable.words(): String {
+    val told = message
+    return if (this is SourceException && told != null) told else "${javaClass.simpleName}: $told"
+}

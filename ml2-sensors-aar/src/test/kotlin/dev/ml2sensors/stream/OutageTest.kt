@@ -1,0 +1,107 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.runBlocking
+import kotlinx.serialization.json.JsonElement
+import kotlinx.serialization.json.jsonObject
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.io.IOException
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+
+/** A stream that the receiver asked for runs, or says why not, and comes back by itself. */
+@Timeout(60)
+class OutageTest {
+    private val fixture = StreamFixture()
+    private val headset = fixture.headset
+
+    @AfterEach
+    fun close() = fixture.close()
+
+    @Test
+    fun aSourceThatFailsComesBackOnTheSameChannel() = runBlocking<Unit> {
+        val session = start("""{"world_left": {}, "gyro_left": {}}""")
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
+        headset.end(StreamTable.worldLeft, IOException("unplugged"))
+        session.awaitState("world_left", """{"state":"waiting","reason":"IOException: unplugged"}""")
+        headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
+        session.awaitData("gyro_left/imu")
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
+        session.awaitState("world_left", """{"state":"running"}""")
+        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["world_left"])
+        val images = session.awaitData("world_left/image_raw", 2)
+        assertEquals(listOf(0L, 1L), images.map { it.sequence })
+        assertEquals(emptyList(), session.frames(HostFrame.CHANNEL_END))
+        assertEquals(Books(2, 2, emptyMap()), fixture.finish(session)["world_left/image_raw"])
+    }
+
+    @Test
+    fun whatWaitsWaitsOnWhileOthersAreConfigured() = runBlocking<Unit> {
+        val session = start("""{"world_left": {}}""")
+        headset.end(StreamTable.worldLeft, IOException("unplugged"))
+        session.awaitState("world_left", """{"state":"waiting","reason":"IOException: unplugged"}""")
+        session.configure(2, """{"world_left": {}, "gyro_left": {}}""")
+        assertEquals(StreamState.Waiting("IOException: unplugged"), fixture.streamer.streams.value["world_left"])
+        session.start(2)
+        headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
+        session.awaitData("world_left/image_raw")
+    }
+
+    @Test
+    fun otherValuesAreTriedAtOnceWhileItWaits() = runBlocking<Unit> {
+        val session = start("""{"depth": {"update_rate": 5}}""")
+        headset.end(StreamTable.depth, IOException("unplugged"))
+        session.awaitState("depth", """{"state":"waiting","reason":"IOException: unplugged"}""")
+        session.configure(2, """{"depth": {"update_rate": 30}}""")
+        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["depth"])
+        session.start(2)
+        headset.deliver(StreamTable.depth, headset.image(fixture.now))
+        session.awaitData("depth/image_raw")
+    }
+
+    @Test
+    fun whatWasRefusedIsToldToBeAvailableAsSoonAsItIs() = runBlocking<Unit> {
+        headset.answers[StreamTable.depth] = Answer.Refused("not granted", "a.permission")
+        val session = start("""{"depth": {}, "battery": {}}""")
+        session.awaitState("depth", """{"state":"refused","reason":"not granted","permission":"a.permission"}""")
+        headset.answers -= StreamTable.depth
+        session.awaitState("depth", """{"state":"available","reason":"not granted","permission":"a.permission"}""")
+        session.configure(2, """{"depth": {}, "battery": {}}""")
+        session.start(2)
+        headset.deliver(StreamTable.depth, headset.image(fixture.now))
+        session.awaitData("depth/image_raw")
+    }
+
+    @Test
+    fun whatIsHeldBackSaysWhy() = runBlocking<Unit> {
+        headset.holds = mapOf("head_pose" to "drawing")
+        val session = start("""{"tf": {}, "battery": {}}""")
+        session.awaitState("tf", """{"state":"waiting","reason":"drawing"}""")
+        session.awaitState("battery", """{"state":"running"}""")
+    }
+
+    private fun start(streams: String): HostSession {
+        fixture.streamer.start()
+        return fixture.session(streams)
+    }
+
+    private fun HostSession.awaitState(stream: String, state: String) {
+        var seen = 0
+        var found: JsonElement? = null
+        while (found.toString() != state) {
+            assertTrue(seen < MOST_STATUSES, "the last state of $stream is $found, expected $state")
+            found = await(HostFrame.STATUS, seen++).json["streams"]?.jsonObject?.get(stream)
+        }
+    }
+
+    private companion object {
+        const val MOST_STATUSES = 30
+    }
+}

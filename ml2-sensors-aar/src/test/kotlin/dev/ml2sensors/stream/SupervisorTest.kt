@@ -1,0 +1,159 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.RefusedException
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.CancellationException
+import kotlinx.coroutines.ExperimentalCoroutinesApi
+import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.delay
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.FlowCollector
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.test.TestScope
+import kotlinx.coroutines.test.currentTime
+import kotlinx.coroutines.test.runCurrent
+import kotlinx.coroutines.test.runTest
+import kotlinx.coroutines.test.advanceTimeBy
+import org.junit.jupiter.api.Test
+import java.io.IOException
+import kotlin.test.assertEquals
+import kotlin.test.assertFalse
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.minutes
+import kotlin.time.Duration.Companion.seconds
+
+/** In virtual time. */
+@OptIn(ExperimentalCoroutinesApi::class)
+class SupervisorTest {
+    private val told = ArrayList<StreamState?>()
+    private val begins = ArrayList<Duration>()
+    private var collected = 0
+
+    @Test
+    fun aSourceThatFailsOnceComesBack() = runTest {
+        supervise { run ->
+            emit(SAMPLE)
+            if (run == 1) throw IOException("unplugged")
+            awaitCancellation()
+        }
+        advanceTimeBy(1.seconds)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("IOException: unplugged"), null), told)
+        assertEquals(listOf(Duration.ZERO, 200.milliseconds), begins)
+        assertEquals(2, collected)
+    }
+
+    @Test
+    fun aReasonIsToldOnceHoweverOftenItIsMet() = runTest {
+        supervise { run ->
+            if (run <= 3) throw IOException("asleep")
+            if (run == 4) throw IOException("in use")
+            emit(SAMPLE)
+            awaitCancellation()
+        }
+        advanceTimeBy(1.minutes)
+        val reasons = listOf("IOException: asleep", "IOException: in use").map { StreamState.Waiting(it) }
+        assertEquals<List<StreamState?>>(reasons + null, told)
+    }
+
+    @Test
+    fun pausesGrowAndAreShortAgainAfterItDeliveredForAWhile() = runTest {
+        supervise { run ->
+            if (run < 8) throw IOException("asleep")
+            emit(SAMPLE)
+            if (run == 8) {
+                delay(10.seconds)
+                emit(SAMPLE)
+            }
+            throw IOException("evicted")
+        }
+        advanceTimeBy(45.seconds)
+        val pauses = begins.zipWithNext { a, b -> b - a }
+        val growing = listOf(200, 400, 800, 1600, 3200, 5000, 5000).map { it.milliseconds }
+        assertEquals(growing + listOf(10.seconds, 400.milliseconds), pauses.take(9))
+    }
+
+    @Test
+    fun aSourceThatFailsForEverIsTriedAtMostEveryFiveSeconds() = runTest {
+        supervise { throw IOException("gone") }
+        advanceTimeBy(10.minutes)
+        assertEquals(1, told.size)
+        assertEquals(5.seconds, begins.takeLast(2).let { (a, b) -> b - a })
+    }
+
+    @Test
+    fun aSourceThatDeliversOneSampleEachTimeIsTriedNoMoreOften() = runTest {
+        supervise {
+            emit(SAMPLE)
+            throw IOException("flapping")
+        }
+        advanceTimeBy(10.minutes)
+        assertEquals(5.seconds, begins.takeLast(2).let { (a, b) -> b - a })
+    }
+
+    @Test
+    fun aSourceThatEndsIsOpenedAgain() = runTest {
+        supervise { run ->
+            emit(SAMPLE)
+            if (run > 1) awaitCancellation()
+        }
+        advanceTimeBy(1.seconds)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("the source has ended"), null), told)
+    }
+
+    @Test
+    fun whatIsNoExceptionAndACancellationThatNobodyAskedForAreFailuresToo() = runTest {
+        supervise { run ->
+            if (run == 1) throw UnsatisfiedLinkError("no symbol")
+            if (run == 2) throw CancellationException("closed")
+            emit(SAMPLE)
+            awaitCancellation()
+        }
+        advanceTimeBy(1.seconds)
+        assertEquals("UnsatisfiedLinkError: no symbol", (told[0] as StreamState.Waiting).reason)
+        assertEquals(null, told.last())
+    }
+
+    @Test
+    fun aPermissionThatIsMissingIsNamed() = runTest {
+        supervise { run ->
+            if (run == 1) throw Denied("not allowed", "b.permission")
+            throw RefusedException(StreamTable.worldLeft, Answer.Refused("not granted", "a.permission"))
+        }
+        advanceTimeBy(1.seconds)
+        assertEquals(StreamState.Waiting("not allowed", "b.permission"), told[0])
+        assertEquals(StreamState.Refused("not granted", "a.permission"), told[1])
+    }
+
+    @Test
+    fun stoppedWhileItWaitsItIsNotOpenedAgain() = runTest {
+        val job = supervise { throw IOException("gone") }
+        runCurrent()
+        job.cancelAndJoin()
+        advanceTimeBy(1.minutes)
+        assertEquals(1, begins.size)
+        assertFalse(job.isActive)
+    }
+
+    private fun TestScope.supervise(source: suspend FlowCollector<Sample>.(run: Int) -> Unit) = backgroundScope.launch {
+        fun open(): Flow<Sample> = flow {
+            begins += currentTime.milliseconds
+            source(begins.size)
+        }
+        Supervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
+            samples.collect { collected++ }
+        }
+    }
+
+    private class Denied(message: String, override val permission: String) : SourceException(message)
+
+    private companion object {
+        val SAMPLE = VectorSample(1, 0.0, 0.0, 0.0)
+    }
+}
