@@ -79,6 +79,16 @@ def test_events_of_the_device_are_told(scene: Scene, event: str) -> None:
     assert scene.is_connected()
 
 
+@pytest.mark.parametrize(
+    ("age_s", "told"), [(90.4, "'it is', 90 s ago"), (0.9, "'it is'"), (None, "'it is'")]
+)
+def test_an_event_that_waited_is_told_with_its_age(
+    scene: Scene, age_s: float | None, told: str
+) -> None:
+    scene.receive(scene.control, Kind.EVENT, Event("tracking_lost", "it is", age_s))
+    assert any(text.endswith(told) for text in scene.sink.events)
+
+
 def test_after_bye_every_lane_is_read_to_its_end(scene: Scene) -> None:
     scene.end(scene.lanes["time"])
     scene.end(scene.lanes["sensors"])

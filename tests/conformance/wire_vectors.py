@@ -142,6 +142,12 @@ def kinds() -> dict[str, Case]:
             "How many CHANNELs had been seen.",
             [read("START", json={"request": 1, "channels": 5})],
         ),
+        "EventAge": (
+            "device",
+            "control",
+            "It happened before there was a receiver to tell.",
+            [read("EVENT", json=EVENT | {"age_s": 12.5})],
+        ),
         "ErrorOfChannel": (
             "receiver",
             "control",

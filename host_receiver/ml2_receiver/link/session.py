@@ -83,7 +83,7 @@ class Session:
             Kind.FILLER: lambda body: self.link.filled(len(body)),
             Kind.PING: lambda _: self.send(Kind.PONG),
             Kind.PONG: lambda _: None,
-            Kind.EVENT: lambda body: self._event(repr(Event.parse(body).text)),
+            Kind.EVENT: lambda body: self._event(Event.parse(body).told),
             Kind.BYE: lambda body: self._bye(Bye.parse(body)),
         }
         control.lane = "control"

@@ -191,6 +191,18 @@ class Status(JsonBody):
 class Event(JsonBody):
     event: str
     text: str
+    age_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if (self.age_s or 0) < 0:
+            raise ValueError("ages are not negative")
+
+    @property
+    def told(self) -> str:
+        """The text for people, printable, and how long ago it happened if it waited."""
+        if self.age_s is None or self.age_s < 1:
+            return repr(self.text)
+        return f"{self.text!r}, {self.age_s:.0f} s ago"
 
 
 @dataclass(frozen=True)

@@ -7,24 +7,30 @@ import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.FlowCollector
+import kotlinx.coroutines.selects.select
 import java.util.concurrent.atomic.AtomicIntegerArray
 
 /**
  * Between the thread of a sensor, which never waits, and one collector. When [capacity] samples wait, the oldest makes
- * room and is counted as [DropReason.SOURCE_LATE]. Images that nobody will take are released.
+ * room and is counted as [DropReason.SOURCE_LATE]. Losses are reported before the next sample, without one, and before
+ * the end. Images that nobody will take are released.
  */
 internal class HandOver(capacity: Int) {
     private val lost = AtomicIntegerArray(DropReason.entries.size)
+    private val losses = Channel<Unit>(Channel.CONFLATED)
     private val waiting = Channel(capacity, BufferOverflow.DROP_OLDEST, ::drop)
+    private var lastCaptureNanos = 0L
 
     /** Takes over one use of an image. Only by the sensor's thread. */
     fun offer(sample: Sample) {
         if (waiting.trySend(sample).isFailure) (sample as? ImageSample)?.release()
     }
 
-    /** Counts samples that will not come; reported before the next one that does, or at the end. Any thread. */
+    /** Counts samples that will not come. Any thread. */
     fun lose(count: Int, reason: DropReason) {
+        if (count == 0) return
         lost.addAndGet(reason.ordinal, count)
+        losses.trySend(Unit)
     }
 
     /** What waits is still delivered; then the collector ends, with [cause] if there is one. Any thread. */
@@ -35,32 +41,30 @@ internal class HandOver(capacity: Int) {
     /** Until closed; images are lent until [collector] returns. */
     suspend fun deliverTo(collector: FlowCollector<Sample>) {
         try {
-            var captureNanos = 0L
             while (true) {
-                val next = waiting.receiveCatching()
-                val sample = next.getOrNull()
-                if (sample == null) {
-                    reportLosses(captureNanos, collector)
-                    next.exceptionOrNull()?.let { throw it }
-                    return
+                val next = select {
+                    waiting.onReceiveCatching { it }
+                    losses.onReceive { null }
                 }
-                captureNanos = sample.captureNanos
+                val sample = next?.getOrNull()
                 try {
-                    reportLosses(captureNanos, collector)
-                    collector.emit(sample)
+                    sample?.let { lastCaptureNanos = it.captureNanos }
+                    reportLosses(collector)
+                    sample?.let { collector.emit(it) }
                 } finally {
                     (sample as? ImageSample)?.release()
                 }
+                if (next?.isClosed == true) return next.exceptionOrNull()?.let { throw it } ?: Unit
             }
         } finally {
             waiting.cancel()
         }
     }
 
-    private suspend fun reportLosses(captureNanos: Long, collector: FlowCollector<Sample>) {
+    private suspend fun reportLosses(collector: FlowCollector<Sample>) {
         for (reason in DropReason.entries) {
             val count = lost.getAndSet(reason.ordinal, 0)
-            if (count > 0) collector.emit(LostSamples(captureNanos, count, reason))
+            if (count > 0) collector.emit(LostSamples(lastCaptureNanos, count, reason))
         }
     }
 

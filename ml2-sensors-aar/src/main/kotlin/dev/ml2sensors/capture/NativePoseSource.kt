@@ -4,11 +4,11 @@ import dev.ml2sensors.message.Point
 import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.toPose
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamTable
-import java.util.concurrent.locks.LockSupport
 import kotlin.Double.Companion.NaN
 
 /**
@@ -40,7 +40,7 @@ private class OpenTracker(
     private val poses = PoseBlock(MAX_POSES)
     private var settings = settings(subscriptions)
     private val handle = settings.open()
-    private var nextNanos = Native.now()
+    private val schedule = Schedule(PERIOD_NANOS, Native::now)
 
     override fun configure(subscriptions: List<Subscription>) {
         val next = settings(subscriptions)
@@ -50,7 +50,8 @@ private class OpenTracker(
     }
 
     override fun deliver(subscriptions: List<Subscription>) {
-        awaitTick()
+        val missed = schedule.awaitNext()
+        if (missed > 0) subscriptions.forEach { it.handOver.lose(missed, DropReason.SOURCE_LATE) }
         val count = Native.pollPoses(handle, poses.memory)
         for ((number, tracked) in (0 until count).map { poses[it] }.groupBy { it.stream }) {
             val stream = StreamTable.all[number]
@@ -65,13 +66,6 @@ private class OpenTracker(
 
     private fun settings(subscriptions: List<Subscription>) =
         NativeSettings(sensor.code, backend.code, subscriptions.map { it.stream }.bits())
-
-    private fun awaitTick() {
-        val now = Native.now()
-        if (nextNanos < now - PERIOD_NANOS) nextNanos = now
-        while (Native.now() < nextNanos) LockSupport.parkNanos(nextNanos - Native.now())
-        nextNanos += PERIOD_NANOS
-    }
 
     private fun pose(tracked: TrackedPose): Sample =
         PoseSample(tracked.captureNanos, tracked.pose?.toBody(), tracked.isInNewWorld)

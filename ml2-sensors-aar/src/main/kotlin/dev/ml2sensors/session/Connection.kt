@@ -18,14 +18,21 @@ import kotlinx.coroutines.ensureActive
 import kotlinx.coroutines.runInterruptible
 import java.io.Closeable
 import java.io.IOException
-import java.net.InetSocketAddress
+import java.net.InetAddress
 import java.net.StandardSocketOptions
-import java.net.UnknownHostException
 import java.nio.ByteBuffer
 import java.nio.channels.SocketChannel
 
-/** Frames over one blocking connection to the receiver: one thread reads it, any may write. Interrupts close it. */
-internal class Connection private constructor(private val channel: LinkChannel, rosNowNanos: () -> Long) : Closeable {
+/**
+ * Frames over one blocking connection to the receiver: one thread reads it, any may write. Interrupts close it.
+ *
+ * @property address the one of the receiver's that answered.
+ */
+internal class Connection private constructor(
+    private val channel: LinkChannel,
+    val address: InetAddress,
+    rosNowNanos: () -> Long,
+) : Closeable {
     private val reader = FrameReader(channel)
     val writer: FrameWriter = FrameWriter(channel, rosNowNanos)
 
@@ -76,9 +83,11 @@ internal class Connection private constructor(private val channel: LinkChannel, 
         private const val BULK_SEND_BUFFER_BYTES = 256 * 1024
 
         /**
-         * Connects. An [urgent] connection is marked DSCP CS6, so that an access point may let it pass images; of any
-         * other the kernel holds little, so that images do not grow stale there.
+         * Connects to the first of the receiver's addresses that answers. An [urgent] connection is marked DSCP CS6, so
+         * that an access point may let it pass images; of any other the kernel holds little, so that images do not grow
+         * stale there.
          *
+         * @param resolve gives the addresses of a host.
          * @throws LinkException when what answers is not the receiver that [security] and the address ask for.
          */
         fun open(
@@ -86,9 +95,8 @@ internal class Connection private constructor(private val channel: LinkChannel, 
             security: LinkSecurity,
             rosNowNanos: () -> Long,
             urgent: Boolean = true,
-        ): Connection {
-            val address = InetSocketAddress(receiver.host, receiver.port)
-            if (address.isUnresolved) throw UnknownHostException("no address is known for ${receiver.host}")
+            resolve: (String) -> List<InetAddress> = ::addressesOf,
+        ): Connection = firstThatAnswers(receiver, resolve(receiver.host)) { address, limitMillis ->
             val socket = SocketChannel.open()
             try {
                 socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
@@ -97,8 +105,8 @@ internal class Connection private constructor(private val channel: LinkChannel, 
                 } else {
                     socket.setOption(StandardSocketOptions.SO_SNDBUF, BULK_SEND_BUFFER_BYTES)
                 }
-                socket.connect(address)
-                return Connection(security.channel(socket, receiver), rosNowNanos)
+                socket.socket().connect(address, limitMillis)
+                Connection(security.channel(socket, receiver), address.address, rosNowNanos)
             } catch (e: Throwable) {
                 socket.close()
                 throw e

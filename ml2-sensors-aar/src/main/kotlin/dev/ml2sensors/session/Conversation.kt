@@ -90,7 +90,7 @@ internal class Conversation(
 
     suspend fun reportFailures() {
         for (failure in streams.failures) {
-            val message = "stream ${failure.stream} ended: ${failure.reason}"
+            val message = "stream ${failure.stream} ended${failure.ago()}: ${failure.reason}"
             control.write(FrameKind.ERROR, ErrorBody.of(ErrorCode.SOURCE, message, fatal = false))
             announcements.withdraw()
         }
@@ -100,10 +100,10 @@ internal class Conversation(
     suspend fun reportEvents(drained: Deferred<Unit>) {
         while (true) {
             val event = select {
-                streams.events.onReceive { it }
+                streams.events.waiting.onReceive { it }
                 drained.onAwait { null }
             }
-            control.write(FrameKind.EVENT, event ?: return)
+            control.write(FrameKind.EVENT, streams.events.told(event ?: return))
         }
     }
 

@@ -20,6 +20,7 @@ import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
+import java.net.InetAddress
 import java.util.concurrent.ConcurrentLinkedQueue
 import kotlin.time.Duration.Companion.seconds
 
@@ -33,6 +34,7 @@ internal class Session(
     private val deviceClock: DeviceClock,
     private val hostClock: HostClock,
     private val streams: StreamControl,
+    private val resolve: (String) -> List<InetAddress> = ::addressesOf,
 ) {
     private val connections = ConcurrentLinkedQueue<Connection>()
 
@@ -98,9 +100,12 @@ internal class Session(
 
     private suspend fun open(urgent: Boolean): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
         blockingIo {
-            Connection.open(receiver, security, hostClock::rosNowNanos, urgent).also(connections::add)
+            Connection.open(receiver, security, hostClock::rosNowNanos, urgent, ::addresses).also(connections::add)
         }
     }
+
+    /** Where control has found the receiver, the other lanes find it too. */
+    private fun addresses(host: String) = connections.peek()?.let { listOf(it.address) } ?: resolve(host)
 
     private companion object {
         /** Patience before WELCOME tells the receiver's. */

@@ -3,10 +3,10 @@ package dev.ml2sensors.session
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.ChannelBody
-import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlin.time.Duration
+import kotlin.time.TimeSource
 
 /**
  * What a session does to the device's streams. Called by one coroutine at a time, but for [channels], [refuse] and
@@ -58,7 +58,7 @@ internal interface StreamControl {
     val failures: ReceiveChannel<SourceFailure>
 
     /** What a user wants to read, as it happens. */
-    val events: ReceiveChannel<Event>
+    val events: EventQueue
 
     /** Stops all sources; returns when the last message has been offered. */
     suspend fun stopSources()
@@ -68,4 +68,9 @@ internal interface StreamControl {
 }
 
 /** A source failed, and its [stream] ended. */
-internal class SourceFailure(val stream: String, val reason: String)
+internal class SourceFailure(val stream: String, val reason: String) {
+    private val at = TimeSource.Monotonic.markNow()
+
+    /** For people who read it later: how long ago it was, empty for what has just happened. */
+    fun ago(): String = at.elapsedNow().inWholeSeconds.let { if (it > 0) " $it s ago" else "" }
+}

@@ -4,14 +4,13 @@ import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.buffer
-import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.produceIn
 
 /**
- * Every reading of [gyroscope], in order and none merged, with the acceleration interpolated to its instant. Readings
- * before the first or after the last acceleration have none and are left out: it is never extrapolated. Elements are
- * [InertialSample]s, and the gyroscope's [LostSamples].
+ * Every reading of [gyroscope], in order and none merged, with the acceleration interpolated to its instant. It is never
+ * extrapolated: the pairs begin with the first acceleration, and a reading after the last one is lost, as
+ * [DropReason.SOURCE_LATE]. Elements are [InertialSample]s, and the [LostSamples] of either half.
  */
 internal fun pairInertial(
     gyroscope: Flow<Sample>,
@@ -19,12 +18,18 @@ internal fun pairInertial(
 ): Flow<Sample> =
     flow {
         coroutineScope {
-            val accelerations = accelerometer.filterIsInstance<VectorSample>().buffer(READ_AHEAD).produceIn(this)
-            val bracket = Bracket(accelerations)
+            val accelerations = accelerometer.buffer(READ_AHEAD).produceIn(this)
+            val bracket = Bracket(accelerations) { emit(it) }
             gyroscope.buffer(READ_AHEAD).collect { rate ->
                 when (rate) {
-                    is VectorSample -> bracket.at(rate.captureNanos)?.let { emit(InertialSample(rate, it)) }
+                    is VectorSample -> {
+                        val acceleration = bracket.at(rate.captureNanos)
+                        if (acceleration != null) emit(InertialSample(rate, acceleration))
+                        if (bracket.isOver) emit(LostSamples(rate.captureNanos, 1, DropReason.SOURCE_LATE))
+                    }
+
                     is LostSamples -> emit(rate)
+
                     else -> error("a gyroscope delivers vectors, not $rate")
                 }
             }
@@ -32,22 +37,37 @@ internal fun pairInertial(
         }
     }
 
-/** The two accelerations around an instant that only grows. */
+/** The two accelerations around an instant that only grows; what is lost of them goes to [lose]. */
 private class Bracket(
-    private val accelerations: ReceiveChannel<VectorSample>,
+    private val accelerations: ReceiveChannel<Sample>,
+    private val lose: suspend (LostSamples) -> Unit,
 ) {
     private var before: VectorSample? = null
     private var after: VectorSample? = null
+
+    /** Whether the instant is later than the last acceleration. */
+    var isOver = false
+        private set
 
     /** The acceleration at [nanos], null outside of what was measured. */
     suspend fun at(nanos: Long): VectorSample? {
         while ((after?.captureNanos ?: Long.MIN_VALUE) < nanos) {
             before = after
-            after = accelerations.receiveCatching().getOrNull() ?: return null
+            after = next() ?: return null.also { isOver = true }
         }
         val end = after ?: return null
         if (end.captureNanos == nanos) return end
         return before?.let { interpolate(it, end, nanos) }
+    }
+
+    private suspend fun next(): VectorSample? {
+        while (true) {
+            when (val sample = accelerations.receiveCatching().getOrNull() ?: return null) {
+                is VectorSample -> return sample
+                is LostSamples -> lose(sample)
+                else -> error("an accelerometer delivers vectors, not $sample")
+            }
+        }
     }
 }
 

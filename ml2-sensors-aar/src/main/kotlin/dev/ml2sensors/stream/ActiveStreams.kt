@@ -1,6 +1,7 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.session.EventQueue
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.SourceFailure
 import dev.ml2sensors.session.StreamControl
@@ -14,13 +15,13 @@ import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ChannelBody
-import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.delay
@@ -57,7 +58,7 @@ internal class ActiveStreams(
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private var frameIds = FrameIds()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val tree = TransformTree(clock.stamps, isLive = !waits) { events.trySend(it) }
+    private val tree = TransformTree(clock.stamps, isLive = !waits) { events.add(it) }
 
     private val local = LocalStreams(this.headset, scope, ::tell)
     private var isConfigured = false
@@ -74,9 +75,9 @@ internal class ActiveStreams(
 
     override val stateChanges: ReceiveChannel<Unit> get() = streams.changes
 
-    override val failures: Channel<SourceFailure> = Channel(Channel.UNLIMITED)
+    override val failures: Channel<SourceFailure> = Channel(MOST_FAILURES, BufferOverflow.DROP_OLDEST)
 
-    override val events: Channel<Event> = Channel(Channel.UNLIMITED)
+    override val events: EventQueue = EventQueue()
 
     override val additions: ReceiveChannel<Unit> get() = custom.additions
 
@@ -267,5 +268,8 @@ internal class ActiveStreams(
 
     private companion object {
         val ASK_AGAIN = 1.seconds
+
+        /** More than there are streams: each fails once before it is asked for again, which takes a receiver. */
+        const val MOST_FAILURES = 64
     }
 }

@@ -26,9 +26,23 @@ internal fun ImageSample.toImage(
         width = width.toUInt(),
         encoding = encoding,
         isBigendian = 0u,
-        step = (pixels.remaining() / height).toUInt(),
-        data = pixels,
+        step = strideBytes.toUInt(),
+        data = rows(pixels),
     )
+
+/** What sensor_msgs/Image has of a plane: whole rows of its stride, and nothing after the last. Copies only to pad it. */
+private fun ImageSample.rows(plane: ByteBuffer): ByteBuffer {
+    val size = Math.multiplyExact(strideBytes, height)
+    val rows = plane.duplicate().order(plane.order())
+    if (plane.remaining() >= size) return rows.apply { limit(position() + size) }
+    require(plane.remaining() > size - strideBytes) {
+        "expected $height rows of $strideBytes bytes, the last one perhaps without padding, found ${plane.remaining()} bytes"
+    }
+    return ByteBuffer.allocate(size).apply {
+        put(rows)
+        rewind()
+    }
+}
 
 /** The JPEG of this sample; [format] as image_transport has it. */
 internal fun ImageSample.toCompressedImage(

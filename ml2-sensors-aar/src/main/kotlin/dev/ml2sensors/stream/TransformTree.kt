@@ -78,7 +78,7 @@ internal class TransformTree(
             }
 
             is LostSamples -> mutex.withLock {
-                track.lose()
+                if (sample.count > MOST_BRIDGED) track.lose()
                 lose(sample.count, sample.reason)
             }
 
@@ -190,6 +190,9 @@ internal class TransformTree(
 
     private companion object {
         val BODY_IN_OPTICAL = OPTICAL_IN_BODY.inverse()
+
+        /** The head moves nearly straight between poses 67 ms apart; of a longer gap nothing is known. */
+        const val MOST_BRIDGED = 3
 
         /** Half a second of five cameras; the next head pose is due in 17 ms. */
         const val MOST_WAITING = 75

@@ -161,7 +161,7 @@ public class Status internal constructor(
 }
 
 @Serializable
-internal class Event(val event: String, val text: String) {
+internal class Event(val event: String, val text: String, @SerialName("age_s") val ageSeconds: Double? = null) {
     companion object {
         const val TRACKING_LOST = "tracking_lost"
         const val TRACKING_RECOVERED = "tracking_recovered"

@@ -6,15 +6,18 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.CoroutineStart
+import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 
+@Timeout(60)
 class HandOverTest {
     private val handOver = HandOver(2)
     private val released = mutableListOf<Long>()
@@ -85,6 +88,30 @@ class HandOverTest {
         collector.join()
         handOver.offer(image(2))
         assertEquals(listOf(1L, 2L), released.sorted())
+    }
+
+    @Test
+    fun lossesAfterTheLastSampleAreReportedWithoutAnother() = runBlocking<Unit> {
+        val reported = Channel<Sample>(Channel.UNLIMITED)
+        val collector = launch(start = CoroutineStart.UNDISPATCHED) { handOver.deliverTo(reported::send) }
+        handOver.lose(2, DropReason.NO_BUFFER)
+        assertEquals(listOf("2 no_buffer"), describe(listOf(reported.receive())))
+        collector.cancel()
+    }
+
+    @Test
+    fun lossesAreReportedBeforeTheEnd() = runBlocking<Unit> {
+        handOver.offer(image(1))
+        handOver.close(CaptureException.VendorFailure("it broke"))
+        handOver.lose(3, DropReason.SOURCE_LATE)
+        val received = mutableListOf<Sample>()
+        val failure = assertFailsWith<CaptureException.VendorFailure> {
+            handOver.deliverTo { sample ->
+                received += sample
+                if (sample is ImageSample) handOver.lose(2, DropReason.NO_BUFFER)
+            }
+        }
+        assertEquals(listOf("3 source_late", "1", "2 no_buffer") to "it broke", describe(received) to failure.message)
     }
 
     private suspend fun samples() = flow { handOver.deliverTo(this) }.toList()

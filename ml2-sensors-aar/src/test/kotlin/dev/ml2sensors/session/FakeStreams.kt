@@ -4,7 +4,6 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.ChannelBody
-import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Status
@@ -45,7 +44,7 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     @Volatile
     private var states = emptyMap<String, Status.Stream>()
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
-    override val events = Channel<Event>(Channel.UNLIMITED)
+    override val events = EventQueue()
 
     override fun linkUp(received: Map<String, Long>?) {
         call("linkUp $received")

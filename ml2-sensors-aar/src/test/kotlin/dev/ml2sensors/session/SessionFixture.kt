@@ -14,6 +14,7 @@ import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
 import java.io.Closeable
+import java.net.InetAddress
 import java.net.ServerSocket
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
@@ -30,8 +31,9 @@ internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSo
     fun run(
         receiver: ReceiverAddress = host.address,
         security: LinkSecurity = LinkSecurity.Insecure(),
+        resolve: (String) -> List<InetAddress> = ::addressesOf,
     ): Deferred<Throwable?> {
-        val session = Session(receiver, security, DeviceClock(System::nanoTime), clock, streams)
+        val session = Session(receiver, security, DeviceClock(System::nanoTime), clock, streams, resolve)
         val capabilities = Hello.Capabilities(streams.capabilities)
         val hello = Hello(listOf(1), "device", "instance", "Größe", "test", capabilities, mapOf("camera" to true))
         return scope.async {

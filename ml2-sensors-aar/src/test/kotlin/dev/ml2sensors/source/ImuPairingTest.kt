@@ -7,9 +7,9 @@ import kotlinx.coroutines.delay
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.asFlow
 import kotlinx.coroutines.flow.consumeAsFlow
+import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.flow
-import kotlinx.coroutines.flow.map
 import kotlinx.coroutines.flow.onCompletion
 import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.flow.onStart
@@ -94,6 +94,21 @@ class ImuPairingTest {
     }
 
     @Test
+    fun halvesThatHaveNoOtherAreCounted() = runTest {
+        val gyroscope = (0L..5L).map(::rate).asFlow()
+        val accelerometer = flow {
+            emit(acceleration(1))
+            emit(LostSamples(2, 2, DropReason.NO_BUFFER))
+            emit(acceleration(3))
+        }
+        val samples = pairInertial(gyroscope, accelerometer).toList()
+        assertEquals(listOf(1L, 2, 3), samples.filterIsInstance<InertialSample>().map { it.captureNanos })
+        val lost = samples.filterIsInstance<LostSamples>().groupBy({ it.reason }, { it.count })
+        assertEquals(2, lost.getValue(DropReason.NO_BUFFER).sum(), "what the accelerometer lost")
+        assertEquals(2, lost.getValue(DropReason.SOURCE_LATE).sum(), "readings after the last acceleration")
+    }
+
+    @Test
     fun aPairIsDeliveredAsSoonAsBothSidesAreKnown() = runTest {
         val gyroscope = Channel<Sample>(Channel.UNLIMITED)
         val accelerometer = Channel<Sample>(Channel.UNLIMITED)
@@ -135,7 +150,7 @@ class ImuPairingTest {
 
     private suspend fun pair(gyroscope: List<Long>, accelerometer: List<Long>): List<InertialSample> =
         pairInertial(gyroscope.map(::rate).asFlow(), accelerometer.map(::acceleration).asFlow())
-            .map { assertIs<InertialSample>(it) }
+            .filterIsInstance<InertialSample>()
             .toList()
 
     private fun rate(nanos: Long) = VectorSample(nanos, nanos * 0.5, 0.0, 0.0)

@@ -18,6 +18,7 @@ import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
+import kotlinx.serialization.json.double
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
 import org.junit.jupiter.api.AfterEach
@@ -25,6 +26,7 @@ import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
 import kotlin.random.Random
 import kotlin.test.assertEquals
+import kotlin.test.assertTrue
 
 @Timeout(60)
 class TransformTreeTest {
@@ -120,10 +122,21 @@ class TransformTreeTest {
         val base = fixture.now
         fixture.camera(StreamTable.worldLeft, base - HEAD, Transform.IDENTITY) // before the tree began
         fixture.head(base, Transform.IDENTITY)
-        fixture.headset.deliver(StreamTable.headPose, LostSamples(base + HEAD, 3, DropReason.SOURCE_LATE))
+        fixture.headset.deliver(StreamTable.headPose, LostSamples(base + HEAD, 4, DropReason.SOURCE_LATE))
         fixture.camera(StreamTable.worldLeft, base + 3 * HEAD, Transform.IDENTITY)
-        fixture.head(base + 4 * HEAD, Transform.IDENTITY)
-        assertEquals(Books(6, 2, mapOf("source_late" to 4)), fixture.finish(session)["/tf"])
+        fixture.head(base + 5 * HEAD, Transform.IDENTITY)
+        assertEquals(Books(7, 2, mapOf("source_late" to 5)), fixture.finish(session)["/tf"])
+    }
+
+    @Test
+    fun aFewHeadPosesThatAreLostAreBridged() = runBlocking<Unit> {
+        val session = fixture.start("""{"world_left": {}, "tf": {}}""")
+        val base = fixture.now
+        fixture.head(base, Transform.IDENTITY)
+        fixture.headset.deliver(StreamTable.headPose, LostSamples(base + HEAD, 1, DropReason.SOURCE_LATE))
+        fixture.camera(StreamTable.worldLeft, base + HEAD, Transform.IDENTITY)
+        fixture.head(base + 2 * HEAD, Transform.IDENTITY)
+        assertEquals(Books(4, 3, mapOf("source_late" to 1)), fixture.finish(session)["/tf"])
     }
 
     @Test
@@ -179,6 +192,46 @@ class TransformTreeTest {
         )
         fixture.finish(session)
         assertEquals(listOf("tracking_lost", "tracking_recovered", "tracking_new_session"), session.events())
+    }
+
+    @Test
+    fun transformsOfAnImageThatComesLateAreOlderThanTheLastAndNoneIsSaidTwice() = runBlocking<Unit> {
+        val session = fixture.start("""{"world_left": {}, "tf": {}}""")
+        val base = fixture.now
+        for (number in 0L..5) fixture.head(base + number * HEAD, Transform.IDENTITY)
+        for (number in 0L..2) fixture.camera(StreamTable.worldLeft, base + number * FRAME, Transform.IDENTITY)
+        fixture.finish(session)
+        val stamps = session.data("/tf").map { it.captureNanos }
+        assertTrue(stamps != stamps.sorted(), "an image comes after the head's poses of its time")
+        val sent = session.transforms().map { it.childFrameId to it.header.stamp }
+        assertEquals(sent.toSet().size, sent.size)
+        for (topic in listOf("world_left/image_raw", "world_left/metadata")) {
+            val captures = session.data(topic).map { it.captureNanos }
+            assertEquals(captures.sorted().distinct(), captures, topic)
+        }
+    }
+
+    @Test
+    fun eventsWithoutAReceiverAreBoundedAndSayHowLongAgoTheyHappened() = runBlocking<Unit> {
+        val first = fixture.start("""{"tf": {}}""")
+        fixture.head(fixture.now, Transform.IDENTITY)
+        first.awaitData("/tf")
+        first.cut()
+        val second = fixture.host.awaitHello()
+        repeat(100) {
+            fixture.head(fixture.now, null)
+            fixture.head(fixture.now, Transform.IDENTITY)
+        }
+        second.welcome(fixture.host.received())
+        second.configure(1, "{}")
+        fixture.finish(second)
+        val events = second.frames(HostFrame.EVENT).map { it.json }
+        assertEquals(64, events.size)
+        assertTrue(events.all { it.getValue("age_s").jsonPrimitive.double >= 0 })
+        assertEquals(
+            "head tracking is lost: no transforms until it is recovered (136 events before this one were dropped)",
+            events.first().getValue("text").jsonPrimitive.content,
+        )
     }
 
     @Test

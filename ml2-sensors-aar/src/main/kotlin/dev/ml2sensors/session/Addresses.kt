@@ -1,0 +1,58 @@
+package dev.ml2sensors.session
+
+import dev.ml2sensors.link.LinkException
+import java.io.IOException
+import java.net.ConnectException
+import java.net.InetAddress
+import java.net.InetSocketAddress
+import java.net.UnknownHostException
+
+/** The addresses of [host], a name or an address, as the system has them. */
+internal fun addressesOf(host: String): List<InetAddress> = try {
+    InetAddress.getAllByName(host).toList()
+} catch (e: UnknownHostException) {
+    throw UnknownHostException("no address is known for $host").apply { initCause(e) }
+}
+
+/**
+ * What [connect] makes of the first of [addresses] where it succeeds. It is given a limit for the TCP connection in ms,
+ * so that an address that does not answer leaves time for the others; 0, none, for the last. IPv6 and IPv4 take turns, as
+ * in RFC 8305, 4, beginning with the first one's.
+ *
+ * @throws IOException when there is none: the error of the only one, or of one where no such receiver answered, or what
+ * happened at each.
+ */
+internal fun <T> firstThatAnswers(
+    receiver: ReceiverAddress,
+    addresses: List<InetAddress>,
+    connect: (InetSocketAddress, limitMillis: Int) -> T,
+): T {
+    val tried = inTurn(addresses).take(MOST_ADDRESSES)
+    val failures = LinkedHashMap<InetAddress, IOException>()
+    for (address in tried) {
+        try {
+            val limitMillis = if (address == tried.last()) 0 else ATTEMPT_LIMIT_MILLIS
+            return connect(InetSocketAddress(address, receiver.port), limitMillis)
+        } catch (e: IOException) {
+            if (Thread.currentThread().isInterrupted) throw e
+            failures[address] = e
+        }
+    }
+    failures.values.singleOrNull()?.let { throw it }
+    failures.values.firstOrNull { it is LinkException }?.let { throw it }
+    val each = failures.entries.joinToString("; ") { (address, failure) ->
+        "${address.hostAddress}: ${failure.message}"
+    }
+    throw ConnectException("no address of $receiver answers ($each)")
+}
+
+private fun inTurn(addresses: List<InetAddress>): List<InetAddress> {
+    val (firsts, others) = addresses.distinct().partition { it.javaClass == addresses.first().javaClass }
+    return (0 until maxOf(firsts.size, others.size)).flatMap {
+        listOfNotNull(firsts.getOrNull(it), others.getOrNull(it))
+    }
+}
+
+/** Together with [ATTEMPT_LIMIT_MILLIS] this leaves the last one two of the five seconds that a connection may take. */
+private const val MOST_ADDRESSES = 4
+private const val ATTEMPT_LIMIT_MILLIS = 1_000

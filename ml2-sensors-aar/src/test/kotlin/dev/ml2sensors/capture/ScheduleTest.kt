@@ -1,0 +1,37 @@
+package dev.ml2sensors.capture
+
+import org.junit.jupiter.api.Test
+import kotlin.test.assertEquals
+
+class ScheduleTest {
+    private var nanos = 50L
+    private val schedule = Schedule(periodNanos = 10, { nanos }, { nanos += it })
+
+    @Test
+    fun instantsAreAPeriodApart() {
+        assertEquals(
+            listOf(50L, 60L, 70L),
+            List(3) {
+                awaitNext() to nanos
+            }.map { (missed, at) -> at.also { assertEquals(0, missed) } },
+        )
+    }
+
+    @Test
+    fun instantsThatNobodyWaitedForAreCountedAndTheOthersStayWhereTheyWere() {
+        awaitNext()
+        nanos += 35
+        assertEquals(2 to 85L, awaitNext() to nanos)
+        assertEquals(0 to 90L, awaitNext() to nanos)
+    }
+
+    @Test
+    fun beingLateByLessThanAPeriodMissesNone() {
+        awaitNext()
+        nanos += 19
+        assertEquals(0 to 69L, awaitNext() to nanos)
+        assertEquals(0 to 70L, awaitNext() to nanos)
+    }
+
+    private fun awaitNext() = schedule.awaitNext()
+}
