@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import zipfile
@@ -16,6 +17,7 @@ ENTRIES = [
     "classes.jar",
     "R.txt",
     "proguard.txt",
+    "baseline-prof.txt",
     "jni/x86_64/libml2sensors.so",
     "META-INF/com/android/build/gradle/aar-metadata.properties",
 ]
@@ -26,6 +28,18 @@ def test_a_package_holds_exactly_these_files(package: Package) -> None:
     with zipfile.ZipFile(package.file) as archive:
         assert archive.namelist() == ENTRIES
         assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+
+
+def test_the_baseline_profile_names_packages_that_exist(library: Package) -> None:
+    lines = (library.folder / "baseline-prof.txt").read_text().splitlines()
+    rules = [line for line in lines if not line.startswith("#")]
+    packages = [
+        re.fullmatch(r"H?S?P?L([a-z0-9/]+)/\*\*(?:->\*\*\(\*\*\)\*\*|;)", it) for it in rules
+    ]
+    classes = [name for jar in (library.classes, *library.libraries) for name in read_classes(jar)]
+    for rule, package in zip(rules, packages, strict=True):
+        assert package, rule
+        assert any(name.startswith(f"{package[1]}/") for name in classes), rule
 
 
 def test_aapt_reads_the_manifest(package: Package, tmp_path: Path) -> None:

@@ -37,9 +37,10 @@ internal fun quietTime(duration: Duration): Duration = minOf(LONGEST_QUIET, dura
 
 private fun Random.pause(): Duration = nextDouble(SHORTEST_PAUSE_S, LONGEST_PAUSE_S).seconds
 
-/** From 1 to the most, each order of magnitude as often as any other. */
+/** From 1 to the most, small ones more often: of many faults the size is a count of frames. */
 private fun Random.valueOf(key: SimulatedKey): String {
-    val value = exp(nextDouble() * ln(key.range.endInclusive + 1)).coerceAtMost(key.range.endInclusive)
+    val share = nextDouble()
+    val value = exp(share * share * ln(key.range.endInclusive + 1)).coerceAtMost(key.range.endInclusive)
     return if (key.isWhole) "${value.toLong()}" else "$value"
 }
 
