@@ -9,6 +9,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import NoReturn
@@ -31,7 +32,7 @@ from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import QUEUE_BYTES, Recorder
 from ml2_receiver.topics.sink import Applied
 from ml2_receiver.wire.messages import StreamAnswer
-from patience import PATIENCE_S
+from patience import PATIENCE_S, await_so
 
 COUNT = 40
 BATTERY = load_table().streams["battery"].topics[0]
@@ -312,6 +313,25 @@ def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
         publish(bytearray(bag_scene.battery(2)))
     recorder.close()
     assert recorder.progress.messages + sum(recorder.progress.dropped.values()) == 2
+
+
+def test_messages_are_written_while_the_metadata_wait_for_the_disk(tmp_path: Path) -> None:
+    recorder = make_recorder(tmp_path / "walk")
+    draft = tmp_path / "walk" / "metadata.yaml.draft"
+    os.mkfifo(draft)  # who writes to it waits for who reads
+    publish = recorder.open(BATTERY)  # from now on the metadata have to be written
+
+    def is_written(number: int) -> bool:
+        data = bytes(bag_scene.battery(number))
+        return data in mcap_file(tmp_path / "walk").read_bytes()
+
+    for number in range(3):
+        publish(bytearray(bag_scene.battery(number)))
+        await_so(partial(is_written, number))
+    reader = os.open(draft, os.O_RDONLY | os.O_NONBLOCK)
+    recorder.close()
+    os.close(reader)
+    assert recorder.progress.messages == 3
 
 
 def test_a_long_recording_goes_on_in_another_file(tmp_path: Path) -> None:

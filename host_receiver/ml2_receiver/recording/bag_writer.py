@@ -3,10 +3,10 @@
 from contextlib import suppress
 from pathlib import Path
 
-from .bag_folder import METADATA
 from .bag_metadata import BagMetadata
 from .bag_topic import BagTopic
 from .mcap_file import McapFile
+from .metadata_file import MetadataFile
 
 
 class BagWriter:
@@ -29,7 +29,7 @@ class BagWriter:
         self._ended_bytes = 0
         self.metadata = BagMetadata()
         self._file = self._next_file()
-        self.write_metadata()
+        self._metadata_file = MetadataFile(folder, self.metadata.to_yaml())
 
     @property
     def flushed_bytes(self) -> int:
@@ -55,21 +55,19 @@ class BagWriter:
             self.write_metadata()
 
     def write_metadata(self) -> None:
-        """Replaces metadata.yaml, which is whole at any moment."""
-        draft = self.folder / f"{METADATA}.draft"
-        draft.write_text(self.metadata.to_yaml(), "utf-8")
-        draft.replace(self.folder / METADATA)
+        """Replaces metadata.yaml soon."""
+        self._metadata_file.replace(self.metadata.to_yaml())
 
     def close(self) -> None:
         """Writes the index; nothing may be called after."""
         self._file.finish(self.metadata.information_yaml())
-        self.write_metadata()
+        self._metadata_file.close(self.metadata.to_yaml())
 
     def abandon(self) -> None:
         """Leaves what was flushed, as far as the disk takes its index; raises nothing."""
         self._file.cut()
         with suppress(OSError):
-            self.write_metadata()
+            self._metadata_file.close(self.metadata.to_yaml())
 
     def _is_full(self) -> bool:
         contents = self._file.contents

@@ -1,0 +1,61 @@
+"""metadata.yaml in the folder of a recording."""
+
+import threading
+from pathlib import Path
+from queue import SimpleQueue
+
+from .bag_folder import METADATA
+
+
+class MetadataFile:
+    """It is whole at any moment. close() must be called.
+
+    A thread of its own writes, as a disk that is busy with messages may take a second to replace
+    a file, and the messages of that second would wait in this process.
+
+    Args:
+        text: of the first one.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+
+    def __init__(self, folder: Path, text: str) -> None:
+        self._folder = folder
+        self._texts: SimpleQueue[str | None] = SimpleQueue()
+        self._error: OSError | None = None
+        self._replace(text)
+        self._thread = threading.Thread(target=self._run, name="metadata", daemon=True)
+        self._thread.start()
+
+    def replace(self, text: str) -> None:
+        """Replaces it soon.
+
+        Raises:
+            OSError: an earlier one could not be written.
+        """
+        if self._error is not None:
+            raise self._error
+        self._texts.put(text)
+
+    def close(self, text: str) -> None:
+        """Replaces it for the last time, now.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        self._texts.put(None)
+        self._thread.join()
+        self._replace(text)
+
+    def _run(self) -> None:
+        while (text := self._texts.get()) is not None:
+            try:
+                self._replace(text)
+            except OSError as error:
+                self._error = error
+
+    def _replace(self, text: str) -> None:
+        draft = self._folder / f"{METADATA}.draft"
+        draft.write_text(text, "utf-8")
+        draft.replace(self._folder / METADATA)
