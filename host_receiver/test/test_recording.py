@@ -1,18 +1,11 @@
 """Recordings, as readers that are not ours see them."""
 
-import errno
 import json
 import os
-import resource
-import shutil
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from queue import SimpleQueue
-from typing import NoReturn
 
 import pytest
 import yaml
@@ -32,7 +25,6 @@ from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import QUEUE_BYTES, Recorder
 from ml2_receiver.topics.sink import Applied
 from ml2_receiver.wire.messages import StreamAnswer
-from patience import PATIENCE_S, await_so
 
 COUNT = 40
 BATTERY = load_table().streams["battery"].topics[0]
@@ -225,122 +217,14 @@ def test_only_recordings_are_replaced(tmp_path: Path, is_folder: bool) -> None:
     assert precious.exists()
 
 
-BATTERIES = BagTopic("/battery", BATTERY.type, Qos(10))
-
-
-def make_writer(folder: Path, flushed: int) -> BagWriter:
-    """With so many chunks of one message each, and more of the next that was not flushed."""
-    make_folder(folder, is_overwriting=False)
-    writer = BagWriter(folder, "none")
-    writer.add_topic(BATTERIES)
-    for number in range(flushed):
-        writer.write(BATTERIES, number, bag_scene.battery(number))
-        writer.flush()
-    for number in range(flushed, flushed + 6):  # more than a chunk
-        writer.write(BATTERIES, number, bytes(1 << 20))
-    assert mcap_file(folder).stat().st_size > writer.flushed_bytes
-    return writer
-
-
-@contextmanager
-def file_limit(size: int) -> Iterator[None]:
-    """As a disk that is full at this size of a file."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-
-def check_whole(folder: Path, count: int) -> None:
-    """Every reader that goes by the index finds so many messages, and metadata.yaml has them."""
-    expected = [digest(bag_scene.battery(number)) for number in range(count)]
-    for read in READERS:
-        assert [seen.sha256 for seen in read(folder)] == expected
-    metadata = yaml.safe_load((folder / "metadata.yaml").read_text())
-    assert metadata["rosbag2_bagfile_information"]["message_count"] == count
-    with mcap_file(folder).open("rb") as file:
-        summary = make_reader(file, validate_crcs=True).get_summary()
-    assert summary is not None
-    assert summary.statistics is not None
-    assert summary.statistics.channel_message_counts == ({1: count} if count else {})
-
-
-def test_an_abandoned_recording_has_what_was_flushed_and_an_index(tmp_path: Path) -> None:
-    writer = make_writer(tmp_path / "walk", 3)
-    writer.abandon()
-    check_whole(tmp_path / "walk", 3)
-    assert mcap_file(tmp_path / "walk").stat().st_size == writer.flushed_bytes
-
-
-@pytest.mark.parametrize("spare_bytes", [0, 100, 10_000])
-def test_what_the_index_needs_on_a_full_disk_is_taken_from_the_last_chunks(
-    tmp_path: Path, spare_bytes: int
-) -> None:
-    writer = make_writer(tmp_path / "walk", 30)
-    with file_limit(writer.flushed_bytes + spare_bytes):
-        writer.abandon()
-    kept = writer.metadata.message_counts()[BATTERIES]
-    assert kept == 30 if spare_bytes == 10_000 else 0 < kept < 30
-    check_whole(tmp_path / "walk", kept)
-
-
-def test_a_disk_that_fails_keeps_what_was_flushed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object) -> NoReturn:
-        raise OSError(errno.EIO, "input/output error")
-
-    folder = tmp_path / "walk"
-    writer = make_writer(folder, 3)
-    monkeypatch.setattr(os, "pwrite", fail)
-    writer.abandon()
-    assert mcap_file(folder).stat().st_size == writer.flushed_bytes
-    assert len(list(Bag(folder).messages())) == 3
-
-
-def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
-    make_folder(tmp_path / "walk", is_overwriting=False)
-    failures: SimpleQueue[str] = SimpleQueue()
-    writer = BagWriter(tmp_path / "walk", "none")
-    recorder = Recorder(writer, load_table(), bag_scene.PREFIX, failures.put)
-    publish = recorder.open(BATTERY)
-    publish(bytearray(bag_scene.battery(1)))
-    shutil.rmtree(tmp_path / "walk")
-    assert failures.get(timeout=PATIENCE_S) == "somebody has removed its file"
-    with pytest.raises(PublishError, match="removed"):
-        publish(bytearray(bag_scene.battery(2)))
-    recorder.close()
-    assert recorder.progress.messages + sum(recorder.progress.dropped.values()) == 2
-
-
-def test_messages_are_written_while_the_metadata_wait_for_the_disk(tmp_path: Path) -> None:
-    recorder = make_recorder(tmp_path / "walk")
-    draft = tmp_path / "walk" / "metadata.yaml.draft"
-    os.mkfifo(draft)  # who writes to it waits for who reads
-    publish = recorder.open(BATTERY)  # from now on the metadata have to be written
-
-    def is_written(number: int) -> bool:
-        data = bytes(bag_scene.battery(number))
-        return data in mcap_file(tmp_path / "walk").read_bytes()
-
-    for number in range(3):
-        publish(bytearray(bag_scene.battery(number)))
-        await_so(partial(is_written, number))
-    reader = os.open(draft, os.O_RDONLY | os.O_NONBLOCK)
-    recorder.close()
-    os.close(reader)
-    assert recorder.progress.messages == 3
-
-
 def test_a_long_recording_goes_on_in_another_file(tmp_path: Path) -> None:
     folder = tmp_path / "walk"
     make_folder(folder, is_overwriting=False)
     writer = BagWriter(folder, "none", split_ns=2)
-    writer.add_topic(BATTERIES)
+    topic = BagTopic("/battery", BATTERY.type, Qos(10))
+    writer.add_topic(topic)
     for number in range(7):
-        writer.write(BATTERIES, number, bag_scene.battery(number))
+        writer.write(topic, number, bag_scene.battery(number))
         writer.flush()
     writer.close()
     names = [f"walk_{number}.mcap" for number in range(3)]
@@ -358,9 +242,10 @@ def test_a_long_recording_goes_on_in_another_file(tmp_path: Path) -> None:
 def test_a_large_recording_goes_on_in_another_file(tmp_path: Path) -> None:
     make_folder(tmp_path / "walk", is_overwriting=False)
     writer = BagWriter(tmp_path / "walk", "none", split_bytes=10_000)
-    writer.add_topic(BATTERIES)
+    topic = BagTopic("/battery", BATTERY.type, Qos(10))
+    writer.add_topic(topic)
     for number in range(3):
-        writer.write(BATTERIES, number, bytes(6_000))
+        writer.write(topic, number, bytes(6_000))
         writer.flush()
     assert [file.message_count for file in writer.metadata.files] == [2, 1]
     writer.close()
