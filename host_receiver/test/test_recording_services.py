@@ -1,5 +1,6 @@
 """Recordings that begin and end while a receiver runs."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,26 @@ def test_the_command_ends_after_its_duration(folder: Path, device: MockDevice) -
     with Child(*command) as child:
         assert child.wait() == 0
     assert BagReader(folder).config.headset == "device name"
+
+
+def test_a_recording_that_failed_is_told_and_another_may_begin(
+    ros_of_children: None, folder: Path, receiver: Receiver, device: MockDevice, client: Client
+) -> None:
+    with Child("-m", "ml2_receiver", "record", str(folder), "--attach") as child:
+        assert child.line() == f"recording into {folder} until Ctrl-C"
+        shutil.rmtree(folder)
+        assert child.wait() == 2
+    assert "it ended early: somebody has removed its file" in child.errors[-1]
+    assert any("the recording has ended: somebody" in line for line in receiver.errors)
+    assert client.ask("trigger", "start_recording")[0]
+    device.publish("battery", bag_scene.battery(1))
+    shutil.rmtree(folder)
+    assert "removed its file" in row(lambda it: it["state"] == "failed")["message"]
+    client.ask("set", {"record.folder": str(folder.parent / "again")})
+    assert client.ask("trigger", "start_recording") == [
+        True,
+        f"recording into {folder.parent / 'again'}",
+    ]
 
 
 def test_without_a_receiver_there_is_nothing_to_attach_to(folder: Path) -> None:

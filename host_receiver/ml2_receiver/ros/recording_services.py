@@ -63,7 +63,9 @@ class RecordingServices:
 
     def _start(self) -> Outcome:
         if self._recording is not None and not self._is_over:
-            return False, f"a recording into {self._recording.folder} is on: ~/stop_recording"
+            if self._recording.failure is None:
+                return False, f"a recording into {self._recording.folder} is on: ~/stop_recording"
+            self._recording.end()
         values = {name: self._node.get_parameter(f"record.{name}").value for name in _PARAMETERS}
         if values["compression"] not in COMPRESSIONS:
             known, found = ", ".join(COMPRESSIONS), values["compression"]
