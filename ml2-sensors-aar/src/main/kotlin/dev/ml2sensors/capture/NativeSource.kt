@@ -55,8 +55,11 @@ public sealed class NativeSource(
     }
 
     private fun Throwable.named(stream: StreamSpec): Throwable =
-        if (this !is CaptureException.PermissionDenied) this
-        else CaptureException.PermissionDenied(message.orEmpty(), stream.permissions.firstOrNull())
+        if (this !is CaptureException.PermissionDenied) {
+            this
+        } else {
+            CaptureException.PermissionDenied(message.orEmpty(), stream.permissions.firstOrNull())
+        }
 
     /** Gives the sensor back to the device while the app is not in front, at once; flows go on and deliver nothing. */
     public fun pause(): Unit = thread.pause(true)
