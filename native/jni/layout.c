@@ -4,7 +4,7 @@
 
 #include "../sdk/ml2s.h"
 
-static jintArray array_of(JNIEnv *env, const jint *values, jsize count) {
+jintArray layout_ints(JNIEnv *env, const jint *values, jsize count) {
     jintArray array = (*env)->NewIntArray(env, count);
     if (array) {
         (*env)->SetIntArrayRegion(env, array, 0, count, values);
@@ -41,7 +41,7 @@ jintArray layout_frame(JNIEnv *env, jclass class) {
         FRAME(illumination),
         FRAME(skipped),
     };
-    return array_of(env, values, sizeof values / sizeof *values);
+    return layout_ints(env, values, sizeof values / sizeof *values);
 }
 
 #define POSE(field) offsetof(ml2s_pose, field)
@@ -51,5 +51,5 @@ jintArray layout_pose(JNIEnv *env, jclass class) {
         sizeof(ml2s_pose), POSE(stream),     POSE(capture_nanos), POSE(rotation),
         POSE(position),    POSE(is_tracked), POSE(events),
     };
-    return array_of(env, values, sizeof values / sizeof *values);
+    return layout_ints(env, values, sizeof values / sizeof *values);
 }

@@ -1,7 +1,10 @@
-/** Sizes and offsets in bytes of the structures that Kotlin reads from shared memory. */
+/** Arrays for Kotlin: of any numbers, and of sizes and offsets in bytes of the structures it reads from shared memory.
+ */
 #pragma once
 
 #include <jni.h>
+
+jintArray layout_ints(JNIEnv *env, const jint *values, jsize count);
 
 /** Of ml2s_frame, in the order that FrameBlock.kt reads. */
 jintArray layout_frame(JNIEnv *env, jclass class);

@@ -103,6 +103,15 @@ static jboolean color_pose(JNIEnv *env, jclass class, jlong handle, jlong device
     return result != ML2S_NO_POSE && !failure_throw(env, result, &error);
 }
 
+static jintArray list_rates(JNIEnv *env, jclass class, jlong handle) {
+    (void)class;
+    ERROR(error);
+    uint32_t rates[16];
+    uint32_t count = 0;
+    ml2s_result result = ml2s_list_rates((ml2s_handle)handle, rates, sizeof rates / sizeof *rates, &count, &error);
+    return failure_throw(env, result, &error) ? NULL : layout_ints(env, (const jint *)rates, (jsize)count);
+}
+
 static void close(JNIEnv *env, jclass class, jlong handle) {
     (void)class;
     ERROR(error);
@@ -220,6 +229,7 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("poll", "(JJLjava/nio/ByteBuffer;)I", poll),
         METHOD("pollPoses", "(JLjava/nio/ByteBuffer;)I", poll_poses),
         METHOD("colorPose", "(JJLjava/nio/ByteBuffer;)Z", color_pose),
+        METHOD("listRates", "(J)[I", list_rates),
         METHOD("close", "(J)V", close),
         METHOD("reserve", "(I)V", reserve),
         METHOD("retire", "(I)V", retire),

@@ -235,6 +235,13 @@ ML2S_API ml2s_result ml2s_poll_poses(ml2s_handle handle, ml2s_pose *poses, uint3
 /** Where the colour camera was at device_nanos; to be asked at once per frame, the device remembers little. */
 ML2S_API ml2s_result ml2s_color_pose(ml2s_handle handle, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
 
+/**
+ * The rates in Hz that the device has here for the streams of an open handle, as far as there is room. DEPTH with
+ * ML2S_BACKEND_SDK alone: light of 50 Hz mains excludes 30 and 60, light of 60 Hz mains 25 and 50.
+ */
+ML2S_API ml2s_result ml2s_list_rates(ml2s_handle handle, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
+                                     ml2s_error *error);
+
 /** Gives the device back to others while the app is not in front; polls time out. */
 ML2S_API ml2s_result ml2s_pause(ml2s_handle handle, ml2s_error *error);
 

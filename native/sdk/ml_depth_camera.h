@@ -114,6 +114,11 @@ typedef struct MLDepthCameraCapability {
     MLDepthCameraStreamCapability *stream_capabilities;
 } MLDepthCameraCapability;
 
+typedef struct MLDepthCameraCapabilityList {
+    uint8_t size;
+    MLDepthCameraCapability *capabilities;
+} MLDepthCameraCapabilityList;
+
 typedef struct MLDepthCameraCapabilityFilter {
     uint32_t version;
     uint32_t streams;
@@ -136,6 +141,11 @@ static inline void MLDepthCameraDataInit(MLDepthCameraData *data) {
     data->version = 3;
 }
 
+static inline void MLDepthCameraCapabilityFilterInit(MLDepthCameraCapabilityFilter *filter) {
+    memset(filter, 0, sizeof *filter);
+    filter->version = 1;
+}
+
 #define ML_DEPTH_CAMERA_FUNCTIONS(F)                                                                                   \
     F(MLDepthCameraConnect, (const MLDepthCameraSettings *settings, MLHandle *out_camera))                             \
     F(MLDepthCameraUpdateSettings, (MLHandle camera, const MLDepthCameraSettings *settings))                           \
@@ -143,7 +153,14 @@ static inline void MLDepthCameraDataInit(MLDepthCameraData *data) {
     F(MLDepthCameraReleaseDepthData, (MLHandle camera, MLDepthCameraData * data))                                      \
     F(MLDepthCameraDisconnect, (MLHandle camera))
 
+/** Each list is released exactly once. */
+#define ML_DEPTH_CAMERA_CAPABILITIES_FUNCTIONS(F)                                                                      \
+    F(MLDepthCameraGetCapabilities,                                                                                    \
+      (MLHandle camera, const MLDepthCameraCapabilityFilter *filter, MLDepthCameraCapabilityList *out_list))           \
+    F(MLDepthCameraReleaseCapabilities, (MLHandle camera, MLDepthCameraCapabilityList * list))
+
 ML_DEPTH_CAMERA_FUNCTIONS(ML_PROTOTYPE)
+ML_DEPTH_CAMERA_CAPABILITIES_FUNCTIONS(ML_PROTOTYPE)
 
 ML_SIZE(MLDepthCameraStreamConfig, 12);
 ML_SIZE(MLDepthCameraSettings, 32);

@@ -16,6 +16,7 @@
 /** A(identifier, table, functions): what can be there or missing as one. */
 #define SDK_AREAS(A)                                                                                                   \
     A(SDK_DEPTH, depth, ML_DEPTH_CAMERA_FUNCTIONS)                                                                     \
+    A(SDK_DEPTH_CAPABILITIES, depth_capabilities, ML_DEPTH_CAMERA_CAPABILITIES_FUNCTIONS)                              \
     A(SDK_WORLD, world, ML_WORLD_CAMERA_FUNCTIONS)                                                                     \
     A(SDK_EYE, eye, ML_EYE_CAMERA_FUNCTIONS)                                                                           \
     A(SDK_CV, cv, ML_CV_CAMERA_FUNCTIONS)                                                                              \

@@ -70,8 +70,7 @@ FilmPlan planOf(const DepthChoice &wanted) {
 
 void apply(const DepthChoice &wanted) {
     choice = wanted;
-    film = Film::of(planOf(wanted));
-    Stage::current()->begin();
+    film = nullptr;
     connection.start({wanted.delivered_hz, kDelayNanos});
 }
 
@@ -95,6 +94,14 @@ MLDepthCameraFrameBuffer *copyPlane(Loan &loan, const uint8_t *pixels) {
     *buffer = {lens.width, lens.height, stride(), 4, static_cast<uint32_t>(planeBytes()), data};
     spoilBuffer(kKind, *buffer, buffer->bytes_per_unit);
     return buffer;
+}
+
+/** Who only asks for capabilities neither draws pictures nor begins the walk. */
+void beginFilm() {
+    if (film != nullptr)
+        return;
+    film = Film::of(planOf(choice));
+    Stage::current()->begin();
 }
 
 void lend(int64_t index, MLDepthCameraData *data) {
@@ -177,6 +184,7 @@ MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, M
         return refuseVersion(__func__, 3, inout_data->version);
     if (const auto result = connection.beginGet())
         return result;
+    beginFilm();
     int64_t index = 0;
     if (const auto result = connection.awaitFrame(timeout_ms, &index))
         return result;
@@ -204,7 +212,7 @@ MLResult MLDepthCameraGetCapabilities(MLHandle camera, const MLDepthCameraCapabi
     uint8_t count = 0;
     for (const auto &mode : kDepthModes) {
         const auto &stream = kDepthStreams[mode.type];
-        if ((filter->streams & stream.bit) == 0)
+        if ((filter->streams & stream.bit) == 0 || !isOnMains(mode))
             continue;
         capabilities[count++] = {1, new MLDepthCameraStreamCapability{stream.bit, stream.least_exposure_us,
                                                                       stream.most_exposure_us, mode.rate}};

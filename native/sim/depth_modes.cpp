@@ -4,6 +4,11 @@
 
 namespace ml2sim {
 
+bool isOnMains(const DepthMode &mode) {
+    const double mains_hz = number(Key::Mains);
+    return mains_hz == 0 || mode.mains_hz == 0 || mode.mains_hz == mains_hz;
+}
+
 MLResult chooseDepth(const char *function, const MLDepthCameraSettings *settings, DepthChoice *out) {
     constexpr uint32_t kAllPlanes = 0x1f;
     if (settings == nullptr)
@@ -24,6 +29,8 @@ MLResult chooseDepth(const char *function, const MLDepthCameraSettings *settings
     for (const auto &mode : kDepthModes) {
         if (mode.type != type || mode.rate != config.frame_rate)
             continue;
+        if (!isOnMains(mode))
+            return MLResult_InvalidParam;
         *out = {type, config.flags, mode.delivered_hz};
         return MLResult_Ok;
     }

@@ -11,15 +11,16 @@ struct DepthMode {
     MLDepthCameraFrameType type;
     MLDepthCameraFrameRate rate;
     uint32_t delivered_hz; ///< 60 is accepted and delivers 30.
+    uint32_t mains_hz;     ///< Where lights run on another mains it is not to be had; 0: anywhere.
 };
 constexpr DepthMode kDepthModes[] = {
-    {MLDepthCameraFrameType_LongRange, MLDepthCameraFrameRate_1FPS, 1},
-    {MLDepthCameraFrameType_LongRange, MLDepthCameraFrameRate_5FPS, 5},
-    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_5FPS, 5},
-    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_25FPS, 25},
-    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_30FPS, 30},
-    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_50FPS, 50},
-    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_60FPS, 30},
+    {MLDepthCameraFrameType_LongRange, MLDepthCameraFrameRate_1FPS, 1, 0},
+    {MLDepthCameraFrameType_LongRange, MLDepthCameraFrameRate_5FPS, 5, 0},
+    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_5FPS, 5, 0},
+    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_25FPS, 25, 50},
+    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_30FPS, 30, 60},
+    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_50FPS, 50, 50},
+    {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_60FPS, 30, 60},
 };
 
 /** By MLDepthCameraFrameType. */
@@ -42,7 +43,10 @@ struct DepthChoice {
     uint32_t delivered_hz;
 };
 
-/** Whether the device can do it; tells of the misuse when not. */
+/** Whether a mode is to be had on the mains of the key. */
+bool isOnMains(const DepthMode &mode);
+
+/** Whether the device can do it; tells of the misuse when not, but for a rate that only the mains excludes. */
 MLResult chooseDepth(const char *function, const MLDepthCameraSettings *settings, DepthChoice *out);
 
 } // namespace ml2sim

@@ -1,24 +1,9 @@
 // Functions of the vendor's libperception.magicleap.so that libml2sensors does not call, and others may.
 #pragma once
 
-#include "ml_depth_camera.h"
 #include "ml_perception.h"
 
-typedef struct MLDepthCameraCapabilityList {
-    uint8_t size;
-    MLDepthCameraCapability *capabilities;
-} MLDepthCameraCapabilityList;
-
-static inline void MLDepthCameraCapabilityFilterInit(MLDepthCameraCapabilityFilter *filter) {
-    memset(filter, 0, sizeof *filter);
-    filter->version = 1;
-}
-
-/** Each list is released exactly once. */
 #define ML_UNUSED_FUNCTIONS(F)                                                                                         \
-    F(MLDepthCameraGetCapabilities,                                                                                    \
-      (MLHandle camera, const MLDepthCameraCapabilityFilter *filter, MLDepthCameraCapabilityList *out_list))           \
-    F(MLDepthCameraReleaseCapabilities, (MLHandle camera, MLDepthCameraCapabilityList * list))                         \
     F(MLSnapshotGetTransformWithDerivatives, (const MLSnapshot *snapshot, const MLCoordinateFrameUID *id,              \
                                               MLTransform *out_transform, MLTransformDerivatives *out_derivatives))    \
     F(MLSnapshotGetStaticData, (MLSnapshotStaticData * out_data))                                                      \

@@ -52,6 +52,7 @@ std::vector<Row> plainRows() {
         {"cache", Kind::Text, 0, 0, 0, "folder that keeps drawn films for later runs; empty: none"},
         {"app_perception", Kind::Whole, 0, 0, 1,
          "1: the app runs the perception system, which then is not the library's to start or shut down"},
+        {"mains_hz", Kind::Whole, 0, 0, 60, "50 or 60: the depth camera has only the rates that this mains allows"},
         {"perception_startup_s", Kind::Real, 0, 0, 60, "seconds from MLPerceptionStartup to the first snapshot"},
         {"fault.color.permission", Kind::Whole, 0, 0, 1, "1: MLCVCameraTrackingCreate gives PermissionDenied"},
         {"fault.color.pose", Kind::Whole, 0, 0, 2,

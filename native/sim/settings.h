@@ -25,6 +25,7 @@ enum class Key {
     Clock,
     Cache,
     AppPerception,
+    Mains,
     PerceptionStartup,
     FaultColorPermission,
     FaultColorPose,

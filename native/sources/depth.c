@@ -2,29 +2,12 @@
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
 #include "depth_image.h"
+#include "depth_rates.h"
 #include "moment.h"
 #include "source.h"
 
 static MLHandle camera = ML_INVALID_HANDLE;
 static struct radial_factors radial;
-
-static const struct {
-    uint32_t rate_hz;
-    MLDepthCameraFrameRate vendor;
-} rates[] = {
-    {1, MLDepthCameraFrameRate_1FPS},   {5, MLDepthCameraFrameRate_5FPS},   {25, MLDepthCameraFrameRate_25FPS},
-    {30, MLDepthCameraFrameRate_30FPS}, {50, MLDepthCameraFrameRate_50FPS}, {60, MLDepthCameraFrameRate_60FPS},
-};
-
-static ml2s_result find_rate(uint32_t rate_hz, MLDepthCameraFrameRate *vendor, ml2s_error *error) {
-    for (size_t i = 0; i < sizeof rates / sizeof *rates; i++) {
-        if (rates[i].rate_hz == rate_hz) {
-            *vendor = rates[i].vendor;
-            return ML2S_OK;
-        }
-    }
-    return error_set(error, ML2S_INVALID_ARGUMENT, 0, "depth: %u Hz, expected 1, 5, 25, 30, 50 or 60", rate_hz);
-}
 
 static MLDepthCameraFrameType type_of(const ml2s_settings *settings) {
     return settings->second_streams ? MLDepthCameraFrameType_ShortRange : MLDepthCameraFrameType_LongRange;
@@ -46,7 +29,7 @@ static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSetting
         config->flags = MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_DepthFlags;
         config->flags |= settings->wants & ML2S_WANT_CONFIDENCE ? MLDepthCameraFlags_Confidence : 0;
     }
-    return find_rate(settings->rate_hz, &config->frame_rate, error);
+    return depth_rate_of(settings->rate_hz, &config->frame_rate, error);
 }
 
 static ml2s_result require(ml2s_error *error) {
@@ -74,6 +57,11 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     MLDepthCameraSettings vendor;
     ml2s_result result = translate(settings, &vendor, error);
     return result ? result : SDK_CALL(error, depth, MLDepthCameraUpdateSettings, camera, &vendor);
+}
+
+static ml2s_result list_rates(const ml2s_settings *settings, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
+                              ml2s_error *error) {
+    return depth_rates(camera, type_of(settings), rates_hz, capacity, count, error);
 }
 
 /** Checks a buffer of frame, which also must have the size of the picture that its intrinsics are for. */
@@ -193,6 +181,7 @@ const struct source_ops source_depth = {.require = require,
                                         .open = begin,
                                         .configure = configure,
                                         .poll = poll,
+                                        .list_rates = list_rates,
                                         .pause = end,
                                         .resume = begin,
                                         .close = end};

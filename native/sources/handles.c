@@ -250,6 +250,19 @@ ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_pose *pos
     return result;
 }
 
+ml2s_result ml2s_list_rates(ml2s_handle id, uint32_t *rates_hz, uint32_t capacity, uint32_t *count, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result) {
+        return result;
+    }
+    if (!handle->ops->list_rates || handle->is_paused || !rates_hz || !count) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no rates to be had, or no room for them");
+    }
+    *count = 0;
+    return handle->ops->list_rates(&handle->settings, rates_hz, capacity, count, error);
+}
+
 ml2s_result ml2s_pause(ml2s_handle id, ml2s_error *error) {
     struct handle *handle;
     ml2s_result result = find(id, &handle, error);

@@ -32,6 +32,10 @@ struct source_ops {
     /** Up to SOURCE_MAX_POSES poses, all fields but struct_size set. */
     ml2s_result (*poll_poses)(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error);
 
+    /** The rates that the device has for the streams here, where they depend on more than the device. */
+    ml2s_result (*list_rates)(const ml2s_settings *settings, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
+                              ml2s_error *error);
+
     ml2s_result (*color_pose)(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error);
 
     /** Gives the device back; whatever it answers, the source is paused then. */

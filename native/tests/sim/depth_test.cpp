@@ -98,6 +98,28 @@ TEST_F(Depth, APixelWithAnyFlagIsInvalidAndLightAddsToTheAmbient) {
     releaseAndDisconnect();
 }
 
+TEST_F(Depth, TheMainsOfTheLightsExcludesRates) {
+    set("mains_hz", "50");
+    MLDepthCameraSettings settings;
+    MLDepthCameraSettingsInit(&settings);
+    settings.streams = MLDepthCameraStream_ShortRange;
+    auto &rate = settings.stream_configs[MLDepthCameraFrameType_ShortRange].frame_rate;
+    for (const auto excluded : {MLDepthCameraFrameRate_30FPS, MLDepthCameraFrameRate_60FPS}) {
+        rate = excluded;
+        EXPECT_EQ(MLDepthCameraConnect(&settings, &handle), MLResult_InvalidParam);
+    }
+    rate = MLDepthCameraFrameRate_25FPS;
+    ASSERT_EQ(MLDepthCameraConnect(&settings, &handle), MLResult_Ok);
+    MLDepthCameraCapabilityFilter filter;
+    MLDepthCameraCapabilityFilterInit(&filter);
+    filter.streams = MLDepthCameraStream_ShortRange;
+    MLDepthCameraCapabilityList list{};
+    ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+    EXPECT_EQ(list.size, 3) << "5, 25 and 50";
+    MLDepthCameraReleaseCapabilities(handle, &list);
+    MLDepthCameraDisconnect(handle);
+}
+
 TEST_F(Depth, CapabilitiesAreThoseOfTheFilterAndReleasedOnce) {
     ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
     MLDepthCameraCapabilityFilter filter;

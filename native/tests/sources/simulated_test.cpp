@@ -303,6 +303,28 @@ TEST_P(SimulatedCamera, WithoutPerceptionNothingOpens) {
     EXPECT_STREQ(sensor.error.message, "MLPerceptionStartup: UnspecifiedFailure (4)");
 }
 
+TEST_F(Simulated, TheDepthCameraTellsTheRatesThatItHasHere) {
+    const auto depth = bits({ML2S_STREAM_DEPTH});
+    const auto ratesOf = [](const Sensor &sensor) {
+        std::vector<uint32_t> rates(8);
+        uint32_t count = 0;
+        EXPECT_EQ(ml2s_list_rates(sensor.handle(), rates.data(), 8, &count, nullptr), ML2S_OK);
+        rates.resize(count);
+        return rates;
+    };
+    Sensor shortRange(settingsOf(ML2S_SENSOR_DEPTH, depth, depth));
+    EXPECT_EQ(ratesOf(shortRange), (std::vector<uint32_t>{5, 25, 30, 50, 60}));
+    set("mains_hz", "50");
+    EXPECT_EQ(ratesOf(shortRange), (std::vector<uint32_t>{5, 25, 50}));
+    set("mains_hz", "60");
+    EXPECT_EQ(ratesOf(shortRange), (std::vector<uint32_t>{5, 30, 60}));
+    EXPECT_EQ(shortRange.close(), ML2S_OK);
+    EXPECT_EQ(ratesOf(Sensor(settingsOf(ML2S_SENSOR_DEPTH, depth))), (std::vector<uint32_t>{1, 5}));
+    uint32_t rate, count;
+    const Sensor head(this->head);
+    EXPECT_EQ(ml2s_list_rates(head.handle(), &rate, 1, &count, nullptr), ML2S_INVALID_ARGUMENT);
+}
+
 TEST_F(SimulatedHead, IsWhereItTrulyIsAtTheTimeOfThePose) {
     Sensor sensor(head);
     EXPECT_FALSE(sensor.pollPose().is_tracked) << "tracking has just begun";

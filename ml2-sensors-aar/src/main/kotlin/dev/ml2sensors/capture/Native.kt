@@ -63,6 +63,10 @@ internal object Native {
     @JvmStatic
     external fun colorPose(handle: Long, deviceNanos: Long, pose: ByteBuffer): Boolean
 
+    /** In Hz, of an open depth camera. */
+    @JvmStatic
+    external fun listRates(handle: Long): IntArray
+
     /** A failure of the device is logged: the handle is closed in any case. */
     @JvmStatic
     external fun close(handle: Long)

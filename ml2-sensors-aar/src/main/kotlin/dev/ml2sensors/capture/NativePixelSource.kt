@@ -1,7 +1,10 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.table.StreamSpec
 
 /**
  * The streams of one camera, or of cameras that are opened together, by one way to them. Samples are
@@ -12,6 +15,14 @@ public class NativePixelSource(private val sensor: PixelSensor, private val sens
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_FRAMES) {
     init {
         require(sensor != PixelSensor.COLOR || sensorBackend == NativeBackend.OPENXR) { "$sensor is for OpenXR only" }
+    }
+
+    private val depthRates =
+        if (sensor == PixelSensor.DEPTH && sensorBackend == NativeBackend.SDK) DepthRates() else null
+
+    override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        val answer = super.negotiate(stream, requested)
+        return depthRates?.adjust(stream, requested, answer) ?: answer
     }
 
     override fun conflict(subscription: Subscription, other: Subscription): String? = when {

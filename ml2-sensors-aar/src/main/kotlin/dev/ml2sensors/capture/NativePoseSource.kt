@@ -1,15 +1,11 @@
 package dev.ml2sensors.capture
 
-import dev.ml2sensors.message.Point
-import dev.ml2sensors.message.Pose
-import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.toPose
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamTable
-import kotlin.Double.Companion.NaN
 
 /**
  * The poses of one tracked thing by one way to them, 60 times a second, each stamped with the instant it is for, in
@@ -71,12 +67,11 @@ private class OpenTracker(
         PoseSample(tracked.captureNanos, tracked.pose?.toBody(), tracked.isInNewWorld)
 
     private fun joints(tracked: List<TrackedPose>): Sample =
-        PosesSample(tracked.first().captureNanos, tracked.map { it.pose?.toBody()?.toPose() ?: UNTRACKED })
+        PosesSample(tracked.first().captureNanos, tracked.map { it.pose?.toBody()?.toPose() ?: PosesSample.UNTRACKED })
 
     private companion object {
         /** 26 joints of two hands. */
         const val MAX_POSES = 52
-        val UNTRACKED = Pose(Point(NaN, NaN, NaN), Quaternion(NaN, NaN, NaN, NaN))
         const val PERIOD_NANOS = 1_000_000_000L / 60
     }
 }

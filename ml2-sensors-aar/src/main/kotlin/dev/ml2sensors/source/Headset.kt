@@ -31,7 +31,10 @@ public interface Headset : AutoCloseable {
     /** By stream id, why it delivers nothing at present although it runs, and goes on by itself; empty while all do. */
     public val holds: Map<String, String> get() = emptyMap()
 
-    /** Whether [stream] can run with the values asked for, and with which it will. Does not start anything. */
+    /**
+     * Whether [stream] can run with the values asked for, and with which it will. Starts no stream; it may open a sensor
+     * for a moment, to ask it what it has here.
+     */
     public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
 
     /**

@@ -1,7 +1,10 @@
 package dev.ml2sensors.source
 
+import dev.ml2sensors.message.Point
 import dev.ml2sensors.message.Pose
+import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
+import kotlin.Double.Companion.NaN
 
 /**
  * What a source delivers: one reading of one sensor.
@@ -45,10 +48,15 @@ public class PoseSample(
 ) : Sample
 
 /**
- * The joints of a hand: [poses] in the world frame, always the 26 of OpenXR's XrHandJointEXT in its order. Those that are
- * not tracked are NaN.
+ * The joints of a hand: [poses] in the world frame, always the 26 of OpenXR's XrHandJointEXT in its order.
+ * Those that are not tracked are [UNTRACKED].
  */
-public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample
+public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample {
+    public companion object {
+        /** All NaN. */
+        public val UNTRACKED: Pose = Pose(Point(NaN, NaN, NaN), Quaternion(NaN, NaN, NaN, NaN))
+    }
+}
 
 /**
  * State of the battery; NaN where unknown.

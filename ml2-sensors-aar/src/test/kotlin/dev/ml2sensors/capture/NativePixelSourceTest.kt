@@ -73,9 +73,12 @@ class NativePixelSourceTest {
     @Test
     fun theColorCameraIsLocatedForImagesOfOthers() {
         assertNotNull(NativeColorPoses.open()).use { tracker ->
-            val deviceNanos = Simulation.mlTime(Native.now())
-            var pose = tracker.poseAt(deviceNanos)
-            while (pose == null) pose = tracker.poseAt(deviceNanos)
+            var deviceNanos = 0L
+            // Tracking takes a moment to begin, and the device forgets an instant soon
+            val pose = generateSequence {
+                deviceNanos = Simulation.mlTime(Native.now())
+                deviceNanos
+            }.firstNotNullOf(tracker::poseAt)
             assertNear(Simulation.truth(COLOR, tracker.captureNanos(deviceNanos)).position.toRos(), pose.translation)
             assertNull(tracker.poseAt(deviceNanos - 60_000_000_000))
         }

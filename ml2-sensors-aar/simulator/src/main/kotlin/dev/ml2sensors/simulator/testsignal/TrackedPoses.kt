@@ -30,7 +30,10 @@ private fun gaze(seconds: Double): Transform {
 private fun hand(trajectory: Trajectory, side: Int) = Signal(30) { capture ->
     val isSeen = (capture.seconds + side) % HAND_PERIOD_SECONDS < HAND_SEEN_SECONDS
     val palm = trajectory.at(capture.seconds).pose * palm(capture.seconds, side)
-    PosesSample(capture.nanos, if (isSeen) JOINTS.map { (palm * mirrored(it, side)).toPose() } else emptyList())
+    PosesSample(
+        capture.nanos,
+        JOINTS.map { if (isSeen) (palm * mirrored(it, side)).toPose() else PosesSample.UNTRACKED },
+    )
 }
 
 private const val HAND_PERIOD_SECONDS = 10.0

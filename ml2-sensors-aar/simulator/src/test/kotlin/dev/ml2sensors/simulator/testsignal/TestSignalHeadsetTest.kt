@@ -124,7 +124,9 @@ class TestSignalHeadsetTest {
     @Test
     fun aHandIsSometimesNotSeenAndElseHas26Joints() = withHeadset { headset ->
         val hands = headset.samples(StreamTable.handRight, StreamValues()).take(300).toList()
-        assertEquals(setOf(0, 26), hands.map { (it as PosesSample).poses.size }.toSet())
+        val joints = hands.map { (it as PosesSample).poses }
+        assertEquals(setOf(26), joints.map { it.size }.toSet())
+        assertEquals(setOf(0, 26), joints.map { hand -> hand.count { it == PosesSample.UNTRACKED } }.toSet())
     }
 
     @Test
