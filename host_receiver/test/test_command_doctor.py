@@ -52,6 +52,23 @@ def test_the_node_name_of_the_thesis_is_explained(
     assert "--params-file" in found["configuration"]["fix"]
 
 
-def test_a_wrong_file_is_an_error_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["doctor", "/no/such.yaml"]) == 2
-    assert capsys.readouterr().err.startswith("/no/such.yaml: cannot be read")
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (None, ": cannot be read"),
+        ("a: [", ":1: "),
+        ("/**: {ros__parameters: {battery: {enabled: 7}}}", ":1: battery.enabled"),
+    ],
+)
+def test_a_wrong_file_is_one_finding_beside_the_others(
+    text: str | None, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "config.yaml"
+    if text is not None:
+        file.write_text(text)
+    assert main(["doctor", "--json", str(file)]) == 1
+    found = {each["check"]: each for each in json.loads(capsys.readouterr().out)}
+    assert {"Python", "mDNS", "ROS domain"} <= found.keys()
+    assert found["configuration"]["level"] == "wrong"
+    assert f"{file}{problem}" in found["configuration"]["found"]
+    assert f"config check {file}" in found["configuration"]["fix"]

@@ -21,7 +21,7 @@ from ..configuration.parameter_file import node_names
 from ..doctor import findings, machine
 from ..doctor.findings import Finding
 from ..doctor.process_table import is_listened_on, listener_of, receivers
-from ..errors import DiscoveryError, RosError
+from ..errors import ConfigError, DiscoveryError, RosError
 from ..fastdds import free_shared_memory_bytes
 from ..link.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
@@ -89,8 +89,15 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
     else:
         yield findings.link("no receiver runs here", "")
     if file is not None:
+        yield _parameter_file(file)
+
+
+def _parameter_file(file: Path) -> Finding:
+    try:
         load_config(file)
-        yield findings.parameter_file(str(file), node_names(file.read_bytes()))
+    except ConfigError as error:
+        return findings.wrong_parameter_file(str(file), str(error))
+    return findings.parameter_file(str(file), node_names(file.read_bytes()))
 
 
 def _announced() -> Sequence[FoundReceiver] | str:

@@ -238,6 +238,12 @@ def streams(rows: Mapping[str, Mapping[str, str]]) -> Finding | None:
     return Finding("streams", "wrong", found, fix)
 
 
+def wrong_parameter_file(file: str, problems: str) -> Finding:
+    """What a file has that `run --config` refuses."""
+    fix = f"correct the file; `ml2-receiver config check {file}` says what is still wrong"
+    return Finding("configuration", "wrong", problems, fix)
+
+
 def parameter_file(file: str, nodes: Sequence[str]) -> Finding:
     """Whether ROS's own --params-file would do what `run --config` does, by its node names."""
     check = "configuration"
