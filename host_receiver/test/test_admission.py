@@ -42,6 +42,34 @@ def test_failures_are_free_at_first_and_then_keep_to_a_rate() -> None:
     assert admission.refusal("10.0.0.1") is None
 
 
+def test_strangers_do_not_keep_out_who_shares_their_address_and_is_paired() -> None:
+    clock = Clock()
+    admission = Admission(Limits(), clock)
+    admission.showed("10.0.0.1")
+    for _ in range(20 * 60):
+        assert admission.refusal("10.0.0.1") is None
+        admission.failed("10.0.0.1")
+        clock.now_s += 1 / 20
+    for _ in range(20):
+        admission.failed("10.0.0.2")
+    assert admission.refusal("10.0.0.2") is not None
+
+
+def test_an_address_that_showed_a_certificate_has_a_limit_for_a_day() -> None:
+    clock = Clock()
+    admission = Admission(Limits(), clock)
+    admission.showed("10.0.0.1")
+    for _ in range(100):
+        assert admission.refusal("10.0.0.1") is None
+        admission.failed("10.0.0.1")
+    assert admission.refusal("10.0.0.1") is not None
+    clock.now_s += 24 * 3600
+    for _ in range(10):
+        assert admission.refusal("10.0.0.1") is None
+        admission.failed("10.0.0.1")
+    assert admission.refusal("10.0.0.1") is not None
+
+
 def test_all_addresses_of_one_ipv6_network_are_one() -> None:
     admission = Admission(LIMITS, Clock())
     for number in range(3):

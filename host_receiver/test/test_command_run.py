@@ -78,8 +78,15 @@ def test_a_port_in_use_ends_it(config: Path, capsys: pytest.CaptureFixture[str])
     assert f"(pid {os.getpid()})" in error
 
 
-@pytest.mark.parametrize("address", ["7755", "localhost", "localhost:", ":1", "a:65536", "a:-1"])
+@pytest.mark.parametrize("address", ["7755", "localhost", "localhost:", ":1", "a:-1"])
 def test_an_address_has_a_host_and_a_port(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["run", "--listen", address])
     assert f"expected HOST:PORT, found '{address}'" in capsys.readouterr().err
+
+
+def test_an_address_has_a_port_that_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "--listen", "127.0.0.1:99999"])
+    expected = "expected a port from 0 to 65535, found 99999 in '127.0.0.1:99999'"
+    assert expected in capsys.readouterr().err

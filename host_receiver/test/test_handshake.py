@@ -40,6 +40,21 @@ def test_another_device_is_busy_and_the_first_goes_on() -> None:
     assert scene.ending(scene.control) is None
 
 
+def test_who_comes_again_and_again_while_another_is_connected_is_logged_once() -> None:
+    scene = Scene()
+    scene.start()
+    for _ in range(30):
+        scene.now_s += 1
+        assert scene.error(scene.greet(hello("b"))) == "busy"
+    busy = [event for event in scene.sink.events if "busy" in event]
+    assert len(busy) == 1
+    scene.end(scene.control)
+    for lane in scene.lanes.values():
+        scene.end(lane)
+    busy = [event for event in scene.sink.events if "busy" in event]
+    assert busy[1:] == [f"{busy[0]}, 29 more times"]
+
+
 def test_the_same_device_takes_its_place_once_every_old_lane_is_read() -> None:
     scene = Scene()
     scene.start()

@@ -96,6 +96,24 @@ def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], Lab]) -> N
             assert time.monotonic() < deadline_s
 
 
+def test_strangers_of_its_own_address_do_not_keep_a_paired_headset_out(
+    open_lab: Callable[[Limits], Lab],
+) -> None:
+    lab = open_lab(Limits())
+    context = lab.paired("headset").context()
+
+    def leave() -> None:
+        with MockDevice(lab.server.address, tls=context) as device:
+            device.start()
+            device.leave()
+
+    leave()
+    for _ in range(30):
+        connection = socket.create_connection(lab.address, 5)
+        refused(lambda: anonymous_context().wrap_socket(connection))  # noqa: B023
+    leave()
+
+
 def test_one_address_has_so_many_connections(open_lab: Callable[[Limits], Lab]) -> None:
     lab = open_lab(replace(Limits(), connections_per_address=4))
     with ExitStack() as stack:

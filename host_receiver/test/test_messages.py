@@ -153,6 +153,7 @@ def test_bodies_nest_at_most_16_deep() -> None:
         with pytest.raises(ProtocolError) as raised:
             Bye.parse(nested(depth))
         assert raised.value.code == "malformed"
+        assert raised.value.message == "Bye: nested more than 16 deep"
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,24 @@
+import json
+import ssl
 from pathlib import Path
 
 import pytest
 
-from ml2_receiver.errors import KeysError, PairingError
+from ml2_receiver.cli import main
+from ml2_receiver.errors import PairingError
+from ml2_receiver.link.access import PairedOnly
 from ml2_receiver.security.paired_devices import PairedDevices
 from tls_device import Certificate
 
 
 @pytest.fixture
-def devices(tmp_path: Path) -> PairedDevices:
-    return PairedDevices(tmp_path / "keys")
+def warnings() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def devices(tmp_path: Path, warnings: list[str]) -> PairedDevices:
+    return PairedDevices(tmp_path / "keys", warnings.append)
 
 
 @pytest.fixture
@@ -63,23 +72,48 @@ def test_one_that_is_not_there_cannot_be_removed(
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[]", "{}", '{"name": "a", "device_id": "b", "paired": "c", "certificate": "d"}']
+    "change",
+    [
+        {"certificate": "d"},
+        {"certificate": ssl.DER_cert_to_PEM_cert(b"0")},
+        {"name": 5},
+        {"other": "key"},
+        "",
+        "[]",
+        "{}",
+    ],
 )
-def test_a_damaged_file_is_named(
-    devices: PairedDevices, certificate: Certificate, tmp_path: Path, text: str
+def test_a_damaged_file_is_named_and_keeps_only_its_device_out(
+    devices: PairedDevices,
+    warnings: list[str],
+    certificate: Certificate,
+    tmp_path: Path,
+    change: str | dict[str, object],
 ) -> None:
+    whole = devices.add("whole", "id", Certificate(tmp_path / "two", "two").der)
     devices.add("ML2", "id", certificate.der)
     file = tmp_path / "keys" / "devices" / f"{certificate.fingerprint}.json"
+    text = change if isinstance(change, str) else json.dumps(json.loads(file.read_text()) | change)
     file.write_text(text)
-    with pytest.raises(KeysError, match=f"{file} is not a paired device"):
-        devices.load()
+    assert devices.load() == [whole]
+    assert warnings[0].startswith(f"{file} is not a paired device; remove it, and pair")
+    assert PairedOnly(tmp_path / "keys").allows(whole.fingerprint)
+
+
+def test_keys_that_are_no_folder_are_an_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    assert main(["devices", "--paired", "--keys", str(file)]) == 2
+    assert f"cannot use {file}/devices: Not a directory" in capsys.readouterr().err
 
 
 def test_a_file_under_another_name_is_not_believed(
-    devices: PairedDevices, certificate: Certificate, tmp_path: Path
+    devices: PairedDevices, warnings: list[str], certificate: Certificate, tmp_path: Path
 ) -> None:
     devices.add("ML2", "id", certificate.der)
     file = tmp_path / "keys" / "devices" / f"{certificate.fingerprint}.json"
     file.rename(file.with_name(f"{'0' * 64}.json"))
-    with pytest.raises(KeysError, match="has another certificate than its name says"):
-        devices.load()
+    assert devices.load() == []
+    assert "has another certificate than its name says" in warnings[0]

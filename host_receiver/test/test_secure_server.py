@@ -43,12 +43,10 @@ def test_headsets_whose_certificates_have_the_same_name_can_all_connect(lab: Lab
             device.leave()
 
 
-def test_a_certificate_that_openssl_does_not_take_lets_nobody_in_and_keeps_who_is(lab: Lab) -> None:
+def test_a_certificate_that_openssl_does_not_take_keeps_only_its_device_out(lab: Lab) -> None:
     with lab.streaming():
         lab.devices.add("bad", "id", b"0")
-        lab.sink.await_event("the certificate of 'bad' cannot be used; unpair it")
         lab.await_more()
-        lab.devices.remove("bad")
         with MockDevice(lab.server.address, tls=lab.paired("other").context()) as other:
             other.greet().expect_error("busy")
         lab.await_more()
@@ -271,8 +269,9 @@ def test_a_lane_resumes_the_tls_session_of_its_device(lab: Lab) -> None:
             assert resumed.recv(4)[3] == Kind.ERROR  # and not a TLS alert
 
 
-def test_a_damaged_file_lets_nobody_in_and_keeps_who_is(lab: Lab) -> None:
+def test_a_damaged_file_keeps_only_its_device_out(lab: Lab) -> None:
     with lab.streaming():
         (lab.folder / "keys" / "devices" / ("0" * 64 + ".json")).write_text("{}")
-        lab.sink.await_event("is not a paired device")
+        with MockDevice(lab.server.address, tls=lab.paired("other").context()) as other:
+            other.greet().expect_error("busy")
         lab.await_more()

@@ -56,8 +56,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def address(text: str) -> tuple[str, int]:
     """HOST:PORT, for argparse."""
     host, colon, port = text.rpartition(":")
-    if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
+    if not colon or not host or not port.isdecimal():
         raise argparse.ArgumentTypeError(f"expected HOST:PORT, found {text!r}")
+    if int(port) > 0xFFFF:
+        message = f"expected a port from 0 to 65535, found {port} in {text!r}"
+        raise argparse.ArgumentTypeError(message)
     return host.removeprefix("[").removesuffix("]"), int(port)
 
 

@@ -60,6 +60,9 @@ class Limits:
     connections_per_address: int = 64
     failed_attempts: int = 10
     failed_attempts_per_s: float = 1.0
+    shared_address_s: float = 24 * 3600.0
+    shared_failed_attempts: int = 100
+    shared_failed_attempts_per_s: float = 50.0
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from ..wire.frame import VERSION, Frame, Kind
 from ..wire.messages import Bye, Hello, Join
 from .connection import Connection
 from .context import Close, Context, Ending, Send, close, error_body
-from .event_limit import EventLimit
+from .event_limit import EventLimit, OncePerAddress
 from .report import State
 from .session import Session
 from .statistics import Instance
@@ -35,6 +35,7 @@ class Host:
         self._is_settled = False
         self._successor: tuple[Connection, Hello] | None = None
         self._refusals = EventLimit(context.sink.event, context.clock, per_second=10)
+        self._busy = OncePerAddress(self._refusals.say)
         self._events = EventLimit(context.sink.event, context.clock, per_second=100)
 
     def opened(self, connection: Connection) -> None:
@@ -108,6 +109,7 @@ class Host:
                 return
             if not self._is_settled:
                 self._is_settled = True
+                self._busy.renew()
                 self._context.sink.session_ended(self.session.report())
         if self._successor is not None:
             self._begin(*self._successor)
@@ -115,6 +117,7 @@ class Host:
     def _begin(self, control: Connection, hello: Hello) -> None:
         self._successor = None
         self._is_settled = False
+        self._busy.renew()
         instance = Instance(hello.device_id, hello.instance_id)
         is_known = self.session is not None and self.session.instance == instance
         if self.session is not None and is_known:
@@ -136,7 +139,10 @@ class Host:
         """A connection broke the protocol: it is told, and its session ends."""
         if connection.is_closing:
             return
-        self._say(connection, str(error))
+        if error.code == ErrorCode.BUSY and is_told:
+            self._busy.say(connection.host, str(error))
+        else:
+            self._say(connection, str(error))
         if is_told:
             self._context.act(Send(connection, Kind.ERROR, error_body(error)))
         close(self._context, connection, Ending.DISCARD)

@@ -242,7 +242,9 @@ class Server:
             return False
         with self._lock:
             connection.peer = peer
-            if not self._access.allows(peer):  # unpaired meanwhile, or signed by who is paired
+            if self._access.allows(peer):
+                self._admission.showed(connection.host)
+            else:  # unpaired meanwhile, or signed by who is paired
                 self._admission.failed(connection.host)
                 refusal = ProtocolError(ErrorCode.PAIRING, "it is not paired")
                 self._host.failed(connection, refusal)

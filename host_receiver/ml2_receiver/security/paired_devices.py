@@ -2,6 +2,8 @@
 
 import json
 import ssl
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,6 +13,10 @@ from .fingerprint import fingerprint
 from .folder import locked, write
 
 _SUFFIX = ".json"
+
+
+def _warn(text: str) -> None:
+    print(f"WARNING: {text}", file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True)
@@ -30,25 +36,40 @@ class PairedDevice:
 class PairedDevices:
     """The folder `devices`, which any process may change at any time.
 
-    A file is named by its device's fingerprint, so the names in the folder are who is paired.
+    A file is named by its device's fingerprint, so the names in the folder are who is paired. A
+    damaged one keeps only its own device out.
 
     Methods raise KeysError when the folder cannot be used.
+
+    Args:
+        warn: is told of damaged files, and what to do.
     """
 
-    def __init__(self, keys: Path) -> None:
-        self._folder = keys / "devices"
+    def __init__(self, keys: Path, warn: Callable[[str], None] = _warn) -> None:
+        self._folder, self._warn = keys / "devices", warn
 
     def fingerprints(self) -> frozenset[str]:
         """Those that are paired now."""
         try:
-            return frozenset(file.stem for file in self._folder.glob(f"*{_SUFFIX}"))
+            files = list(self._folder.iterdir())
+        except FileNotFoundError:
+            return frozenset()
         except OSError as error:
             raise KeysError(f"cannot use {self._folder}: {error.strerror}") from error
+        return frozenset(file.stem for file in files if file.suffix == _SUFFIX)
 
     def load(self) -> list[PairedDevice]:
         """Those that are paired now, by name."""
-        devices = [_read(self._file(it)) for it in self.fingerprints()]
-        return sorted((it for it in devices if it is not None), key=lambda it: it.name)
+        devices = []
+        for paired in sorted(self.fingerprints()):
+            try:
+                device = _read(self._file(paired))
+            except KeysError as error:
+                self._warn(str(error))
+                continue
+            if device is not None:
+                devices.append(device)
+        return sorted(devices, key=lambda it: it.name)
 
     def add(self, name: str, device_id: str, certificate: bytes) -> PairedDevice:
         """Pairs it, under another name if that is taken; again if it is paired already."""
@@ -90,6 +111,10 @@ def _read(file: Path) -> PairedDevice | None:
         document = json.loads(file.read_text("utf-8"))
         certificate = ssl.PEM_cert_to_DER_cert(document.pop("certificate"))
         device = PairedDevice(**document, certificate=certificate)
+        if not all(isinstance(it, str) for it in document.values()):
+            raise TypeError("expected texts")
+        # One that OpenSSL does not take would keep all devices out.
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_verify_locations(cadata=certificate)
     except FileNotFoundError:
         return None  # unpaired meanwhile
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

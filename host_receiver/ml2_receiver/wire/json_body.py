@@ -32,7 +32,10 @@ class JsonBody:
             json.dumps(document, ensure_ascii=False).encode()  # fails on a lone surrogate
             _check_depth(_expect(dict, document, "body"))
             value: Self = _read(cls, document, "body")
-        except (ValueError, RecursionError) as error:
+        except RecursionError as error:
+            message = f"{cls.__name__}: nested more than {_DEPTH} deep"
+            raise ProtocolError(ErrorCode.MALFORMED, message) from error
+        except ValueError as error:
             raise ProtocolError(ErrorCode.MALFORMED, f"{cls.__name__}: {error}") from error
         return value
 
