@@ -64,7 +64,7 @@ def _compile(library: Path) -> None:
     sources = ROOT / "tests" / "bench"
     script = f"-Wl,--version-script={sources / 'mapped.map'}"
     command = ["cc", "-shared", "-fPIC", "-O2", script, "-o", library, sources / "mapped.c"]
-    subprocess.run(command, check=True)
+    subprocess.run([str(it) for it in command], check=True)
 
 
 def _direct_peak_bytes(said: str) -> int:
