@@ -1,8 +1,8 @@
 """Recordings that begin and end while a receiver runs."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -15,7 +15,7 @@ from ros_processes import Child, Client, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from ml2_receiver.watch.diagnostics_node import DiagnosticsNode
+from ml2_receiver.watch.diagnostics_node import DiagnosticsNode, Rows, Values
 from patience import PATIENCE_S
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
@@ -31,28 +31,41 @@ def images(folder: Path) -> list[str]:
     return [seen.sha256 for seen in with_mcap(folder) if seen.topic == IMAGE]
 
 
-def row(when: Any) -> Any:
-    """That of the recording, once it is so."""
-
-    def is_so(rows: Any) -> bool:
-        return "recording" in rows and bool(when(rows["recording"]))
-
+def rows(is_so: Callable[[Rows], bool]) -> Rows:
+    """Those of /diagnostics, once it is so."""
     watch = DiagnosticsNode()
     try:
-        return watch.rows("", PATIENCE_S, is_so)["recording"]
+        return watch.rows("", PATIENCE_S, is_so)
     finally:
         watch.close()
+
+
+def await_received(**counts: str) -> Rows:
+    """Until so many have arrived of each."""
+    topics = {BATTERY: counts.get("batteries"), IMAGE: counts.get("images")}
+    return rows(
+        lambda found: all(
+            count is None or found.get(topic, {}).get("received") == count
+            for topic, count in topics.items()
+        )
+    )
+
+
+def recording(state: str) -> Values:
+    """The row of the recording, once it is in this state."""
+    return rows(lambda found: found.get("recording", {}).get("state") == state)["recording"]
 
 
 def test_a_recording_that_begins_late_has_what_is_open(
     ros_of_children: None, folder: Path, device: MockDevice, client: Client
 ) -> None:
     device.publish("world_left/image_raw", bag_scene.image(0), skip=3)
+    await_received(images="1")
     assert client.ask("set_atomically", {"record.folder": str(folder)}) == [True, ""]
     assert client.ask("trigger", "start_recording") == [True, f"recording into {folder}"]
     device.publish("world_left/image_raw", bag_scene.image(1), skip=2)
     device.publish("battery", bag_scene.battery(1))
-    found = row(lambda it: int(it["messages"]) >= 4)  # config and log are two
+    found = await_received(images="2", batteries="1")["recording"]
     assert (found["state"], found["lost"], found["dropped"]) == ("recording", "2", "0")
     assert found[f"lost.{IMAGE}"] == "2"
     is_done, words = client.ask("trigger", "stop_recording")
@@ -60,7 +73,7 @@ def test_a_recording_that_begins_late_has_what_is_open(
     device.publish("world_left/image_raw", bag_scene.image(2))
     assert images(folder) == [digest(bag_scene.image(1))]
     assert BagReader(folder).config.headset == "device name"
-    assert row(lambda it: it["state"] == "ended")["lost"] == "2"
+    assert recording("ended")["lost"] == "2"
 
 
 def test_one_recording_at_a_time_and_none_over_another(
@@ -86,6 +99,20 @@ def test_one_recording_at_a_time_and_none_over_another(
     assert (is_done, "expected one of none, zstd, found 'gzip'" in words) == (False, True)
 
 
+def test_a_recording_is_sent_what_nobody_subscribes_to(
+    folder: Path, device: MockDevice, client: Client
+) -> None:
+    assert client.ask("set", {"publish.lazy": True}) == [[True, ""]]
+    assert device.reconfigure().streams == {}
+    client.ask("set", {"record.folder": str(folder)})
+    assert client.ask("trigger", "start_recording")[0]
+    asked = device.reconfigure()
+    assert set(asked.streams) == {"world_left", "battery", "tf"}
+    device.expect_start(asked.request)
+    assert client.ask("trigger", "stop_recording")[0]
+    assert device.reconfigure().streams == {}
+
+
 def test_a_recording_ends_with_the_receiver(
     folder: Path, receiver: Receiver, device: MockDevice
 ) -> None:
@@ -99,12 +126,15 @@ def test_a_recording_ends_with_the_receiver(
     assert BATTERY in [seen.topic for seen in with_rosbags(folder)]
 
 
-def test_the_command_records_beside_a_receiver_that_runs(folder: Path, device: MockDevice) -> None:
+def test_the_command_records_beside_a_receiver_that_runs(
+    ros_of_children: None, folder: Path, device: MockDevice
+) -> None:
     command = ("-m", "ml2_receiver", "record", str(folder), "--attach", "--topic", "*/image_raw")
     with Child(*command) as child:
         assert child.line() == f"recording into {folder} until Ctrl-C"
         device.publish("world_left/image_raw", bag_scene.image(1), skip=2)
         device.publish("battery", bag_scene.battery(1))
+        await_received(images="1", batteries="1")
         assert child.end() == 0
         words = child.line()
     assert words.startswith(f"recorded into {folder}: ")
@@ -135,7 +165,7 @@ def test_a_recording_that_failed_is_told_and_another_may_begin(
     assert client.ask("trigger", "start_recording")[0]
     device.publish("battery", bag_scene.battery(1))
     shutil.rmtree(folder)
-    assert "removed its file" in row(lambda it: it["state"] == "failed")["message"]
+    assert "removed its file" in recording("failed")["message"]
     client.ask("set", {"record.folder": str(folder.parent / "again")})
     assert client.ask("trigger", "start_recording") == [
         True,

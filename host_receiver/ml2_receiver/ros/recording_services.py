@@ -47,9 +47,15 @@ class RecordingServices:
         node.create_service(Trigger, "~/start_recording", trigger(self._start))
         node.create_service(Trigger, "~/stop_recording", trigger(self._stop))
 
+    @property
+    def is_on(self) -> bool:
+        """Whether messages are recorded; may be asked by any thread."""
+        recording = self._recording
+        return recording is not None and not self._is_over and recording.failure is None
+
     def close(self) -> None:
         """Ends the recording there may be."""
-        if self._recording is not None and not self._is_over:
+        if self._recording is not None:
             self._recording.end()
 
     def rows(self, report: Report | None) -> list[Row]:
@@ -62,8 +68,8 @@ class RecordingServices:
         return [_row(state, recording, recording.progress(None if self._is_over else report))]
 
     def _start(self) -> Outcome:
-        if self._recording is not None and not self._is_over:
-            if self._recording.failure is None:
+        if self._recording is not None:
+            if self.is_on:
                 return False, f"a recording into {self._recording.folder} is on: ~/stop_recording"
             self._recording.end()
         values = {name: self._node.get_parameter(f"record.{name}").value for name in _PARAMETERS}
@@ -82,6 +88,7 @@ class RecordingServices:
             folder, options, self._prefix, self._sinks, self._failed, self._control.report()
         )
         self._is_over = False
+        self._control.update()
         self._sinks.event(f"recording into {folder}")
         return True, f"recording into {folder}"
 
@@ -92,6 +99,7 @@ class RecordingServices:
         recording.end()
         progress = recording.progress(self._control.report())
         self._is_over = True
+        self._control.update()
         words = f"recorded into {recording.folder}: {summary(progress)}"
         if recording.failure is not None:
             return False, f"{words}; it ended early: {recording.failure}"
