@@ -1,6 +1,9 @@
+import os
 import queue
 import socket
 import struct
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -19,6 +22,7 @@ from ml2_receiver.link.discovery import (
     find_receivers,
 )
 from repeated import repeated
+from ros_processes import environment
 
 pytestmark = pytest.mark.alone
 LOOPBACK = ["127.0.0.1"]
@@ -147,6 +151,50 @@ def test_without_tls_no_fingerprint_is_announced() -> None:
 def test_a_long_name_is_cut_to_what_dns_takes(name: str, cut: str) -> None:
     with announced(name, 7007):
         assert found({cut})[cut].port == 7007
+
+
+MOVING = """
+import subprocess, sys, time
+from ml2_receiver.link.discovery import Announcement, find_receivers
+
+def ip(*words):
+    subprocess.run(["ip", *words], check=True)
+
+def await_addresses(expected):
+    deadline_s = time.monotonic() + 40
+    while time.monotonic() < deadline_s:
+        found = {it.name: it.addresses for it in find_receivers()}
+        if found.get("mover") == expected:
+            return
+    sys.exit(f"expected {expected}, found {found}")
+
+ip("link", "set", "lo", "up")
+ip("link", "add", "lan", "type", "veth", "peer", "name", "headset")
+with Announcement("mover", ("0.0.0.0", 7011), None, sys.exit):
+    await_addresses(("127.0.0.1",))
+    ip("link", "set", "lan", "up")
+    ip("link", "set", "headset", "up")
+    ip("addr", "add", "10.77.0.1/24", "dev", "lan")
+    await_addresses(("10.77.0.1",))
+    ip("addr", "del", "10.77.0.1/24", "dev", "lan")
+    ip("addr", "add", "10.77.0.2/24", "dev", "lan")
+    await_addresses(("10.77.0.2",))
+    ip("addr", "del", "10.77.0.2/24", "dev", "lan")
+    await_addresses(("127.0.0.1",))
+"""
+
+
+@pytest.mark.timeout(240)
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can make a network of its own")
+def test_addresses_that_come_and_go_are_followed() -> None:
+    moving = subprocess.run(
+        ["unshare", "--net", sys.executable, "-c", MOVING],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert moving.returncode == 0, moving.stderr
 
 
 def test_what_is_announced_is_reachable() -> None:

@@ -4,6 +4,7 @@ import asyncio
 import uuid
 from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from ipaddress import IPv4Address, IPv6Address, ip_address
@@ -13,6 +14,7 @@ from typing import Self
 import ifaddr
 from zeroconf import (
     DNSQuestionType,
+    IPVersion,
     ServiceInfo,
     ServiceStateChange,
     Zeroconf,
@@ -28,6 +30,8 @@ SERVICE_TYPE = "_ml2sensors._tcp.local."
 # Long enough for a second answer of those who have just answered somebody else.
 SEARCH_S = 3.0
 _QUIET_S = 1.2
+# How long a new address may stay unknown to headsets.
+_FOLLOW_S = 2.0
 
 _LOOPBACK = "127.0.0.1"
 # RFC 1035, less the number that tells a second receiver of the same name from the first.
@@ -38,7 +42,8 @@ _INTERFACES = Path("/sys/class/net")
 class Announcement:
     """Announces a receiver until close(), or as a context manager.
 
-    One that listens on loopback is announced there only. Multicast goes over IPv4. For the first
+    One that listens on loopback is announced there only. Multicast goes over IPv4. Addresses that
+    the machine gets or loses meanwhile are followed, within 2 s. For the first
     2.4 s others are asked whether the name is free, and nobody finds it.
 
     Args:
@@ -67,13 +72,13 @@ class Announcement:
             parsed_addresses=announced_hosts(host),
         )
         self._zeroconf: Zeroconf | None = None
-        self._registering: asyncio.Task[None] | None = None
+        self._announcing: asyncio.Task[None] | None = None
         try:
             self._zeroconf = Zeroconf(interfaces=_multicast_interfaces(ip_address(host)))
         except OSError as error:
             failed(str(error))
             return
-        self._call(self._register(info)).add_done_callback(partial(_tell, failed))
+        self._call(self._announce(info, ip_address(host))).add_done_callback(partial(_tell, failed))
 
     def __enter__(self) -> Self:
         return self
@@ -84,7 +89,7 @@ class Announcement:
     def close(self) -> None:
         """Says that the receiver is gone; once is enough."""
         if self._zeroconf is not None:
-            self._call(self._end_registering()).result()
+            self._call(self._end_announcing()).result()
             self._zeroconf.close()
             self._zeroconf = None
 
@@ -93,16 +98,17 @@ class Announcement:
         assert self._zeroconf.loop is not None
         return asyncio.run_coroutine_threadsafe(work, self._zeroconf.loop)
 
-    async def _register(self, info: ServiceInfo) -> None:
+    async def _announce(self, info: ServiceInfo, listening: Address) -> None:
         assert self._zeroconf is not None
-        self._registering = asyncio.current_task()
+        self._announcing = asyncio.current_task()
         await _register(self._zeroconf, info)
+        await _follow(self._zeroconf, info, listening)
 
-    async def _end_registering(self) -> None:
+    async def _end_announcing(self) -> None:
         """Zeroconf.close() would leave it behind, with a warning to the user."""
-        if self._registering is not None:
-            self._registering.cancel()
-            await asyncio.wait([self._registering])
+        if self._announcing is not None:
+            self._announcing.cancel()
+            await asyncio.wait([self._announcing])
 
 
 async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
@@ -117,6 +123,21 @@ async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
         await (await zeroconf.async_register_service(info, allow_name_change=True, strict=False))
     finally:
         await browser.async_cancel()
+
+
+async def _follow(zeroconf: Zeroconf, info: ServiceInfo, listening: Address) -> None:
+    """Announces the addresses there are, on the interfaces there are, until cancelled."""
+    interfaces: list[str] = []
+    while True:
+        with suppress(OSError):  # of an address that has just gone: next time
+            if (present := _multicast_interfaces(listening)) != interfaces:
+                await zeroconf.async_update_interfaces(present)
+                interfaces = present
+            packed = [ip_address(it).packed for it in announced_hosts(str(listening))]
+            if packed != info.addresses_by_version(IPVersion.All):
+                info.addresses = packed
+                await zeroconf.async_update_service(info)
+        await asyncio.sleep(_FOLLOW_S)
 
 
 def _tell(failed: Callable[[str], None], registering: Future[None]) -> None:
