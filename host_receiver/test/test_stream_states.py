@@ -19,13 +19,13 @@ def test_a_stream_that_stops_is_told_once_and_everywhere() -> None:
     assert scene.host.session is not None
     for _ in range(3):
         tell(scene, world_left=WAITING, battery=StreamStatus("running"))
-    text = "world_left waiting: taken away; android.permission.CAMERA is missing"
+    text = "world_left: waiting: taken away; android.permission.CAMERA is missing"
     assert len([event for event in scene.sink.events if text in event]) == 1
     assert scene.sink.applied[-1].states["world_left"] == WAITING
     assert scene.host.session.report().streams["world_left"] == WAITING
     assert scene.host.session.report().streams["battery"] == StreamStatus("running")
     tell(scene, world_left=StreamStatus("running"))
-    assert scene.sink.events[-1].endswith("world_left runs again")
+    assert scene.sink.events[-1].endswith("world_left: running again")
     assert scene.sink.applied[-1].states["world_left"] == StreamStatus("running")
 
 
@@ -56,3 +56,14 @@ def test_a_device_that_says_nothing_of_its_streams_runs_what_it_accepted() -> No
     scene.receive(scene.control, Kind.STATUS, Status(False, 2.5, {}, CLOCK))
     states = {it.state for it in scene.host.session.report().streams.values()}
     assert states == {"running"}
+
+
+def test_streams_that_stand_alike_are_told_in_one_line() -> None:
+    scene = Scene()
+    scene.start()
+    waiting = StreamStatus("waiting", "drawing the pictures")
+    tell(scene, world_left=waiting, battery=waiting)
+    tell(scene, world_left=StreamStatus("running"), battery=StreamStatus("running"))
+    texts = [text for text in scene.sink.events if "world_left" in text and "battery" in text]
+    assert texts[-2].endswith("world_left, battery: waiting: drawing the pictures")
+    assert texts[-1].endswith("world_left, battery: running again")

@@ -32,9 +32,13 @@ def grant(stream: str, permission: str | None) -> str:
 
 
 def news(before: Mapping[str, StreamStatus], now: Mapping[str, StreamStatus]) -> list[str]:
-    """What a user wants to know of a change, a line for each stream."""
-    changed = {id: status for id, status in now.items() if status != before.get(id, _RUNNING)}
+    """What a user wants to know of a change, a line for all streams that stand alike."""
+    alike: dict[StreamStatus, list[str]] = {}
+    for id, status in now.items():
+        if status != before.get(id, _RUNNING):
+            alike.setdefault(status, []).append(id)
     return [
-        f"{id} runs again" if status.state == "running" else f"{id} {in_words(id, status)}"
-        for id, status in changed.items()
+        f"{', '.join(ids)}: "
+        + ("running again" if status.state == "running" else in_words(" ".join(ids), status))
+        for status, ids in alike.items()
     ]

@@ -1,0 +1,81 @@
+"""A camera that fails while it runs says so everywhere, and comes back by itself."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from books import assert_books_balance
+from processes import PREFIX, RECEIVER, headset_command
+from stage import Stage, staged
+
+CONFIG = """
+/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true}
+    other_sensors: {enabled: true}
+"""
+CAMERA = "android.permission.CAMERA"
+GRANT = "ml2-receiver headset grant world_left"
+# The camera that runs breaks, and may not be opened again for a while.
+FAULTS = ("fault.world.get", "fault.world.permission")
+BEGIN_S, END_S = 2, 20
+PATIENCE_S = 60.0
+MOST_LOOKS = 60
+
+
+def say(stage: Stage, *command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [RECEIVER, *command],
+        env=stage.environment,
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+
+
+def await_state(stage: Stage, state: str, reason: str = "") -> None:
+    """Looks at `devices` until world_left is in that state, with those words as reason."""
+    seen: list[dict[str, Any]] = []
+    for _ in range(MOST_LOOKS):
+        device = json.loads(say(stage, "devices", "--json").stdout or "null")
+        streams = [] if device is None else device["streams"]
+        for stream in streams:
+            if stream["stream"] == "world_left":
+                seen.append(stream)
+                if stream["state"] == state and reason in stream["reason"]:
+                    return
+    raise AssertionError(f"expected {state}, found {seen}")
+
+
+@pytest.mark.timeout(180)
+def test_a_camera_that_fails_says_so_and_comes_back(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(CONFIG)
+    options = [
+        word
+        for fault in FAULTS
+        for value, at_s in ((1, BEGIN_S), (0, END_S))
+        for word in ("--simulate", f"{fault}={value}@{at_s}")
+    ]
+    with (
+        staged(config, tmp_path) as stage,
+        stage.started("headset", headset_command(stage.address, *options)) as headset,
+    ):
+        stage.await_seconds(1)
+        await_state(stage, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
+        doctor = say(stage, "doctor", "--json")
+        (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
+        assert (doctor.returncode, finding["level"]) == (1, "wrong")
+        assert GRANT in finding["fix"]
+        await_state(stage, "runs")
+        stage.await_seconds(2)
+        headset.terminate()
+        received = stage.result()
+    assert_books_balance(received)
+    assert len(received.publishers[f"{PREFIX}/world_left/image_raw"]) == 1
