@@ -25,7 +25,6 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return results
 
 
-@pytest.mark.xfail(reason="a stream that failed stays so until the link is lost")
 def test_every_stream_comes_back(results: dict[str, Any]) -> None:
     assert results["alive_at_end"] == results["streams"]
 
