@@ -55,7 +55,8 @@ class Wire:
         source: str = "127.0.0.1",
     ) -> None:
         host, _, port = address.rpartition(":")
-        self.socket = socket.create_connection((host, int(port)), PATIENCE_S, (source, 0))
+        own = None if ":" in host else (source, 0)
+        self.socket = socket.create_connection((host.strip("[]"), int(port)), PATIENCE_S, own)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if tls is not None:
             self.socket = tls.wrap_socket(self.socket)

@@ -37,8 +37,8 @@ def keys(tmp_path: Path) -> Path:
     return tmp_path / "keys"
 
 
-def pair_command(keys: Path, *options: str) -> Child:
-    words = ("pair", "--keys", str(keys), "--listen", "127.0.0.1:0")
+def pair_command(keys: Path, *options: str, listen: str = "127.0.0.1:0") -> Child:
+    words = ("pair", "--keys", str(keys), "--listen", listen)
     return Child("-m", "ml2_receiver", *words, *options)
 
 
@@ -49,6 +49,14 @@ def paired(folder: Path, keys: Path) -> Device:
         assert pairing.line().startswith("paired with 'Magic Leap 2', fingerprint ")
         assert pairing.wait() == 0
     return device
+
+
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="this machine has no IPv6")
+def test_a_device_is_paired_by_ipv6(tmp_path: Path, keys: Path) -> None:
+    with pair_command(keys, listen="[::1]:0") as pairing:
+        line = pairing.line()
+        assert line.startswith("ml2s://[::1]:")
+        assert Device(tmp_path, PairingUri.parse(line)).pair()[0] == PAIRED
 
 
 def test_a_device_is_paired_listed_and_unpaired(

@@ -170,7 +170,7 @@ def await_addresses(expected):
 
 ip("link", "set", "lo", "up")
 ip("link", "add", "lan", "type", "veth", "peer", "name", "headset")
-with Announcement("mover", ("0.0.0.0", 7011), None, sys.exit):
+with Announcement("mover", ("::", 7011), None, sys.exit):
     await_addresses(("127.0.0.1",))
     ip("link", "set", "lan", "up")
     ip("link", "set", "headset", "up")
@@ -179,6 +179,9 @@ with Announcement("mover", ("0.0.0.0", 7011), None, sys.exit):
     ip("addr", "del", "10.77.0.1/24", "dev", "lan")
     ip("addr", "add", "10.77.0.2/24", "dev", "lan")
     await_addresses(("10.77.0.2",))
+    ip("addr", "add", "fd77::2/64", "dev", "lan", "nodad")
+    await_addresses(("10.77.0.2", "fd77::2"))
+    ip("addr", "del", "fd77::2/64", "dev", "lan")
     ip("addr", "del", "10.77.0.2/24", "dev", "lan")
     await_addresses(("127.0.0.1",))
 """

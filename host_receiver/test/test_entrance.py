@@ -11,6 +11,7 @@ from ml2_receiver.commands import entrance
 from ml2_receiver.commands.entrance import Entrance
 from ml2_receiver.commands.receiving import serving
 from ml2_receiver.configuration.config import load_config
+from ml2_receiver.link.listener import everywhere, text
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
 from tls_device import Certificate
@@ -22,7 +23,7 @@ def port(monkeypatch: pytest.MonkeyPatch) -> int:
     with socket.create_server(("127.0.0.1", 0)) as free:
         number: int = free.getsockname()[1]
     monkeypatch.setattr(entrance, "_LOOPBACK", ("127.0.0.1", number))
-    monkeypatch.setattr(entrance, "_EVERYWHERE", ("0.0.0.0", number))
+    monkeypatch.setattr(entrance, "_EVERYWHERE", everywhere(number))
     return number
 
 
@@ -33,7 +34,7 @@ def options(keys: Path, **others: object) -> Namespace:
 
 def listened_on(options: Namespace) -> tuple[str, int]:
     with Entrance(options) as way_in:
-        host, port = way_in.listener.getsockname()
+        host, port = way_in.listener.getsockname()[:2]
         return host, port
 
 
@@ -43,7 +44,7 @@ def test_it_is_this_machine_only_while_nobody_is_paired(tmp_path: Path, port: in
 
 def test_it_is_all_interfaces_once_somebody_is(tmp_path: Path, port: int) -> None:
     PairedDevices(tmp_path).add("a", "a", Certificate(tmp_path / "a", "a").der)
-    assert listened_on(options(tmp_path)) == ("0.0.0.0", port)
+    assert listened_on(options(tmp_path)) == everywhere(port)
 
 
 def test_without_tls_it_is_this_machine_only_whoever_is_paired(tmp_path: Path, port: int) -> None:
@@ -86,7 +87,7 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
         certificate = Certificate(tmp_path / "a", "a")
         PairedDevices(tmp_path / "keys").add("a", "a", certificate.der)
         said = ""
-        while f"listening on 0.0.0.0:{port}" not in said:
+        while f"listening on {text(everywhere(port))}" not in said:
             said += capsys.readouterr().out
         with MockDevice(f"127.0.0.1:{port}", tls=certificate.context()) as device:
             device.connect()

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import test_pairing_listener
+from ml2_receiver.link.access import PairedOnly
 from ml2_receiver.link.listener import listen
 from ml2_receiver.link.report import State
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
@@ -58,6 +59,21 @@ def test_everything_is_tls_13(lab: Lab) -> None:
     assert wire.socket.version() == "TLSv1.3"
     assert wire.socket.selected_alpn_protocol() == "ml2s/1"
     wire.socket.close()
+
+
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="this machine has no IPv6")
+@pytest.mark.parametrize(
+    ("listening", "to", "seen"),
+    [("::1", "::1", "[::1]"), ("::", "::1", "[::1]"), ("::", "127.0.0.1", "127.0.0.1")],
+)
+def test_a_headset_comes_by_ipv6_as_by_ipv4(lab: Lab, listening: str, to: str, seen: str) -> None:
+    server_host, port = lab.serve(PairedOnly(lab.folder / "keys"), listening)
+    assert server_host == f"[{listening}]"
+    context = lab.paired("headset").context()
+    address = f"[{to}]:{port}" if ":" in to else f"{to}:{port}"
+    with MockDevice(address, tls=context) as device:
+        device.start()
+        lab.sink.await_event(f"connected from {seen}:")
 
 
 class Relay:

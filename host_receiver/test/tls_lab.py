@@ -35,9 +35,9 @@ class Lab:
         self.address = self.serve(PairedOnly(folder / "keys"))
         self.server = self.servers[0]
 
-    def serve(self, access: Access) -> tuple[str, int]:
+    def serve(self, access: Access, listening: str = "127.0.0.1") -> tuple[str, int]:
         server = Server(
-            listen(("127.0.0.1", 0)),
+            listen((listening, 0)),
             load_table(),
             REQUEST,
             self.sink,

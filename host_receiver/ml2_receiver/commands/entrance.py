@@ -12,12 +12,12 @@ from ..configuration.table import load_table
 from ..errors import ListenError
 from ..link.access import Access, Everybody, PairedOnly
 from ..link.discovery import Announcement
-from ..link.listener import listen
+from ..link.listener import everywhere, listen, text
 from ..link.server import Server
 from ..security.folder import default_folder
 
 PORT = 7755
-_LOOPBACK, _EVERYWHERE = ("127.0.0.1", PORT), ("0.0.0.0", PORT)
+_LOOPBACK, _EVERYWHERE = ("127.0.0.1", PORT), everywhere(PORT)
 _EYE_CAMERA = "com.magicleap.permission.EYE_CAMERA"
 _EYE_IMAGES = "eye images are biometric: pair, or allow with --insecure-eye-images"
 _INSECURE = (
@@ -118,7 +118,7 @@ class Entrance:
     def _announce(self) -> Announcement:
         host, port = self.listener.getsockname()[:2]
         if self.access.protection().paired is None:
-            print(_INSECURE.format(f"{host}:{port}"), file=sys.stderr, flush=True)
+            print(_INSECURE.format(text((host, port))), file=sys.stderr, flush=True)
         return Announcement(self.name, (host, port), self.access.fingerprint, _warn_unannounced)
 
 

@@ -16,7 +16,7 @@ from ..errors import PairingError
 from ..generated.version import VERSION
 from ..link.discovery import announced_hosts
 from ..link.event_limit import EventLimit
-from ..link.listener import listen
+from ..link.listener import everywhere, listen
 from ..security.identity import Identity
 from ..security.paired_devices import PairedDevice, PairedDevices
 from ..security.pairing import VALID_S, Pairing
@@ -28,7 +28,7 @@ from .options import name, port
 from .receiving import address
 from .stopping import stop_signal
 
-_EVERYWHERE = ("0.0.0.0", 0)
+_EVERYWHERE = everywhere(0)
 _POLL_S = 0.2
 # Strangers must not make the code scroll away.
 _LINES_PER_S = 2

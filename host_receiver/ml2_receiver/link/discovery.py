@@ -158,8 +158,8 @@ def _label(name: str) -> str:
 def announced_hosts(host: str) -> list[str]:
     """Where a receiver that listens on `host` is reached.
 
-    For a wildcard these are the machine's addresses, without those of bridges and tunnels, which
-    others seldom reach, unless there are no others.
+    For a wildcard these are the machine's addresses, IPv4 first, without those of bridges and
+    tunnels, which others seldom reach, unless there are no others. `::` takes IPv4, too.
     """
     listening = ip_address(host)
     if not listening.is_unspecified:
@@ -167,12 +167,12 @@ def announced_hosts(host: str) -> list[str]:
     reachable = [
         (adapter, address)
         for adapter, address in _addresses()
-        if address.version == listening.version
+        if address.version <= listening.version
         and not (address.is_loopback or address.is_link_local)
     ]
+    reachable.sort(key=lambda it: it[1].version)
     physical = [(adapter, it) for adapter, it in reachable if _is_physical(adapter)]
-    loopback = _LOOPBACK if listening.version == 4 else "::1"
-    return [str(address) for _, address in physical or reachable] or [loopback]
+    return [str(address) for _, address in physical or reachable] or [_LOOPBACK]
 
 
 def _addresses() -> Iterator[tuple[str, Address]]:

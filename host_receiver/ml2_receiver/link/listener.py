@@ -2,6 +2,7 @@
 
 import errno
 import socket
+from ipaddress import IPv6Address, ip_address
 
 from ..doctor.process_table import listener_of
 from ..errors import ListenError
@@ -13,7 +14,7 @@ _SEND_BUFFER_BYTES = 128 * 1024
 
 
 def listen(address: tuple[str, int]) -> socket.socket:
-    """A socket for Server; port 0 lets the system choose.
+    """A socket for Server; port 0 lets the system choose, and `::` takes IPv4 peers, too.
 
     Raises:
         ListenError: the address cannot be listened on.
@@ -21,7 +22,10 @@ def listen(address: tuple[str, int]) -> socket.socket:
     try:
         family, *_, resolved = socket.getaddrinfo(*address, type=socket.SOCK_STREAM)[0]
         listener = socket.create_server(
-            resolved[:2], family=family, backlog=_BACKLOG, dualstack_ipv6=False
+            resolved[:2],
+            family=family,
+            backlog=_BACKLOG,
+            dualstack_ipv6=resolved[0] == "::" and socket.has_dualstack_ipv6(),
         )
     except OSError as error:
         reason = f"cannot listen on {text(address)}: {error.strerror}"
@@ -33,6 +37,18 @@ def listen(address: tuple[str, int]) -> socket.socket:
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
     return listener
+
+
+def everywhere(port: int) -> tuple[str, int]:
+    """All interfaces, with IPv6 where this machine has it."""
+    return ("::" if socket.has_dualstack_ipv6() else "0.0.0.0"), port
+
+
+def peer_host(host: str) -> str:
+    """A peer's host as accept() has it; that of an IPv4 peer as IPv4."""
+    address = ip_address(host)
+    mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
+    return host if mapped is None else str(mapped)
 
 
 def text(address: tuple[str, int]) -> str:

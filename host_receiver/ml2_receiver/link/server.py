@@ -19,7 +19,7 @@ from .context import Action, Close, Context, Limits, Send
 from .event_limit import EventLimit
 from .host import Host
 from .link import Link
-from .listener import listen, text
+from .listener import listen, peer_host, text
 from .report import Report
 from .streams import Request
 
@@ -172,7 +172,7 @@ class Server:
                         self._sink.event(f"cannot accept connections: {error}")
                 continue
             with self._lock:
-                self._open(accepted, *address[:2])
+                self._open(accepted, peer_host(address[0]), address[1])
 
     def _open(self, accepted: socket.socket, host: str, port: int) -> None:
         self._refresh()

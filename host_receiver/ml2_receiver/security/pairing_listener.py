@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from ..errors import ErrorCode, KeysError, ProtocolError
+from ..link.listener import peer_host
 from ..wire.frame import FrameParser, Kind, LaneKind, Side, encode_frame
 from ..wire.json_body import JsonBody
 from ..wire.messages import Error, Pair, PairChallenge, Paired
@@ -83,8 +84,9 @@ class PairingListener:
             except OSError:
                 accepted.close()  # it has left already
                 continue
-            self._take_in(tls, address[0])
-            threading.Thread(target=self._serve, args=[tls, address[0]], daemon=True).start()
+            host = peer_host(address[0])
+            self._take_in(tls, host)
+            threading.Thread(target=self._serve, args=[tls, host], daemon=True).start()
 
     def _take_in(self, tls: ssl.SSLSocket, host: str) -> None:
         """If there are too many, the oldest of the machine that has most of them has to go."""
