@@ -38,7 +38,8 @@ internal class LinkOptions : OptionGroup() {
     /** @return what is to be said. */
     fun pairWith(uri: PairingUri, device: Headset.Identity): String {
         if (insecure) throw UsageError("--pair and --insecure exclude each other")
-        val paired = failing { runBlocking { openKeys().pair(uri, device) } }
+        val opened = openKeys()
+        val paired = failing(EXIT_FAILED) { runBlocking { opened.pair(uri, device) } }
         return "paired with ${paired.name} (fingerprint ${paired.fingerprint}), which serves at ${paired.address}"
     }
 
@@ -49,24 +50,25 @@ internal class LinkOptions : OptionGroup() {
             warn("WARNING: --insecure: nothing is encrypted, and anybody can pretend to be the receiver")
             return Link(receiver ?: Receiver.discover(MulticastBrowser()), LinkSecurity.Insecure(insecureEyeImages))
         }
-        val keys = failing(::openKeys)
-        val paired = failing { keys.receivers }
+        val keys = openKeys()
+        val paired = failing(EXIT_USAGE) { keys.receivers }
         if (paired.isEmpty()) {
             throw UsageError("paired with no receiver: run ml2-receiver pair there, then ml2-headset --pair URI")
         }
         return Link(receiver ?: keys.receiver(MulticastBrowser()), keys.security())
     }
 
-    private fun openKeys(): DeviceKeys = KeyFolder(keys).open(NAME)
+    private fun openKeys(): DeviceKeys = failing(EXIT_USAGE) { KeyFolder(keys).open(NAME) }
 
-    private inline fun <T> failing(action: () -> T): T = try {
+    private inline fun <T> failing(exitCode: Int, action: () -> T): T = try {
         action()
     } catch (failure: IOException) {
-        throw PrintMessage("Error: ${failure.message}", statusCode = 1, printError = true)
+        throw PrintMessage("Error: ${failure.message}", exitCode, printError = true)
     }
 
     private companion object {
         const val NAME = "ml2-headset"
+        const val EXIT_FAILED = 1
     }
 }
 

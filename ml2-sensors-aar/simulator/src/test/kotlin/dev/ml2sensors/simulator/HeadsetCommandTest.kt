@@ -101,6 +101,29 @@ class HeadsetCommandTest {
     }
 
     @Test
+    fun wrongKeysAreNamedInOneLineAndExitWith2() {
+        val file = folder.resolve("file").apply { writeText("x") }
+        val damaged = folder.resolve("damaged").apply { mkdir() }
+        damaged.resolve("device.p12").writeText("x")
+        val replaced = folder.resolve("replaced/device.p12").apply { mkdirs() }
+        val wrong = mapOf(
+            "$file" to "expected a folder of keys, found the file $file: give its folder, or a new one",
+            "$damaged" to "expected the key that ml2-headset has written in $damaged/device.p12, found something else",
+            "${replaced.parent}" to "cannot read $replaced: expected a file that this user can read",
+            "$file/keys" to "cannot write in $file/keys: give a folder that this user can write",
+        )
+        for ((keys, message) in wrong) {
+            val failure = assertFailsWith<CliktError>(keys) {
+                HeadsetCommand().parse(words("--keys $keys --receiver h:1 --source test-signal"))
+            }
+            val text = failure.message.orEmpty()
+            assertTrue(text.startsWith("Error: $message"), text)
+            assertEquals(1, text.lines().size, text)
+            assertEquals(2, failure.statusCode, keys)
+        }
+    }
+
+    @Test
     fun versionIsTheLibrarys() {
         val run = Run("--version")
         assertEquals("ml2-headset version ${Version.NAME}\n", run.output.readText())

@@ -3,6 +3,7 @@ package dev.ml2sensors.simulator.keys
 import dev.ml2sensors.link.DeviceIdentity
 import dev.ml2sensors.pairing.DeviceKeys
 import java.io.IOException
+import java.nio.file.FileSystemException
 import java.nio.file.Files
 import java.nio.file.Path
 import java.nio.file.StandardCopyOption
@@ -16,8 +17,9 @@ import java.security.spec.ECGenParameterSpec
 import kotlin.io.path.Path
 import kotlin.io.path.createDirectories
 import kotlin.io.path.exists
-import kotlin.io.path.inputStream
+import kotlin.io.path.isDirectory
 import kotlin.io.path.outputStream
+import kotlin.io.path.readBytes
 
 /** The keys of a headset that is a program: the [folder] with `device.p12`, made when missing, and `receivers.json`. */
 internal class KeyFolder(private val folder: Path) {
@@ -28,27 +30,49 @@ internal class KeyFolder(private val folder: Path) {
      * @throws IOException when the folder cannot be used.
      */
     fun open(name: String): DeviceKeys {
-        if (!keyFile.exists()) make(name)
-        val identity = try {
-            load()
-        } catch (e: GeneralSecurityException) {
-            throw IOException("$keyFile is damaged: ${e.message}", e)
+        if (folder.exists() && !folder.isDirectory()) {
+            throw IOException("expected a folder of keys, found the file $folder: give its folder, or a new one")
         }
-        return DeviceKeys(identity, folder.resolve("receivers.json").toFile())
+        if (!keyFile.exists()) {
+            try {
+                make(name)
+            } catch (e: IOException) {
+                throw IOException("cannot write in $folder: give a folder that this user can write (${reason(e)})", e)
+            }
+        }
+        return DeviceKeys(load(), folder.resolve("receivers.json").toFile())
     }
 
     private fun load(): DeviceIdentity {
-        val store = KeyStore.getInstance(FORMAT)
-        try {
-            keyFile.inputStream().use { store.load(it, PASSWORD) }
+        val content = try {
+            keyFile.readBytes()
         } catch (e: IOException) {
-            throw IOException("cannot read $keyFile: ${e.message}", e)
+            throw IOException("cannot read $keyFile: expected a file that this user can read (${reason(e)})", e)
         }
-        val key = store.getKey(ALIAS, PASSWORD) as? PrivateKey
-        val certificate = store.getCertificate(ALIAS) as? X509Certificate
-        if (key == null || certificate == null) throw IOException("$keyFile has no key '$ALIAS' with its certificate")
-        return DeviceIdentity(key, certificate)
+        return try {
+            identity(content)
+        } catch (e: IOException) {
+            throw notOurs(e)
+        } catch (e: GeneralSecurityException) {
+            throw notOurs(e)
+        } ?: throw notOurs(null)
     }
+
+    /** @return null when the store has no key of a device. */
+    private fun identity(content: ByteArray): DeviceIdentity? {
+        val store = KeyStore.getInstance(FORMAT).apply { load(content.inputStream(), PASSWORD) }
+        val key = store.getKey(ALIAS, PASSWORD) as? PrivateKey ?: return null
+        return (store.getCertificate(ALIAS) as? X509Certificate)?.let { DeviceIdentity(key, it) }
+    }
+
+    /** Its cause has the words of the format's parser, which help no user. */
+    private fun notOurs(cause: Exception?) = IOException(
+        "expected the key that ml2-headset has written in $keyFile, found something else: remove the file, and pair again",
+        cause,
+    )
+
+    private fun reason(failure: IOException) =
+        (failure as? FileSystemException)?.reason ?: failure.javaClass.simpleName.removeSuffix("Exception")
 
     private fun make(name: String) {
         folder.createDirectories(PosixFilePermissions.asFileAttribute(PosixFilePermissions.fromString("rwx------")))
