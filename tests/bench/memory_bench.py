@@ -3,8 +3,10 @@
 Usage: memory_bench.py DURATION. Writes memory.json in build/bench, in MB:
 
 slots_mb    mapped by libml2sensors.so for frames, at most at a time
-direct_mb   of Java's direct buffers, at most at a time: pools, heads of frames, TLS
-peak_mb     both together
+direct_mb   of Java's direct buffers, at most at a time: heads of frames, TLS
+color_mb    what the RGB camera has on Android, which the simulation stands in for: not measured
+            but the bound of its code, every JPEG and every image on its way to be one
+peak_mb     the three together
 left_mb     mapped by libml2sensors.so at the end: memory that a stream kept
 heap_mb     Java's heap as the virtual machine had grown it
 rss_mb      of the whole process, with the virtual machine and the films of the simulation
@@ -28,6 +30,8 @@ _JAVA_OPTIONS = (
     "-XX:+UnlockDiagnosticVMOptions -XX:NativeMemoryTracking=summary -XX:+PrintNMTStatistics"
 )
 _MB = 1e6
+# ColorCapture.kt: 8 JPEGs of a byte for each pixel. ImageIntake.kt: NV21 for 4 workers, one more.
+_COLOR_BYTES_PER_PIXEL = 8 + 5 * 1.5
 
 
 def main(duration_s: float) -> None:
@@ -48,10 +52,13 @@ def main(duration_s: float) -> None:
         slots_bytes, left_bytes = map(int, mapped.read_text().split())
     said = (logs / "one" / "headset.log").read_text()
     direct_bytes = _direct_peak_bytes(said)
+    sizes = re.findall(r"resolution_(?:width|height): (\d+)", DEMO.read_text())
+    color_bytes = int(sizes[0]) * int(sizes[1]) * _COLOR_BYTES_PER_PIXEL
     results = {
-        "peak_mb": (slots_bytes + direct_bytes) / _MB,
+        "peak_mb": (slots_bytes + direct_bytes + color_bytes) / _MB,
         "slots_mb": slots_bytes / _MB,
         "direct_mb": direct_bytes / _MB,
+        "color_mb": color_bytes / _MB,
         "left_mb": left_bytes / _MB,
         "heap_mb": _heap_bytes(said) / _MB,
         "rss_mb": max(loaded.usage["headset"].rss_bytes) / _MB,
