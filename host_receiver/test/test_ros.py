@@ -78,6 +78,7 @@ def test_publishers_stay_over_sessions_unless_their_stream_does_not(device: Mock
             "values": None,
             "reason": "empty",
             "topics": [],
+            "state": {"state": "refused", "reason": "empty"},
         }
     camera = ("world_left/image_raw", "world_left/camera_info", "world_left/metadata")
     expected = {f"/magic_leap2/{name}" for name in ("config", "log", *camera)}
