@@ -80,11 +80,17 @@ public class BatterySample(
 public enum class ChargeStatus(internal val rosNumber: UByte) {
     /** The device does not know. */
     UNKNOWN(0u),
+
+    /** A charger fills the battery. */
     CHARGING(1u),
+
+    /** The headset runs on the battery. */
     DISCHARGING(2u),
 
     /** A charger is connected, and the battery is neither charged nor full. */
     NOT_CHARGING(3u),
+
+    /** A charger is connected, and nothing is left to charge. */
     FULL(4u),
 }
 
