@@ -51,7 +51,7 @@ def test_what_evo_cannot_compare_is_told() -> None:
 def test_without_evo_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/nowhere/python3")
     monkeypatch.setenv("PATH", "/nowhere")
-    with pytest.raises(EvaluationError, match=r"pip install 'ml2-receiver\[evaluate\]'"):
+    with pytest.raises(EvaluationError, match=r"pip install '\./host_receiver\[evaluate\]'"):
         compare(wandering(), wandering())
 
 
