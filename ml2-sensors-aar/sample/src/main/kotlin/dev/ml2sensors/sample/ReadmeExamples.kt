@@ -24,7 +24,7 @@ suspend fun stream(context: Context, headset: Headset, uri: String): Unit = coro
     val streamer = Ml2Sensors.connect(context, headset)
     streamer.start()
     launch { streamer.state.collect { println(it) } } // Connecting(reason), Connected(receiverName), Ended(reason)
-    launch { streamer.streams.collect { println(it) } } // per stream: Accepted(values), Waiting(reason), Refused(reason)
+    launch { streamer.streams.collect { println(it) } } // each: Accepted(values), Waiting(reason), Refused(reason)
 }
 
 fun publish(streamer: Ml2Streamer, pose: Pose, captureNanos: Long) {
