@@ -1,11 +1,14 @@
-"""How every node of the receiver and of its tools starts ROS."""
+"""How every node of the receiver and of its tools starts ROS, and how those of tools end."""
 
 import re
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 
 import rclpy
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from .errors import RosError
@@ -14,6 +17,9 @@ from .errors import RosError
 _LOG = re.compile(
     r"Failed to create log directory '([^']*)'|Failed opening file (.*)/[^/]* for writing"
 )
+
+# How late the end is noticed.
+_WAIT_S = 0.1
 
 
 def start_ros(arguments: Sequence[str] = ()) -> Context:
@@ -41,3 +47,14 @@ def start_ros(arguments: Sequence[str] = ()) -> Context:
             ) from error
         raise RosError(f"ROS 2 does not start: {error}") from error
     return context
+
+
+def spin_until(stopping: threading.Event, node: Node, context: Context) -> None:
+    """Runs the node's callbacks until `stopping` is set, then ends the node and its context."""
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    while not stopping.is_set():
+        executor.spin_once(timeout_sec=_WAIT_S)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown(context=context)

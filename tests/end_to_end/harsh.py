@@ -132,7 +132,7 @@ def _dropped(snapshot: dict[str, Any], reason: str = "") -> int:
 
 
 def _unaccounted(final: dict[str, Any]) -> int:
-    """Of all topics, too many as well as too few."""
+    """The messages of all topics that are missing from the counts, or counted twice."""
     return sum(
         abs(
             int(seen["diagnostics"]["produced"])

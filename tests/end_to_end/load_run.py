@@ -109,7 +109,7 @@ class Loaded:
 
     @property
     def drops_after_start(self) -> int:
-        """Those of `drops` that were not yet counted when the start was over."""
+        """The drops that were counted after the start."""
         return self.drops - self.drops_of_start
 
     @property
@@ -232,7 +232,7 @@ def _age_s(snapshot: dict[str, Any]) -> float:
 
 
 def _counted_drops(snapshot: dict[str, Any], name: str) -> int:
-    """What the headset has said of its drops."""
+    """The drops that the headset has reported."""
     return sum(
         int(count)
         for topic, seen in snapshot["topics"].items()

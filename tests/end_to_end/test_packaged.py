@@ -34,7 +34,7 @@ def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> N
 
 
 def program(classes: Path) -> list[str | Path]:
-    """What the script ml2-headset starts, with these in the place of what Maven built."""
+    """The command of the script ml2-headset, with `classes` instead of the jar that Maven built."""
     (headset,) = TARGET.glob("ml2-headset-*.jar")
     others = [it for it in (TARGET / "lib").iterdir() if not it.name.startswith("ml2-sensors-")]
     assert len(others) < len(list((TARGET / "lib").iterdir()))

@@ -10,7 +10,6 @@ from typing import Any
 
 import rclpy
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
@@ -19,11 +18,10 @@ from std_msgs.msg import String
 from ..configuration.table import Topic, load_table
 from ..errors import ProtocolError
 from ..products.losses import Losses
-from ..ros_context import start_ros
+from ..ros_context import spin_until, start_ros
 from ..topics.message_types import message_class
 from .thesis import configuration_text, metadata_text, turn_imu
 
-_WAIT_S = 0.1
 _DEPTH = 10
 _CONFIG, _REQUEST = "/MagicLeap/config", "/request"
 # Before it told the units apart, it had one of each; which one is not known.
@@ -73,13 +71,7 @@ class CompatibilityNode:
 
     def spin(self, stopping: threading.Event) -> None:
         """Works until `stopping` is set, then ends the node."""
-        executor = SingleThreadedExecutor(context=self._context)
-        executor.add_node(self._node)
-        while not stopping.is_set():
-            executor.spin_once(timeout_sec=_WAIT_S)
-        executor.shutdown()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        spin_until(stopping, self._node, self._context)
 
     def _subscribe(self) -> None:
         wanted = {it for it in self._publishers if self._publishers[it].get_subscription_count()}

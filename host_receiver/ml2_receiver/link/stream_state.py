@@ -20,8 +20,13 @@ def _answered(answer: StreamAnswer) -> StreamStatus:
 
 def in_words(stream: str, status: StreamStatus) -> str:
     """The state, why, and what to do where that is known."""
-    words = status.state if not status.reason else f"{status.state}: {status.reason}"
+    words = state_and_reason(status)
     return f"{words}; {fix}" if (fix := grant(stream, status.permission)) else words
+
+
+def state_and_reason(status: StreamStatus) -> str:
+    """The state, and why where that is known."""
+    return status.state if not status.reason else f"{status.state}: {status.reason}"
 
 
 def grant(stream: str, permission: str | None) -> str:

@@ -12,7 +12,6 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -21,7 +20,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from ..configuration.table import Topic, load_table
-from ..ros_context import start_ros
+from ..ros_context import spin_until, start_ros
 from ..topics.message_types import message_class
 from ..topics.stamps import header_stamp_ns
 from .camera import metadata_stamp_ns
@@ -29,7 +28,6 @@ from .product import Points, Product, Shared, all_products
 from .tree import STATIC_DEPTH, Tree
 
 _PERIOD_S = 1.0
-_WAIT_S = 0.1
 _TF, _TF_STATIC = "/tf", "/tf_static"
 
 
@@ -80,13 +78,7 @@ class ProductsNode:
 
     def spin(self, stopping: threading.Event) -> None:
         """Works until `stopping` is set, then ends the node."""
-        executor = SingleThreadedExecutor(context=self._context)
-        executor.add_node(self._node)
-        while not stopping.is_set():
-            executor.spin_once(timeout_sec=_WAIT_S)
-        executor.shutdown()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        spin_until(stopping, self._node, self._context)
 
     def _publisher(self, topic: str, type: str) -> Publisher:
         return self._node.create_publisher(

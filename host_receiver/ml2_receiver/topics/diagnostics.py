@@ -11,7 +11,7 @@ from ..configuration.table import Scalar
 from ..link.access import Protection
 from ..link.report import Report, State, TopicReport
 from ..link.statistics import SHARES, TopicStatistics
-from ..link.stream_state import in_words
+from ..link.stream_state import in_words, state_and_reason
 from ..link.throughput import Throughput
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 
@@ -195,7 +195,7 @@ def _session(report: Report) -> Row:
         f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
     }
     values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
-    values |= {f"state.{id}": _state(status) for id, status in report.streams.items()}
+    values |= {f"state.{id}": state_and_reason(status) for id, status in report.streams.items()}
     values |= {
         f"missing.{id}": status.permission
         for id, status in report.streams.items()
@@ -218,10 +218,6 @@ def _still(report: Report) -> list[str]:
         return []
     stopped = {id: status for id, status in report.streams.items() if status.state != "running"}
     return [f"{id} {in_words(id, status)}" for id, status in stopped.items()]
-
-
-def _state(status: StreamStatus) -> str:
-    return status.state if not status.reason else f"{status.state}: {status.reason}"
 
 
 def security_row(protection: Protection) -> Row:
