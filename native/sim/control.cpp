@@ -19,7 +19,7 @@ bool anyCameraOpen() { return isDepthCameraOpen() || isWorldCameraOpen() || isEy
 
 /** Everything that is made from keys, made from them anew. */
 std::string startOver() {
-    auto problem = resetKeys();
+    auto problem = keys().reset("ML2SIM");
     resetClock();
     if (problem.empty())
         problem = Stage::refresh();
@@ -40,16 +40,17 @@ struct Start {
 } start;
 
 std::string set(const std::string &name, const std::string &value) {
-    if (!shapesTheScene(name))
-        return setKey(name, value);
+    const size_t index = keys().indexOf(name);
+    if (index == keys().rows().size() || !keys().rows()[index].shapesTheScene)
+        return keys().set(name, value);
     if (anyCameraOpen())
         return name + ": cannot change while a camera is open";
-    const auto before = keyValue(name);
-    auto problem = setKey(name, value);
+    const auto before = keys().value(index);
+    auto problem = keys().set(name, value);
     if (problem.empty())
         problem = Stage::refresh();
     if (!problem.empty())
-        setKey(name, before);
+        keys().set(name, before);
     return problem;
 }
 
@@ -72,7 +73,7 @@ const char *ml2sim_set(const char *key, const char *value) {
 
 const char *ml2sim_describe_keys(void) {
     thread_local std::string text;
-    text = describeKeys();
+    text = keys().describe();
     return text.c_str();
 }
 

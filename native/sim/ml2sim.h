@@ -33,8 +33,8 @@ extern "C" {
 ML2SIM_API const char *ml2sim_set(const char *key, const char *value);
 
 /**
- * One line per key, with tabs between: name, value now, default, kind (whole, real or text), least, most, what it
- * means. Valid until this thread's next call.
+ * One line for each key, with tabs between: name, value, default, kind (whole, real or text), least, most, choices with
+ * | between (a text with none takes any text), meaning. Valid until this thread's next call.
  */
 ML2SIM_API const char *ml2sim_describe_keys(void);
 

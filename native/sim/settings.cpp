@@ -1,32 +1,14 @@
 #include "settings.h"
 
-#include <algorithm>
 #include <array>
-#include <atomic>
-#include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <mutex>
-#include <numeric>
-#include <sstream>
+#include <string>
 #include <vector>
 
 namespace ml2sim {
 namespace {
 
-enum class Kind { Whole, Real, Text };
-
-/** A key of numbers has a range; a key of text has the words that are allowed, the first its default, or none: any. */
-struct Row {
-    std::string name;
-    Kind kind;
-    double standard;
-    double least;
-    double most;
-    const char *meaning;
-    bool shapesTheScene = false;
-    std::vector<std::string> words = {};
-};
+using Kind = KeyTable::Kind;
+using Row = KeyTable::Row;
 
 std::vector<Row> plainRows() {
     return {
@@ -114,95 +96,6 @@ std::vector<Row> allRows() {
     return rows;
 }
 
-struct Table {
-    std::vector<Row> rows = allRows();
-    std::vector<std::atomic<double>> numbers = std::vector<std::atomic<double>>(rows.size());
-    std::mutex mutex;
-    std::vector<std::string> texts = std::vector<std::string>(rows.size());
-
-    Table() { reset(); }
-
-    void reset() {
-        const std::lock_guard lock(mutex);
-        for (size_t i = 0; i < rows.size(); i++) {
-            numbers[i] = rows[i].standard;
-            texts[i] = rows[i].words.empty() ? "" : rows[i].words.front();
-        }
-    }
-};
-
-Table &table() {
-    static Table it;
-    return it;
-}
-
-/** How many characters must be put in, taken out or changed to make one name of the other. */
-size_t distance(const std::string &a, const std::string &b) {
-    std::vector<size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), 0);
-    for (size_t i = 1; i <= a.size(); i++) {
-        size_t diagonal = row[0]++;
-        for (size_t j = 1; j <= b.size(); j++) {
-            const size_t changed = diagonal + (a[i - 1] != b[j - 1]);
-            diagonal = row[j];
-            row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-        }
-    }
-    return row[b.size()];
-}
-
-std::string nearestName(const std::string &name) {
-    const auto &rows = table().rows;
-    return std::min_element(rows.begin(), rows.end(),
-                            [&](const Row &a, const Row &b) { return distance(a.name, name) < distance(b.name, name); })
-        ->name;
-}
-
-std::string shortest(double value) {
-    std::ostringstream out;
-    out.precision(17);
-    out << value;
-    return out.str();
-}
-
-std::string setText(size_t index, const std::string &value) {
-    const auto &row = table().rows[index];
-    std::string words;
-    bool isAllowed = row.words.empty();
-    for (const auto &word : row.words) {
-        words += (words.empty() ? "" : ", ") + word;
-        isAllowed |= word == value;
-    }
-    if (!isAllowed)
-        return row.name + ": expected one of " + words + ", found \"" + value + "\"";
-    const std::lock_guard lock(table().mutex);
-    table().texts[index] = value;
-    return "";
-}
-
-std::string setNumber(size_t index, const std::string &value) {
-    const auto &row = table().rows[index];
-    char *end = nullptr;
-    const double number = std::strtod(value.c_str(), &end);
-    const bool isOfKind = row.kind == Kind::Real || number == std::floor(number);
-    if (value.empty() || *end != '\0' || !(number >= row.least && number <= row.most) || !isOfKind)
-        return row.name + (row.kind == Kind::Real ? ": expected a number from " : ": expected a whole number from ") +
-               shortest(row.least) + " to " + shortest(row.most) + ", found \"" + value + "\"";
-    table().numbers[index] = number;
-    return "";
-}
-
-size_t indexOf(const std::string &name) {
-    size_t index = 0;
-    while (index < table().rows.size() && table().rows[index].name != name)
-        index++;
-    return index;
-}
-
-std::string valueAt(size_t index) {
-    return table().rows[index].kind == Kind::Text ? text(static_cast<Key>(index)) : shortest(table().numbers[index]);
-}
-
 size_t faultIndex(CameraKind camera, Fault what) {
     return static_cast<size_t>(Key::FaultCameras) + static_cast<size_t>(camera) * kCameraFaults.size() +
            static_cast<size_t>(what);
@@ -210,59 +103,15 @@ size_t faultIndex(CameraKind camera, Fault what) {
 
 } // namespace
 
-double number(Key key) { return table().numbers[static_cast<size_t>(key)]; }
+double number(Key key) { return keys().number(static_cast<size_t>(key)); }
 
-double fault(CameraKind camera, Fault what) { return table().numbers[faultIndex(camera, what)]; }
+double fault(CameraKind camera, Fault what) { return keys().number(faultIndex(camera, what)); }
 
-std::string text(Key key) {
-    const std::lock_guard lock(table().mutex);
-    return table().texts[static_cast<size_t>(key)];
-}
+std::string text(Key key) { return keys().text(static_cast<size_t>(key)); }
 
-std::string keyValue(const std::string &name) {
-    const size_t index = indexOf(name);
-    return index < table().rows.size() ? valueAt(index) : "";
-}
-
-bool shapesTheScene(const std::string &name) {
-    const size_t index = indexOf(name);
-    return index < table().rows.size() && table().rows[index].shapesTheScene;
-}
-
-std::string setKey(const std::string &name, const std::string &value) {
-    const size_t index = indexOf(name);
-    if (index == table().rows.size())
-        return "unknown key \"" + name + "\"; the nearest is \"" + nearestName(name) + "\"";
-    return table().rows[index].kind == Kind::Text ? setText(index, value) : setNumber(index, value);
-}
-
-std::string describeKeys() {
-    std::string out;
-    for (size_t i = 0; i < table().rows.size(); i++) {
-        const auto &row = table().rows[i];
-        const bool isText = row.kind == Kind::Text;
-        const auto standard = !isText ? shortest(row.standard) : row.words.empty() ? "" : row.words.front();
-        const auto kind = isText ? "text" : row.kind == Kind::Real ? "real" : "whole";
-        out += row.name + "\t" + valueAt(i) + "\t" + standard + "\t" + kind + "\t" + shortest(row.least) + "\t" +
-               shortest(row.most) + "\t" + row.meaning + "\n";
-    }
-    return out;
-}
-
-std::string resetKeys() {
-    table().reset();
-    const char *environment = std::getenv("ML2SIM");
-    std::istringstream pairs(environment == nullptr ? "" : environment);
-    std::string pair;
-    while (std::getline(pairs, pair, ',')) {
-        const auto equals = pair.find('=');
-        if (equals == std::string::npos)
-            return "expected key=value, found \"" + pair + "\"";
-        const auto problem = setKey(pair.substr(0, equals), pair.substr(equals + 1));
-        if (!problem.empty())
-            return problem;
-    }
-    return "";
+KeyTable &keys() {
+    static KeyTable it(allRows());
+    return it;
 }
 
 } // namespace ml2sim

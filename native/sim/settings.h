@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "key_table.h"
+
 namespace ml2sim {
 
 enum class Key {
@@ -78,19 +80,6 @@ inline bool hasFault(CameraKind camera, Fault what) { return fault(camera, what)
 /** The value of a key of text. Any thread. */
 std::string text(Key key);
 
-/** The value of a key, as setKey takes it; empty when there is no such key. */
-std::string keyValue(const std::string &name);
-
-/** Whether name is a key that pictures and poses depend on, which therefore rests while a camera is open. */
-bool shapesTheScene(const std::string &name);
-
-/** Sets a key; empty, or what is wrong with it. */
-std::string setKey(const std::string &name, const std::string &value);
-
-/** One line per key, as ml2sim_describe_keys gives it. */
-std::string describeKeys();
-
-/** Defaults, then ML2SIM of the environment; empty, or what is wrong with that. */
-std::string resetKeys();
+KeyTable &keys();
 
 } // namespace ml2sim

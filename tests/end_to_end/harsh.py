@@ -1,8 +1,12 @@
 """A harsh device on a bad link, both by seed: what still arrives in the end, and what grew.
 
-Usage: harsh.py DURATION SEED. Writes build/reports/harsh.json, and exits with 1 if a stream no
-longer delivers at the end or a message is missing that nobody counted:
+Usage: harsh.py DURATION SEED. With an even seed, every stream that OpenXR offers has that backend;
+with an odd one all streams have their defaults. The device draws faults of both interfaces.
 
+Writes build/reports/harsh.json, and exits with 1 if a stream no longer delivers at the end or a
+message is missing that nobody counted:
+
+backend         of the streams that offer OpenXR
 streams         those that were asked for
 alive_at_end    those of them whose topics all got a message in the last minute, or in the last
                 quarter of a shorter time
@@ -22,6 +26,8 @@ import threading
 import time
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from load_run import Loaded, Usage, load_run
 from processes import ROOT
@@ -88,8 +94,9 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
             links[0].begin()
         snapshots.append({"at_s": time.time(), "no_buffer": _dropped(snapshot, "no_buffer")})
 
+    has_openxr = seed % 2 == 0
     (loaded,) = load_run(
-        DEMO,
+        _openxr_config(folder / "openxr.yaml") if has_openxr else DEMO,
         folder,
         duration_s,
         headset_options=("--simulate", f"harsh={seed}"),
@@ -100,6 +107,7 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
     of_last = [it["no_buffer"] for it in snapshots if it["at_s"] > end_s - last_s]
     return {
         "seed": seed,
+        "backend": "openxr" if has_openxr else "default",
         "duration_s": loaded.duration_s,
         "link_faults": links[0].faults,
         "streams": sorted(loaded.final["streams"]),
@@ -107,6 +115,16 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
         "unaccounted": _unaccounted(loaded.final),
         "slopes": _slopes(loaded.usage) | {"slots": of_last[-1] - of_last[0]},
     }
+
+
+def _openxr_config(file: Path) -> Path:
+    """Writes the demo's configuration with OpenXR as the backend wherever there is a choice."""
+    config = yaml.safe_load(DEMO.read_text())
+    for section in config["/ml2_receiver"]["ros__parameters"].values():
+        if "backend" in section:
+            section["backend"] = "openxr"
+    file.write_text(yaml.safe_dump(config))
+    return file
 
 
 def _alive(loaded: Loaded, since_s: float) -> list[str]:

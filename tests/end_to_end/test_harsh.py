@@ -15,12 +15,16 @@ MOST_THREADS, MOST_FILES = 16, 8
 pytestmark = [pytest.mark.alone, pytest.mark.timeout(240)]
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+@pytest.fixture(scope="module", params=[1, 2], ids=["default_backends", "openxr"])
+def results(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("harsh")
-    results = harsh_run(DURATION_S, seed=1, folder=folder)
+    results = harsh_run(DURATION_S, seed=request.param, folder=folder)
     write(results)
-    assert "simulating fault." in (folder / "one" / "headset.log").read_text()
+    log = (folder / "one" / "headset.log").read_text()
+    assert "simulating fault." in log
+    assert "simulating openxr.fault." in log
     assert results["link_faults"] > 0
     return results
 

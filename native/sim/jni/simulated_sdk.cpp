@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 #include <iterator>
+#include <sstream>
+#include <string>
 #include <string_view>
 
 #include "ml2sim.h"
@@ -10,7 +12,7 @@
 
 namespace {
 
-/** Before the keys of the OpenXR runtime. */
+/** The prefix of the names of the OpenXR runtime's keys. */
 constexpr std::string_view kOpenXr = "openxr.";
 
 constexpr char kClass[] = "dev/ml2sensors/simulator/simulated/SimulatedSdk";
@@ -38,7 +40,13 @@ jstring set(JNIEnv *env, jclass, jstring key, jstring value) {
     return problem == nullptr ? nullptr : env->NewStringUTF(problem);
 }
 
-jstring describeKeys(JNIEnv *env, jclass) { return env->NewStringUTF(ml2sim_describe_keys()); }
+jstring describeKeys(JNIEnv *env, jclass) {
+    std::string keys = ml2sim_describe_keys();
+    std::istringstream lines(ml2sim_xr_describe_keys());
+    for (std::string line; std::getline(lines, line);)
+        keys.append(kOpenXr).append(line).append("\n");
+    return env->NewStringUTF(keys.c_str());
+}
 
 void useRuntime(JNIEnv *env, jclass, jstring manifest) { setenv("XR_RUNTIME_JSON", Utf(env, manifest).bytes(), 1); }
 

@@ -14,9 +14,9 @@ constexpr uint8_t kBetweenRows = 0xee;
 
 uint32_t aligned(uint32_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
 
-uint32_t trailer() { return static_cast<uint32_t>(runtime().keys.number("picture.extra_bytes")); }
+uint32_t trailer() { return static_cast<uint32_t>(runtime().keys.whole("picture.extra_bytes")); }
 
-uint32_t padding() { return static_cast<uint32_t>(runtime().keys.number("stride.extra_bytes")); }
+uint32_t padding() { return static_cast<uint32_t>(runtime().keys.whole("stride.extra_bytes")); }
 
 /** The pictures of one capture: the stream's own, then those among its metadata. */
 std::vector<XrPixelSensorFrameTypeML> pictureTypes(const PixelStream &stream, bool hasConfidence, bool hasFlags) {
@@ -29,7 +29,7 @@ std::vector<XrPixelSensorFrameTypeML> pictureTypes(const PixelStream &stream, bo
 }
 
 uint32_t bytesFor(const PixelStream &stream, const std::vector<XrPixelSensorFrameTypeML> &types) {
-    uint32_t bytes = static_cast<uint32_t>(runtime().keys.number("buffer.extra_bytes"));
+    uint32_t bytes = static_cast<uint32_t>(runtime().keys.whole("buffer.extra_bytes"));
     for (const auto type : types) {
         const bool isRaster = type != XR_PIXEL_SENSOR_JPEG_ML;
         const auto rows = static_cast<uint32_t>(stream.mode->size.height);

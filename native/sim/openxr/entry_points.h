@@ -54,6 +54,13 @@
 
 namespace ml2sim::xr {
 
+/** The extensions that the runtime offers. */
+constexpr const char *kExtensions[] = {
+    XR_MND_HEADLESS_EXTENSION_NAME,      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+    XR_EXT_FUTURE_EXTENSION_NAME,        XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
+    XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME,
+};
+
 /** The entry points themselves, one file per kind of thing. */
 template <class Function> struct EntryPoint;
 template <class... Arguments> struct EntryPoint<XrResult (*)(Arguments...)> { using Type = XrResult(Arguments...); };

@@ -11,7 +11,7 @@ struct HandTracker : Object {
 };
 
 bool isSeen(XrHandEXT hand) {
-    return (runtime().keys.number("hands.visible") & (hand == XR_HAND_LEFT_EXT ? 1 : 2)) != 0;
+    return (runtime().keys.whole("hands.visible") & (hand == XR_HAND_LEFT_EXT ? 1 : 2)) != 0;
 }
 
 } // namespace
@@ -52,7 +52,7 @@ XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocat
         for (uint32_t joint = 0; joint < out.jointCount; joint++) {
             auto &location = out.jointLocations[joint];
             location = {};
-            if (out.isActive == XR_FALSE || joint == runtime().keys.number("hands.hidden_joint"))
+            if (out.isActive == XR_FALSE || joint == runtime().keys.whole("hands.hidden_joint"))
                 continue;
             location.locationFlags = kLocated;
             location.pose = toXr(compose(inverse(*base), compose(headAt(info.time), jointInHead(side, joint))));

@@ -17,9 +17,7 @@ constexpr XrSystemId kSystem = 2;
 
 std::vector<std::string> offeredExtensions() {
     std::vector<std::string> offered;
-    for (const char *extension : {XR_MND_HEADLESS_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
-                                  XR_EXT_FUTURE_EXTENSION_NAME, XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
-                                  XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME})
+    for (const char *extension : kExtensions)
         if (runtime().keys.text("fault.extension.missing") != extension)
             offered.emplace_back(extension);
     return offered;
@@ -175,10 +173,10 @@ XrResult xrGetSystemProperties(XrInstance instance, XrSystemId system, XrSystemP
         for (auto *next = static_cast<XrBaseOutStructure *>(out.next); next != nullptr; next = next->next) {
             if (next->type == XR_TYPE_SYSTEM_EYE_GAZE_INTERACTION_PROPERTIES_EXT)
                 reinterpret_cast<XrSystemEyeGazeInteractionPropertiesEXT *>(next)->supportsEyeGazeInteraction =
-                    keys.number("fault.gaze.unsupported") == 0;
+                    keys.whole("fault.gaze.unsupported") == 0;
             else if (next->type == XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT)
                 reinterpret_cast<XrSystemHandTrackingPropertiesEXT *>(next)->supportsHandTracking =
-                    keys.number("fault.hands.unsupported") == 0;
+                    keys.whole("fault.hands.unsupported") == 0;
             else
                 misuse(ML2SIM_XR_MISUSE_TYPE, XR_ERROR_VALIDATION_FAILURE, "unknown system properties are chained");
         }

@@ -24,7 +24,7 @@ extern "C" {
  */
 ML2SIM_XR_API const char *ml2sim_xr_set(const char *key, const char *value);
 
-/** One line per key: name, value now, what it means. Valid until this thread's next call. */
+/** One line for each key, with the columns of ml2sim_describe_keys. Valid until this thread's next call. */
 ML2SIM_XR_API const char *ml2sim_xr_describe_keys(void);
 
 /** All keys as at the start, everything that is open forgotten, books empty. */

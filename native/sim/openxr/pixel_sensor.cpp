@@ -51,7 +51,7 @@ XrFutureEXT begin(XrPixelSensorML handle, PixelSensor &sensor, const char *step,
     future->diesWithParent = true;
     future->step = step;
     future->readyAt =
-        keys.number("fault.future.stuck") != 0 ? INT64_MAX : mlTimeNow() + keys.number("future.delay_ms") * 1000000;
+        keys.whole("fault.future.stuck") != 0 ? INT64_MAX : mlTimeNow() + keys.whole("future.delay_ms") * 1000000;
     future->fails = keys.text("fault.future.fails") == step;
     future->effect = std::move(effect);
     future->streams = std::move(streams);

@@ -22,7 +22,7 @@ void misuse(ml2sim_xr_misuse kind, XrResult result, const std::string &what) {
 }
 
 void refuseIf(const char *key, XrResult result) {
-    if (runtime().keys.number(key) != 0) {
+    if (runtime().keys.whole(key) != 0) {
         throw Refusal{result};
     }
 }
@@ -89,7 +89,7 @@ extern "C" const char *ml2sim_xr_describe_keys(void) {
 
 extern "C" void ml2sim_xr_reset(void) {
     std::lock_guard<std::mutex> lock(runtime().mutex);
-    runtime().keys.reset();
+    ml2sim::xr::resetKeys(runtime().keys);
     runtime().objects.clear();
     runtime().extensions.clear();
     runtime().events.clear();

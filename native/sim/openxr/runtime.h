@@ -30,8 +30,10 @@ struct Refusal {
 
 /// The one runtime of the process. Everything in it is guarded by `mutex`, which every entry point holds.
 struct Runtime {
+    Runtime() { resetKeys(keys); }
+
     std::mutex mutex;
-    Keys keys;
+    KeyTable keys = declareKeys();
     ml2sim_xr_book book{};
     std::map<uint64_t, std::unique_ptr<Object>> objects;
     std::set<std::string> extensions;

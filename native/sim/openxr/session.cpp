@@ -37,13 +37,13 @@ void noticeNewWorld(XrSession handle, Session &session) {
 
 void follow(XrSession handle, Session &session) {
     const auto &keys = runtime().keys;
-    const bool shallStop = keys.number("fault.session.stopping") != 0;
-    if (keys.number("fault.session.lost") != 0) {
+    const bool shallStop = keys.whole("fault.session.stopping") != 0;
+    if (keys.whole("fault.session.lost") != 0) {
         if (session.state != XR_SESSION_STATE_LOSS_PENDING)
             enterState(handle, session, XR_SESSION_STATE_LOSS_PENDING);
     } else if (shallStop && session.isFocused()) {
         enterState(handle, session, XR_SESSION_STATE_STOPPING);
-    } else if (!shallStop && session.state == XR_SESSION_STATE_IDLE && keys.number("fault.session.idle") == 0) {
+    } else if (!shallStop && session.state == XR_SESSION_STATE_IDLE && keys.whole("fault.session.idle") == 0) {
         enterState(handle, session, XR_SESSION_STATE_READY);
     }
 }

@@ -19,7 +19,7 @@ TEST_F(Control, AWrongValueIsAnsweredWithWhatIsAllowedAndChangesNothing) {
     EXPECT_STREQ(ml2sim_set("loop_seconds", "1"), "loop_seconds: expected a whole number from 2 to 600, found \"1\"");
     EXPECT_STREQ(ml2sim_set("loop_seconds", "2.5"),
                  "loop_seconds: expected a whole number from 2 to 600, found \"2.5\"");
-    EXPECT_STREQ(ml2sim_set("clock", "fast"), "clock: expected one of real, manual, found \"fast\"");
+    EXPECT_STREQ(ml2sim_set("clock", "fast"), "clock: expected one of \"real\", \"manual\", found \"fast\"");
     EXPECT_NE(std::string(ml2sim_describe_keys()).find("loop_seconds\t2\t"), std::string::npos);
     EXPECT_NE(std::string(ml2sim_describe_keys()).find("clock\tmanual\t"), std::string::npos);
 }

@@ -47,7 +47,7 @@ internal class SimulationOptions : OptionGroup() {
     /** Sets what is to be set after the first sample, which is now. Faults that are drawn end before [duration] does. */
     suspend fun setLater(headset: SimulatedHeadset, duration: Duration?, say: (String) -> Unit): Unit = coroutineScope {
         val drawn = harshSeed?.let { drawnFaults(it, SimulatedKey.all(), duration) }.orEmpty()
-        for (settings in simulate.filter { it.after != null }.map { sequenceOf(it) } + listOf(drawn)) {
+        for (settings in simulate.filter { it.after != null }.map { sequenceOf(it) } + drawn) {
             launch { headset.setInTime(settings, say) }
         }
     }
@@ -75,6 +75,7 @@ private fun describedKeys(): String {
 }
 
 private fun SimulatedKey.rangeInWords(): String = when {
+    choices.isNotEmpty() -> choices.joinToString(prefix = " (", postfix = ")") { choice -> choice.ifEmpty { "none" } }
     isText -> ""
     isWhole -> " (${range.start.toLong()} to ${range.endInclusive.toLong()})"
     else -> " (${range.start} to ${range.endInclusive})"

@@ -1,10 +1,10 @@
 package dev.ml2sensors.simulator.simulated
 
 /**
- * A key of the simulation, as native/sim/settings.cpp declares it.
+ * A key of the simulation, as native/sim/settings.cpp and native/sim/openxr/keys.cpp declare it.
  *
  * @property value now.
- * @property isText takes any text; all others take numbers of [range].
+ * @property isText takes one of [choices], or any text if there are none; all other keys take numbers of [range].
  * @property isWhole takes whole numbers only.
  */
 internal data class SimulatedKey(
@@ -14,6 +14,7 @@ internal data class SimulatedKey(
     val isText: Boolean,
     val isWhole: Boolean,
     val range: ClosedRange<Double>,
+    val choices: List<String>,
     val meaning: String,
 ) {
     companion object {
@@ -23,11 +24,19 @@ internal data class SimulatedKey(
         private fun parse(line: String): SimulatedKey {
             val columns = line.split('\t')
             val (name, value, default, kind) = columns
-            val (least, most, meaning) = columns.takeLast(LAST_COLUMNS)
-            val range = least.toDouble()..most.toDouble()
-            return SimulatedKey(name, value, default, kind == "text", kind == "whole", range, meaning)
+            val (least, most, choices, meaning) = columns.takeLast(LAST_COLUMNS)
+            return SimulatedKey(
+                name,
+                value,
+                default,
+                isText = kind == "text",
+                isWhole = kind == "whole",
+                range = least.toDouble()..most.toDouble(),
+                choices = if (choices.isEmpty()) emptyList() else choices.split('|'),
+                meaning,
+            )
         }
 
-        private const val LAST_COLUMNS = 3
+        private const val LAST_COLUMNS = 4
     }
 }

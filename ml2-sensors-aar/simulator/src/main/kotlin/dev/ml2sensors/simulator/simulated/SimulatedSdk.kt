@@ -11,7 +11,7 @@ internal object SimulatedSdk {
     @JvmStatic
     external fun set(key: String, value: String): String?
 
-    /** A line for each key, its name, value, default, kind, least, most and meaning between tabs. */
+    /** A line for each key, of OpenXR's runtime too; the columns are those of ml2sim_describe_keys. */
     @JvmStatic
     external fun describeKeys(): String
 

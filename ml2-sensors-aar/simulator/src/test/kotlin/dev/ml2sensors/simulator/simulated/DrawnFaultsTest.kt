@@ -10,12 +10,17 @@ import kotlin.time.Duration.Companion.seconds
 
 class DrawnFaultsTest {
     private val faults = List(FAULTS) { key("fault.$it", default = "${it % 2 - 1}", most = 1.0 + it * it) }
-    private val keys = faults + key("seed", default = "1", most = 9.0)
+    private val faultsOfOpenXr = listOf("taken", "odd").map { choice("openxr.fault.sensor.$it") }
+    private val others = listOf(key("seed", default = "1", most = 9.0), choice("clock"), choice("openxr.anything"))
+    private val keys = faults + faultsOfOpenXr + others
 
     private fun key(name: String, default: String, most: Double) =
-        SimulatedKey(name, default, default, isText = false, isWhole = true, default.toDouble()..most, "")
+        SimulatedKey(name, default, default, isText = false, isWhole = true, default.toDouble()..most, listOf(), "")
 
-    private fun drawn(seed: Long, duration: Duration) = drawnFaults(seed, keys, duration).toList()
+    private fun choice(name: String) =
+        SimulatedKey(name, "", "", isText = true, isWhole = false, 0.0..0.0, listOf("", "left", "right"), "")
+
+    private fun drawn(seed: Long, duration: Duration) = drawnFaults(seed, keys, duration).first().toList()
 
     @Test
     fun aSeedAlwaysGivesTheSameFaults() {
@@ -27,6 +32,13 @@ class DrawnFaultsTest {
     @Test
     fun everyFaultOfTheTableComesAndNothingElse() {
         assertEquals(faults.map { it.name }.toSet(), drawn(seed = 1, duration = 1.hours).map { it.key }.toSet())
+    }
+
+    @Test
+    fun openXrHasFaultsOfItsOwnWithEveryChoice() {
+        val drawn = drawnFaults(seed = 1, keys, 1.hours).last().toList()
+        assertEquals(faultsOfOpenXr.map { it.name }.toSet(), drawn.map { it.key }.toSet())
+        assertEquals(setOf("", "left", "right"), drawn.map { it.value }.toSet())
     }
 
     @Test
