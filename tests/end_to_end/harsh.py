@@ -123,6 +123,7 @@ def _openxr_config(file: Path) -> Path:
     for section in config["/ml2_receiver"]["ros__parameters"].values():
         if "backend" in section:
             section["backend"] = "openxr"
+    file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(yaml.safe_dump(config))
     return file
 
