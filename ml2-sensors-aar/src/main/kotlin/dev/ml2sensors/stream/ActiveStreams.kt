@@ -64,6 +64,9 @@ internal class ActiveStreams(
     private var isConfigured = false
     private var asking: Job? = null
 
+    /** Is awaited before the first stream begins. */
+    var warming: Job? = null
+
     private val changes = Mutex()
     private val delivered = HashSet<StreamSpec>()
     private val isOver = CompletableDeferred<Unit>()
@@ -173,6 +176,7 @@ internal class ActiveStreams(
         val link = custom.link
         val wanted = changes.withLock { accepted.toMap() }
         scope.launch {
+            warming?.join()
             clock.awaitStamps()
             if (waits) clock.freeze()
             changes.withLock {

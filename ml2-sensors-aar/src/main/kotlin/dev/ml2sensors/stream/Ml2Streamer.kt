@@ -28,6 +28,7 @@ import kotlinx.coroutines.launch
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.util.UUID
+import java.util.concurrent.atomic.AtomicBoolean
 import kotlin.time.Duration.Companion.seconds
 
 /**
@@ -89,6 +90,7 @@ public class Ml2Streamer(
     @Synchronized
     public fun start() {
         check(running == null) { "a streamer is started once" }
+        if (isWarm.compareAndSet(false, true)) active.warming = scope.launch { warmUp() }
         running = scope.launch {
             val ending = launch { stopReason.complete(active.awaitEnd()) }
             try {
@@ -155,6 +157,9 @@ public class Ml2Streamer(
 
     private companion object {
         val STOP_LIMIT = 8.seconds
+
+        /** Of this process. */
+        val isWarm = AtomicBoolean()
     }
 }
 

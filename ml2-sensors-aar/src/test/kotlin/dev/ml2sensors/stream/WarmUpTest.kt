@@ -1,0 +1,61 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.FrameHeader
+import kotlinx.coroutines.runBlocking
+import org.junit.jupiter.api.Test
+import java.nio.ByteBuffer
+import java.nio.channels.GatheringByteChannel
+import java.util.concurrent.CountDownLatch
+import kotlin.test.assertEquals
+import kotlin.test.assertTrue
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
+
+class WarmUpTest {
+    @Test
+    fun messagesOfEveryTopicOfACameraAnInertialUnitAndTheHeadAreWritten() = runBlocking {
+        val channels = HashSet<Int>()
+        warmUp(WrittenTo { channels += FrameHeader.read(it).channel }, Duration.INFINITE)
+        val outgoing = OutgoingChannels(waits = false)
+        val streams = listOf(StreamTable.worldLeft, StreamTable.color, StreamTable.imuLeft, StreamTable.tf)
+        assertEquals(streams.flatMap { outgoing.of(it, it.defaultValues()) }.map { it.id }.toSet(), channels)
+    }
+
+    @Test
+    fun itEndsAtItsLimitThoughNothingCanBeWritten() = runBlocking {
+        val never = CountDownLatch(1)
+        var begun = false
+        warmUp(
+            WrittenTo {
+                begun = true
+                never.await()
+            },
+            limit = 1.seconds,
+        )
+        assertTrue(begun)
+    }
+}
+
+/** Gives each frame's first bytes to [take]. */
+private class WrittenTo(private val take: (ByteBuffer) -> Unit) : GatheringByteChannel {
+    override fun write(source: ByteBuffer): Int {
+        val size = source.remaining()
+        take(source.duplicate())
+        source.position(source.limit())
+        return size
+    }
+
+    override fun write(sources: Array<out ByteBuffer>): Long {
+        val rest = sources[1].remaining()
+        sources[1].position(sources[1].limit())
+        return write(sources[0]).toLong() + rest
+    }
+
+    override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long = error("not called")
+
+    override fun isOpen(): Boolean = true
+
+    override fun close(): Unit = Unit
+}
