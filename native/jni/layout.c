@@ -40,6 +40,8 @@ jintArray layout_frame(JNIEnv *env, jclass class) {
         FRAME(digital_gain),
         FRAME(illumination),
         FRAME(skipped),
+        FRAME(head_rotation),
+        FRAME(head_position),
     };
     return layout_ints(env, values, sizeof values / sizeof *values);
 }

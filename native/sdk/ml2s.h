@@ -119,6 +119,7 @@ enum {
     ML2S_HAS_ANALOG_GAIN = 1u << 3,  /**< analog_gain */
     ML2S_HAS_DIGITAL_GAIN = 1u << 4, /**< digital_gain */
     ML2S_HAS_ILLUMINATION = 1u << 5, /**< illumination */
+    ML2S_HAS_HEAD_POSE = 1u << 6,    /**< head_rotation and head_position */
 };
 
 /** The model of a lens. */
@@ -168,6 +169,9 @@ typedef struct ml2s_frame {
     uint32_t digital_gain;               /**< The device's own unit. */
     uint32_t illumination;               /**< 1 when the depth camera's light was on. */
     uint32_t skipped;                    /**< Odd frames of the stream that were skipped: see ml2s_poll. */
+    float head_rotation[4];              /**< Of the head in the world at the capture: x, y, z, w. */
+    float head_position[3];              /**< Of the head in the world at the capture. */
+    uint32_t reserved;
 } ml2s_frame;
 
 enum {

@@ -42,6 +42,12 @@ namespace Ml2Sensors
         /// </summary>
         public Pose? CameraPose { get; private set; }
 
+        /// <summary>
+        /// The head at the capture of the frame shown, in the axes and the world of CameraPose; interpolated between the
+        /// poses of a stream that runs (head_pose or tf). Null without one, and while the head is not tracked.
+        /// </summary>
+        public Pose? HeadPose { get; private set; }
+
         /// <summary>The lens for the frame shown; null when the device did not say.</summary>
         public CameraIntrinsics? Intrinsics => _lease == null ? null : _lease.Intrinsics;
 
@@ -60,6 +66,7 @@ namespace Ml2Sensors
             if (_streamer == null || _streamer.Unavailable != null) return;
             _viewed = _stream;
             CameraPose = null;
+            HeadPose = null;
             DecodeMilliseconds = 0;
             _streamer.AddView(_viewed);
             _lease = new FrameLease(_viewed);
@@ -71,6 +78,7 @@ namespace Ml2Sensors
             try
             {
                 CameraPose = _lease.Pose?.ToUnity().ToPose();
+                HeadPose = _lease.HeadPose?.ToUnity().ToPose();
                 if (_lease.RowBytes == 0) ShowJpeg(_lease.Pixels);
                 else ShowRows(_lease.Pixels);
             }

@@ -59,6 +59,20 @@ namespace Ml2Sensors.Interop
             }
         }
 
+        /// <summary>Where the head was at the capture; null while it is not tracked, or no stream of its poses runs.</summary>
+        public Pose<MlRub>? HeadPose
+        {
+            get
+            {
+                if ((_frame.Has & FrameFields.HeadPose) == 0) return null;
+                NativeFrame frame = _frame;
+                return new Pose<MlRub>(
+                    new Vector3<MlRub>(frame.HeadPosition[0], frame.HeadPosition[1], frame.HeadPosition[2]),
+                    new Rotation<MlRub>(
+                        frame.HeadRotation[0], frame.HeadRotation[1], frame.HeadRotation[2], frame.HeadRotation[3]));
+            }
+        }
+
         /// <summary>The lens of the capture; null when the device did not say.</summary>
         public CameraIntrinsics? Intrinsics
         {

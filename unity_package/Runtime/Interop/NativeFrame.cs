@@ -17,6 +17,7 @@ namespace Ml2Sensors.Interop
     {
         Pose = 1,
         Intrinsics = 2,
+        HeadPose = 64,
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -55,6 +56,9 @@ namespace Ml2Sensors.Interop
         internal uint AnalogGain;
         internal uint DigitalGain;
         internal uint Illumination;
+        internal uint Skipped;
+        internal fixed float HeadRotation[4];
+        internal fixed float HeadPosition[3];
         private readonly uint _reserved;
 
         internal static NativeFrame Sized() => new NativeFrame { StructSize = (uint)sizeof(NativeFrame) };

@@ -23,9 +23,12 @@ namespace Ml2Sensors.Tests
         }
 
         /// <summary>Publishes a frame as Kotlin does with what has no native source.</summary>
-        public void Publish(long captureNanos, byte[] bytes, int width = 0, int height = 0, int rowBytes = 0)
+        public void Publish(long captureNanos, byte[] bytes, int width = 0, int height = 0, int rowBytes = 0) =>
+            Publish(captureNanos, bytes, NativeFrame.Sized(), width, height, rowBytes);
+
+        /// <summary>As above, with poses and lens of <paramref name="frame"/>.</summary>
+        public void Publish(long captureNanos, byte[] bytes, NativeFrame frame, int width, int height, int rowBytes = 0)
         {
-            NativeFrame frame = NativeFrame.Sized();
             Require(Take(_stream, out frame.Slot, out Memory memory));
             Marshal.Copy(bytes, 0, (IntPtr)memory.Data, bytes.Length);
             frame.Stream = _stream;

@@ -142,6 +142,34 @@ namespace Ml2Sensors.Tests
             }
         }
 
+        [Test]
+        public unsafe void Update_FrameWithPosesAndLens_ShowsThemInUnitysAxes()
+        {
+            using (var shown = new ShownStream(StreamId.Color))
+            using (var slots = new NativeSlots(StreamId.Color, 2, 64))
+            {
+                NativeFrame frame = NativeFrame.Sized();
+                frame.Has = FrameFields.Pose | FrameFields.Intrinsics | FrameFields.HeadPose;
+                frame.Position[2] = -3;
+                frame.Rotation[3] = 1;
+                frame.HeadPosition[0] = 1;
+                frame.HeadPosition[2] = -2;
+                frame.HeadRotation[1] = 1;
+                frame.FocalLength[0] = 500;
+                slots.Publish(1, new byte[] { 0xff, 0xd8, 3, 4 }, frame, 640, 480);
+                shown.Update();
+                Assert.AreEqual(3, shown.Component.CameraPose.Value.position.z);
+                Assert.AreEqual(1, shown.Component.HeadPose.Value.position.x);
+                Assert.AreEqual(2, shown.Component.HeadPose.Value.position.z);
+                Assert.AreEqual(1, Math.Abs(shown.Component.HeadPose.Value.rotation.y));
+                Assert.AreEqual(500, shown.Component.Intrinsics.Value.Fx);
+                slots.Publish(2, new byte[] { 0xff, 0xd8, 3, 4 }, 640, 480);
+                shown.Update();
+                Assert.IsNull(shown.Component.HeadPose);
+                Assert.IsNull(shown.Component.CameraPose);
+            }
+        }
+
         private static void CaptureOnce(NativeSensor sensor)
         {
             int count = 0;

@@ -68,6 +68,8 @@ private object FrameLayout {
     val digitalGain = offsets.next()
     val illumination = offsets.next()
     val skipped = offsets.next()
+    val headRotation = offsets.next()
+    val headPosition = offsets.next()
 
     init {
         offsets.end()
@@ -89,15 +91,34 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
     /** Whether the device gave a usable frame, in a slot or lost for want of one. */
     val isUsable: Boolean get() = width > 0
 
-    val pose: MlPose?
+    /** Where the camera was at the capture, null when not known. */
+    var pose: MlPose?
         get() = if (has(HAS_POSE)) memory.mlPose(base + FrameLayout.position, base + FrameLayout.rotation) else null
+        private set(pose) = set(HAS_POSE, pose) {
+            memory.putMlPose(base + FrameLayout.position, base + FrameLayout.rotation, it)
+        }
 
-    val intrinsics: Intrinsics?
+    /** Where the head was at the capture, null when not known. */
+    var headPose: MlPose?
+        get() {
+            if (!has(HAS_HEAD_POSE)) return null
+            return memory.mlPose(base + FrameLayout.headPosition, base + FrameLayout.headRotation)
+        }
+        set(pose) = set(HAS_HEAD_POSE, pose) {
+            memory.putMlPose(base + FrameLayout.headPosition, base + FrameLayout.headRotation, it)
+        }
+
+    var intrinsics: Intrinsics?
         get() {
             if (!has(HAS_INTRINSICS)) return null
             val (fx, fy) = doubles(FrameLayout.focalLength, 2)
             val (cx, cy) = doubles(FrameLayout.principalPoint, 2)
             return Intrinsics(width, height, fx, fy, cx, cy, distortion())
+        }
+        private set(intrinsics) = set(HAS_INTRINSICS, intrinsics) {
+            putDoubles(FrameLayout.focalLength, it.fx, it.fy)
+            putDoubles(FrameLayout.principalPoint, it.cx, it.cy)
+            putDistortion(it.distortion)
         }
 
     val settings: CaptureSettings
@@ -142,13 +163,15 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         memory.putInt(base + plane(IMAGE) + FrameLayout.planeSize, sizeBytes)
     }
 
-    /** Makes it the picture of [sample], without pose and intrinsics. */
+    /** Makes it the picture of [sample]. */
     fun fill(sample: ImageSample) {
         memory.putLong(base + FrameLayout.frameNumber, sample.frameNumber)
         memory.putLong(base + FrameLayout.captureNanos, sample.captureNanos)
         memory.putInt(base + FrameLayout.width, sample.width)
         memory.putInt(base + FrameLayout.height, sample.height)
         memory.putInt(base + plane(IMAGE) + FrameLayout.planeStride, sample.strideBytes)
+        pose = sample.pose?.let(MlPose::ofOptical)
+        intrinsics = sample.intrinsics
     }
 
     /** Makes it the readings up to [sample]. */
@@ -177,6 +200,27 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         }
     }
 
+    private fun putDistortion(distortion: Distortion) {
+        val c = distortion.coefficients
+        val (lens, values) = when (distortion) {
+            is Distortion.PlumbBob -> LENS_PLUMB_BOB to c + 0.0
+
+            is Distortion.FisheyeTangential -> LENS_FISHEYE_TANGENTIAL to c
+
+            // The same model without its tangential terms
+            is Distortion.Equidistant -> LENS_FISHEYE_TANGENTIAL to c + listOf(0.0, 0.0)
+        }
+        memory.putInt(base + FrameLayout.lens, lens)
+        putDoubles(FrameLayout.distortion, *values.toDoubleArray())
+    }
+
+    /** Stores [value] with [put] and says so in `has`; null is absent. */
+    private inline fun <T : Any> set(bit: Int, value: T?, put: (T) -> Unit) {
+        val others = int(FrameLayout.has) and bit.inv()
+        memory.putInt(base + FrameLayout.has, if (value == null) others else others or bit)
+        if (value != null) put(value)
+    }
+
     private fun has(bit: Int) = int(FrameLayout.has) and bit != 0
 
     private fun int(offset: Int) = memory.getInt(base + offset)
@@ -185,6 +229,10 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
 
     private fun doubles(offset: Int, count: Int) =
         DoubleArray(count) { memory.getDouble(base + offset + it * Double.SIZE_BYTES) }
+
+    private fun putDoubles(offset: Int, vararg values: Double) {
+        for ((index, value) in values.withIndex()) memory.putDouble(base + offset + index * Double.SIZE_BYTES, value)
+    }
 
     companion object {
         const val NO_SLOT = -1
@@ -198,6 +246,7 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         const val HAS_ANALOG_GAIN = 8
         const val HAS_DIGITAL_GAIN = 16
         const val HAS_ILLUMINATION = 32
+        const val HAS_HEAD_POSE = 64
 
         const val LENS_PLUMB_BOB = 0
         const val LENS_FISHEYE_TANGENTIAL = 1
@@ -216,4 +265,12 @@ internal fun ByteBuffer.mlPose(position: Int, rotation: Int): MlPose {
         Vector3(float(position, 0), float(position, 1), float(position, 2)),
         Quaternion(float(rotation, 0), float(rotation, 1), float(rotation, 2), float(rotation, 3)),
     )
+}
+
+private fun ByteBuffer.putMlPose(position: Int, rotation: Int, pose: MlPose) {
+    fun put(offset: Int, vararg values: Double) {
+        for ((index, value) in values.withIndex()) putFloat(offset + index * Float.SIZE_BYTES, value.toFloat())
+    }
+    put(position, pose.position.x, pose.position.y, pose.position.z)
+    put(rotation, pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w)
 }

@@ -1,6 +1,10 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.message.MlPose
+import dev.ml2sensors.source.HeadPose
+import dev.ml2sensors.source.HeadTrack
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -21,6 +25,7 @@ internal object LocalFrames {
         val readings by lazy { LatestReadings() }
     }
 
+    private val head = HeadTrack()
     private val views = StreamTable.all.associateWith { View() }
 
     /**
@@ -40,9 +45,21 @@ internal object LocalFrames {
         }
     }
 
-    /** Number [index] of polled [frames], in its slot. */
-    internal fun publish(stream: StreamSpec, frames: ByteBuffer, index: Int): Unit =
-        ifViewed(stream) { Native.publish(frames, index) }
+    /** Adds the head's pose, which frames of its time are published with. */
+    internal fun addHead(sample: PoseSample): Unit = synchronized(head) { head.add(sample) }
+
+    /** Forgets the head's poses: the next one is not connected to them. */
+    internal fun clearHead(): Unit = synchronized(head) { head.clear() }
+
+    /** Publishes number [index] of polled [frames], in its slot. */
+    internal fun publish(stream: StreamSpec, frames: FrameBlock, index: Int): Unit = ifViewed(stream) {
+        val frame = frames[index]
+        frame.headPose = headPoseAt(frame.captureNanos)
+        Native.publish(frames.memory, index)
+    }
+
+    private fun headPoseAt(captureNanos: Long): MlPose? =
+        (synchronized(head) { head.at(captureNanos) } as? HeadPose.Tracked)?.pose?.let(MlPose::ofBody)
 
     /** Copies [sample], of a sensor that is not the library's; unless all slots are leased. */
     internal fun copy(stream: StreamSpec, sample: ImageSample): Unit = ifViewed(stream) { view ->
@@ -68,6 +85,7 @@ internal object LocalFrames {
             SlotPool.bytes(stream, slot, 0 until sizeBytes).put(bytes)
             view.frames[0].place(stream.number, slot, sizeBytes)
             view.frames[0].describe()
+            view.frames[0].headPose = headPoseAt(view.frames[0].captureNanos)
             Native.publish(view.frames.memory, 0)
         } finally {
             SlotPool.release(stream, slot)

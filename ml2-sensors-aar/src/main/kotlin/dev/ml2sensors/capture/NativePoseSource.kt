@@ -2,6 +2,7 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.toPose
 import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.HeadTrack
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -48,17 +49,22 @@ private class OpenTracker(
     override fun deliver(subscriptions: List<Subscription>) {
         val missed = schedule.awaitNext()
         if (missed > 0) subscriptions.forEach { it.handOver.lose(missed, DropReason.SOURCE_LATE) }
+        if (sensor == PoseSensor.HEAD && missed > HeadTrack.MAX_BRIDGED) LocalFrames.clearHead()
         val count = Native.pollPoses(handle, poses.memory)
         for ((number, tracked) in (0 until count).map { poses[it] }.groupBy { it.stream }) {
             val stream = StreamTable.all[number]
             val sample = if (sensor == PoseSensor.HANDS) joints(tracked) else pose(tracked.single())
+            if (sensor == PoseSensor.HEAD && sample is PoseSample) LocalFrames.addHead(sample)
             for (subscription in subscriptions) {
                 if (subscription.stream == stream) subscription.handOver.offer(sample)
             }
         }
     }
 
-    override fun close(): Unit = Native.close(handle)
+    override fun close() {
+        if (sensor == PoseSensor.HEAD) LocalFrames.clearHead()
+        Native.close(handle)
+    }
 
     private fun settings(subscriptions: List<Subscription>) =
         NativeSettings(sensor.code, backend.code, subscriptions.map { it.stream }.bits())

@@ -30,7 +30,7 @@ internal class OpenCamera(
         val count = Native.poll(handle, POLL_NANOS, frames.memory)
         frames.deliver(count) { index, frame, sample ->
             val stream = StreamTable.all[frame.stream]
-            if (sample is ImageSample) LocalFrames.publish(stream, frames.memory, index)
+            if (sample is ImageSample) LocalFrames.publish(stream, frames, index)
             handOver(sample, frame, subscriptions.filter { it.stream == stream })
         }
     }

@@ -18,6 +18,18 @@ internal data class MlPose(val position: Vector3, val rotation: Quaternion) {
 
     /** The same for a camera in optical axes, z forward, x right, y down (RDF), in a world with body axes. */
     fun toOptical(): Transform = toBody() * OPTICAL_IN_BODY
+
+    companion object {
+        /** The inverse of [toBody]. */
+        fun ofBody(body: Transform): MlPose {
+            val (x, y, z) = body.translation
+            val q = body.rotation
+            return MlPose(Vector3(-y, z, -x), Quaternion(-q.y, q.z, -q.x, q.w))
+        }
+
+        /** The inverse of [toOptical]. */
+        fun ofOptical(optical: Transform): MlPose = ofBody(optical * OPTICAL_IN_BODY.inverse())
+    }
 }
 
 /** An optical frame (RDF) in the body frame (FLU) of the same camera. Source: REP-103, suffix frames. */

@@ -1,88 +1,72 @@
-package dev.ml2sensors.stream
+package dev.ml2sensors.source
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.interpolate
-import dev.ml2sensors.source.PoseSample
-import dev.ml2sensors.wire.Event
 
-/**
- * The head's latest poses and losses: where it was at an instant, if that can be known. Used by one thread at a time.
- *
- * @param report takes what users have to know of the tracking.
- */
-internal class HeadTrack(private val report: (Event) -> Unit) {
+/** Keeps the latest poses of the head and interpolates between them. Used by one thread at a time. */
+internal class HeadTrack {
     private val samples = ArrayDeque<PoseSample>()
 
     /** Whether poses before the oldest of [samples] are lost. */
     private var hasLosses = false
 
-    /** Null before the head was ever tracked. */
-    private var isTracked: Boolean? = null
-
+    /** Adds the next pose; a pose in a new world makes the earlier ones unusable. */
     fun add(sample: PoseSample) {
-        tell(sample)
         if (sample.isInNewWorld) clear()
         samples.addLast(sample)
-        if (samples.size > KEPT_SAMPLES) {
+        if (samples.size > MAX_SAMPLES) {
             samples.removeFirst()
             hasLosses = true
         }
     }
 
-    /** What follows has no connection to what was. */
+    /** Forgets all poses: those that follow are not connected to them. */
     fun clear() {
         samples.clear()
         hasLosses = false
     }
 
-    /** Poses are missing before those that follow. */
+    /** Marks that poses are missing before those that follow. */
     fun lose() {
         samples.clear()
         hasLosses = true
     }
 
-    /** Where the head was; known only between two samples that are both tracked. */
-    fun at(nanos: Long): HeadAt {
+    /** Returns where the head was at [nanos]; known only between two samples that are both tracked. */
+    fun at(nanos: Long): HeadPose {
         val next = samples.indexOfFirst { it.captureNanos >= nanos }
-        val to = samples.getOrNull(next) ?: return HeadAt.NotYetKnown
-        val end = to.pose ?: return HeadAt.NotTracked
-        if (to.captureNanos == nanos) return HeadAt.Tracked(end)
-        val from = samples.getOrNull(next - 1) ?: return if (hasLosses) HeadAt.Lost else HeadAt.NotTracked
-        val start = from.pose ?: return HeadAt.NotTracked
+        val to = samples.getOrNull(next) ?: return HeadPose.NotYetKnown
+        val end = to.pose ?: return HeadPose.NotTracked
+        if (to.captureNanos == nanos) return HeadPose.Tracked(end)
+        val from = samples.getOrNull(next - 1) ?: return if (hasLosses) HeadPose.Lost else HeadPose.NotTracked
+        val start = from.pose ?: return HeadPose.NotTracked
         val fraction = (nanos - from.captureNanos).toDouble() / (to.captureNanos - from.captureNanos)
-        return HeadAt.Tracked(start.interpolate(end, fraction))
+        return HeadPose.Tracked(start.interpolate(end, fraction))
     }
 
-    private fun tell(sample: PoseSample) {
-        val was = isTracked
-        val isNow = sample.pose != null
-        if (was != null || isNow) isTracked = isNow
-        if (was == null) return
-        if (sample.isInNewWorld) {
-            report(Event(Event.TRACKING_NEW_SESSION, "head tracking begins anew: the world is another one"))
-        }
-        if (was && !isNow) {
-            report(Event(Event.TRACKING_LOST, "head tracking is lost: no transforms until it is recovered"))
-        }
-        if (!was && isNow) report(Event(Event.TRACKING_RECOVERED, "head tracking is recovered"))
-    }
+    companion object {
+        /**
+         * How many missing poses are interpolated over: the head moves nearly straight within 67 ms. After a longer gap
+         * the caller calls [lose] or [clear].
+         */
+        const val MAX_BRIDGED: Int = 3
 
-    private companion object {
-        /** About a second of them: frames are delivered later than the head poses of their time. */
-        const val KEPT_SAMPLES = 64
+        /** About one second at 60 Hz: frames arrive later than the head poses of their capture. */
+        private const val MAX_SAMPLES = 64
     }
 }
 
-/** What a [HeadTrack] knows of an instant. */
-internal sealed interface HeadAt {
-    class Tracked(val pose: Transform) : HeadAt
+/** The result of [HeadTrack.at]. */
+internal sealed interface HeadPose {
+    /** The [pose] of the head in the world frame, in body axes. */
+    class Tracked(val pose: Transform) : HeadPose
 
-    /** It was tracked perhaps, but the poses of then are lost. */
-    data object Lost : HeadAt
+    /** The poses around that instant were lost, so it is not known whether the head was tracked. */
+    data object Lost : HeadPose
 
-    /** Nor will it become known that it was. */
-    data object NotTracked : HeadAt
+    /** The head was not tracked, or no pose of that instant will arrive any more. */
+    data object NotTracked : HeadPose
 
-    /** The sample after it is yet to come. */
-    data object NotYetKnown : HeadAt
+    /** The next pose after that instant has not arrived yet. */
+    data object NotYetKnown : HeadPose
 }

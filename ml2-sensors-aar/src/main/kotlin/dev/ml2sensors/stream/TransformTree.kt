@@ -10,6 +10,8 @@ import dev.ml2sensors.message.TransformStamped
 import dev.ml2sensors.message.inverse
 import dev.ml2sensors.message.times
 import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.HeadPose
+import dev.ml2sensors.source.HeadTrack
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
@@ -40,7 +42,8 @@ internal class TransformTree(
     private class CameraPose(val spec: StreamSpec, val captureNanos: Long, val stampNanos: Long?, val pose: Transform)
 
     private val mutex = Mutex()
-    private val track = HeadTrack(report)
+    private val track = HeadTrack()
+    private val trackingEvents = TrackingEvents(report)
     private val mountings = LinkedHashMap<StreamSpec, SensorMounting>()
     private val waiting = ArrayDeque<CameraPose>()
     private val lastStamps = HashMap<String, RecentStamps>()
@@ -72,13 +75,14 @@ internal class TransformTree(
         when (sample) {
             is PoseSample -> whenLinked {
                 if (stamps.isFuture(sample.captureNanos)) return lose(1, stamps.lossReason(sample.captureNanos))
+                trackingEvents.add(sample)
                 track.add(sample)
                 settle()
                 sample.pose?.let { publish(sample.captureNanos, stamps.stampNanos(sample.captureNanos), framesAt(it)) }
             }
 
             is LostSamples -> mutex.withLock {
-                if (sample.count > MOST_BRIDGED) track.lose()
+                if (sample.count > HeadTrack.MAX_BRIDGED) track.lose()
                 lose(sample.count, sample.reason)
             }
 
@@ -134,9 +138,9 @@ internal class TransformTree(
     private suspend fun settle() {
         val settled = waiting.filter { frame ->
             val head = track.at(frame.captureNanos)
-            if (head is HeadAt.Tracked) place(frame, head.pose)
-            if (head is HeadAt.Lost) lose(1, DropReason.SOURCE_LATE)
-            head != HeadAt.NotYetKnown
+            if (head is HeadPose.Tracked) place(frame, head.pose)
+            if (head is HeadPose.Lost) lose(1, DropReason.SOURCE_LATE)
+            head != HeadPose.NotYetKnown
         }
         waiting.removeAll(settled)
     }
@@ -190,9 +194,6 @@ internal class TransformTree(
 
     private companion object {
         val BODY_IN_OPTICAL = OPTICAL_IN_BODY.inverse()
-
-        /** The head moves nearly straight between poses 67 ms apart; of a longer gap nothing is known. */
-        const val MOST_BRIDGED = 3
 
         /** Half a second of five cameras; the next head pose is due in 17 ms. */
         const val MOST_WAITING = 75

@@ -1,11 +1,21 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.message.Quaternion
+import dev.ml2sensors.message.Transform
+import dev.ml2sensors.message.Vector3
+import dev.ml2sensors.message.distanceTo
 import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.Intrinsics
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
@@ -80,6 +90,68 @@ class LocalFramesTest {
     }
 
     @Test
+    fun othersImagesComeWithPoseAndLens() {
+        LocalFrames.view(StreamTable.color, true)
+        val pose = Transform(Vector3(1.0, 2.0, 3.0), Quaternion(0.5, 0.5, -0.5, 0.5))
+        for (lens in listOf(
+            Distortion.PlumbBob(0.1, 0.2, 0.3, 0.4, 0.5),
+            Distortion.FisheyeTangential(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+        )) {
+            val intrinsics = Intrinsics(640, 480, 500.0, 501.0, 320.0, 240.0, lens)
+            LocalFrames.copy(StreamTable.color, image(ByteArray(10), pose, intrinsics))
+            val frame = assertNotNull(LatestFrame.acquire(StreamTable.color))
+            assertEquals(pose, frame.frame.pose?.toOptical())
+            assertEquals(intrinsics, frame.frame.intrinsics)
+            frame.release()
+        }
+        LocalFrames.copy(StreamTable.color, image(ByteArray(10)))
+        val without = assertNotNull(LatestFrame.acquire(StreamTable.color))
+        assertNull(without.frame.pose)
+        assertNull(without.frame.intrinsics)
+        without.release()
+    }
+
+    @Test
+    fun framesHaveTheHeadsPoseAtTheirCapture() {
+        LocalFrames.view(StreamTable.color, true)
+        val pixels = ByteArray(10)
+        LocalFrames.copy(StreamTable.color, image(pixels))
+        LatestFrame.acquire(StreamTable.color)!!.run {
+            assertNull(frame.headPose)
+            release()
+        }
+        LocalFrames.addHead(PoseSample(67, Transform(Vector3(1.0, 0.0, 4.0), Quaternion.IDENTITY)))
+        LocalFrames.addHead(PoseSample(87, Transform(Vector3(3.0, 2.0, 4.0), Quaternion.IDENTITY)))
+        LocalFrames.copy(StreamTable.color, image(pixels))
+        LatestFrame.acquire(StreamTable.color)!!.run {
+            assertEquals(Transform(Vector3(2.0, 1.0, 4.0), Quaternion.IDENTITY), frame.headPose?.toBody())
+            release()
+        }
+        LocalFrames.clearHead()
+        LocalFrames.copy(StreamTable.color, image(pixels))
+        LatestFrame.acquire(StreamTable.color)!!.run {
+            assertNull(frame.headPose)
+            release()
+        }
+    }
+
+    @Test
+    fun aCamerasFramesHaveTheHeadsPoseWhileTheHeadIsTracked() = runBlocking<Unit> {
+        LocalFrames.view(StreamTable.worldLeft, true)
+        val head = launch(Dispatchers.Default) { fixture.samples(StreamTable.headPose).collect {} }
+        fixture.images(StreamTable.worldLeft) {}.first {
+            LatestFrame.acquire(StreamTable.worldLeft)?.run {
+                val pose = frame.headPose
+                val truth = Simulation.truth(Simulation.HEAD, captureNanos)
+                release()
+                if (pose != null) assertEquals(0.0, pose.toBody().distanceTo(truth.toBody()), 0.01)
+                pose != null
+            } == true
+        }
+        head.cancelAndJoin()
+    }
+
+    @Test
     fun readingsAreGatheredUpToTheLatest() {
         LocalFrames.view(StreamTable.gyroLeft, true)
         for (nanos in 1L..100) LocalFrames.copy(StreamTable.gyroLeft, VectorSample(nanos, nanos * 0.5, -1.0, 2.0))
@@ -129,21 +201,21 @@ class LocalFramesTest {
         assertEquals(0, Native.mappedBytes())
     }
 
-    private fun image(jpeg: ByteArray) = ImageSample(
+    private fun image(jpeg: ByteArray, pose: Transform? = null, intrinsics: Intrinsics? = null) = ImageSample(
         captureNanos = 77,
         frameNumber = 1,
         width = 640,
         height = 480,
         strideBytes = 0,
-        pose = null,
-        intrinsics = null,
+        pose,
+        intrinsics,
         CaptureSettings(),
         listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.wrap(jpeg))),
     ) {}
 }
 
 /** The lease of an ml2s_frame, as C# takes it; [release] ends it. */
-private class LatestFrame(private val stream: StreamSpec, private val frame: NativeFrame) {
+private class LatestFrame(private val stream: StreamSpec, val frame: NativeFrame) {
     val slot get() = frame.slot
     val captureNanos get() = frame.captureNanos
     val width get() = frame.width

@@ -46,7 +46,11 @@ class FramesTest {
             val rotation = random.quaternion()
             val ml = Transform(position, rotation).toMatrix()
             assertMatrix(c * ml * c.transposed(), MlPose(position, rotation).toBody().toMatrix())
-            assertMatrix(c * ml * d, MlPose(position, rotation).toOptical().toMatrix())
+            val pose = MlPose(position, rotation)
+            assertMatrix(c * ml * d, pose.toOptical().toMatrix())
+            assertVector(position, MlPose.ofOptical(pose.toOptical()).position)
+            assertRotation(rotation.normalized(), MlPose.ofOptical(pose.toOptical()).rotation)
+            assertRotation(rotation.normalized(), MlPose.ofBody(pose.toBody()).rotation)
         }
     }
 
