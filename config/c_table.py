@@ -1,6 +1,6 @@
 """The ids of the stream table as a C header."""
 
-from ml2_receiver.configuration.table import StreamTable
+from ml2_receiver.table.stream_table import StreamTable
 from stream_summary import stream_summary
 
 

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 
-from ml2_receiver.configuration.table import Key, Scalar, Section, Stream, StreamTable, Topic
+from ml2_receiver.table.stream_table import Key, Section, Stream, StreamTable, Topic
+from ml2_receiver.wire.json_body import Scalar
 
 _INTRODUCTION = """# Configuration
 

@@ -6,7 +6,7 @@ from typing import Any
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
-from ml2_receiver.configuration.table import StreamTable
+from ml2_receiver.table.stream_table import StreamTable
 
 # What scripts publish, beside the types of the stream table.
 COMMON = """

@@ -1,6 +1,6 @@
 """The stream table as C# source, for Unity."""
 
-from ml2_receiver.configuration.table import Stream, StreamTable
+from ml2_receiver.table.stream_table import Stream, StreamTable
 from stream_summary import stream_summary
 
 

@@ -19,7 +19,7 @@ from csharp_messages import csharp_messages  # noqa: E402
 from csharp_table import csharp_table  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
 from message_definitions import message_definitions  # noqa: E402
-from ml2_receiver.configuration.table import load_table  # noqa: E402
+from ml2_receiver.table.reader import load_table  # noqa: E402
 from unity_metas import unity_metas  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ml2_receiver.configuration.table import CustomTopics, Mode, Scalar, Stream, StreamTable, Topic
+from ml2_receiver.table.stream_table import CustomTopics, Mode, Stream, StreamTable, Topic
+from ml2_receiver.wire.json_body import Scalar
 from stream_summary import stream_summary
 
 _MAX_LINE = 120

@@ -1,6 +1,6 @@
 """What the generated code says of a stream."""
 
-from ml2_receiver.configuration.table import Stream, StreamTable
+from ml2_receiver.table.stream_table import Stream, StreamTable
 
 
 def stream_summary(table: StreamTable, stream: Stream) -> str:

@@ -18,8 +18,8 @@ from rich.console import Console
 
 from live_table import LiveTable
 from ml2_receiver.configuration.config import load_config
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ConfigError
+from ml2_receiver.table.reader import load_table
 from pairing import pair
 from report import build_report, verdict
 

@@ -33,6 +33,7 @@ main() {
     echo "[4/4] tf2_msgs, which has no wheel (about 20 seconds)"
     "$venv/bin/python" -c 'import tf2_msgs.msg' 2>/dev/null || "$environment/tf2_msgs.sh" "$venv"
   fi
+  "$venv/bin/python" -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation --editable host_receiver
   inputs >"$stamp"
 }
 
@@ -50,7 +51,7 @@ missing_packages() {
 inputs() {
   {
     echo "$venv" $ros_from_apt
-    find "$environment" -type f -print0 | sort -z | xargs -0 sha256sum
+    find "$environment" host_receiver/pyproject.toml host_receiver/setup.* -type f -print0 | sort -z | xargs -0 sha256sum
   } | sha256sum
 }
 

@@ -5,7 +5,7 @@ import re
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
-from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NoReturn
 
 import shtab
@@ -16,28 +16,7 @@ from .generated.version import VERSION
 __all__ = ["main"]
 
 # Each is a module of commands/, in the order of --help.
-COMMANDS = (
-    "run",
-    "record",
-    "play",
-    "pair",
-    "unpair",
-    "headset",
-    "devices",
-    "topics",
-    "echo",
-    "latency",
-    "set",
-    "call",
-    "products",
-    "rviz",
-    "compat",
-    "config",
-    "doctor",
-    "inspect",
-    "export",
-    "evaluate",
-)
+_GROUP = "ml2_receiver.commands"
 _EPILOG = """\
 examples:
   ml2-receiver pair                   let a headset connect from now on
@@ -87,6 +66,21 @@ def command_line() -> argparse.ArgumentParser:
         parser, "--print-completion", help="print what completes commands in this shell"
     )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name in COMMANDS:
-        import_module(f".commands.{name}", __package__).add_parser(subparsers)
+    for entry_point in _commands():
+        entry_point.load().add_parser(subparsers)
     return parser
+
+
+def _commands() -> list[EntryPoint]:
+    """Returns the subcommands of all installed packages: the driver's first, each by name.
+
+    Raises:
+        ReceiverError: the package has no metadata, so that it is not known which there are.
+    """
+    found = entry_points(group=_GROUP)
+    if not found:
+        raise ReceiverError(
+            "no commands are installed: the metadata of ml2-receiver is missing. "
+            "Run `make setup` in a clone, or `pip install ./host_receiver`"
+        )
+    return sorted(found, key=lambda it: (not it.module.startswith("ml2_receiver."), it.name))

@@ -9,17 +9,17 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from fake_sink import FakeSink
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import Everybody
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.server import Server
-from ml2_receiver.link.streams import Request
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
+from ml2_receiver.session.server import Server
+from ml2_receiver.session.streams import Request
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.topics.string_message import encode_string
+from ml2_receiver.transport.access import Everybody
+from ml2_receiver.transport.listener import listen
 from mock_device import MockDevice
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)

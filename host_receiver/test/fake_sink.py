@@ -3,10 +3,10 @@
 import threading
 from collections import defaultdict
 
-from ml2_receiver.configuration.table import Topic
 from ml2_receiver.errors import PublishError
-from ml2_receiver.link.report import Report
-from ml2_receiver.topics.sink import Applied, Publish
+from ml2_receiver.session.report import Report
+from ml2_receiver.session.sink import Applied, Publish
+from ml2_receiver.table.stream_table import Topic
 from patience import PATIENCE_S
 
 

@@ -9,7 +9,8 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
-from ml2_receiver.configuration.table import Topic, load_table
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser, Kind, LaneKind, Side
 from ml2_receiver.wire.frame import encode_frame as encode
 from ml2_receiver.wire.json_body import JsonBody

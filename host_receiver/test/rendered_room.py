@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ml2_receiver.products.camera import Camera
-from ml2_receiver.products.lens import Lens
+from ml2_tools.geometry.camera import Camera
+from ml2_tools.geometry.lens import Lens
 
 SIDE_PX = 400
 FOCAL_PX = 230.0

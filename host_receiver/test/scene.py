@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from fake_sink import FakeSink
-from ml2_receiver.configuration.table import Topic, load_table
-from ml2_receiver.link.connection import Connection
-from ml2_receiver.link.context import Action, Close, Context, Ending, Limits, Send
-from ml2_receiver.link.host import Host
-from ml2_receiver.link.streams import Request
+from ml2_receiver.session.connection import Connection
+from ml2_receiver.session.context import Action, Close, Context, Ending, Limits, Send
+from ml2_receiver.session.host import Host
+from ml2_receiver.session.streams import Request
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, Header, Kind
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.messages import (

@@ -13,10 +13,10 @@ from sensor_msgs.msg import CameraInfo
 from calibrations import DOCUMENT, calibration_yaml
 from fake_sink import FakeSink
 from ml2_receiver.configuration.calibration import Calibration, load_calibration
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import PublishError
+from ml2_receiver.session.sink import Applied
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.calibrated_sink import CalibratedSink
-from ml2_receiver.topics.sink import Applied
 from ml2_receiver.wire.messages import StreamAnswer
 
 STREAM = load_table().streams["world_left"]

@@ -6,18 +6,18 @@ from pathlib import Path
 import pytest
 
 from ml2_receiver.configuration.config_file import ConfigFile
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import Protection
-from ml2_receiver.link.report import Report
-from ml2_receiver.link.streams import Request
+from ml2_receiver.session.report import Report
+from ml2_receiver.session.streams import Request
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.transport.access import Protection
 from mock_device import MockDevice
 from patience import PATIENCE_S
 from ros_processes import Client
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from ml2_receiver.ros import RosNode
-from ml2_receiver.watch.diagnostics_node import DiagnosticsNode
+from ml2_receiver.ros.diagnostics_node import DiagnosticsNode
+from ml2_receiver.ros.node import RosNode
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
 NO_TYPE = 99

@@ -7,7 +7,7 @@ import pytest
 from ml2_receiver.cli import main
 from ml2_receiver.commands import doctor
 from ml2_receiver.doctor.findings import Finding
-from ml2_receiver.link.discovery import FoundReceiver
+from ml2_receiver.transport.discovery import FoundReceiver
 
 
 @pytest.fixture(autouse=True)

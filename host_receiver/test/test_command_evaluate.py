@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.evaluation.tum import read_tum, write_tum
+from ml2_tools.evaluation.tum import read_tum, write_tum
 from ros_processes import environment
 from wall_walk import CAMERA, recording, trajectory
 

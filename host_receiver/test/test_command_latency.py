@@ -17,8 +17,8 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from rclpy.node import Node
 
-from ml2_receiver.watch import latency_node
-from ml2_receiver.watch.raw_taker import RawSubscription, RawTaker
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
+from ml2_tools.monitoring import latency_node
 
 MS = 1_000_000
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from ml2_receiver.cli import main
+from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
-from ml2_receiver.security.pairing_uri import PairingUri
 from mock_device import MockDevice
 from ros_processes import Child, environment
 from test_pairing_listener import ERROR, PAIR, PAIRED, Lab, read, send

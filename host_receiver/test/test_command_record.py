@@ -27,7 +27,7 @@ from bag_readers import (
     with_rosbags,
 )
 from ml2_receiver.cli import main
-from ml2_receiver.recording.bag_reader import BagReader
+from ml2_tools.bags.bag_reader import BagReader
 from mock_device import MockDevice
 from patience import PATIENCE_S, await_so
 from repeated import repeated

@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from ml2_receiver.cli import main
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.products.product import Shared, all_products
+from ml2_receiver.table.reader import load_table
+from ml2_tools.products.product import Shared, all_products
 
 TABLE = load_table()
 MADE = {topic: type for it in all_products(Shared()) for topic, type in it.types.items()}

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bag_scene import TYPES
-from ml2_receiver.compatibility.thesis import configuration_text, metadata_text
 from ml2_receiver.topics.string_message import encode_string
+from ml2_tools.compatibility.thesis import configuration_text, metadata_text
 from mock_device import MockDevice
 from repeated import repeated
 from ros_processes import Child

@@ -3,10 +3,10 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.report import Report, State, TopicReport
-from ml2_receiver.link.statistics import TopicStatistics
-from ml2_receiver.link.throughput import Throughput
+from ml2_receiver.session.report import Report, State, TopicReport
+from ml2_receiver.session.statistics import TopicStatistics
+from ml2_receiver.session.throughput import Throughput
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
 from ml2_receiver.wire.messages import (

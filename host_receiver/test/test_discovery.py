@@ -13,7 +13,7 @@ from zeroconf import Zeroconf
 from zeroconf._dns import DNSPointer
 from zeroconf._protocol.outgoing import DNSOutgoing
 
-from ml2_receiver.link.discovery import (
+from ml2_receiver.transport.discovery import (
     SEARCH_S,
     SERVICE_TYPE,
     Announcement,
@@ -155,7 +155,7 @@ def test_a_long_name_is_cut_to_what_dns_takes(name: str, cut: str) -> None:
 
 MOVING = """
 import subprocess, sys, time
-from ml2_receiver.link.discovery import Announcement, find_receivers
+from ml2_receiver.transport.discovery import Announcement, find_receivers
 
 def ip(*words):
     subprocess.run(["ip", *words], check=True)

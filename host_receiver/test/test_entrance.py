@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from fake_sink import FakeSink
-from ml2_receiver.commands import entrance
-from ml2_receiver.commands.entrance import Entrance
+from ml2_receiver.commands import endpoint as entrance
+from ml2_receiver.commands.endpoint import Entrance
 from ml2_receiver.commands.receiving import serving
 from ml2_receiver.configuration.config import load_config
-from ml2_receiver.link.listener import everywhere, text
 from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.transport.listener import everywhere, text
 from mock_device import MockDevice
 from tls_device import Certificate
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ml2_receiver.errors import EvaluationError
-from ml2_receiver.evaluation.comparison import STATISTICS, compare
-from ml2_receiver.evaluation.evaluation import agreement
+from ml2_tools.evaluation.comparison import STATISTICS, compare
+from ml2_tools.evaluation.evaluation import agreement
 from trajectories import moved, wandering
 
 

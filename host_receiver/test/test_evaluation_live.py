@@ -21,9 +21,9 @@ from tf2_msgs.msg import TFMessage
 
 from ml2_receiver.cli import main
 from ml2_receiver.errors import EvaluationError
-from ml2_receiver.evaluation import live
-from ml2_receiver.evaluation.live import LiveCamera
-from ml2_receiver.evaluation.odometry import odometry
+from ml2_tools.evaluation import live
+from ml2_tools.evaluation.live import LiveCamera
+from ml2_tools.evaluation.odometry import odometry
 from patience import await_so
 from rendered_room import CAMERA, Walk
 

@@ -7,8 +7,8 @@ import pytest
 
 from bags import write_bag
 from ml2_receiver.errors import EvaluationError
-from ml2_receiver.evaluation.sequence import read_sequence
 from ml2_receiver.topics.string_message import encode_string
+from ml2_tools.evaluation.sequence import read_sequence
 from wall_walk import CAMERA, IMAGE, PREFIX, TYPES, images, recording, trajectory
 
 COUNT = 6
@@ -45,7 +45,7 @@ def test_another_camera_is_not_in_it(bag: Path) -> None:
 
 
 def test_a_payload_that_is_no_image_is_told(tmp_path: Path, bag: Path) -> None:
-    from ml2_receiver.recording.bag_reader import BagReader
+    from ml2_tools.bags.bag_reader import BagReader
 
     config = (f"{PREFIX}/config", 0, encode_string('{"headset":"h","session":"s","streams":{}}'))
     rest = [(it.topic, it.time_ns, it.payload) for it in BagReader(bag).messages()]

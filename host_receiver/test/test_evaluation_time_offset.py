@@ -2,7 +2,7 @@
 
 import pytest
 
-from ml2_receiver.evaluation.time_offset import time_offset_s
+from ml2_tools.evaluation.time_offset import time_offset_s
 from trajectories import START_NS, moved, wandering
 
 

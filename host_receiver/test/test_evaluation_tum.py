@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ml2_receiver.errors import EvaluationError
-from ml2_receiver.evaluation.tum import read_tum, write_tum
+from ml2_tools.evaluation.tum import read_tum, write_tum
 from trajectories import START_NS, wandering
 
 

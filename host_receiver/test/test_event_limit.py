@@ -1,4 +1,4 @@
-from ml2_receiver.link.event_limit import EventLimit, OncePerAddress
+from ml2_receiver.session.event_limit import EventLimit, OncePerAddress
 
 
 class Clock:

@@ -1,10 +1,10 @@
 import pytest
 
 from fake_sink import FakeSink
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import PublishError
+from ml2_receiver.session.sink import Applied
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.fan_out import FanOut
-from ml2_receiver.topics.sink import Applied
 
 BATTERY = load_table().streams["battery"].topics[0]
 

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from ml2_receiver.fastdds import PROFILES_VARIABLE, apply_default_profile
+from ml2_receiver.ros.fastdds import PROFILES_VARIABLE, apply_default_profile
 from ros_processes import environment
 
 MEBIBYTE = 2**20
@@ -78,7 +78,7 @@ def test_no_shared_memory_at_all_is_a_warning(monkeypatch: pytest.MonkeyPatch) -
 PARTICIPANT = """
 import os
 from pathlib import Path
-from ml2_receiver.fastdds import apply_default_profile
+from ml2_receiver.ros.fastdds import apply_default_profile
 assert apply_default_profile(os.environ) is None
 import rclpy
 rclpy.init()

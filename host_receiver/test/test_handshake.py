@@ -2,8 +2,8 @@ import dataclasses
 
 import pytest
 
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.context import Ending
+from ml2_receiver.session.context import Ending
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.frame import Kind
 from ml2_receiver.wire.messages import Bye, Configure, Error, Joined
 from scene import REQUEST, Scene, data, hello

@@ -14,9 +14,9 @@ from mcap.writer import Writer
 import bag_scene
 from ml2_receiver.cli import main
 from ml2_receiver.generated.message_definitions import DEFINITIONS
-from ml2_receiver.integrity.check import Check
-from ml2_receiver.integrity.inspection import inspect
-from ml2_receiver.recording.bag_reader import Bag
+from ml2_tools.bags.bag_reader import Bag
+from ml2_tools.inspection.check import Check
+from ml2_tools.inspection.inspection import inspect
 from sound_bag import BEGIN_NS, IMAGES, IMU, INFOS, METADATA, Message, sound, written
 
 MS = 1_000_000

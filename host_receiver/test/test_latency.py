@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ml2_receiver.watch.latency import TopicLatency
+from ml2_tools.monitoring.latency import TopicLatency
 
 MS = 1_000_000
 

@@ -6,9 +6,9 @@ from rich.console import Console
 
 from ml2_receiver.cli import main
 from ml2_receiver.errors import LatencyError
-from ml2_receiver.link.statistics import Latency
-from ml2_receiver.watch.latency import Breakdown
-from ml2_receiver.watch.latency_table import Breakdowns, latency_table, write_plot
+from ml2_receiver.session.statistics import Latency
+from ml2_tools.monitoring.latency import Breakdown
+from ml2_tools.monitoring.latency_table import Breakdowns, latency_table, write_plot
 
 BREAKDOWNS: Breakdowns = {
     "/x/world_left/image_raw": (

@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from ml2_receiver.errors import EvaluationError
-from ml2_receiver.evaluation.estimator import Trajectory
-from ml2_receiver.evaluation.landmarks import Landmarks
-from ml2_receiver.evaluation.odometry import odometry
+from ml2_tools.evaluation.estimator import Trajectory
+from ml2_tools.evaluation.landmarks import Landmarks
+from ml2_tools.evaluation.odometry import odometry
 from rendered_room import CAMERA, PERIOD_NS, SIDE_PX, Walk
 
 WALK = Walk.about(3)

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.generated.version import VERSION
+from ml2_receiver.table.reader import load_table
 
 RECEIVER = Path(__file__).resolve().parents[1]
 PIP_INSTALL = re.compile(r"pip install '([^']*)'")
@@ -40,7 +40,7 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
     assert {
         "ml2_receiver/data/streams.yaml",
         "ml2_receiver/data/config.yaml",
-        "ml2_receiver/data/template.rviz",
+        "ml2_tools/data/template.rviz",
         "ml2_receiver/ros/node.py",
         "ml2_receiver/py.typed",
         f"{shared}/ament_index/resource_index/packages/ml2_receiver",
@@ -51,8 +51,10 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
 
 def installed_by_name() -> list[str]:
     """What `pip install` is told to install, in messages and documents."""
-    folders = [RECEIVER / "ml2_receiver", RECEIVER, RECEIVER.parent / "docs"]
-    files = [*folders[0].rglob("*.py"), *(md for it in folders[1:] for md in it.glob("*.md"))]
+    code = [RECEIVER / "ml2_receiver", RECEIVER / "ml2_tools"]
+    documents = [RECEIVER, RECEIVER.parent / "docs"]
+    files = [py for it in code for py in it.rglob("*.py")]
+    files += [md for it in documents for md in it.glob("*.md")]
     return sorted({name for it in files for name in PIP_INSTALL.findall(it.read_text())})
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from ml2_receiver.cli import main
 from ml2_receiver.errors import PairingError
-from ml2_receiver.link.access import PairedOnly
 from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.transport.access import PairedOnly
 from tls_device import Certificate
 
 

@@ -7,8 +7,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.hashes import SHA256
 
 from ml2_receiver.errors import ErrorCode, PairingError, ProtocolError
-from ml2_receiver.security.pairing import Pairing
-from ml2_receiver.security.pairing_uri import PairingUri
+from ml2_receiver.pairing.pairing import Pairing
+from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.wire.messages import Pair
 from tls_device import Certificate
 

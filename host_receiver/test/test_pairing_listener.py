@@ -15,12 +15,12 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.hashes import SHA256
 
-from ml2_receiver.link.listener import listen
-from ml2_receiver.security import pairing_listener
+from ml2_receiver.pairing import listener as pairing_listener
+from ml2_receiver.pairing.listener import PairingListener
+from ml2_receiver.pairing.pairing import Pairing
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
-from ml2_receiver.security.pairing import Pairing
-from ml2_receiver.security.pairing_listener import PairingListener
+from ml2_receiver.transport.listener import listen
 from tls_device import Certificate, anonymous_context
 
 HEADER = struct.Struct("<HBBHHIIqq")

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from ml2_receiver.configuration.config import load_config
-from ml2_receiver.configuration.table import load_table
+from ml2_receiver.table.reader import load_table
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver, Subscriber
 
@@ -198,7 +198,7 @@ from pathlib import Path
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.ros import RosNode
-from ml2_receiver.configuration.table import load_table
+from ml2_receiver.table.stream_table import load_table
 
 class Control:
     def __init__(self): self.updates = queue.Queue()

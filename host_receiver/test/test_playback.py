@@ -18,22 +18,22 @@ from bag_readers import digest, mcap_file, with_mcap
 from bag_scene import COUNT
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import Access, Everybody, PairedOnly
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.report import State
-from ml2_receiver.link.server import Server
-from ml2_receiver.link.streams import Request
-from ml2_receiver.playback.answers import Repertoire
-from ml2_receiver.playback.lane import Destination
-from ml2_receiver.playback.session import Session
 from ml2_receiver.recording.bag_folder import make_folder
-from ml2_receiver.recording.bag_reader import BagReader
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
+from ml2_receiver.session.report import State
+from ml2_receiver.session.server import Server
+from ml2_receiver.session.sink import Sink
+from ml2_receiver.session.streams import Request
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.fan_out import FanOut
-from ml2_receiver.topics.sink import Sink
+from ml2_receiver.transport.access import Access, Everybody, PairedOnly
+from ml2_receiver.transport.listener import listen
 from ml2_receiver.wire.messages import ChannelStatus
+from ml2_tools.bags.bag_reader import BagReader
+from ml2_tools.playback.answers import Repertoire
+from ml2_tools.playback.lane import Destination
+from ml2_tools.playback.session import Session
 from patience import PATIENCE_S
 from ros_processes import Child, environment
 

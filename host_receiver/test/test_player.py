@@ -14,13 +14,14 @@ from mcap.writer import Writer
 import bag_scene
 from bag_readers import mcap_file
 from ml2_receiver.cli import main
-from ml2_receiver.configuration.table import Topic, load_table
 from ml2_receiver.errors import RecordingError
-from ml2_receiver.playback import timeline
-from ml2_receiver.playback.answers import Repertoire
-from ml2_receiver.playback.player import Player
-from ml2_receiver.playback.timeline import Timeline
-from ml2_receiver.recording.bag_reader import BagReader
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
+from ml2_tools.bags.bag_reader import BagReader
+from ml2_tools.playback import timeline
+from ml2_tools.playback.answers import Repertoire
+from ml2_tools.playback.player import Player
+from ml2_tools.playback.timeline import Timeline
 
 SECOND_NS = 10**9
 type Messages = list[tuple[str, int, bytes]]

@@ -10,12 +10,12 @@ import pytest
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
-from ml2_receiver.export.pose import pose_of
-from ml2_receiver.products.camera import metadata_stamp_ns
-from ml2_receiver.products.captures import Captures
-from ml2_receiver.products.losses import Losses
-from ml2_receiver.products.pixels import pixels_of
-from ml2_receiver.products.product import Points, Registered, Shared
+from ml2_tools.geometry.camera import metadata_stamp_ns
+from ml2_tools.geometry.pose import pose_of
+from ml2_tools.images.pixels import pixels_of
+from ml2_tools.monitoring.losses import Losses
+from ml2_tools.products.captures import Captures
+from ml2_tools.products.product import Points, Registered, Shared
 
 WIDTH, HEIGHT = 8, 6
 MS = 1_000_000

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from ml2_receiver.products.lens import Lens, rays, z_per_distance
+from ml2_tools.geometry.lens import Lens, rays, z_per_distance
 
 PLUMB_BOB = Lens(544, 480, 370.0, 371.0, 270.0, 241.0, "plumb_bob", (0.1, -0.2, 1e-3, -2e-3, 0.05))
 EQUIDISTANT = Lens(

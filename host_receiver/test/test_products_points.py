@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ml2_receiver.products.lens import Lens
-from ml2_receiver.products.points import colours_of, points_of
-from ml2_receiver.products.registration import register
+from ml2_tools.geometry.lens import Lens
+from ml2_tools.products.points import colours_of, points_of
+from ml2_tools.products.registration import register
 
 DEPTH = Lens(272, 240, 185.0, 186.0, 135.0, 121.0, "plumb_bob", (0.1, -0.1, 1e-3, -1e-3, 0.02))
 COLOR = Lens(640, 480, 600.0, 600.0, 320.0, 240.0, "plumb_bob", (0.05, -0.02, 1e-3, 1e-3, 0.0))

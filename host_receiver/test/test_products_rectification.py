@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo
 
-from ml2_receiver.products.camera import Camera, camera_of
-from ml2_receiver.products.lens import Lens
-from ml2_receiver.products.rectification import rectify, rectify_depth
+from ml2_tools.geometry.camera import Camera, camera_of
+from ml2_tools.geometry.lens import Lens
+from ml2_tools.images.rectification import rectify, rectify_depth
 
 MATRIX = np.array([[300.0, 0, 160], [0, 301, 118], [0, 0, 1]])
 SIZE = (320, 240)

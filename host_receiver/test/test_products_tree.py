@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.products.tree import Tree
+from ml2_tools.geometry.transform_tree import Tree
 
 TREE = {"world": "magicleap_world", "head": "head_frame"}
 

@@ -60,4 +60,4 @@ def test_everything_is_documented(parsers: dict[Words, argparse.ArgumentParser])
         if not option.help
     ]
     assert undocumented == []
-    assert len(parsers) > len(cli.COMMANDS)
+    assert len(parsers) > 20

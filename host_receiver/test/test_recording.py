@@ -15,16 +15,17 @@ from rosbags.rosbag2 import Reader
 
 import bag_scene
 from bag_readers import READERS, Seen, digest, mcap_file, with_javascript, with_mcap, with_rosbags
-from ml2_receiver.configuration.table import Qos, load_table
 from ml2_receiver.errors import PublishError, RecordingError
 from ml2_receiver.generated.message_definitions import HASHES
 from ml2_receiver.recording.bag_folder import make_folder
-from ml2_receiver.recording.bag_reader import Bag, BagReader
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import QUEUE_BYTES, Recorder
-from ml2_receiver.topics.sink import Applied
+from ml2_receiver.session.sink import Applied
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Qos
 from ml2_receiver.wire.messages import StreamAnswer
+from ml2_tools.bags.bag_reader import Bag, BagReader
 
 COUNT = 40
 BATTERY = load_table().streams["battery"].topics[0]

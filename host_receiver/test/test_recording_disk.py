@@ -17,13 +17,14 @@ from mcap.reader import make_reader
 
 import bag_scene
 from bag_readers import READERS, digest, mcap_file
-from ml2_receiver.configuration.table import Qos, load_table
 from ml2_receiver.errors import PublishError
 from ml2_receiver.recording.bag_folder import make_folder
-from ml2_receiver.recording.bag_reader import Bag
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Qos
+from ml2_tools.bags.bag_reader import Bag
 from patience import PATIENCE_S, await_so
 
 BATTERY = load_table().streams["battery"].topics[0]

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.report import Report, State, TopicReport
-from ml2_receiver.link.statistics import TopicStatistics
 from ml2_receiver.recording.losses import Losses
+from ml2_receiver.session.report import Report, State, TopicReport
+from ml2_receiver.session.statistics import TopicStatistics
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.messages import ChannelStatus
 
 TOPIC = load_table().streams["battery"].topics[0]

@@ -9,13 +9,13 @@ import yaml
 
 import bag_scene
 from bag_readers import digest, with_mcap, with_rosbags
-from ml2_receiver.recording.bag_reader import BagReader
+from ml2_tools.bags.bag_reader import BagReader
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from ml2_receiver.watch.diagnostics_node import DiagnosticsNode, Rows, Values
+from ml2_receiver.ros.diagnostics_node import DiagnosticsNode, Rows, Values
 from patience import PATIENCE_S
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"

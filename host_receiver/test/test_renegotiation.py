@@ -1,6 +1,6 @@
 """What a headset is asked for while it runs: other values, a pause, streams that are idle."""
 
-from ml2_receiver.link.streams import Request
+from ml2_receiver.session.streams import Request
 from ml2_receiver.wire.frame import Kind
 from ml2_receiver.wire.messages import Configure, Configured, Start, StreamAnswer
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene

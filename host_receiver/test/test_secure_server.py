@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import test_pairing_listener
-from ml2_receiver.link.access import PairedOnly
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.report import State
+from ml2_receiver.session.report import State
+from ml2_receiver.transport.access import PairedOnly
+from ml2_receiver.transport.listener import listen
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from ml2_receiver.wire.messages import Bye, Join
 from mock_device import MockDevice, Wire

@@ -10,13 +10,13 @@ from typing import NoReturn
 import pytest
 
 from fake_sink import FakeSink
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import ListenError
-from ml2_receiver.link.access import Everybody
-from ml2_receiver.link.context import Limits
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.report import State
-from ml2_receiver.link.server import Server
+from ml2_receiver.session.context import Limits
+from ml2_receiver.session.report import State
+from ml2_receiver.session.server import Server
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.transport.access import Everybody
+from ml2_receiver.transport.listener import listen
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST

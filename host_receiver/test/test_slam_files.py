@@ -10,7 +10,7 @@ import pytest
 
 from ml2_receiver.cli import main
 from ml2_receiver.errors import EvaluationError
-from ml2_receiver.evaluation.slam_files import read_trajectory
+from ml2_tools.evaluation.slam_files import read_trajectory
 
 # sin and cos of 45 degrees: half of a quarter turn
 S = "0.707107"

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ml2_receiver.link.connection import Route
-from ml2_receiver.link.statistics import Instance, Latency, TopicStatistics
+from ml2_receiver.session.connection import Route
+from ml2_receiver.session.statistics import Instance, Latency, TopicStatistics
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header, Kind
 
 WRAP = 1 << 32

@@ -1,15 +1,10 @@
 import pytest
 
-from ml2_receiver.configuration.table import Topic, load_table
 from ml2_receiver.errors import ErrorCode, ProtocolError
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import (
-    Channel,
-    ChannelEnd,
-    Configured,
-    Start,
-    StreamAnswer,
-)
+from ml2_receiver.wire.messages import Channel, ChannelEnd, Configured, Start, StreamAnswer
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, channel, data
 
 REFUSED = StreamAnswer("refused", None, "covered")

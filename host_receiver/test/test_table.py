@@ -7,9 +7,8 @@ from typing import Any
 import pytest
 import yaml
 
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.configuration.table_reader import read_table
 from ml2_receiver.errors import TableError
+from ml2_receiver.table.reader import load_table, read_table
 
 IMAGE, CAMERA_INFO, STRING = (
     "sensor_msgs/msg/Image",

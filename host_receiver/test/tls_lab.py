@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from fake_sink import FakeSink
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.link.access import Access, Everybody, PairedOnly
-from ml2_receiver.link.context import Limits
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.server import Server
 from ml2_receiver.security.paired_devices import PairedDevices
+from ml2_receiver.session.context import Limits
+from ml2_receiver.session.server import Server
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.transport.access import Access, Everybody, PairedOnly
+from ml2_receiver.transport.listener import listen
 from scene import REQUEST
 from tls_device import Certificate, StreamingDevice
 

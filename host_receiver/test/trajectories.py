@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ml2_receiver.evaluation.estimator import Trajectory
-from ml2_receiver.export.pose import Pose
+from ml2_tools.evaluation.estimator import Trajectory
+from ml2_tools.geometry.pose import Pose
 
 START_NS = 1_700_000_000_123_456_789
 

@@ -18,8 +18,8 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from bags import Messages, write_bag
-from ml2_receiver.evaluation.estimator import Trajectory
-from ml2_receiver.export.pose import Pose
+from ml2_tools.evaluation.estimator import Trajectory
+from ml2_tools.geometry.pose import Pose
 from trajectories import START_NS
 
 PREFIX = "/magic_leap2"

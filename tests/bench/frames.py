@@ -8,7 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
-from ml2_receiver.configuration.table import Topic, load_table
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from mock_device import MockDevice
 

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from ml2_receiver.products.product import (
+from ml2_tools.products.product import (
     Points,
     Product,
     Rectified,

@@ -14,11 +14,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import PublishError
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION
 
 BUILD = Path(__file__).resolve().parents[2] / "build" / "bench"

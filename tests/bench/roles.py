@@ -24,13 +24,13 @@ from frames import BARE_TOPIC, CONFIG, DEPTH, IMAGE_PAYLOAD, REQUEST
 from ml2_receiver.commands.printed_events import PrintedEvents
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
-from ml2_receiver.configuration.table import load_table
-from ml2_receiver.fastdds import apply_default_profile
-from ml2_receiver.link.access import Access, Everybody, PairedOnly
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.server import Server
+from ml2_receiver.ros.fastdds import apply_default_profile
+from ml2_receiver.session.server import Server
+from ml2_receiver.session.sink import Sink
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
-from ml2_receiver.topics.sink import Sink
+from ml2_receiver.transport.access import Access, Everybody, PairedOnly
+from ml2_receiver.transport.listener import listen
 
 _POLL_S = 0.001
 _QUIET_S = 5.0
@@ -39,7 +39,7 @@ _PATIENCE_S = 20.0
 
 def play_receiver() -> None:
     """`ml2-receiver run` as far as sockets and ROS go."""
-    from ml2_receiver.ros import RosNode
+    from ml2_receiver.ros.node import RosNode
 
     node = RosNode(load_table(), parse_config(CONFIG), [])
     server = bench_server(node, Everybody())

@@ -17,7 +17,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from frames import IMAGE, IMAGE_PAYLOAD, IMU, IMU_PAYLOAD, PREFIX, sender
-from ml2_receiver.configuration.table import Topic
+from ml2_receiver.table.stream_table import Topic
 from mock_device import MockDevice
 from players import Player, Turn
 

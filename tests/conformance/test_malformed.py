@@ -12,13 +12,14 @@ import pytest
 
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
 from frame_bytes import frame
-from ml2_receiver.configuration.table import Topic, load_table
-from ml2_receiver.link.access import Everybody
-from ml2_receiver.link.context import Limits
-from ml2_receiver.link.listener import listen
-from ml2_receiver.link.report import Report
-from ml2_receiver.link.server import Server
-from ml2_receiver.topics.sink import Applied, Publish
+from ml2_receiver.session.context import Limits
+from ml2_receiver.session.report import Report
+from ml2_receiver.session.server import Server
+from ml2_receiver.session.sink import Applied, Publish
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
+from ml2_receiver.transport.access import Everybody
+from ml2_receiver.transport.listener import listen
 from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
 
 VECTORS = Path(__file__).parent / "vectors" / "malformed"

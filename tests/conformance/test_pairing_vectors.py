@@ -12,12 +12,12 @@ import pytest
 
 from bodies import PAIR, PAIR_CHALLENGE
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.link.listener import listen
-from ml2_receiver.security import pairing_listener
+from ml2_receiver.pairing import listener as pairing_listener
+from ml2_receiver.pairing.listener import PairingListener
+from ml2_receiver.pairing.pairing import Pairing, check_signature, signed_text
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
-from ml2_receiver.security.pairing import Pairing, check_signature, signed_text
-from ml2_receiver.security.pairing_listener import PairingListener
+from ml2_receiver.transport.listener import listen
 from scripted_device import PATIENCE_S, Peer
 
 VECTORS = Path(__file__).parent / "vectors"

@@ -14,7 +14,7 @@ import yaml
 from command_line import with_subcommands
 from document import ROOT, commands, files, indented_blocks
 from ml2_receiver.cli import command_line
-from ml2_receiver.configuration.table import load_table
+from ml2_receiver.table.reader import load_table
 
 URI = f"ml2s://127.0.0.1:7755?fp={'0' * 64}&token={'0' * 32}"
 

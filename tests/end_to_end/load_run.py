@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ml2_receiver.configuration.table import load_table
+from ml2_receiver.table.reader import load_table
 from observer import START_S
 from processes import (
     IN_THE_CLEAR,

@@ -16,7 +16,7 @@ from typing import IO, Any
 from rclpy.serialization import deserialize_message
 
 from kept import Payloads
-from ml2_receiver.configuration.table import load_table
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
 from pairing import pair
 from proxy import Proxy

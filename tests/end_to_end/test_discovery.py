@@ -8,7 +8,7 @@ import re
 import time
 from pathlib import Path
 
-from ml2_receiver.link.discovery import FoundReceiver, find_receivers
+from ml2_receiver.transport.discovery import FoundReceiver, find_receivers
 from processes import (
     ON_LOOPBACK,
     headset_command,

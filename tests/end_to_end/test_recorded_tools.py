@@ -12,8 +12,8 @@ import pytest
 
 from capture_stamps import stamp_ns
 from euroc import rows
-from ml2_receiver.recording.bag_reader import BagReader
-from ml2_receiver.recording.decoding import decoder
+from ml2_tools.bags.bag_reader import BagReader
+from ml2_tools.bags.decoding import decoder
 from processes import (
     PREFIX,
     RECEIVER,

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ml2_receiver.configuration.table import load_table
+from ml2_receiver.table.reader import load_table
 from processes import (
     IN_THE_CLEAR,
     PREFIX,

@@ -6,7 +6,7 @@ import ssl
 from collections.abc import Iterator
 
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.security.pairing import Pairing
+from ml2_receiver.pairing.pairing import Pairing
 from ml2_receiver.wire.messages import Pair
 from vectors import HEADER_BYTES, PAIRING, vectors
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
 
-from ml2_receiver.configuration.table import load_table
 from ml2_receiver.errors import RecordingError
-from ml2_receiver.playback.answers import Repertoire
-from ml2_receiver.recording.bag_reader import BagReader
+from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.config_topic import ConfigText, StreamEntry
 from ml2_receiver.topics.string_message import encode_string
+from ml2_tools.bags.bag_reader import BagReader
+from ml2_tools.playback.answers import Repertoire
 from vectors import vectors
 
 _BATTERY = StreamEntry("applied", {}, None, [])

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from bodies import CHANNELS, CONFIGURE, CONFIGURED, REQUEST, SESSION, TICKET
 from frame_bytes import json_bytes
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.link.connection import Connection
-from ml2_receiver.link.context import Send
+from ml2_receiver.session.connection import Connection
+from ml2_receiver.session.context import Send
 from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
 from scene import Scene, hello
 from vectors import vectors

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from ml2_receiver.errors import PairingError
-from ml2_receiver.security.pairing_uri import PairingUri
+from ml2_receiver.pairing.uri import PairingUri
 from vectors import PAIRING
 
 

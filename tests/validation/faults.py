@@ -14,8 +14,8 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 
 from bags import write_bag
-from ml2_receiver.recording.bag_reader import BagReader
 from ml2_receiver.topics.message_types import message_class
+from ml2_tools.bags.bag_reader import BagReader
 
 _NANOS = 1_000_000_000
 _SEED = 1

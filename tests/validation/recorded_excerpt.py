@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ml2_receiver.evaluation.estimator import Images, Trajectory
-from ml2_receiver.evaluation.evaluation import agreement, estimator_named, figures_of
-from ml2_receiver.evaluation.sequence import Sequence, read_sequence
-from ml2_receiver.products.camera import Camera
-from ml2_receiver.products.lens import Lens
-from ml2_receiver.products.rectification import rectify
+from ml2_tools.evaluation.estimator import Images, Trajectory
+from ml2_tools.evaluation.evaluation import agreement, estimator_named, figures_of
+from ml2_tools.evaluation.sequence import Sequence, read_sequence
+from ml2_tools.geometry.camera import Camera
+from ml2_tools.geometry.lens import Lens
+from ml2_tools.images.rectification import rectify
 from processes import EXCERPT, ROOT, receive
 from simulated_walk import record
 

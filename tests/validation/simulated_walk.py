@@ -11,9 +11,9 @@ from tempfile import TemporaryDirectory
 import yaml
 
 from bags import write_bag
-from ml2_receiver.evaluation.tum import write_tum
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.string_message import encode_string
+from ml2_tools.evaluation.tum import write_tum
 from processes import PREFIX, ROOT, Received, receive
 from simulated_truth import SimulatedTruth
 from true_walk import TrueWalk, camera_in_head

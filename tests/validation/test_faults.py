@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from faults import FAULTS, inject
-from ml2_receiver.evaluation.sequence import Sequence, read_sequence
+from ml2_tools.evaluation.sequence import Sequence, read_sequence
 from wall_walk import CAMERA, recording
 
 COUNT = 40

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from euroc import Matrix
-from ml2_receiver.evaluation.tum import quaternion
+from ml2_tools.evaluation.tum import quaternion
 
 # Of the ellipse about the room's middle, across the room in parts of along it.
 _WIDTH = 0.85

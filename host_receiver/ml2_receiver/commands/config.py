@@ -12,7 +12,8 @@ from rich.table import Table
 
 from ..configuration.config import Config, load_config
 from ..configuration.stream_options import options_of, options_table
-from ..configuration.table import Topic, load_table
+from ..table.reader import load_table
+from ..table.stream_table import Topic
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 

@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..configuration.table import load_table
+from ..doctor.devices import Device, read_device
 from ..security.paired_devices import PairedDevice, PairedDevices
-from ..watch.devices import Device, read_device
+from ..table.reader import load_table
 from .config import Subparsers
-from .entrance import add_keys
+from .endpoint import add_keys
 from .live import PATIENCE_S, diagnostics_node
 from .options import add_name
 

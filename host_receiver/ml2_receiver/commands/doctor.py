@@ -20,17 +20,17 @@ from ..configuration.config import load_config
 from ..configuration.parameter_file import node_names
 from ..doctor import findings, machine
 from ..doctor.findings import Finding
-from ..doctor.process_table import is_listened_on, listener_of, receivers
 from ..errors import ConfigError, DiscoveryError, RosError
-from ..fastdds import free_shared_memory_bytes
-from ..link.discovery import FoundReceiver, find_receivers
+from ..processes import is_listened_on, listener_of, receivers
+from ..ros.fastdds import free_shared_memory_bytes
+from ..transport.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
-from .entrance import PORT
+from .endpoint import PORT
 from .live import PATIENCE_S, diagnostics_node
 from .options import add_name
 
 if TYPE_CHECKING:
-    from ..watch.diagnostics_node import DiagnosticsNode, Values
+    from ..ros.diagnostics_node import DiagnosticsNode, Values
 
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
@@ -123,7 +123,7 @@ def _headset(receiver: str) -> Iterator[Finding]:
 
 
 def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:
-    from ..watch.link_test import try_link
+    from ..doctor.link_test import try_link
 
     try:
         return try_link(node, receiver)

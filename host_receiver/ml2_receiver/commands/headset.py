@@ -12,14 +12,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..configuration.table import load_table
 from ..errors import AdbError, PairingError
 from ..generated.version import VERSION
 from ..headset import app
 from ..headset.adb import adb
-from ..security.pairing_uri import PairingUri
+from ..pairing.uri import PairingUri
+from ..table.reader import load_table
 from .config import Subparsers, add_file
-from .entrance import PORT
+from .endpoint import PORT
 from .options import port
 
 _APK = Path(__file__).parents[3] / "build" / "apk" / f"ml2-sensors-{VERSION}.apk"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from .ros_start import ros_needed
 
 if TYPE_CHECKING:
-    from ..watch.diagnostics_node import DiagnosticsNode
-    from ..watch.receiver_client import ReceiverClient
+    from ..ros.diagnostics_node import DiagnosticsNode
+    from ..ros.receiver_client import ReceiverClient
 
 PATIENCE_S = 10.0
 
@@ -23,7 +23,7 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
         RosError: ROS is missing or does not start.
     """
     with ros_needed():
-        from ..watch.diagnostics_node import DiagnosticsNode
+        from ..ros.diagnostics_node import DiagnosticsNode
     node = DiagnosticsNode()
     try:
         yield node
@@ -39,7 +39,7 @@ def receiver_client(receiver: str, patience_s: float) -> Iterator[ReceiverClient
         RosError: ROS is missing or does not start, or there is no such receiver.
     """
     with diagnostics_node() as node:
-        from ..watch.receiver_client import ReceiverClient
+        from ..ros.receiver_client import ReceiverClient
 
         node.rows(receiver, patience_s)
         client = ReceiverClient(node.context, receiver, patience_s)

@@ -14,16 +14,16 @@ from rich.live import Live
 
 from ..errors import PairingError
 from ..generated.version import VERSION
-from ..link.discovery import announced_hosts
-from ..link.event_limit import EventLimit
-from ..link.listener import everywhere, listen
+from ..pairing.listener import PairingListener
+from ..pairing.pairing import VALID_S, Pairing
+from ..pairing.uri import PairingUri
 from ..security.identity import Identity
 from ..security.paired_devices import PairedDevice, PairedDevices
-from ..security.pairing import VALID_S, Pairing
-from ..security.pairing_listener import PairingListener
-from ..security.pairing_uri import PairingUri
+from ..session.event_limit import EventLimit
+from ..transport.discovery import announced_hosts
+from ..transport.listener import everywhere, listen
 from .config import Subparsers
-from .entrance import PORT, add_keys
+from .endpoint import PORT, add_keys
 from .options import name, port
 from .receiving import address
 from .stopping import stop_signal

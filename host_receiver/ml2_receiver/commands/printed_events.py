@@ -2,9 +2,9 @@
 
 import sys
 
-from ..configuration.table import Topic
-from ..link.report import Report
-from ..topics.sink import Applied, Publish
+from ..session.report import Report
+from ..session.sink import Applied, Publish
+from ..table.stream_table import Topic
 
 
 class PrintedEvents:

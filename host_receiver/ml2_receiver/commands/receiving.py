@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
-from ..configuration.table import load_table
 from ..generated.version import VERSION
-from ..link.server import Server
-from ..topics.sink import Sink
+from ..session.server import Server
+from ..session.sink import Sink
+from ..table.reader import load_table
 from .config import add_file
-from .entrance import Entrance, add_insecure, add_keys
+from .endpoint import Entrance, add_insecure, add_keys
 from .options import name
 from .ros_start import node_arguments, ros_needed, use_profile
 
 if TYPE_CHECKING:
-    from ..ros import RosNode
+    from ..ros.node import RosNode
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -78,7 +78,7 @@ def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
     """The ROS node, with enough shared memory for images."""
     use_profile()
     with ros_needed():
-        from ..ros import RosNode  # reads the profile
+        from ..ros.node import RosNode  # reads the profile
     return RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
 
 

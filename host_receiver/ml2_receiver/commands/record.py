@@ -14,7 +14,7 @@ from ..recording.recording import Recording, losses, summary
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
-from .entrance import Entrance
+from .endpoint import Entrance
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
 from .record_attached import record_attached

@@ -22,7 +22,7 @@ def record_attached(options: argparse.Namespace) -> int:
     """
     stopping = stop_signal()
     with diagnostics_node() as node:
-        from ..watch.receiver_client import ReceiverClient
+        from ..ros.receiver_client import ReceiverClient
 
         node.rows(options.name, PATIENCE_S)
         client = ReceiverClient(node.context, options.name, PATIENCE_S)

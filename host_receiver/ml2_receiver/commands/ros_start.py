@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from ..errors import RosError
-from ..fastdds import apply_default_profile
+from ..ros.fastdds import apply_default_profile
 
 
 @contextmanager

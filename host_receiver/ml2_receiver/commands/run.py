@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
-from .entrance import Entrance
+from .endpoint import Entrance
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
 

@@ -4,7 +4,7 @@ import argparse
 
 from ..security.paired_devices import PairedDevices
 from .config import Subparsers
-from .entrance import add_keys
+from .endpoint import add_keys
 
 _EPILOG = """\
 A session of it ends at once. Exit code: 0, or 2 if no such device is paired.

@@ -6,10 +6,11 @@ from functools import cached_property
 from pathlib import Path
 
 from ..errors import CalibrationError, ConfigError, Problem
+from ..table.reader import load_table
+from ..table.stream_table import Stream
 from .calibration import Calibration, load_calibration
 from .config_rules import Values, camera_problems, key_problems, read_values
 from .parameter_file import MAX_BYTES, read_parameters
-from .table import Stream, load_table
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeGuard
 
 from ..errors import Problem
+from ..table.stream_table import CAMERA_KEYS, Key, Mode, Section
+from ..wire.json_body import Scalar
 from .parameter_file import Parameter, expected_one_of
-from .table import CAMERA_KEYS, Key, Mode, Scalar, Section
 
 type Parameters = Mapping[str, Parameter]
 type Values = Mapping[str, Scalar]

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from ..errors import ConfigError, Problem
+from ..table.reader import load_table
+from ..table.stream_table import CAMERA_KEYS, Section
+from ..wire.json_body import Scalar
 from .calibration import Calibration
 from .config import Config, read_calibrations
 from .config_rules import Values, camera_problems, key_problems, read_values
 from .parameter_file import MAX_SHOWN, Parameter
-from .table import CAMERA_KEYS, Scalar, Section, load_table
 
 _MODE = re.compile(r"(\d{1,6})x(\d{1,6})@(\d{1,6})", re.ASCII)
 _MODE_KEYS = ("resolution_width", "resolution_height", "update_rate")

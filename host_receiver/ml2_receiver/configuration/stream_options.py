@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.table import Table
 
-from .table import CAMERA_KEYS, Key, Mode, Stream, StreamTable
+from ..table.stream_table import CAMERA_KEYS, Key, Mode, Stream, StreamTable
 
 type StreamOptions = Mapping[str, Mapping[str, Any]]
 

@@ -4,9 +4,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ..fastdds import NEEDED_BYTES, PROFILES_VARIABLE
-from ..link.discovery import FoundReceiver
-from .process_table import Process, is_receiver
+from ..processes import Process, is_receiver
+from ..ros.fastdds import NEEDED_BYTES, PROFILES_VARIABLE
+from ..transport.discovery import FoundReceiver
 
 # https://docs.ros.org/en/jazzy/How-To-Guides/DDS-tuning.html asks for as much as there is; several
 # images of 1 MB under way need this.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ..configuration.table import Qos
+from ..table.stream_table import Qos
 
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}  # RMW_DURATION_INFINITE of rmw/time.h
 

@@ -4,8 +4,8 @@ import threading
 from collections import Counter
 from collections.abc import Iterator
 
-from ..link.report import Report, State
-from ..link.statistics import TopicStatistics
+from ..session.report import Report, State
+from ..session.statistics import TopicStatistics
 
 
 class Losses:

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from queue import Empty, SimpleQueue
 
-from ..configuration.table import StreamTable, Topic
 from ..errors import PublishError
-from ..link.report import Report
+from ..session.report import Report
+from ..session.sink import Applied, Publish
+from ..table.stream_table import StreamTable, Topic
 from ..topics.config_topic import config_text
-from ..topics.sink import Applied, Publish
 from ..topics.string_message import encode_string
 from .bag_topic import BagTopic
 from .bag_writer import BagWriter

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from ..configuration.table import load_table
 from ..errors import RecordingError
-from ..link.report import Report
+from ..session.report import Report
+from ..table.reader import load_table
 from ..topics.fan_out import FanOut
 from .bag_writer import BagWriter
 from .options import RecordingOptions

@@ -1,3 +1,1 @@
-"""The receiver as a ROS 2 node; all of it that imports rclpy, but for `ml2-receiver latency`."""
-
-from .node import RosNode as RosNode
+"""The receiver as a ROS 2 node. Only this package and ml2_tools import rclpy."""

@@ -9,8 +9,9 @@ from sensor_msgs.srv import SetCameraInfo
 from ..configuration.calibration import parse_calibration, save_calibration
 from ..configuration.config import check_size
 from ..configuration.config_file import ConfigFile
-from ..configuration.table import Stream, load_table
 from ..errors import CalibrationError
+from ..table.reader import load_table
+from ..table.stream_table import Stream
 from .parameters import ParameterNode
 
 

@@ -14,16 +14,16 @@ from ..configuration.calibration import Calibration
 from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..configuration.settings import Settings
-from ..configuration.table import StreamTable, Topic
 from ..errors import ConfigError
-from ..link.report import Report
-from ..ros_context import start_ros
+from ..session.report import Report
+from ..session.sink import Applied, Publish
+from ..table.stream_table import StreamTable, Topic
 from ..topics.config_topic import config_text
 from ..topics.control import Control
 from ..topics.diagnostics import Diagnostics, security_row
 from ..topics.fan_out import FanOut
-from ..topics.sink import Applied, Publish
 from .calibration_services import add_calibration_services
+from .context import start_ros
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray

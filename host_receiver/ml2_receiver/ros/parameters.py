@@ -20,8 +20,10 @@ from ..configuration.calibration import Calibration
 from ..configuration.config import Config
 from ..configuration.config_rules import expected
 from ..configuration.settings import Settings, cameras, mode_name
-from ..configuration.table import CAMERA_KEYS, Key, Scalar, Section, load_table
 from ..errors import ConfigError
+from ..table.reader import load_table
+from ..table.stream_table import CAMERA_KEYS, Key, Section
+from ..wire.json_body import Scalar
 from .failures import Answer, Failures
 
 # Declared by rclpy, by it or for publishers, or for recordings; no keys of the configuration.

@@ -11,10 +11,10 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from ..configuration.table import Qos, StreamTable, Topic
 from ..errors import PublishError
+from ..session.sink import Publish
+from ..table.stream_table import Qos, StreamTable, Topic
 from ..topics.message_types import message_class
-from ..topics.sink import Publish
 from .raw_publish import raw_publish
 
 

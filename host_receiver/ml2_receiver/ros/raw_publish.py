@@ -9,7 +9,7 @@ from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
 from ..errors import PublishError
-from ..topics.sink import Publish
+from ..session.sink import Publish
 
 
 def takes_bytearray(publisher: Publisher, message: Any) -> bool:

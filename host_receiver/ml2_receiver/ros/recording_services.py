@@ -7,12 +7,12 @@ from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from std_srvs.srv import Trigger
 
 from ..errors import RecordingError
-from ..link.report import Report
 from ..recording.bag_folder import make_folder
 from ..recording.mcap_file import COMPRESSIONS
 from ..recording.options import RecordingOptions
 from ..recording.recorder import Progress
 from ..recording.recording import Recording, summary
+from ..session.report import Report
 from ..topics.control import Control
 from ..topics.diagnostics import Level, Row
 from ..topics.fan_out import FanOut

@@ -7,8 +7,8 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from ..configuration.config_file import ConfigFile
-from ..configuration.table import load_table
 from ..errors import ReceiverError
+from ..table.reader import load_table
 from ..topics.control import Control
 from .parameters import ParameterNode
 

@@ -6,11 +6,11 @@ import struct
 from collections.abc import Mapping
 
 from ..configuration.calibration import Calibration
-from ..configuration.table import Topic
 from ..errors import PublishError
-from ..link.report import Report
+from ..session.report import Report
+from ..session.sink import Applied, Publish, Sink
+from ..table.stream_table import Topic
 from ..wire.frame import CDR_ENCAPSULATION
-from .sink import Applied, Publish, Sink
 
 _TIME_BYTES = 8
 _UINT32 = struct.Struct("<I")

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..configuration.table import Scalar
-from ..wire.json_body import JsonBody
+from ..session.sink import Applied
+from ..wire.json_body import JsonBody, Scalar
 from ..wire.messages import StreamStatus
-from .sink import Applied
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 from typing import Protocol
 
-from ..link.access import Protection
-from ..link.report import Report
-from ..link.streams import Request
+from ..session.report import Report
+from ..session.streams import Request
+from ..transport.access import Protection
 
 
 class Control(Protocol):

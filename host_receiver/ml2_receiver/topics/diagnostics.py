@@ -7,12 +7,12 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from ..configuration.table import Scalar
-from ..link.access import Protection
-from ..link.report import Report, State, TopicReport
-from ..link.statistics import SHARES, TopicStatistics
-from ..link.stream_state import in_words, state_and_reason
-from ..link.throughput import Throughput
+from ..session.report import Report, State, TopicReport
+from ..session.statistics import SHARES, TopicStatistics
+from ..session.stream_state import in_words, state_and_reason
+from ..session.throughput import Throughput
+from ..transport.access import Protection
+from ..wire.json_body import Scalar
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 
 _STALE_AFTER_S = 2.0

@@ -5,10 +5,11 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ..configuration.table import Topic, load_table
 from ..errors import PublishError
-from ..link.report import Report
-from .sink import Applied, Publish, Sink
+from ..session.report import Report
+from ..session.sink import Applied, Publish, Sink
+from ..table.reader import load_table
+from ..table.stream_table import Topic
 
 
 @dataclass

@@ -10,6 +10,8 @@ from typing import Any, Literal, Self, TypeAliasType, Union, get_args, get_origi
 
 from ..errors import ErrorCode, ProtocolError
 
+type Scalar = bool | int | float | str
+
 _DEPTH = 16
 
 

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from ..configuration.table import Scalar
-from .json_body import JsonBody
+from .json_body import JsonBody, Scalar
 
 _NAME_CHARACTERS = 64
 _ID_CHARACTERS = 128

@@ -1,0 +1,129 @@
+"""Where headsets come in: who may, on which address, and how they find it."""
+
+import argparse
+import socket
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Self
+
+from ..errors import ListenError
+from ..security.folder import default_folder
+from ..session.server import Server
+from ..table.reader import load_table
+from ..transport.access import Access, Everybody, PairedOnly
+from ..transport.discovery import Announcement
+from ..transport.listener import everywhere, listen, text
+
+PORT = 7755
+_LOOPBACK, _EVERYWHERE = ("127.0.0.1", PORT), everywhere(PORT)
+_EYE_CAMERA = "com.magicleap.permission.EYE_CAMERA"
+_EYE_IMAGES = "eye images are biometric: pair, or allow with --insecure-eye-images"
+_INSECURE = (
+    "WARNING: --insecure: no encryption, and everybody who can reach {} can send and be believed"
+)
+
+
+def add_keys(parser: argparse.ArgumentParser) -> None:
+    """--keys."""
+    parser.add_argument(
+        "--keys",
+        type=Path,
+        default=default_folder(),
+        metavar="FOLDER",
+        help="with this receiver's key and the paired devices; default: ~/.config/ml2-sensors",
+    )
+
+
+def add_insecure(parser: argparse.ArgumentParser) -> None:
+    """--insecure and --insecure-eye-images."""
+    parser.add_argument(
+        "--insecure",
+        action="store_true",
+        help="no TLS and no pairing: everybody on the network can read along and pretend to be a"
+        " headset; the headset needs it too",
+    )
+    parser.add_argument(
+        "--insecure-eye-images", action="store_true", help="with --insecure, eye images too"
+    )
+
+
+class Entrance:
+    """Listens, is announced, and follows who is paired, until left.
+
+    Args:
+        options: has name, keys, insecure, insecure_eye_images, and listen, which is None for the
+            default: this machine only, and all interfaces once a device is paired.
+
+    Raises:
+        KeysError, ListenError
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self.access: Access = Everybody() if options.insecure else PairedOnly(options.keys)
+        self._has_default = options.listen is None
+        self.listener = listen(options.listen or self._default)
+        self._allows_eye_images = not options.insecure or options.insecure_eye_images
+        self.name: str = options.name or socket.gethostname()
+        self._lock = threading.Lock()
+        self._is_closed = False
+        self._announcement = self._announce()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+        self.listener.close()
+
+    @property
+    def _default(self) -> tuple[str, int]:
+        return _EVERYWHERE if self.access.protection().paired else _LOOPBACK
+
+    @property
+    def withheld(self) -> Mapping[str, str]:
+        """The streams that are not asked for, and why."""
+        if self._allows_eye_images:
+            return {}
+        table = load_table()
+        return {
+            stream.id: _EYE_IMAGES
+            for stream in table.streams.values()
+            if _EYE_CAMERA in table.sections[stream.section].permissions
+        }
+
+    def follow(self, server: Server) -> None:
+        """Who is paired has changed: with the first device, all interfaces are listened on."""
+        with self._lock:
+            if self._is_closed or not self._has_default or self._default != _EVERYWHERE:
+                return
+            if self.listener.getsockname()[:2] == _EVERYWHERE:
+                return
+            try:
+                self.listener = server.listen_on(_EVERYWHERE)
+            except ListenError as error:
+                print(f"WARNING: {error}", file=sys.stderr, flush=True)
+                self.listener = server.listen_on(_LOOPBACK)
+            self._announcement.close()
+            self._announcement = self._announce()
+            print(f"listening on {server.address}", flush=True)
+
+    def close(self) -> None:
+        """Headsets do not find it any more; a server that uses the listener may still stop."""
+        with self._lock:
+            self._is_closed = True
+            self._announcement.close()
+
+    def _announce(self) -> Announcement:
+        host, port = self.listener.getsockname()[:2]
+        if self.access.protection().paired is None:
+            print(_INSECURE.format(text((host, port))), file=sys.stderr, flush=True)
+        return Announcement(self.name, (host, port), self.access.fingerprint, _warn_unannounced)
+
+
+def _warn_unannounced(reason: str) -> None:
+    message = (
+        f"WARNING: headsets do not find this receiver by name, give them its address: {reason}"
+    )
+    print(message, file=sys.stderr)

@@ -1,0 +1,98 @@
+"""What a headset can do and why it does not do more, from what its receiver says of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..session.stream_state import grant
+from ..table.stream_table import Stream, StreamTable
+
+_PERMISSION, _STREAM, _STATE, _MISSING = "permission.", "stream.", "state.", "missing."
+
+
+@dataclass(frozen=True)
+class DeviceStream:
+    """One stream of the table: "runs", "waiting", "failed", "off" or "unavailable".
+
+    `reason` says why if it is known, and what to do.
+    """
+
+    stream: str
+    state: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Device:
+    """A headset; `permissions` are Android's, and whether each is granted."""
+
+    name: str
+    device_id: str
+    software: str
+    state: str
+    permissions: Mapping[str, bool]
+    streams: tuple[DeviceStream, ...]
+
+
+def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None:
+    """From the values of the row "session" of /diagnostics; None when no headset has come yet."""
+    if "device_id" not in session:
+        return None
+    permissions = {name: granted == "true" for name, granted in _under(_PERMISSION, session)}
+    answers = dict(_under(_STREAM, session))
+    states = {
+        id: _status(text, session.get(f"{_MISSING}{id}")) for id, text in _under(_STATE, session)
+    }
+    capabilities = session.get("capabilities", "").split()
+    return Device(
+        session["headset"],
+        session["device_id"],
+        session.get("software", ""),
+        session["state"],
+        permissions,
+        tuple(
+            _stopped(stream.id, states.get(stream.id))
+            or _stream(stream, table, capabilities, permissions, answers.get(stream.id))
+            for stream in table.streams.values()
+        ),
+    )
+
+
+def _under(prefix: str, values: Mapping[str, str]) -> list[tuple[str, str]]:
+    return [(k.removeprefix(prefix), v) for k, v in values.items() if k.startswith(prefix)]
+
+
+def _status(text: str, permission: str | None) -> tuple[str, str, str | None]:
+    state, _, reason = text.partition(": ")
+    return state, reason, permission
+
+
+def _stopped(stream: str, status: tuple[str, str, str | None] | None) -> DeviceStream | None:
+    """What the headset says of a stream that it does not run; None when it does."""
+    state, reason, permission = status or ("running", "", None)
+    if state == "running":
+        return None
+    shown = "unavailable" if state == "refused" else "waiting" if state == "available" else state
+    fix = grant(stream, permission)
+    return DeviceStream(stream, shown, "; ".join(filter(None, (reason, fix))))
+
+
+def _stream(
+    stream: Stream,
+    table: StreamTable,
+    capabilities: list[str],
+    permissions: Mapping[str, bool],
+    answer: str | None,
+) -> DeviceStream:
+    result, _, reason = (answer or "").partition(": ")
+    needed = table.sections[stream.section].permissions
+    missing = [it for it in needed if permissions.get(it) is False]
+    if result in ("applied", "adjusted"):
+        return DeviceStream(stream.id, "runs", reason)
+    if result == "refused":
+        return DeviceStream(stream.id, "unavailable", reason)
+    if stream.id not in capabilities:
+        return DeviceStream(stream.id, "unavailable", "this headset has no such sensor")
+    if missing:
+        reason = f"permission {', '.join(missing)} is not granted"
+        return DeviceStream(stream.id, "unavailable", reason)
+    return DeviceStream(stream.id, "off", "the configuration does not enable it")

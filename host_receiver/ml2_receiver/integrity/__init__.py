@@ -1,1 +1,0 @@
-"""Whether a recording is fit to be used: gaps, stamps, pairs, transforms, latency."""

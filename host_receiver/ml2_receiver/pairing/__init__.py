@@ -1,0 +1,1 @@
+"""Pairing of a headset with this receiver."""

@@ -1,0 +1,91 @@
+"""The ROS node of `ml2-receiver topics` and `devices`: what a receiver says of itself."""
+
+import os
+import threading
+from collections.abc import Callable, Mapping
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+
+from ..errors import RosError
+from ..topics.status_name import split_status_name
+from .context import start_ros
+from .raw_taker import RawSubscription, RawTaker
+
+_DEPTH = 10
+
+type Values = Mapping[str, str]
+type Rows = Mapping[str, Values]
+
+
+class DiagnosticsNode:
+    """The node `ml2_tools`: keeps the last /diagnostics of each receiver. close() ends it.
+
+    Raises:
+        RosError: ROS does not start.
+    """
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._rows: dict[str, Rows] = {}
+        self._context = start_ros()
+        self._node = rclpy.create_node("ml2_tools", context=self._context)
+        type = "diagnostic_msgs/msg/DiagnosticArray"
+        subscription = RawSubscription(
+            type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed
+        )
+        self._taker = RawTaker(self._node, [subscription])
+
+    def close(self) -> None:
+        """Ends the node; nothing may be called after."""
+        self._taker.stop()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    @property
+    def context(self) -> Context:
+        """Of other nodes beside this one; ends with it."""
+        return self._context
+
+    def rows(
+        self, receiver: str, timeout_s: float, when: Callable[[Rows], bool] = lambda _: True
+    ) -> Rows:
+        """The values by row ("session", "clock", and the topics), and the row's own words as
+        "message"; waits for the first of which `when` is true.
+
+        Args:
+            receiver: as in its --name, or empty.
+
+        Raises:
+            RosError: this receiver says nothing, or not that.
+        """
+        with self._changed:
+            if self._changed.wait_for(
+                lambda: receiver in self._rows and when(self._rows[receiver]), timeout_s
+            ):
+                return self._rows[receiver]
+            others = sorted(self._rows)
+        if receiver in others:
+            raise RosError(f"the receiver has not said within {timeout_s:.0f} s what is awaited")
+        if others:
+            names = ", ".join(f"--name {name}" if name else "no --name" for name in others)
+            raise RosError(f"no such receiver in this ROS domain, but with {names}")
+        domain = os.environ.get("ROS_DOMAIN_ID", "0")
+        raise RosError(
+            f"no receiver in ROS domain {domain}: start `ml2-receiver run`, or see"
+            " `ml2-receiver doctor`"
+        )
+
+    def _diagnosed(self, payload: bytes) -> None:
+        rows: dict[str, dict[str, Values]] = {}
+        for status in deserialize_message(payload, DiagnosticArray).status:
+            if (name := split_status_name(status.name)) is not None:
+                receiver, row = name
+                values = {pair.key: pair.value for pair in status.values}
+                rows.setdefault(receiver, {})[row] = values | {"message": status.message}
+        with self._changed:
+            self._rows |= rows
+            self._changed.notify_all()

@@ -1,0 +1,70 @@
+"""Sets parameters of a running receiver and calls its services."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from std_srvs.srv import Trigger
+
+from ..errors import RosError
+from ..wire.json_body import Scalar
+
+
+class ReceiverClient:
+    """One receiver; close() ends it.
+
+    Args:
+        context: that of a node which has heard of the receiver.
+        receiver: as in its --name, or empty.
+        timeout_s: for each answer.
+    """
+
+    def __init__(self, context: Context, receiver: str, timeout_s: float) -> None:
+        self._name = f"{'/' if receiver else ''}{receiver}/ml2_receiver"
+        self._timeout_s = timeout_s
+        self._node = rclpy.create_node("ml2_client", context=context)
+        self._executor = SingleThreadedExecutor(context=context)
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self._node.destroy_node()
+
+    def set(self, values: Mapping[str, Scalar]) -> tuple[bool, str]:
+        """Sets all of these parameters, or none; what the receiver says of it.
+
+        Raises:
+            RosError: it does not answer.
+        """
+        client = AsyncParameterClient(self._node, self._name)
+        if not client.wait_for_services(self._timeout_s):
+            raise self._silent("parameter services")
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        result = self._answer(client.set_parameters_atomically(parameters)).result
+        return result.successful, result.reason
+
+    def call(self, service: str) -> tuple[bool, str]:
+        """Calls a service of the type std_srvs/Trigger; what the receiver says of it.
+
+        Raises:
+            RosError: it does not answer.
+        """
+        client = self._node.create_client(Trigger, f"{self._name}/{service}")
+        if not client.wait_for_service(self._timeout_s):
+            raise self._silent(service)
+        answer = self._answer(client.call_async(Trigger.Request()))
+        return answer.success, answer.message
+
+    def _answer(self, future: Any) -> Any:
+        rclpy.spin_until_future_complete(self._node, future, self._executor, self._timeout_s)
+        if not future.done():
+            raise RosError(f"{self._name} has not answered within {self._timeout_s:g} s")
+        return future.result()
+
+    def _silent(self, what: str) -> RosError:
+        return RosError(f"{self._name} offers no {what} within {self._timeout_s:g} s")

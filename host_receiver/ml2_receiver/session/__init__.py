@@ -1,0 +1,1 @@
+"""The protocol session of one headset, from HELLO to BYE."""

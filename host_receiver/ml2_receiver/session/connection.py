@@ -1,0 +1,66 @@
+"""A connection as the state machines see it, and the way its DATA goes."""
+
+import time
+from dataclasses import dataclass, field
+
+from ..errors import ErrorCode, ProtocolError, PublishError
+from ..wire.frame import CDR_ENCAPSULATION, Frame
+from .sink import Publish
+from .statistics import TopicStatistics
+
+
+class Route:
+    """The way of one channel's payloads to their topic. Used by its lane's reader."""
+
+    __slots__ = ("publish", "statistics")
+
+    def __init__(self, publish: Publish, statistics: TopicStatistics) -> None:
+        self.publish = publish
+        self.statistics = statistics
+
+    def receive(self, frame: Frame, received_ns: int) -> None:
+        """Counts and publishes a DATA frame that arrived at `received_ns` in ROS time.
+
+        Raises:
+            ProtocolError: `malformed`.
+        """
+        header, payload = frame
+        if not payload.startswith(CDR_ENCAPSULATION):
+            raise ProtocolError(
+                ErrorCode.MALFORMED,
+                f"DATA of channel {header.channel} begins with {bytes(payload[:4]).hex(' ')!r}, "
+                f"expected {CDR_ENCAPSULATION.hex(' ')!r}",
+            )
+        if not self.statistics.record(header, received_ns, time.time_ns()):
+            raise ProtocolError(
+                ErrorCode.MALFORMED,
+                f"DATA of channel {header.channel} has number {header.sequence} after "
+                f"{self.statistics.produced - 1}",
+            )
+        try:
+            self.publish(payload)
+        except PublishError:
+            self.statistics.unpublished += 1
+
+
+@dataclass(eq=False)
+class Connection:
+    """One connection of a peer.
+
+    `peer` is the fingerprint of the certificate it has shown, None where nobody shows one. `lane`
+    is None until it belongs to a session. `routes` are those of its lane by channel; they are empty
+    before START.
+    """
+
+    host: str
+    port: int
+    opened_s: float
+    peer: str | None = None
+    lane: str | None = None
+    routes: dict[int, Route] = field(default_factory=dict)
+    is_closing: bool = False
+
+    @property
+    def address(self) -> str:
+        """HOST:PORT."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"

@@ -1,0 +1,298 @@
+"""Sockets and threads around the Host: one reader per connection, one that accepts, one clock."""
+
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from types import MappingProxyType
+
+from ..errors import ErrorCode, KeysError, ProtocolError
+from ..table.stream_table import StreamTable
+from ..transport.access import Access, Protection
+from ..transport.listener import listen, peer_host, text
+from ..wire.frame import Frame, Kind, LaneKind, encode_frame
+from .admission import Admission
+from .connection import Connection
+from .connection_io import Link
+from .context import Action, Close, Context, Limits, Send
+from .event_limit import EventLimit
+from .host import Host
+from .report import Report
+from .sink import Sink
+from .streams import Request
+
+_LIMITS = Limits()
+_TICK_S = 0.1
+_STOP_S = 0.3
+_TIME = struct.Struct("<q")
+_TIMES = struct.Struct("<qqq")
+
+
+class Server:
+    """Listens, receives and feeds the sink until stop().
+
+    The sink's publishing functions are called by the lanes' readers, everything else of it under
+    one lock, so the sink must not call back from there.
+
+    Args:
+        listener: what listen() returned; closed by stop().
+        access: who may connect.
+        request: the streams and values every headset is asked for, until request() changes them.
+        name: what headsets are told about who receives.
+        frame_prefix: what their frame ids are to begin with.
+        is_paused: START waits for begin().
+        idle: the streams that nobody needs at present; called under the lock.
+        withheld: the streams that are never asked for, with the reasons.
+        access_changed: is called, by a thread of its own, when who may connect has changed.
+    """
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        table: StreamTable,
+        request: Request,
+        sink: Sink,
+        *,
+        access: Access,
+        name: str,
+        software: str,
+        frame_prefix: str = "",
+        is_paused: bool = False,
+        idle: Callable[[], Collection[str]] = tuple,
+        withheld: Mapping[str, str] = MappingProxyType({}),
+        access_changed: Callable[[], None] = lambda: None,
+        limits: Limits = _LIMITS,
+    ) -> None:
+        clock = time.monotonic
+        context = Context(
+            table, sink, limits, self._act, clock, name, software, idle, frame_prefix, withheld
+        )
+        self._host = Host(context, request, is_paused=is_paused)
+        self._access, self._access_changed = access, access_changed
+        self._admission = Admission(limits, clock)
+        self._turned_away = EventLimit(sink.event, clock, per_second=1)
+        self._sink, self._limits = sink, limits
+        self._lock = threading.Lock()
+        self._links: dict[Connection, Link] = {}
+        self._readers: set[threading.Thread] = set()
+        self._stopping = threading.Event()
+        self._listener = listener
+        self._threads = [
+            threading.Thread(target=self._accept, name="accept", daemon=True),
+            threading.Thread(target=self._tick, name="tick", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def address(self) -> str:
+        """HOST:PORT as it is listened on."""
+        return text(self._listener.getsockname())
+
+    def listen_on(self, address: tuple[str, int]) -> socket.socket:
+        """Listens there instead, on what is returned; connections stay.
+
+        Not to be called by two threads at once.
+
+        Raises:
+            ListenError: it cannot be listened on, and nobody can connect any more.
+        """
+        before = self._listener
+        with suppress(OSError):  # of a second attempt
+            before.shutdown(socket.SHUT_RDWR)  # wakes who accepts, and frees the port
+        self._listener = listen(address)
+        before.close()
+        return self._listener
+
+    def protection(self) -> Protection:
+        """Who may connect."""
+        return self._access.protection()
+
+    def begin(self) -> None:
+        """Lets the streams run, now or as soon as a headset is ready for it."""
+        with self._lock:
+            self._host.begin()
+
+    def pause(self) -> None:
+        """Stops all streams until begin(); the headset stays connected."""
+        with self._lock:
+            self._host.pause()
+
+    def request(self, request: Request) -> None:
+        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+        with self._lock:
+            self._host.request(request)
+
+    def update(self) -> None:
+        """Which streams are idle has changed."""
+        with self._lock:
+            self._host.update()
+
+    def test_link(self) -> None:
+        """Tries what the link to the headset carries, for about 2 s; report() has the result.
+
+        Raises:
+            LinkTestError: no headset is connected, or it is being asked already.
+        """
+        with self._lock:
+            self._host.test_link()
+
+    def report(self) -> Report | None:
+        """The session there is, or the last one."""
+        with self._lock:
+            return self._host.session.report() if self._host.session else None
+
+    def stop(self) -> None:
+        """Says goodbye, reads what has arrived, and returns in less than a second."""
+        self._stopping.set()
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        with self._lock:
+            self._host.stop()
+        self._join(time.monotonic() + _STOP_S)
+        for link in list(self._links.values()):
+            link.abort()
+        self._join(time.monotonic() + _STOP_S)
+        self._listener.close()
+
+    def _join(self, deadline_s: float) -> None:
+        for thread in (*self._threads, *list(self._readers)):
+            thread.join(max(0.0, deadline_s - time.monotonic()))
+
+    def _accept(self) -> None:
+        while not self._stopping.is_set():
+            listener = self._listener
+            try:
+                accepted, address = listener.accept()
+            except OSError as error:
+                if not self._stopping.wait(_TICK_S) and listener is self._listener:
+                    with self._lock:
+                        self._sink.event(f"cannot accept connections: {error}")
+                continue
+            with self._lock:
+                self._open(accepted, peer_host(address[0]), address[1])
+
+    def _open(self, accepted: socket.socket, host: str, port: int) -> None:
+        self._refresh()
+        refusal = self._admission.refusal(host)
+        if refusal is not None:
+            self._turned_away.say(f"{host} is turned away: {refusal}")
+            accepted.close()
+            return
+        try:
+            transport = self._access.transport(accepted)
+        except OSError:
+            accepted.close()  # it has left already
+            return
+        link = Link(transport, Connection(host, port, time.monotonic()))
+        reader = threading.Thread(target=self._read, args=[link], daemon=True)
+        self._links[link.connection] = link
+        self._readers.add(reader)
+        self._admission.opened(host)
+        self._host.opened(link.connection)
+        reader.start()
+
+    def _refresh(self) -> None:
+        try:
+            has_changed = self._access.refresh()
+        except KeysError as error:
+            self._sink.event(str(error))
+            has_changed = True
+        if has_changed:
+            self._host.expel(self._access.allows)
+            threading.Thread(target=self._access_changed, daemon=True).start()
+
+    def _tick(self) -> None:
+        while not self._stopping.wait(_TICK_S):
+            with self._lock:
+                self._refresh()
+                self._host.tick()
+                now_s = time.monotonic()
+                for link in self._links.values():
+                    if link.abort_s is not None and now_s > link.abort_s:
+                        link.abort()
+
+    def _read(self, link: Link) -> None:
+        fault: str | None = "the receiver failed"
+        try:
+            if self._is_let_in(link):
+                self._receive(link)
+            fault = None if link.parser.is_between_frames else "ended inside a frame"
+        except OSError as error:
+            fault = error.strerror or str(error)
+        finally:
+            with self._lock:
+                link.transport.close()
+                del self._links[link.connection]
+                self._readers.discard(threading.current_thread())
+                self._admission.closed(link.connection.host)
+                self._host.closed(link.connection, fault)
+
+    def _is_let_in(self, link: Link) -> bool:
+        connection = link.connection
+        try:
+            peer = link.transport.handshake()
+        except ProtocolError as error:
+            with self._lock:
+                self._admission.failed(connection.host)
+                self._host.failed(connection, error)
+            link.transport.discard()
+            return False
+        with self._lock:
+            connection.peer = peer
+            if self._access.allows(peer):
+                self._admission.showed(connection.host)
+            else:  # unpaired meanwhile, or signed by who is paired
+                self._admission.failed(connection.host)
+                refusal = ProtocolError(ErrorCode.PAIRING, "it is not paired")
+                self._host.failed(connection, refusal)
+        return True
+
+    def _receive(self, link: Link) -> None:
+        receive, parser = link.transport.receive, link.parser
+        while not link.is_aborted:
+            count = receive(parser.get_buffer())
+            received_ns = time.time_ns()
+            if not count:
+                return
+            try:
+                frame = parser.buffer_updated(count)
+                if frame is not None:
+                    self._dispatch(link, frame, received_ns)
+            except ProtocolError as error:
+                with self._lock:
+                    self._host.failed(link.connection, error)
+                link.transport.discard()
+                return
+
+    def _dispatch(self, link: Link, frame: Frame, received_ns: int) -> None:
+        header = frame.header
+        if header.kind == Kind.DATA:
+            route = link.connection.routes.get(header.channel)
+            if route is None:
+                with self._lock:
+                    raise self._host.refusal(link.connection, header.channel)
+            route.receive(frame, received_ns)
+        elif header.kind == Kind.TIME_REQUEST:
+            (t1,) = _TIME.unpack(frame.payload)
+            now_ns = time.time_ns()
+            times = _TIMES.pack(t1, received_ns, now_ns)
+            link.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+        else:
+            with self._lock:
+                self._host.received(link.connection, frame)
+
+    def _act(self, action: Action) -> None:
+        link = self._links.get(action.connection)
+        if link is None:
+            return
+        match action:
+            case Send(connection, kind, body):
+                if kind in (Kind.WELCOME, Kind.JOINED) and connection.lane is not None:
+                    link.parser.lane = LaneKind.of(connection.lane)
+                body_bytes = body.to_bytes() if body else b""
+                link.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
+            case Close(_, ending):
+                link.end(ending, self._limits.linger_s)

@@ -1,0 +1,315 @@
+"""One device from WELCOME to the end of its last lane, as a state machine without I/O."""
+
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from ..errors import ErrorCode, LinkTestError, ProtocolError
+from ..table.stream_table import Topic
+from ..wire.frame import VERSION, Frame, Kind
+from ..wire.json_body import JsonBody
+from ..wire.messages import (
+    Bye,
+    Channel,
+    ChannelEnd,
+    Configure,
+    Configured,
+    Error,
+    Event,
+    Hello,
+    Join,
+    Joined,
+    PeerLimits,
+    Status,
+    StreamStatus,
+    Timeouts,
+    Welcome,
+)
+from .connection import Connection
+from .context import Context, Ending, Send, close, error_body
+from .report import Report, State, TopicReport
+from .sink import Applied
+from .statistics import Instance, TopicStatistics
+from .stream_state import news, stream_states
+from .streams import Demand, Streams
+from .throughput import LinkTrial
+
+_NEEDED_LANES = ("time", "sensors")
+_TEST_LANE = "link_test"
+_TOKEN_BYTES = 16
+
+
+class Session:
+    """Lanes, silence and farewells of one session; `streams` has the rest.
+
+    Methods raise ProtocolError when the device broke the protocol. Not thread-safe.
+
+    Args:
+        say: tells the user what happens.
+    """
+
+    def __init__(
+        self,
+        hello: Hello,
+        control: Connection,
+        instance: Instance,
+        context: Context,
+        say: Callable[[str], None],
+    ) -> None:
+        self.hello = hello
+        self.id = secrets.token_hex(_TOKEN_BYTES)
+        self.state = State.CONNECTED
+        self.streams = Streams(context.table, instance, context.sink, context.frame_prefix)
+        self.instance = instance
+        self.link = LinkTrial(context.clock, instance.received_bytes)
+        self.status: Status | None = None
+        self.skipped_frames = 0
+        self._context, self._say = context, say
+        self.control = control
+        self._tickets = {
+            lane: secrets.token_hex(_TOKEN_BYTES)
+            for lane in (*_NEEDED_LANES, _TEST_LANE, *context.table.image_lanes)
+        }
+        self._joined = {"control"}
+        self._open = {control}
+        self._began_s = self._heard_s = self._spoke_s = context.clock()
+        self._lane_ended_s: float | None = None
+        self._bye_s: float | None = None
+        self._handlers: dict[int, Callable[[bytearray], None]] = {
+            Kind.CHANNEL: lambda body: self._channel(Channel.parse(body)),
+            Kind.CHANNEL_END: lambda body: self.streams.end(ChannelEnd.parse(body)),
+            Kind.CONFIGURED: lambda body: self._configured(Configured.parse(body)),
+            Kind.STATUS: self._status,
+            Kind.FILLER: lambda body: self.link.filled(len(body)),
+            Kind.PING: lambda _: self.send(Kind.PONG),
+            Kind.PONG: lambda _: None,
+            Kind.EVENT: lambda body: self._event(Event.parse(body).told),
+            Kind.BYE: lambda body: self._bye(Bye.parse(body)),
+        }
+        control.lane = "control"
+
+    def __contains__(self, connection: Connection) -> bool:
+        return connection in self._open
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has ended and all its lanes but control are read to their end."""
+        return self.state is not State.CONNECTED and self._open <= {self.control}
+
+    def welcome(self, received: dict[str, int] | None) -> None:
+        """Sends WELCOME; `received` is None for an instance that is new here."""
+        limits = self._context.limits
+        self.send(
+            Kind.WELCOME,
+            Welcome(
+                version=VERSION,
+                session=self.id,
+                name=self._context.name,
+                software=self._context.software,
+                tickets=self._tickets,
+                received=received,
+                limits=PeerLimits(Kind.DATA.max_length),
+                timeouts=Timeouts(limits.handshake_s, limits.ping_s, limits.dead_s),
+            ),
+        )
+
+    def join(self, connection: Connection, join: Join) -> None:
+        """A new connection wants to be a lane."""
+        ticket = self._tickets.get(join.lane)
+        if join.session != self.id:
+            raise ProtocolError(ErrorCode.TICKET, "there is no such session")
+        if connection.peer != self.control.peer:
+            raise ProtocolError(ErrorCode.TICKET, "the session is another device's")
+        if ticket is None or self.state is not State.CONNECTED:
+            raise ProtocolError(ErrorCode.TICKET, f"no lane {join.lane!r} can be joined")
+        if not secrets.compare_digest(ticket.encode(), join.ticket.encode()):
+            raise ProtocolError(ErrorCode.TICKET, f"wrong ticket for lane {join.lane!r}")
+        if join.lane in self._joined:
+            raise ProtocolError(ErrorCode.TICKET, f"the ticket for lane {join.lane!r} is used")
+        self._joined.add(join.lane)
+        self._open.add(connection)
+        connection.lane = join.lane
+        connection.routes = self.streams.routes.get(join.lane, {})
+        self._context.act(Send(connection, Kind.JOINED, Joined(join.lane)))
+
+    @property
+    def _is_complete(self) -> bool:
+        return self._joined.issuperset(_NEEDED_LANES)
+
+    def send(self, kind: Kind, body: JsonBody | None = None) -> None:
+        """Sends on control."""
+        self._spoke_s = self._context.clock()
+        self._context.act(Send(self.control, kind, body))
+
+    def received(self, connection: Connection, frame: Frame) -> None:
+        """A frame other than DATA and TIME_REQUEST arrived on one of the lanes."""
+        if self.state is not State.CONNECTED:
+            return
+        if connection is self.control:
+            self._heard_s = self._context.clock()
+        if frame.header.kind == Kind.ERROR:
+            self._error(connection, Error.parse(frame.payload))
+        elif handle := self._handlers.get(frame.header.kind):
+            handle(frame.payload)
+        else:
+            self.skipped_frames += 1
+
+    def _channel(self, channel: Channel) -> None:
+        refusal = self.streams.announce(channel)
+        if refusal is not None:
+            self._event(str(refusal))
+            error = error_body(ProtocolError(ErrorCode.CHANNEL, str(refusal)))
+            self.send(Kind.ERROR, replace(error, fatal=False, channel=channel.id))
+        if self.streams.is_answered:
+            self._apply()
+
+    def _configured(self, configured: Configured) -> None:
+        known = self.streams.answers
+        self.streams.answer(configured)
+        for id, answer in self.streams.answers.items():
+            if answer.result != "applied" and answer != known.get(id):
+                self._event(f"{id} {answer.result}: {answer.reason!r}")
+        running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
+        self._event(f"streams: {', '.join(running) or 'none'}")
+        self._apply()
+
+    def _apply(self) -> None:
+        self._context.sink.configured(
+            Applied(
+                self.hello.name,
+                self.id,
+                self.streams.answers,
+                self.streams.topics,
+                self._stream_states(),
+            )
+        )
+
+    def _stream_states(self) -> dict[str, StreamStatus]:
+        return stream_states(self.streams.answers, self._told)
+
+    @property
+    def _told(self) -> Mapping[str, StreamStatus]:
+        return (self.status and self.status.streams) or {}
+
+    def advance(self, demand: Demand) -> None:
+        """Sends what is due of CONFIGURE and START."""
+        if self.state is not State.CONNECTED or not self._is_complete:
+            return
+        due = self.streams.due(demand)
+        if due is not None:
+            self.send(Kind.CONFIGURE if isinstance(due, Configure) else Kind.START, due)
+
+    def test_link(self) -> None:
+        """Asks for filler; report() has what became of it.
+
+        Raises:
+            LinkTestError: the device is not there yet or no more, or is being asked already.
+        """
+        if self.state is not State.CONNECTED or not self._is_complete:
+            raise LinkTestError("no headset is connected")
+        self.send(Kind.LINK_TEST, self.link.ask())
+
+    def _status(self, body: bytearray) -> None:
+        known, before = self._told, self._stream_states()
+        self.status = Status.parse(body)
+        now = self._stream_states()
+        for text in news(before, now):
+            self._event(text)
+        if now != before and self.streams.is_answered:
+            self._apply()
+        available = {id for id, it in now.items() if it.state == "available"}
+        if any(id not in known or known[id].state != "available" for id in available):
+            self.streams.ask_again()
+
+    def _error(self, connection: Connection, error: Error) -> None:
+        text = f"the device reports {error.code!r}: {error.message!r}"
+        if error.fatal:
+            self.finish(State.LOST, text)
+        else:
+            self._event(text)
+
+    def _bye(self, bye: Bye) -> None:
+        self._event(f"says goodbye: {bye.reason!r}")
+        self._bye_s = self._context.clock()
+        self._end_when_read()
+
+    def closed(self, connection: Connection, fault: str | None) -> None:
+        """A connection has ended and is read to its end; `fault` is None if between two frames."""
+        self._open.discard(connection)
+        if self.state is not State.CONNECTED:
+            return
+        if fault is not None and (self._bye_s is None or connection is not self.control):
+            self.finish(State.LOST, f"lane {connection.lane!r}: {fault}")
+        elif self._bye_s is not None:
+            self._end_when_read()
+        elif connection is self.control:
+            self.finish(State.LOST, "control ended without BYE")
+        elif self._lane_ended_s is None:
+            self._lane_ended_s = self._context.clock()
+
+    def _end_when_read(self) -> None:
+        if self._open <= {self.control}:
+            self.finish(State.ENDED, "every lane is read")
+
+    def tick(self) -> None:
+        """Time has passed."""
+        if self.state is not State.CONNECTED:
+            return
+        now, limits = self._context.clock(), self._context.limits
+        if self._bye_s is not None:
+            if now - self._bye_s > limits.dead_s:
+                self.finish(State.ENDED, "some lanes did not end after BYE")
+        elif now - self._heard_s > limits.dead_s:
+            self.fail(ProtocolError(ErrorCode.TIMEOUT, f"silent for {limits.dead_s} s"))
+        elif not self._is_complete and now - self._began_s > limits.handshake_s:
+            self.fail(ProtocolError(ErrorCode.TIMEOUT, "time and sensors were not joined"))
+        elif self._lane_ended_s is not None and now - self._lane_ended_s > limits.dead_s:
+            self.finish(State.LOST, "a lane ended without BYE", Bye("a lane ended"))
+        elif now - self._spoke_s >= limits.ping_s:
+            self.send(Kind.PING)
+
+    def fail(self, error: ProtocolError) -> None:
+        """Ends the session with an ERROR on control."""
+        self.finish(State.LOST, str(error), error_body(error))
+
+    def finish(self, state: State, reason: str, farewell: Bye | Error | None = None) -> None:
+        """Ends the session, which is not LOST after a BYE; what has arrived is still read."""
+        if self.state is not State.CONNECTED:
+            return
+        self.state = State.ENDED if self._bye_s is not None else state
+        self._event(f"session {self.state.value}: {reason}")
+        if farewell is not None:
+            self.send(Kind.BYE if isinstance(farewell, Bye) else Kind.ERROR, farewell)
+        for connection in self._open:
+            said = farewell is not None and connection is self.control
+            close(self._context, connection, Ending.DISCARD if said else Ending.DRAIN)
+
+    def report(self) -> Report:
+        """How it stands; may be called by any thread."""
+        status = self.status
+        return Report(
+            state=self.state,
+            headset=self.hello.name,
+            device_id=self.hello.device_id,
+            clock=status.clock if status else None,
+            skipped_frames=self.skipped_frames,
+            is_final=bool(status and status.final),
+            software=self.hello.software,
+            capabilities=self.hello.capabilities.streams,
+            permissions=self.hello.permissions,
+            answers=self.streams.answers,
+            link=self.link.report(),
+            thermal=status.thermal if status else None,
+            streams=self._stream_states(),
+            topics=[
+                self._topic_report(self.streams.topic(name), counts)
+                for name, counts in list(self.instance.topics.items())
+            ],
+        )
+
+    def _topic_report(self, topic: Topic, statistics: TopicStatistics) -> TopicReport:
+        device = self.status.channels.get(topic.name) if self.status else None
+        return TopicReport(topic, statistics, device, self.streams.is_running(topic.stream))
+
+    def _event(self, text: str) -> None:
+        self._say(f"{self.hello.name!r}: {text}")

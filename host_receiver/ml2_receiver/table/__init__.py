@@ -1,0 +1,1 @@
+"""The stream table: every stream, topic, key and mode."""

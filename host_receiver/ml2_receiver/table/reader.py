@@ -1,0 +1,243 @@
+"""Reads the stream table and proves that it is consistent."""
+
+import functools
+from collections.abc import Callable, Collection, Iterator, Mapping
+from importlib import resources
+from types import MappingProxyType
+from typing import Any
+
+import yaml
+
+from ..errors import TableError
+from ..wire.json_body import Scalar
+from .stream_table import (
+    CAMERA_KEYS,
+    MESSAGE_TYPE,
+    Condition,
+    CustomTopics,
+    Key,
+    Lane,
+    Mode,
+    Qos,
+    ReceiverTopic,
+    Section,
+    Stream,
+    StreamTable,
+    Topic,
+)
+
+Row = Mapping[str, Any]
+
+_KEY_TYPES = ("bool", "file", "number", "topic")
+
+
+@functools.cache
+def load_table() -> StreamTable:
+    """Returns the table that this package was built with.
+
+    Raises:
+        TableError: it contradicts itself.
+    """
+    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
+    return read_table(yaml.safe_load(text))
+
+
+def read_table(document: Row) -> StreamTable:
+    """The table in a parsed streams.yaml.
+
+    Raises:
+        TableError: naming the row that is wrong and what it may be.
+    """
+    try:
+        _one_of("schema", document["schema"], [1])
+        permissions = _each(document["permissions"], _protection)
+        sections = _each(document["sections"], lambda id, row: _section(id, row, permissions))
+        streams = _each(document["streams"], lambda id, row: _stream(id, row, document, sections))
+        _distinct([topic.name for stream in streams.values() for topic in stream.topics])
+        return StreamTable(
+            streams=streams,
+            sections=sections,
+            permissions=permissions,
+            qos=_each(document["qos"], lambda _, row: Qos(**row)),
+            lanes=_each(document["lanes"], lambda _, row: Lane(**row)),
+            image_lanes=tuple(
+                stream.id
+                for stream in streams.values()
+                if any(topic.lane == stream.id for topic in stream.topics)
+            ),
+            custom_topics=_custom_topics(document["custom_topics"], document),
+            receiver_topics=tuple(ReceiverTopic(**row) for row in document["receiver_topics"]),
+            world_frame=document["frames"]["world"],
+            head_frame=document["frames"]["head"],
+        )
+    except KeyError as error:
+        raise TableError(f"{error} is missing") from error
+    except (AttributeError, TypeError, ValueError) as error:
+        raise TableError(str(error)) from error
+
+
+def _each[T](rows: Row, build: Callable[[str, Any], T]) -> Mapping[str, T]:
+    return MappingProxyType({id: _named(id, build, id, row) for id, row in rows.items()})
+
+
+def _named[T](name: str, build: Callable[..., T], *arguments: Any) -> T:
+    """What `build` makes, with its complaints put under `name`."""
+    try:
+        return build(*arguments)
+    except KeyError as error:
+        raise ValueError(f"{name}: {error} is missing") from error
+    except (AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"{name}: {error}") from error
+
+
+def _one_of(what: str, value: object, allowed: Collection[object]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{what}: expected one of {', '.join(map(str, allowed))}, found {value}")
+
+
+def _distinct(names: list[str]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"topics of more than one stream: {', '.join(twice)}")
+
+
+def _protection(_: str, protection: str) -> str:
+    _one_of("protection", protection, ["dangerous", "normal"])
+    return protection
+
+
+def _section(id: str, row: Row, permissions: Collection[str]) -> Section:
+    for permission in row.get("permissions", ()):
+        _one_of("permission", permission, permissions)
+    modes = tuple(_mode(**mode) for mode in row.get("modes", ()))
+    keys = [*_camera_keys(modes, row["defaults"])] if modes else []
+    keys += (_named(name, _key, name, key) for name, key in row.get("keys", {}).items())
+    return Section(
+        id=id,
+        doc=row.get("doc", ""),
+        permissions=tuple(row.get("permissions", ())),
+        modes=modes,
+        keys=MappingProxyType({key.name: key for key in keys}),
+    )
+
+
+def _mode(
+    stream: int,
+    formats: list[str],
+    rates: list[int],
+    resolutions: list[list[int]],
+    delivers: Mapping[int, int] = MappingProxyType({}),
+) -> Mode:
+    return Mode(
+        stream=stream,
+        formats=tuple(formats),
+        rates=tuple(rates),
+        resolutions=tuple((width, height) for width, height in resolutions),
+        delivers=MappingProxyType(dict(delivers)),
+    )
+
+
+def _camera_keys(modes: tuple[Mode, ...], defaults: Row) -> Iterator[Key]:
+    def mode_key(name: str, type: str, values: set[Any], doc: str) -> Key:
+        return Key(name, type, defaults[name], doc, allowed=tuple(sorted(values)))
+
+    if not any(_allows(mode, defaults) for mode in modes):
+        raise ValueError(f"defaults: expected the values of one mode, found {defaults}")
+    sizes = {size for mode in modes for size in mode.resolutions}
+    rates = {rate for mode in modes for rate in mode.rates}
+    formats = {format for mode in modes for format in mode.formats}
+    yield Key("enabled", "bool", False, "Publish it.")
+    yield mode_key("stream", "integer", {mode.stream for mode in modes}, "Stream of the device.")
+    yield mode_key("resolution_width", "integer", {width for width, _ in sizes}, "In pixels.")
+    yield mode_key("resolution_height", "integer", {height for _, height in sizes}, "In pixels.")
+    yield mode_key("update_rate", "integer", rates, "In Hz.")
+    yield mode_key("format", "text", formats, "What the device delivers.")
+
+
+def _allows(mode: Mode, values: Row) -> bool:
+    return (
+        values["stream"] == mode.stream
+        and (values["resolution_width"], values["resolution_height"]) in mode.resolutions
+        and values["update_rate"] in mode.rates
+        and values["format"] in mode.formats
+    )
+
+
+def _key(name: str, row: Row) -> Key:
+    if isinstance(row["type"], list):
+        is_text = isinstance(row["default"], str)
+        choice = {**row, "type": "text" if is_text else "integer", "allowed": tuple(row["type"])}
+        _one_of("default", choice["default"], choice["allowed"])
+        return Key(name, **choice)
+    _one_of("type", row["type"], _KEY_TYPES)
+    return Key(name, **row)
+
+
+def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -> Stream:
+    _one_of("section", row["section"], sections)
+    _one_of("kind", row["kind"], document["kinds"])
+    section = sections[row["section"]]
+    when = row.get("when", {"enabled": True})
+    names = [*(CAMERA_KEYS if section.modes else ()), *row.get("values", ())]
+    values = tuple(name if "." in name else f"{section.id}.{name}" for name in names)
+    for dotted in values:
+        owner, _, name = dotted.partition(".")
+        _one_of("values", owner, sections)
+        _one_of("values", name, sections[owner].keys)
+    return Stream(
+        id=id,
+        section=section.id,
+        when=None if when == "any_stream" else _condition(when, section),
+        values=values,
+        backends=_backends(row["backends"], document, section),
+        topics=tuple(_topic(id, row, topic, document) for topic in document["kinds"][row["kind"]]),
+        frame=row["frame"],
+        body_frame=row.get("body_frame"),
+    )
+
+
+def _backends(name: str, document: Row, section: Section) -> Mapping[str, str]:
+    _one_of("backends", name, document["backends"])
+    backends: dict[str, str] = document["backends"][name]
+    key = section.keys.get("backend")
+    if key is not None and key.allowed != tuple(backends):
+        raise ValueError(f"backend: expected {', '.join(backends)}, found {key.allowed}")
+    return MappingProxyType(backends)
+
+
+def _condition(when: Row, section: Section) -> Mapping[str, Scalar]:
+    for name in when:
+        _one_of("when", name, section.keys)
+    return MappingProxyType(dict(when))
+
+
+def _custom_topics(row: Row, document: Row) -> CustomTopics:
+    _one_of("stream", row["stream"], document["streams"])
+    _one_of("lane", row["lane"], document["lanes"])
+    _one_of("qos", row["qos"], document["qos"])
+    return CustomTopics(**row)
+
+
+def _switch(when: Row, row: Row) -> Condition:
+    ((key, value),) = when.items()
+    _one_of("when", key, row.get("values", ()))
+    return Condition(key, value)
+
+
+def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
+    _one_of("lane", topic["lane"], document["lanes"])
+    _one_of("qos", topic["qos"], document["qos"])
+    if not MESSAGE_TYPE.fullmatch(topic["type"]):
+        raise ValueError(f"type: expected <package>/msg/<Name>, found {topic['type']}")
+    suffix = topic.get("suffix", "")
+    return Topic(
+        stream=stream,
+        role=topic["role"],
+        name=suffix if suffix.startswith("/") else "/".join(filter(None, (row["topic"], suffix))),
+        type=topic["type"],
+        lane=stream if topic["lane"] == "image" else topic["lane"],
+        qos=topic["qos"],
+        encoding=row.get("encoding") if topic["role"] == "image" else topic.get("encoding"),
+        when=_switch(topic["when"], row) if "when" in topic else None,
+        frame=row["frame"],
+    )

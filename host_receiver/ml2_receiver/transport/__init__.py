@@ -1,0 +1,1 @@
+"""Listening sockets, plaintext and TLS connections, and discovery."""

@@ -1,1 +1,0 @@
-"""What other commands see of a running receiver."""

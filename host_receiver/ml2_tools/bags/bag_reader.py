@@ -1,0 +1,182 @@
+"""Reads recordings, also those that a kill has cut off."""
+
+import io
+import re
+import struct
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+from ml2_receiver.errors import ProtocolError, RecordingError
+from ml2_receiver.topics.config_topic import ConfigText
+from ml2_receiver.topics.string_message import decode_string
+from ml2_receiver.wire.frame import Kind
+
+# A chunk of ours ends with the message that makes it larger than 4 MiB.
+_MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
+_MOST_DIGITS = 18
+_CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
+_BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """`time_ns` is when it was received; `payload` is as it was sent."""
+
+    topic: str
+    time_ns: int
+    payload: bytes
+
+
+class Bag:
+    """One recording, of this receiver or of any other program that writes rosbag2 as MCAP.
+
+    Args:
+        path: the folder, with one or several .mcap files, or one of them.
+
+    Attributes:
+        types: the type of each topic, by its absolute name.
+
+    Raises:
+        RecordingError: it cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._files = _files(path)
+        self.types = self._read_types()
+
+    @property
+    def size_bytes(self) -> int:
+        return sum(file.stat().st_size for file in self._files)
+
+    def messages(self) -> Iterator[BagMessage]:
+        """All of them in the order of the files, that of their arrival, with CRCs checked.
+
+        Raises:
+            RecordingError: a file is broken before its end; a mere end is none.
+        """
+        for file in self._files:
+            names: dict[int, str] = {}
+            for record in _records(file):
+                if isinstance(record, Channel):
+                    names[record.id] = record.topic
+                elif isinstance(record, Message):
+                    if record.channel_id not in names:
+                        raise RecordingError(f"{file}: message of an unknown channel")
+                    yield BagMessage(names[record.channel_id], record.log_time, record.data)
+
+    def _read_types(self) -> Mapping[str, str]:
+        types = {}
+        for file in self._files:
+            schemas: dict[int, str] = {}
+            for record in _indexed(file) or _records(file):
+                if isinstance(record, Schema):
+                    schemas[record.id] = record.name
+                elif isinstance(record, Channel):
+                    types[record.topic] = schemas.get(record.schema_id, "")
+        return types
+
+
+class BagReader(Bag):
+    """One recording of `ml2-receiver record`.
+
+    Attributes:
+        config: what the headset made of the first configuration.
+        prefix: of the headset's topics.
+
+    Raises:
+        RecordingError: it cannot be read, or `ml2-receiver record` has not written it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._path = path
+        configs = [
+            name
+            for name, type in self.types.items()
+            if name.endswith(_CONFIG_SUFFIX) and type == _STRING
+        ]
+        if len(configs) != 1:
+            raise RecordingError(f"{path} is not of ml2-receiver: it has no topic .../config")
+        self.prefix = configs[0].removesuffix(_CONFIG_SUFFIX)
+        self.config = self._read_config(configs[0])
+
+    def _read_config(self, topic: str) -> ConfigText:
+        for message in self.messages():
+            if message.topic == topic:
+                try:
+                    return ConfigText.parse(decode_string(message.payload))
+                except (ValueError, ProtocolError) as error:
+                    raise RecordingError(f"{self._path}: {topic}: {error}") from error
+        raise RecordingError(f"{self._path} has nothing of a headset")
+
+
+def _broken_up(chunk: Chunk) -> list[McapRecord]:
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        size = max(size, zstandard.frame_content_size(chunk.data))
+    elif chunk.compression:
+        raise ValueError(f"compression is {chunk.compression!r}, expected 'zstd' or none")
+    if size > _MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk has {size} B, expected at most {_MAX_RECORD_BYTES}")
+    return breakup_chunk(chunk, validate_crc=True)
+
+
+def _indexed(path: Path) -> list[McapRecord]:
+    """Schemas and channels by the index; nothing where that is missing."""
+    with _opened(path) as file, suppress(*_BROKEN, OSError):
+        summary = SeekingReader(file, record_size_limit=_MAX_RECORD_BYTES).get_summary()
+        if summary is not None:
+            return [*summary.schemas.values(), *summary.channels.values()]
+    return []
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    with _opened(path) as file:
+        reader = StreamReader(
+            file, emit_chunks=True, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES
+        )
+        try:
+            for record in reader.records:
+                yield from _broken_up(record) if isinstance(record, Chunk) else [record]
+        except _BROKEN as error:
+            if file.tell() < path.stat().st_size or file.tell() == 0:
+                raise RecordingError(f"{path} is broken: {error}") from error
+
+
+def _files(path: Path) -> list[Path]:
+    """In the order of their numbers, NAME_0 and so on."""
+    if not path.is_dir():
+        return [path]
+    files = list(path.glob("*.mcap"))
+    if not files:
+        raise RecordingError(f"expected .mcap files in {path}, found none")
+    return sorted(files, key=lambda file: (_number(file), file.name))
+
+
+def _number(file: Path) -> int:
+    last = re.search(r"(\d+)\D*$", file.stem)
+    return int(last[1][:_MOST_DIGITS]) if last else 0
+
+
+class _BoundedFile(io.BufferedReader):
+    """Believes no length that is larger than a record may be."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is None or not 0 <= size <= _MAX_RECORD_BYTES:
+            raise ValueError(f"a length of {size} B")
+        return super().read(size)
+
+
+def _opened(path: Path) -> _BoundedFile:
+    try:
+        return _BoundedFile(io.FileIO(path))
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror}") from error

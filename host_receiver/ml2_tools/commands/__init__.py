@@ -1,0 +1,1 @@
+"""The subcommands that work on topics and recordings."""

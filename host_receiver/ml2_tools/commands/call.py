@@ -1,0 +1,48 @@
+"""ml2-receiver call: calls a service of a running receiver."""
+
+import argparse
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.live import PATIENCE_S, receiver_client
+from ml2_receiver.commands.options import add_name
+from ml2_receiver.errors import RosError
+
+_SERVICES = {
+    "start": "let the streams run",
+    "stop": "stop all streams; the headset stays connected",
+    "save_config": "write the configuration in force to its file",
+    "reload": "read that file again",
+    "start_recording": "record into the folder of parameter record.folder; see `record --attach`",
+    "stop_recording": "end that recording",
+    "test_link": "try what the link to the headset carries; /diagnostics has it in a few seconds",
+}
+_EPILOG = f"""\
+services:
+{"".join(f"  {name:<15} {what}\n" for name, what in _SERVICES.items())}
+It does what `ros2 service call /ml2_receiver/SERVICE std_srvs/srv/Trigger` does. Streams are
+enabled by `ml2-receiver set`.
+
+Exit code: 0, or 2 when the receiver could not do it, with its reason.
+
+examples:
+  ml2-receiver call stop
+  ml2-receiver call save_config --name robot1
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "call", help="start and stop streams, save and reload the configuration", epilog=_EPILOG
+    )
+    parser.add_argument("service", choices=tuple(_SERVICES), help="see below")
+    add_name(parser)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    with receiver_client(options.name, PATIENCE_S) as client:
+        is_done, said = client.call(options.service)
+    if not is_done:
+        raise RosError(said)
+    print(said or "done")
+    return 0

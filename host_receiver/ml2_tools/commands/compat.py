@@ -1,0 +1,53 @@
+"""ml2-receiver compat: topics as the thesis's scripts had them."""
+
+import argparse
+import sys
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_profile
+from ml2_receiver.commands.stopping import stop_signal
+
+_EPILOG = """\
+For programs written against the thesis's scripts (docs/from_the_thesis.md). Beside `run`, it makes
+what differed and cannot be remapped, while somebody subscribes to it:
+
+  OUT/CAMERA/metadata                 as lines of text
+  OUT/gyro_left/imu, accel_left/imu   and so on, in the axes and with the frame ids of then
+  OUT/gyro/imu, OUT/accel/imu         its older names, from the left unit
+  /MagicLeap/config                   the configuration as JSON, whenever somebody asks on /request
+
+examples:
+  ml2-receiver compat
+  ml2-receiver compat --name robot1 --out /robot1/thesis
+
+Whatever follows --ros-args goes to ROS 2.
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "compat", help="publish topics as the thesis's scripts did, beside `run`", epilog=_EPILOG
+    )
+    parser.add_argument(
+        "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
+    )
+    parser.add_argument("--out", default="/thesis", help="of its topics; default: /thesis")
+    add_name(parser)
+    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    stopping = stop_signal()
+    use_profile()
+    with ros_needed():
+        from ..compatibility.node import CompatibilityNode
+    name = options.name
+    prefix = f"/{name}{options.prefix}" if name else options.prefix
+    node = CompatibilityNode(prefix, options.out, node_arguments(options.ros_args, name))
+    print(f"ready to republish topics of {prefix} below {options.out}", flush=True)
+    node.spin(stopping)
+    for reason, count in node.losses.counts().items():
+        print(f"not republished: {count}: {reason}", file=sys.stderr)
+    return 0

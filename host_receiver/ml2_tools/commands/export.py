@@ -1,0 +1,165 @@
+"""ml2-receiver export: what the receiver publishes, in the files of other programs."""
+
+import argparse
+from pathlib import Path
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.live import PATIENCE_S
+from ml2_receiver.commands.ros_start import ros_needed
+from ml2_receiver.errors import ExportError
+from ml2_receiver.table.reader import load_table
+
+from ..bags.bag_reader import BagReader
+from ..export import open_vins, orb_slam3
+from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
+from ..export.rig import Rig
+from .reading import progress
+
+_IMUS = ("imu_left", "imu_right", "imu_compute_pack")
+_NOISE = {
+    "accelerometer_noise_density": "m/s^2/sqrt(Hz)",
+    "accelerometer_random_walk": "m/s^3/sqrt(Hz)",
+    "gyroscope_noise_density": "rad/s/sqrt(Hz)",
+    "gyroscope_random_walk": "rad/s^2/sqrt(Hz)",
+}
+_EPILOG = """\
+--kalibr looks at a running `ml2-receiver run` with a headset, or at a bag that is played, unless
+there is --bag. --euroc wants --bag; beside the data it writes settings for ORB-SLAM3, and for
+OpenVINS where there is an IMU. Their trajectories go into `evaluate --trajectory`.
+
+examples:
+  ml2-receiver export --kalibr calibration
+  ml2-receiver export --kalibr calibration --bag walk
+  ml2-receiver export --euroc data --bag walk --cameras world_left
+  ml2-receiver export --kalibr calibration --cameras world_left world_right --imu imu_left \\
+    --accelerometer-noise-density 0.002 --accelerometer-random-walk 0.0003 \\
+    --gyroscope-noise-density 0.0002 --gyroscope-random-walk 0.00002
+
+Noise of the IMUs is nowhere documented: take it from your own Allan deviation.
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "export",
+        help="write cameras and their places as Kalibr YAML, or a recording in EuRoC's format",
+        epilog=_EPILOG,
+    )
+    parser.add_argument(
+        "--kalibr",
+        type=Path,
+        metavar="FOLDER",
+        help="where camchain.yaml and imu.yaml go; files that are there are not replaced",
+    )
+    parser.add_argument(
+        "--euroc", type=Path, metavar="FOLDER", help="where mav0 goes, with images and IMU"
+    )
+    parser.add_argument("--bag", type=Path, metavar="BAG", help="folder that `record` made")
+    parser.add_argument(
+        "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
+    )
+    parser.add_argument(
+        "--cameras",
+        nargs="+",
+        choices=CAMERAS,
+        default=[],
+        metavar="CAMERA",
+        help=f"cam0, cam1, ...; default: those that run of {', '.join(CAMERAS)}",
+    )
+    parser.add_argument("--imu", choices=_IMUS, help="write this IMU too; needs its noise")
+    for name, unit in _NOISE.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=unit)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.kalibr is None and options.euroc is None:
+        raise ExportError("expected --kalibr FOLDER or --euroc FOLDER, found neither")
+    if options.euroc is not None and options.bag is None:
+        raise ExportError("--euroc is of a recording: say which one by --bag")
+    noise = _noise(options)
+    reader = None if options.bag is None else BagReader(options.bag)
+    rig = _rig(options, reader)
+    prefix = options.prefix if reader is None else reader.prefix
+    topic = None
+    if options.imu is not None:
+        (imu_topic,) = load_table().streams[options.imu].topics
+        topic = imu_topic.full_name(prefix)
+    if options.kalibr is not None:
+        _export_kalibr(options.kalibr, rig, topic, noise)
+    if reader is not None and options.euroc is not None:
+        _export_euroc(options.euroc, reader, rig, topic, noise)
+    return 0
+
+
+def _rig(options: argparse.Namespace, reader: BagReader | None) -> Rig:
+    if reader is not None:
+        from ..export.recorded_rig import read_rig
+
+        return read_rig(reader, options.cameras, options.imu)
+    with ros_needed():
+        from ..export.live_rig import look
+    return look(options.prefix, options.cameras, options.imu, PATIENCE_S)
+
+
+def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | None) -> None:
+    texts = {"camchain.yaml": camchain(rig.cameras)}
+    if noise is not None and topic is not None and rig.imu_rate_hz is not None:
+        texts["imu.yaml"] = imu(topic, rig.imu_rate_hz, noise)
+    _write(folder, texts)
+    print("T_cam_imu is not in camchain.yaml: the headset does not say where its IMUs are.")
+    print("kalibr_calibrate_imu_camera finds it from a recording.")
+
+
+def _export_euroc(
+    folder: Path, reader: BagReader, rig: Rig, topic: str | None, noise: ImuNoise | None
+) -> None:
+    try:
+        from ..export.euroc import write_euroc
+    except ModuleNotFoundError as error:
+        needed = f"--euroc needs {error.name}: pip install './host_receiver[products]'"
+        raise ExportError(needed) from error
+    with progress(reader, "writing") as on_bytes:
+        stamps_ns, *_ = write_euroc(folder, reader, rig, topic, noise, on_bytes)
+    print(f"wrote {folder / 'mav0'}")
+    rate_hz = round((len(stamps_ns) - 1) / ((stamps_ns[-1] - stamps_ns[0]) / 1e9))
+    texts = {
+        "orb_slam3.yaml": orb_slam3.settings(rig.cameras[0].calibration, rate_hz),
+        "orb_slam3_times.txt": orb_slam3.times(stamps_ns),
+    }
+    if noise is not None and topic is not None and rig.imu_rate_hz is not None:
+        texts["estimator_config.yaml"] = open_vins.estimator_config()
+        texts[open_vins.IMU_CHAIN] = open_vins.imu_chain(topic, rig.imu_rate_hz, noise)
+    _write(folder, texts)
+
+
+def _noise(options: argparse.Namespace) -> ImuNoise | None:
+    values = {name: getattr(options, name) for name in _NOISE}
+    if options.imu is None:
+        given = [_option(name) for name, value in values.items() if value is not None]
+        if given:
+            raise ExportError(f"{given[0]} is of an IMU: say which one by --imu")
+        return None
+    for name, value in values.items():
+        if value is None or not 0 < value < float("inf"):
+            expected = f"expected {_option(name)} with --imu, above 0, in {_NOISE[name]}"
+            raise ExportError(f"{expected}, found {'nothing' if value is None else value}")
+    return ImuNoise(**values)
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _write(folder: Path, texts: dict[str, str]) -> None:
+    """All of them, or none where one is there already."""
+    existing = [folder / name for name in texts if (folder / name).exists()]
+    if existing:
+        raise ExportError(f"{existing[0]} is there already")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, "utf-8")
+            print(f"wrote {folder / name}")
+    except OSError as error:
+        raise ExportError(f"{folder} cannot be written: {error.strerror}") from error

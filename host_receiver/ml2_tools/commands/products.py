@@ -1,0 +1,60 @@
+"""ml2-receiver products: clouds, registered depth and rectified images."""
+
+import argparse
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_profile
+from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.errors import ProductsError
+
+_EPILOG = """\
+Beside a running `ml2-receiver run`, or a bag that is played; each topic is made only while
+somebody subscribes to it:
+  PREFIX/depth/points                    PointCloud2, coloured while the colour camera runs
+  PREFIX/depth/image_rect                depth without distortion
+  PREFIX/CAMERA/image_rect               color, world_left, world_center, world_right
+  PREFIX/aligned_depth_to_CAMERA/image_raw, camera_info    depth in the pixels of CAMERA
+
+examples:
+  ml2-receiver products
+  ml2-receiver products --name robot1        of a receiver with that name
+
+Whatever follows --ros-args goes to ROS 2.
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "products",
+        help="make point clouds, registered depth and rectified images",
+        epilog=_EPILOG,
+    )
+    parser.add_argument(
+        "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
+    )
+    add_name(parser)
+    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    stopping = stop_signal()
+    use_profile()
+    with ros_needed():
+        try:
+            from ..products.node import ProductsNode  # reads the profile
+        except ModuleNotFoundError as error:
+            if error.name != "cv2":
+                raise
+            raise ProductsError(
+                "products need OpenCV: apt install python3-opencv,"
+                " or pip install './host_receiver[products]'"
+            ) from error
+    name = options.name
+    prefix = f"/{name}{options.prefix}" if name else options.prefix
+    frame_prefix = f"{name}/" if name else ""
+    node = ProductsNode(prefix, frame_prefix, node_arguments(options.ros_args, name))
+    print(f"ready to make products of {prefix}", flush=True)
+    node.spin(stopping)
+    return 0

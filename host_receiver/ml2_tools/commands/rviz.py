@@ -1,0 +1,77 @@
+"""ml2-receiver rviz: writes an RViz configuration for one receiver."""
+
+import argparse
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.options import add_name
+from ml2_receiver.errors import ExportError
+from ml2_receiver.table.reader import load_table
+
+_EPILOG = """\
+RViz shows nothing of a display until its topic is published, so this also prints what each display
+needs. An existing file is not replaced, as RViz saves its layout into it.
+
+examples:
+  ml2-receiver rviz --out ml2.rviz
+  ml2-receiver rviz --name robot1 --out robot1.rviz
+"""
+# Of topics that `ml2-receiver products` makes of images of a stream.
+_PRODUCTS = ("points", "image_rect")
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "rviz", help="write an RViz configuration for a receiver", epilog=_EPILOG
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="where it goes")
+    parser.add_argument(
+        "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
+    )
+    add_name(parser)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    text = resources.files("ml2_tools").joinpath("data/template.rviz").read_text("utf-8")
+    rviz = yaml.safe_load(text)
+    _address(rviz["Visualization Manager"], options.name, options.prefix)
+    try:
+        with options.out.open("x", encoding="utf-8") as file:
+            yaml.safe_dump(rviz, file, sort_keys=False)
+    except FileExistsError as error:
+        raise ExportError(f"{options.out} is there already: choose another --out") from error
+    except OSError as error:
+        raise ExportError(f"{options.out} cannot be written: {error.strerror}") from error
+    print(f"wrote {options.out}; open it with: rviz2 -d {options.out}\n")
+    for display, needs in _needs(yaml.safe_load(text)["Visualization Manager"], options.name):
+        print(f"{display:<14} needs {needs}")
+    return 0
+
+
+def _address(manager: Any, name: str, prefix: str) -> None:
+    """Gives the template a receiver's frames and topics."""
+    table, frames = load_table(), f"{name}/" if name else ""
+    manager["Global Options"]["Fixed Frame"] = frames + table.world_frame
+    manager["Views"]["Current"]["Target Frame"] = frames + table.head_frame
+    for display in manager["Displays"]:
+        if "Topic" in display:
+            topics = f"/{name}{prefix}" if name else prefix
+            display["Topic"]["Value"] = f"{topics}/{display['Topic']['Value']}"
+
+
+def _needs(manager: Any, name: str) -> Iterator[tuple[str, str]]:
+    products = f"`ml2-receiver products{f' --name {name}' if name else ''}`"
+    for display in manager["Displays"]:
+        if "Topic" not in display:
+            continue
+        stream, _, rest = display["Topic"]["Value"].partition("/")
+        section = load_table().streams[stream].section
+        needs = f"{section}.enabled=true"
+        yield display["Name"], f"{needs} and {products}" if rest in _PRODUCTS else needs
+    yield "TF", "head tracking: the headset is worn and sees its surroundings"

@@ -1,0 +1,56 @@
+"""ml2-receiver topics: what each topic does at the moment."""
+
+import argparse
+import json
+import sys
+
+from rich.console import Console
+from rich.live import Live
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
+from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.stopping import stop_signal
+
+from ..monitoring.topic_table import topic_figures, topic_table
+
+_REDRAW_S = 0.5
+_WIDTH = 150
+_EPILOG = """\
+"lost" is every message that was produced and not published. Cameras promise a rate, other
+streams do not. Exit code: 0, or 2 without a receiver.
+
+examples:
+  ml2-receiver topics                live, until Ctrl-C
+  ml2-receiver topics --once
+  ml2-receiver topics --json | jq '.[] | {topic, rate_hz, lost}'
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "topics",
+        help="show rates, losses and latencies of every topic while `run` runs",
+        epilog=_EPILOG,
+    )
+    parser.add_argument("--once", action="store_true", help="print them once and end")
+    parser.add_argument("--json", action="store_true", help="print them once, as a list of objects")
+    add_name(parser)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    stopping = stop_signal()
+    console = Console(width=None if sys.stdout.isatty() else _WIDTH)
+    with diagnostics_node() as node:
+        rows = node.rows(options.name, PATIENCE_S)
+        if options.json:
+            print(json.dumps(topic_figures(rows), indent=2))
+        elif options.once:
+            console.print(topic_table(rows))
+        else:
+            print("watching until Ctrl-C", flush=True)
+            with Live(topic_table(rows), console=console, auto_refresh=False) as live:
+                while not stopping.wait(_REDRAW_S):
+                    live.update(topic_table(node.rows(options.name, PATIENCE_S)), refresh=True)
+    return 0

@@ -1,0 +1,115 @@
+"""What the thesis's scripts sent, made of the receiver's topics; see docs/from_the_thesis.md."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import StreamTable
+from ml2_receiver.topics.config_topic import ConfigText
+from ml2_receiver.wire.json_body import Scalar
+
+# The sections of its configuration, and what a camera had there.
+_CAMERAS = (
+    "picture_center",
+    "depth_center",
+    *(f"world_{place}" for place in ("center", "right", "left")),
+    *(f"eye_temple_{side}" for side in ("right", "left")),
+    *(f"eye_nasal_{side}" for side in ("right", "left")),
+)
+_KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
+_OTHERS = "other_sensors"
+# Where the tangential coefficients stand, by model.
+_TANGENTIAL_FROM = {"fisheye_tangential": 4}
+
+
+def metadata_text(metadata: str) -> str:
+    """Lines of `Name: value`, unrounded, of the JSON of a metadata topic.
+
+    Raises:
+        ValueError: this is no metadata.
+    """
+    try:
+        document = json.loads(metadata)
+        if not isinstance(document, dict):
+            raise TypeError("expected an object")
+        return "".join(f"{line}\n" for line in _lines(document))
+    except (AttributeError, KeyError, TypeError, RecursionError) as error:
+        raise ValueError(f"no metadata: {type(error).__name__}: {error}") from error
+
+
+def _lines(it: Mapping[str, Any]) -> Iterator[str]:
+    if "analog_gain" in it:
+        yield f"AnalogGain: {it['analog_gain']}"
+    if "digital_gain" in it:
+        yield f"DigitalGain: {it['digital_gain']}"
+    if "exposure_ns" in it:
+        yield f"ExposureTime: {it['exposure_ns'] / 1e6}"
+    if "illumination" in it:
+        yield f"IlluminationType: {it['illumination'].capitalize()}"
+    if "intrinsics" in it:
+        lens = it["intrinsics"]
+        coefficients, model = lens["distortion"], lens["distortion_model"]
+        yield f"Focal Length: {_pair(lens['focal_length'])}"
+        yield f"Principal Point: {_pair(lens['principal_point'])}"
+        if model in _TANGENTIAL_FROM:
+            first = _TANGENTIAL_FROM[model]
+            yield f"Radial Distortion: {_list(coefficients[:first])}"
+            yield f"Tangential Distortion: {_list(coefficients[first:])}"
+        else:
+            yield f"Distortion: {_list(coefficients)}"
+
+
+def _pair(values: Any) -> str:
+    x, y = values
+    return f"({x}, {y})"
+
+
+def _list(values: Any) -> str:
+    return f"[{','.join(str(float(it)) for it in values)}]"
+
+
+def turn_imu(message: Any, frame: str) -> Any:
+    """The sensor_msgs/Imu itself, in the axes and the frame that it had then.
+
+    Both vectors are turned by -90 degrees about z, and what was not measured is zeros.
+    """
+    message.header.frame_id = frame
+    for vector in (message.angular_velocity, message.linear_acceleration):
+        vector.x, vector.y = vector.y, -vector.x
+    for covariance in (
+        message.angular_velocity_covariance,
+        message.linear_acceleration_covariance,
+    ):
+        covariance[:] = 0.0
+    return message
+
+
+def configuration_text(applied: str, prefix: str) -> str:
+    """Its configuration as JSON, of the text of the receiver's topic `config`.
+
+    Raises:
+        ProtocolError: this is no such text.
+    """
+    table = load_table()
+    streams = ConfigText.parse(applied.encode()).streams
+    running = {
+        table.streams[id].section: entry.values or {}
+        for id, entry in streams.items()
+        if id in table.streams and entry.result != "refused"
+    }
+    sections: dict[str, Mapping[str, Scalar]] = {"general": {"topic_name": prefix}}
+    for section in _CAMERAS:
+        sections[section] = _camera(table, section, running)
+    sections[_OTHERS] = {"enabled": _OTHERS in running}
+    return json.dumps(sections)
+
+
+def _camera(
+    table: StreamTable, section: str, running: Mapping[str, Mapping[str, Scalar]]
+) -> Mapping[str, Scalar]:
+    defaults = {key: table.sections[section].keys[key].default for key in _KEYS}
+    values = {key: value for key, value in running.get(section, {}).items() if key in _KEYS}
+    return {"enabled": section in running, **defaults, **values}

@@ -1,0 +1,156 @@
+"""An evaluation as files for people and programs."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ml2_receiver.errors import EvaluationError
+
+from .comparison import STATISTICS
+from .estimator import Trajectory
+from .evaluation import Agreement, Evaluation, summary
+from .plots import Pictured, pictures
+from .tum import write_tum
+
+_CAPTIONS = {
+    "plane": "Where the camera went, from above. The estimate is coloured by its error.",
+    "space": "The same in space.",
+    "axes": "Position over time.",
+    "angles": "Direction of the camera's body (x forward, y left, z up) over time.",
+    "errors": "Error over time.",
+}
+_EXPLANATION = """\
+The estimator was given the images and the camera's lens, nothing else. Its trajectory was scaled,
+turned and moved as a whole onto the reference (Sim(3), Umeyama); the errors are what is left.
+The time offset is what, added to the images' stamps, would give the least error: a shift that
+images and poses have in common shows only against the truth."""
+_HEADINGS = ("estimate and headset", "estimate and truth", "headset and truth")
+_STYLE = """\
+body { font: 16px/1.5 sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
+table { border-collapse: collapse } td, th { padding: .2rem 1rem .2rem 0; text-align: left }
+td + td, th + th { text-align: right } figure { margin: 2rem 0 } img { max-width: 100% }"""
+
+
+def write_report(folder: Path, evaluation: Evaluation) -> None:
+    """report.json, report.md, report.html (one file with its pictures), PNG and TUM files.
+
+    Files of an earlier evaluation are replaced.
+
+    Raises:
+        EvaluationError: `folder` cannot be written to.
+    """
+    drawn = pictures(_pictured(evaluation))
+    figures = summary(evaluation)
+    rows = list(table(figures))
+    title = f"{figures['recording']}: {evaluation.camera} by {evaluation.estimator}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "report.json").write_text(json.dumps(figures, indent=2) + "\n", "utf-8")
+        (folder / "report.md").write_text(_markdown(title, rows, drawn), "utf-8")
+        (folder / "report.html").write_text(_page(title, rows, drawn), "utf-8")
+        for name, picture in drawn.items():
+            (folder / f"{name}.png").write_bytes(picture)
+        write_tum(folder / "headset.tum", evaluation.headset.reference)
+        write_tum(folder / "estimate.tum", _aligned(evaluation.estimate, evaluation.headset))
+    except OSError as error:
+        raise EvaluationError(f"cannot write to {folder}: {error.strerror}") from error
+
+
+def table(figures: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """A heading, then rows; with two more columns where the truth is known."""
+    with_truth = [figures[key] for key in ("truth", "headset_against_truth") if figures[key]]
+    yield ("", *_HEADINGS[: 1 + len(with_truth)])
+    blank = [""] * len(with_truth)
+    yield "duration", f"{figures['duration_s']:.1f} s", *blank
+    for what in ("sent", "received", "placed"):
+        yield f"images {what}", f"{figures[f'images_{what}']}", *blank
+    for name, tell in _TOLD.items():
+        yield name, *(tell(it) for it in (figures, *with_truth))
+
+
+def _error(name: str, figures: Mapping[str, Any]) -> str:
+    return f"{figures[f'{name}_m'] * 100:.2f} cm"
+
+
+def _relative(key: str, factor: float, unit: str, figures: Mapping[str, Any]) -> str:
+    value = figures[key].get("rmse")
+    return "no metre walked" if value is None else f"{value * factor:.2f} {unit}"
+
+
+def _offset(figures: Mapping[str, Any]) -> str:
+    value = figures["time_offset_s"]
+    return "cannot be told" if value is None else f"{value * 1000:.2f} ms"
+
+
+_TOLD: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    "path": lambda it: f"{it['path_m']:.2f} m",
+    "matched pairs": lambda it: f"{it['matched_pairs']}",
+    "longest time in a pair": lambda it: f"{it['max_dt_s'] * 1000:.3f} ms",
+    **{f"error, {name}": partial(_error, name) for name in STATISTICS},
+    "error per metre, rmse": partial(_relative, "rpe_m_per_m", 100, "cm"),
+    "turn per metre, rmse": partial(_relative, "rpe_deg_per_m", 1, "deg"),
+    "time offset": _offset,
+}
+
+
+def _aligned(estimate: Trajectory, agreement: Agreement) -> Trajectory:
+    """In the reference's world, with rotations that are still rotations."""
+    alignment = agreement.comparison.alignment
+    scale = np.cbrt(np.linalg.det(alignment[:3, :3]))
+    moved = []
+    for stamp_ns, pose in estimate:
+        placed = alignment @ pose
+        placed[:3, :3] /= scale
+        moved.append((stamp_ns, placed))
+    return moved
+
+
+def _pictured(it: Evaluation) -> Pictured:
+    first, last = it.estimate[0][0], it.estimate[-1][0]
+    during = [(at, pose) for at, pose in it.headset.reference if first <= at <= last]
+    comparison = it.headset.comparison
+    estimate = _aligned(it.estimate, it.headset)
+    return Pictured(during, estimate, comparison.stamps_s, comparison.errors_m)
+
+
+def _markdown(title: str, rows: list[tuple[str, ...]], drawn: Mapping[str, bytes]) -> str:
+    lines = [f"# {title}", "", _EXPLANATION, "", *_markdown_table(rows), ""]
+    for name in drawn:
+        lines += [f"![{_CAPTIONS[name]}]({name}.png)", ""]
+    return "\n".join(lines)
+
+
+def _markdown_table(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    heading, *rest = (f"| {' | '.join(row)} |" for row in rows)
+    yield heading
+    yield "|---" * len(rows[0]) + "|"
+    yield from rest
+
+
+def _page(title: str, rows: list[tuple[str, ...]], drawn: Mapping[str, bytes]) -> str:
+    cells = ("<tr>" + "".join(f"<td>{html.escape(it)}</td>" for it in row) for row in rows)
+    figures = (
+        f'<figure><img alt="" src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
+        f"<figcaption>{_CAPTIONS[name]}</figcaption></figure>"
+        for name, picture in drawn.items()
+    )
+    return "\n".join(
+        [
+            f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}',
+            f"</title><style>{_STYLE}</style><h1>{html.escape(title)}</h1>",
+            f"<p>{html.escape(_EXPLANATION)}</p>",
+            "<table>",
+            *cells,
+            "</table>",
+            *figures,
+            "</html>\n",
+        ]
+    )

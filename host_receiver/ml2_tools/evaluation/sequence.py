@@ -1,0 +1,193 @@
+"""Images and poses of one camera in a recording."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ml2_receiver.errors import EvaluationError
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.stamps import stamp_reader
+from ml2_receiver.topics.string_message import decode_string
+
+from ..bags.bag_reader import BagReader
+from ..bags.decoding import decoder
+from ..geometry.camera import Camera, camera_of, metadata_stamp_ns
+from ..geometry.transform_tree import Tree
+from ..images.pixels import JpegDecoder, pixels_of
+from .estimator import Images, Trajectory
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """What a recording has of one camera.
+
+    Attributes:
+        topic: of the images, and `type` theirs.
+        camera: as its first camera_info, with the metadata of the same capture, describes it.
+        images_sent: how many captures the headset counted from the first to the last that it tells
+            of; where it counted none, as many as arrived.
+        stamps_ns: of the images that arrived.
+        reference: where /tf says that the optical frame was in the world, by rising stamp.
+    """
+
+    bag: Path
+    topic: str
+    type: str
+    camera: Camera
+    images_sent: int
+    stamps_ns: list[int]
+    reference: Trajectory
+
+    def images(self) -> Images:
+        """Reads the images from the recording, one at a time.
+
+        Raises:
+            RecordingError: the recording is broken.
+            EvaluationError: a message is no image, or stamps do not rise.
+        """
+        messages = (it for it in BagReader(self.bag).messages() if it.topic == self.topic)
+        where = f"{self.bag}: {self.topic}"
+        return grey_images((it.payload for it in messages), self.type, where)
+
+
+def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
+    """Decodes images, each when it is asked for.
+
+    Args:
+        where: they come from, for errors.
+
+    Raises:
+        EvaluationError: a message is no image, or stamps do not rise.
+    """
+    jpeg, read_stamp, last_ns = JpegDecoder(), stamp_reader(type), -1
+    decode = decoder(type)
+    for payload in payloads:
+        try:
+            image, stamp_ns = decode(payload), read_stamp(payload)
+            if hasattr(image, "format"):
+                pixels = cv2.cvtColor(jpeg(image), cv2.COLOR_BGR2GRAY)
+            else:
+                pixels = pixels_of(image)
+            if stamp_ns <= last_ns:
+                raise ValueError(f"stamp {stamp_ns} comes after {last_ns}")
+        except ValueError as error:
+            raise EvaluationError(f"{where}: {error}") from error
+        last_ns = stamp_ns
+        yield stamp_ns, pixels.astype(np.uint8, copy=False)
+
+
+def read_sequence(bag: Path, camera: str) -> Sequence:
+    """All but the images, which are read as often as they are asked for.
+
+    Args:
+        camera: its stream, such as world_center.
+
+    Raises:
+        RecordingError: it is no recording of this receiver.
+        EvaluationError: it has not this camera's images, camera_info and poses.
+    """
+    reader = BagReader(bag)
+    parts = Parts(reader.prefix, camera)
+    for message in reader.messages():
+        parts.take(message.topic, message.payload)
+    return parts.sequence(bag)
+
+
+class Parts:
+    """Collects what a Sequence is made of, message by message; of images the stamps alone.
+
+    Args:
+        prefix: of the headset's topics.
+        camera: its stream, such as world_center.
+
+    Attributes:
+        types: of the topics that are needed, by absolute name.
+        image: which of them has the images.
+    """
+
+    def __init__(self, prefix: str, camera: str) -> None:
+        topics = {topic.role: topic for topic in load_table().streams[camera].topics}
+        self._names = {role: topic.full_name(prefix) for role, topic in topics.items()}
+        self.types = {topic.full_name(prefix): topic.type for topic in topics.values()}
+        self.types |= dict.fromkeys(_TRANSFORMS, _TF)
+        self.image = self._names["image"]
+        self._camera = camera
+        self._read_stamp = stamp_reader(self.types[self.image])
+        self._stamps_ns: list[int] = []
+        self._payloads: dict[str, list[bytes]] = {name: [] for name in self.types}
+
+    def take(self, topic: str, payload: bytes) -> None:
+        """A message of any topic."""
+        if topic == self.image:
+            self._stamps_ns.append(self._read_stamp(payload))
+        elif topic in self._payloads:
+            self._payloads[topic].append(payload)
+
+    def camera(self) -> Camera | None:
+        """As its first camera_info describes it; None before that and the metadata are here.
+
+        Raises:
+            EvaluationError: they describe no camera.
+        """
+        infos, texts = (self._payloads[self._names[it]] for it in ("camera_info", "metadata"))
+        if not infos or not texts:
+            return None
+        try:
+            return _camera(infos[0], [decode_string(it).decode() for it in texts])[0]
+        except ValueError as error:
+            raise EvaluationError(f"{self._camera}: {error}") from error
+
+    def sequence(self, bag: Path) -> Sequence:
+        """Of all that was taken.
+
+        Raises:
+            EvaluationError: it has not this camera's images, camera_info and poses.
+        """
+        payloads, camera = self._payloads, self._camera
+        infos = payloads[self._names["camera_info"]]
+        if not self._stamps_ns or not infos:
+            raise EvaluationError(f"{bag} has no images with camera_info of {camera}")
+        try:
+            texts = [decode_string(it).decode() for it in payloads[self._names["metadata"]]]
+            lens, frame = _camera(infos[0], texts)
+            reference = _poses(payloads, camera, frame)
+            captures = _captures(texts) or len(self._stamps_ns)
+        except ValueError as error:
+            raise EvaluationError(f"{bag}: {camera}: {error}") from error
+        if not reference:
+            raise EvaluationError(f"{bag}: /tf never says where {frame} is")
+        type = self.types[self.image]
+        return Sequence(bag, self.image, type, lens, captures, self._stamps_ns, reference)
+
+
+_TRANSFORMS = ("/tf", "/tf_static")
+_INFO, _TF = "sensor_msgs/msg/CameraInfo", "tf2_msgs/msg/TFMessage"
+
+
+def _camera(info_payload: bytes, metadata: list[str]) -> tuple[Camera, str]:
+    """With the name of its optical frame."""
+    read_stamp = stamp_reader(_INFO)
+    same = (it for it in metadata if metadata_stamp_ns(it) == read_stamp(info_payload))
+    info = decoder(_INFO)(info_payload)
+    return camera_of(info, next(same, None)), str(info.header.frame_id)
+
+
+def _poses(payloads: dict[str, list[bytes]], camera: str, frame: str) -> Trajectory:
+    tree = Tree.of({frame: camera})
+    for payload in payloads["/tf_static"]:
+        tree.stand(decoder(_TF)(payload))
+    messages = (decoder(_TF)(payload) for payload in payloads["/tf"])
+    return sorted({at: pose for it in messages for _, at, pose in tree.poses(it)}.items())
+
+
+def _captures(metadata: list[str]) -> int:
+    """By their numbers, which count those that never arrived too; 0 where there are none."""
+    numbers = [json.loads(it).get("frame_number") for it in metadata]
+    counted = [number for number in numbers if isinstance(number, int)]
+    return max(counted) - min(counted) + 1 if counted else 0

@@ -1,0 +1,128 @@
+"""The reference estimator: COLMAP's structure from motion over all images at once."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import pycolmap
+
+from ml2_receiver.errors import EvaluationError
+
+from ..geometry.camera import Camera
+from ..images.rectification import rectify
+from .estimator import Images, Trajectory
+from .placement import Map
+
+# Every so many images one is a key: it helps to make the map. The others are placed in it.
+_KEY_INTERVAL = 4
+# Each key is matched with those so many keys before it.
+_REACHES = (1, 2, 4, 8)
+# Every so many keys one is matched with all of its kind, to find places again.
+_LOOP_INTERVAL = 6
+# Of the first pair and of every point, at least: COLMAP's own, then those of one that hardly moves.
+_PARALLAX_DEG = ((16.0, 1.5), (2.0, 0.3))
+_LARGEST_SIDE_PX = 640
+_FEATURES = 1500
+_SEED = 1
+
+
+def structure_from_motion(images: Images, camera: Camera) -> Trajectory:
+    """An Estimator, to be given a minute or more; the lens is taken as given, not refined."""
+    pycolmap.logging.minloglevel = pycolmap.logging.Level.FATAL.value
+    pycolmap.set_random_seed(_SEED)
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        stamps_ns, pinhole = _write_pinhole_images(folder / "images", images, camera)
+        if len(stamps_ns) < 2:
+            raise EvaluationError("one image is no trajectory")
+        names = [_name(stamp_ns) for stamp_ns in stamps_ns]
+        keys = names[::_KEY_INTERVAL]
+        _find_features(folder, pinhole, keys)
+        _match(folder, list(_pairs(keys)))
+        map_ = Map(_model(folder), folder / "images")
+        poses = (
+            map_.pose(name, keys[index // _KEY_INTERVAL :][:2]) for index, name in enumerate(names)
+        )
+        return [(at, it) for at, it in zip(stamps_ns, poses, strict=True) if it is not None]
+
+
+def _name(stamp_ns: int) -> str:
+    return f"{stamp_ns:020d}.png"
+
+
+def _write_pinhole_images(
+    folder: Path, images: Images, camera: Camera
+) -> tuple[list[int], pycolmap.Camera]:
+    """Their stamps, and the camera that would have taken them so."""
+    folder.mkdir()
+    width, height = camera.lens.width, camera.lens.height
+    scale = min(1.0, _LARGEST_SIDE_PX / max(width, height))
+    size = round(width * scale), round(height * scale)
+    stamps_ns = []
+    for stamp_ns, image in images:
+        try:
+            rectified = rectify(image, camera)
+        except ValueError as error:
+            raise EvaluationError(str(error)) from error
+        small = cv2.resize(rectified, size, interpolation=cv2.INTER_AREA)
+        cv2.imwrite(str(folder / _name(stamp_ns)), small, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        stamps_ns.append(stamp_ns)
+    fx, _, cx, _, fy, cy, *_ = camera.matrix
+    # COLMAP's pixel centres are at halves, those of ROS at whole numbers.
+    parameters = (fx * scale, fy * scale, (cx + 0.5) * scale, (cy + 0.5) * scale)
+    return stamps_ns, pycolmap.Camera(
+        model="PINHOLE", width=size[0], height=size[1], params=parameters
+    )
+
+
+def _find_features(folder: Path, pinhole: pycolmap.Camera, keys: Sequence[str]) -> None:
+    options = pycolmap.FeatureExtractionOptions()
+    options.sift.max_num_features = _FEATURES
+    options.sift.first_octave = 0
+    reader = pycolmap.ImageReaderOptions()
+    reader.camera_model = pinhole.model.name
+    reader.camera_params = pinhole.params_to_string()
+    pycolmap.extract_features(
+        folder / "database",
+        folder / "images",
+        image_names=keys,
+        camera_mode=pycolmap.CameraMode.SINGLE,
+        reader_options=reader,
+        extraction_options=options,
+    )
+
+
+def _pairs(keys: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for reach in _REACHES:
+        yield from zip(keys, keys[reach:], strict=False)
+    yield from itertools.combinations(keys[::_LOOP_INTERVAL], 2)
+
+
+def _match(folder: Path, pairs: Sequence[tuple[str, str]]) -> None:
+    path = folder / "pairs.txt"
+    path.write_text("".join(f"{one} {other}\n" for one, other in dict.fromkeys(pairs)))
+    pairing = pycolmap.ImportedPairingOptions()
+    pairing.match_list_path = path
+    pycolmap.match_image_pairs(folder / "database", pairing_options=pairing)
+
+
+def _model(folder: Path) -> pycolmap.Reconstruction:
+    """The largest of those that the keys give."""
+    options = pycolmap.IncrementalPipelineOptions()
+    options.random_seed = _SEED
+    options.extract_colors = False
+    options.ba_refine_focal_length = options.ba_refine_extra_params = False
+    options.mapper.abs_pose_refine_focal_length = False
+    options.mapper.abs_pose_refine_extra_params = False
+    for first_deg, least_deg in _PARALLAX_DEG:
+        options.mapper.init_min_tri_angle = first_deg
+        options.mapper.filter_min_tri_angle = options.triangulation.min_angle = least_deg
+        paths = folder / "database", folder / "images", folder
+        models = pycolmap.incremental_mapping(*paths, options)
+        if models:
+            return max(models.values(), key=lambda model: model.num_reg_images())
+    raise EvaluationError("structure from motion finds no parallax: did the camera move sideways?")

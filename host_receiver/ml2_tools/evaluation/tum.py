@@ -1,0 +1,97 @@
+"""Trajectories as TUM files: seconds, then x y z in metres, then the quaternion x y z w."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+
+from ml2_receiver.errors import EvaluationError
+
+from ..geometry.pose import Pose, pose_of
+from .estimator import Trajectory
+
+_MOST_BYTES = 100_000_000
+_NANOS_PER_SECOND = 1_000_000_000
+
+
+def write_tum(path: Path, trajectory: Trajectory) -> None:
+    """All nine decimals of each stamp are kept."""
+    with path.open("w") as file:
+        file.writelines(_line(stamp_ns, pose) for stamp_ns, pose in trajectory)
+
+
+def read_tum(path: Path) -> Trajectory:
+    """By rising stamp; `#` begins a comment.
+
+    Raises:
+        EvaluationError: it cannot be read, or is another format.
+    """
+    return read_rows(path, tum_row)
+
+
+def read_rows(path: Path, row: Callable[[list[str]], tuple[int, Pose]]) -> Trajectory:
+    """As read_tum(), of another format.
+
+    Args:
+        row: makes stamp_ns and a pose of the words of a line, or raises ValueError.
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        raise EvaluationError(f"cannot read {path}: {error.strerror}") from error
+    if len(text) > _MOST_BYTES:
+        raise EvaluationError(f"{path} has over {_MOST_BYTES} B, too many for a trajectory")
+    poses: dict[int, Pose] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.partition(b"#")[0].decode("ascii", "replace").split()
+        try:
+            poses |= [row(words)] if words else []
+        except ValueError as error:
+            raise EvaluationError(f"{path}:{number}: {error}") from error
+    return sorted(poses.items())
+
+
+def _line(stamp_ns: int, pose: Pose) -> str:
+    seconds, nanos = divmod(stamp_ns, _NANOS_PER_SECOND)
+    numbers = " ".join(f"{it:.9f}" for it in (*pose[:3, 3], *quaternion(pose)))
+    return f"{seconds}.{nanos:09d} {numbers}\n"
+
+
+def quaternion(pose: Pose) -> tuple[float, ...]:
+    """The rotation of a 4x4 matrix as x y z w."""
+    vector = cv2.Rodrigues(pose[:3, :3])[0].ravel()
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector * (math.sin(angle / 2) / angle) if angle else vector
+    return float(x), float(y), float(z), math.cos(angle / 2)
+
+
+def tum_row(words: list[str]) -> tuple[int, Pose]:
+    """Of a TUM file.
+
+    Raises:
+        ValueError: it is of another format.
+    """
+    if len(words) != 8:
+        raise ValueError(f"expected 8 numbers, found {len(words)} words")
+    return nanos_of(words[0]), pose_of_words(words[1:4], words[4:])
+
+
+def nanos_of(seconds: str) -> int:
+    """Exactly."""
+    whole, _, decimals = seconds.partition(".")
+    return int(whole) * _NANOS_PER_SECOND + int(decimals[:9].ljust(9, "0"))
+
+
+def pose_of_words(position: list[str], quaternion: list[str]) -> Pose:
+    """From x y z, and x y z w."""
+    x, y, z = map(float, position)
+    qx, qy, qz, qw = map(float, quaternion)
+    translation = SimpleNamespace(x=x, y=y, z=z)
+    rotation = SimpleNamespace(x=qx, y=qy, z=qz, w=qw)
+    return pose_of(SimpleNamespace(translation=translation, rotation=rotation))

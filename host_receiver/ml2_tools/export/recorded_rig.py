@@ -1,0 +1,123 @@
+"""Cameras, their places and an IMU's rate in a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ml2_receiver.errors import ExportError
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.stamps import header_stamp_ns
+
+from ..bags.bag_reader import BagMessage, BagReader
+from ..bags.decoding import decoder
+from ..geometry.pose import Pose
+from ..geometry.transform_tree import Tree
+from .kalibr import CAMERAS, RigCamera
+from .rig import Rig, calibration_of
+
+_IMU, _INFO = "sensor_msgs/msg/Imu", "sensor_msgs/msg/CameraInfo"
+_TF, _TF_STATIC, _TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
+
+
+@dataclass
+class _Found:
+    """What one pass over the recording leaves."""
+
+    infos: dict[str, Any] = field(default_factory=dict)
+    transforms: list[Any] = field(default_factory=list)
+    static: list[Any] = field(default_factory=list)
+    imu_ns: set[int] = field(default_factory=set)
+
+
+def recorded_cameras(reader: BagReader) -> tuple[str, ...]:
+    """Streams of CAMERAS that have a camera_info in the recording."""
+    return tuple(it for it in CAMERAS if f"{reader.prefix}/{it}/camera_info" in reader.types)
+
+
+def read_rig(reader: BagReader, cameras: Sequence[str], imu: str | None) -> Rig:
+    """Looks at all of the recording.
+
+    Args:
+        cameras: ids of streams; none means all of CAMERAS that are there.
+        imu: of which stream to measure the rate, if of any.
+
+    Raises:
+        ExportError: something is not there; says what.
+        RecordingError: the recording is broken.
+    """
+    cameras = cameras or recorded_cameras(reader)
+    if not cameras:
+        raise ExportError(f"no camera of {', '.join(CAMERAS)} is in the recording")
+    found = _read(reader, cameras, imu)
+    if missing := [it for it in cameras if it not in found.infos]:
+        raise ExportError(f"no camera_info of {', '.join(missing)} is in the recording")
+    if imu is not None and len(found.imu_ns) < 2:
+        raise ExportError(f"no {reader.prefix}/{imu}/imu is in the recording")
+    poses = _poses(found, cameras)
+    topics = {camera: load_table().streams[camera].topics[0] for camera in cameras}
+    rig_cameras = (
+        RigCamera(topics[it].full_name(reader.prefix), calibration_of(found.infos[it]), poses[it])
+        for it in cameras
+    )
+    return Rig(tuple(rig_cameras), _rate_hz(found.imu_ns))
+
+
+def _read(reader: BagReader, cameras: Sequence[str], imu: str | None) -> _Found:
+    found = _Found()
+    takers: dict[str, Callable[[BagMessage], None]] = {
+        _TF: lambda it: found.transforms.append(_decoded(it, _TRANSFORMS)),
+        _TF_STATIC: lambda it: found.static.append(_decoded(it, _TRANSFORMS)),
+        f"{reader.prefix}/{imu}/imu": lambda it: found.imu_ns.add(
+            header_stamp_ns(_decoded(it, _IMU).header)
+        ),
+    }
+
+    def take_info(camera: str, message: BagMessage) -> None:
+        if camera not in found.infos:
+            found.infos[camera] = _decoded(message, _INFO)
+
+    infos = {f"{reader.prefix}/{camera}/camera_info": camera for camera in cameras}
+    for message in reader.messages():
+        if message.topic in infos:
+            take_info(infos[message.topic], message)
+        elif message.topic in takers:
+            takers[message.topic](message)
+    return found
+
+
+def _decoded(message: BagMessage, type: str) -> Any:
+    try:
+        return decoder(type)(message.payload)
+    except ValueError as error:
+        raise ExportError(f"{message.topic}: {error}") from error
+
+
+def _poses(found: _Found, cameras: Sequence[str]) -> dict[str, Pose]:
+    """At the last instant that has all; a single camera is nowhere in particular."""
+    if len(cameras) == 1:
+        return {cameras[0]: np.eye(4)}
+    frames = {found.infos[it].header.frame_id: it for it in cameras}
+    tree = Tree.of(frames)
+    instants: dict[int, dict[str, Pose]] = {}
+    try:
+        for message in found.static:
+            tree.stand(message)
+        for message in found.transforms:
+            for camera, at_ns, pose in tree.poses(message):
+                instants.setdefault(at_ns, {})[camera] = pose
+    except ValueError as error:
+        raise ExportError(f"a transform of the recording: {error}") from error
+    whole = [at_ns for at_ns, poses in instants.items() if len(poses) == len(cameras)]
+    if not whole:
+        raise ExportError(f"no instant has transforms of all of {', '.join(sorted(frames))}")
+    return instants[max(whole)]
+
+
+def _rate_hz(stamps_ns: set[int]) -> float | None:
+    if len(stamps_ns) < 2:
+        return None
+    return (len(stamps_ns) - 1) / ((max(stamps_ns) - min(stamps_ns)) / 1e9)

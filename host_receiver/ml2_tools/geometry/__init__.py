@@ -1,0 +1,1 @@
+"""Poses, lenses, cameras and the transform tree."""

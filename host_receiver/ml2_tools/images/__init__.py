@@ -1,0 +1,1 @@
+"""Pixels of image messages, and their rectification."""

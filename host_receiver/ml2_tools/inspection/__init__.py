@@ -1,0 +1,1 @@
+"""Checks a recording: stamps, pairs, coverage, timing."""

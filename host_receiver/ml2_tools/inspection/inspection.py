@@ -1,0 +1,52 @@
+"""All checks of a recording."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ml2_receiver.errors import RecordingError
+
+from ..bags.bag_reader import Bag
+from .check import VERDICTS, Check, Verdict
+from .coverage import coverage
+from .pairing import pairing
+from .survey import survey
+from .timing import timing
+from .transform_stamps import transform_stamps
+
+_MOST_SHOWN = 200
+
+
+def inspect(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> list[Check]:
+    """Looks at every topic; reads the recording once.
+
+    Args:
+        on_bytes: hears of each payload's length, for a progress bar against `bag.size_bytes`.
+
+    Raises:
+        RecordingError: the file is broken before its end, or no message in it can be judged.
+    """
+    if not bag.types:
+        raise RecordingError("this is no recording: it has no topics")
+    found = survey(bag, on_bytes)
+    checks = [check for name, topic in found.topics.items() for check in timing(name, topic)]
+    checks += [*pairing(found), *coverage(found), *transform_stamps(found)]
+    if worst(checks) != "wrong" and not any(topic.stamps for topic in found.topics.values()):
+        topics = ", ".join(f"{name} ({topic.type})" for name, topic in found.topics.items())
+        raise RecordingError(
+            "nothing here can be checked: expected ROS messages with stamps, found only"
+            f" {topics[:_MOST_SHOWN]}"
+        )
+    return sorted(checks, key=lambda check: check.topic)
+
+
+def worst(checks: Sequence[Check]) -> Verdict:
+    """The verdict on all of them; of none, ok."""
+    return max((check.verdict for check in checks), key=VERDICTS.index, default="ok")
+
+
+def as_objects(checks: Sequence[Check]) -> list[dict[str, Any]]:
+    """For JSON."""
+    return [dataclasses.asdict(check) for check in checks]

@@ -1,0 +1,137 @@
+"""What the checks need of a recording, read in one pass; images themselves are not kept."""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ml2_receiver.errors import ProtocolError
+from ml2_receiver.generated.message_definitions import DEFINITIONS
+from ml2_receiver.topics.config_topic import ConfigText
+from ml2_receiver.topics.stamps import header_stamp_ns, stamp_reader
+from ml2_receiver.topics.string_message import decode_string
+
+from ..bags.bag_reader import Bag
+from ..bags.decoding import decoder
+
+type Stamps = NDArray[np.int64]
+
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+_STRING = "std_msgs/msg/String"
+READ = {TRANSFORMS, _STRING, *DEFINITIONS}
+_MOST_FRAMES = 1000
+
+
+@dataclass
+class TopicRecord:
+    """One topic, in the order of its messages.
+
+    Attributes:
+        frames: frame ids of the headers, and how often.
+        sizes: width and height of images or of camera_info, and how often.
+        broken: payloads that are not of the type, and `fault` what the first one said.
+        promised_hz: what the headset said that it would send, None if it did not.
+    """
+
+    type: str
+    stamps: array[int] = field(default_factory=lambda: array("q"))
+    received: array[int] = field(default_factory=lambda: array("q"))
+    frames: Counter[str] = field(default_factory=Counter)
+    sizes: Counter[tuple[int, int]] = field(default_factory=Counter)
+    messages: int = 0
+    broken: int = 0
+    fault: str = ""
+    promised_hz: float | None = None
+
+    @property
+    def stamps_ns(self) -> Stamps:
+        return np.array(self.stamps, np.int64)
+
+    @property
+    def received_ns(self) -> Stamps:
+        """When the messages with these stamps were recorded."""
+        return np.array(self.received, np.int64)
+
+
+@dataclass
+class Survey:
+    """All topics by absolute name, and stamps of transforms by parent and child."""
+
+    topics: dict[str, TopicRecord]
+    transforms: dict[tuple[str, str], array[int]] = field(default_factory=dict)
+    static: set[tuple[str, str]] = field(default_factory=set)
+
+
+def survey(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> Survey:
+    """Reads all of the recording; `on_bytes` hears of each payload that was read.
+
+    Raises:
+        RecordingError: the file is broken before its end.
+    """
+    found = Survey({name: TopicRecord(type) for name, type in sorted(bag.types.items())})
+    for message in bag.messages():
+        topic = found.topics.setdefault(message.topic, TopicRecord(""))
+        topic.messages += 1
+        try:
+            _take(found, message.topic, message.time_ns, message.payload)
+        except ValueError as error:
+            topic.broken += 1
+            topic.fault = topic.fault or str(error)[:200]
+        on_bytes(len(message.payload))
+    return found
+
+
+def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
+    topic = found.topics[name]
+    if topic.type == _STRING:
+        if name.endswith("/config"):
+            _promise(found, payload)
+        elif name.endswith("/metadata"):
+            _stamp(topic, stamp_reader(_STRING)(payload), time_ns)
+    elif topic.type == TRANSFORMS:
+        is_static = name.endswith("_static")
+        for stamp in _transforms(found, payload, is_static=is_static):
+            if not is_static:
+                _stamp(topic, stamp, time_ns)
+    elif topic.type in DEFINITIONS:
+        message = decoder(topic.type)(payload)
+        _stamp(topic, header_stamp_ns(message.header), time_ns)
+        if len(topic.frames) < _MOST_FRAMES:
+            topic.frames[message.header.frame_id] += 1
+        if hasattr(message, "width") and len(topic.sizes) < _MOST_FRAMES:
+            topic.sizes[message.width, message.height] += 1
+
+
+def _stamp(topic: TopicRecord, stamp: int, time_ns: int) -> None:
+    topic.stamps.append(stamp)
+    topic.received.append(time_ns)
+
+
+def _transforms(found: Survey, payload: bytes, *, is_static: bool) -> Iterator[int]:
+    """The first stamp of a message stands for it."""
+    transforms = decoder(TRANSFORMS)(payload).transforms
+    for number, it in enumerate(transforms):
+        edge = it.header.frame_id, it.child_frame_id
+        if is_static:
+            found.static.add(edge)
+        elif edge in found.transforms or len(found.transforms) < _MOST_FRAMES:
+            found.transforms.setdefault(edge, array("q")).append(header_stamp_ns(it.header))
+        if number == 0:
+            yield header_stamp_ns(it.header)
+
+
+def _promise(found: Survey, payload: bytes) -> None:
+    try:
+        streams = ConfigText.parse(decode_string(payload)).streams.values()
+    except ProtocolError as error:
+        raise ValueError(str(error)) from error
+    for stream in streams:
+        rate = (stream.values or {}).get("update_rate")
+        for entry in stream.topics:
+            if isinstance(rate, int | float) and rate > 0 and entry.topic in found.topics:
+                found.topics[entry.topic].promised_hz = float(rate)

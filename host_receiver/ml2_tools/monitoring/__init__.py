@@ -1,0 +1,1 @@
+"""Reads the topics and diagnostics of running receivers."""

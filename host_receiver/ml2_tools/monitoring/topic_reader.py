@@ -1,0 +1,117 @@
+"""Messages of one topic, as text."""
+
+from __future__ import annotations
+
+import array
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import rclpy
+import yaml
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from ml2_receiver.errors import RosError
+from ml2_receiver.ros.context import start_ros
+from ml2_receiver.topics.message_types import message_class
+
+_WAIT_S = 0.1
+_DEPTH = 10
+_MOST_ELEMENTS = 16
+
+
+def messages(topic: str, patience_s: float, stopping: threading.Event) -> Iterator[Any]:
+    """The messages that are published on a topic, until `stopping`.
+
+    Args:
+        patience_s: how long to wait for a publisher.
+
+    Raises:
+        RosError: nobody publishes it, or its type is not installed.
+    """
+    context = start_ros()
+    node = rclpy.create_node("ml2_echo", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    arrived: list[Any] = []
+    try:
+        type = _found(node, executor, topic, patience_s, stopping)
+        if type is None:
+            return
+        node.create_subscription(_class(type), topic, arrived.append, _qos(node, topic))
+        while not stopping.is_set():
+            executor.spin_once(timeout_sec=_WAIT_S)
+            while arrived:
+                yield arrived.pop(0)
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+
+def as_text(message: Any) -> str:
+    """YAML, with the first elements of long arrays and their number."""
+    return yaml.safe_dump(
+        _plain(message),
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=None,
+        width=float("inf"),
+    )
+
+
+def _found(
+    node: Node,
+    executor: SingleThreadedExecutor,
+    topic: str,
+    patience_s: float,
+    stopping: threading.Event,
+) -> str | None:
+    """The topic's type, once somebody publishes it; None when `stopping` comes first."""
+    deadline_s = time.monotonic() + patience_s
+    while time.monotonic() < deadline_s:
+        if stopping.is_set():
+            return None
+        types = dict(node.get_topic_names_and_types())
+        if topic in types and node.count_publishers(topic):
+            return str(types[topic][0])
+        executor.spin_once(timeout_sec=_WAIT_S)
+    raise RosError(
+        f"nobody publishes {topic} within {patience_s:g} s: `ml2-receiver topics` has those of a"
+        " running receiver"
+    )
+
+
+def _class(type: str) -> Any:
+    try:
+        return message_class(type)
+    except ImportError as error:
+        raise RosError(f"a topic of the type {type} cannot be shown: {error}") from error
+
+
+def _qos(node: Node, name: str) -> QoSProfile:
+    """One that all publishers of a topic match."""
+    offered = [it.qos_profile for it in node.get_publishers_info_by_topic(name)]
+    is_latched = all(it.durability == DurabilityPolicy.TRANSIENT_LOCAL for it in offered)
+    is_reliable = all(it.reliability == ReliabilityPolicy.RELIABLE for it in offered)
+    return QoSProfile(
+        depth=_DEPTH,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+    )
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "get_fields_and_field_types"):
+        return {it: _plain(getattr(value, it)) for it in value.get_fields_and_field_types()}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, bytes | bytearray | array.array | np.ndarray | list | tuple):
+        shown = [_plain(it) for it in value[:_MOST_ELEMENTS]]
+        rest = [] if len(value) <= _MOST_ELEMENTS else [f"... {len(value)} in all"]
+        return shown + rest
+    return value

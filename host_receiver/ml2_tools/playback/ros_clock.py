@@ -1,0 +1,54 @@
+"""The time of a recording that is played, for ROS nodes with `use_sim_time`."""
+
+from __future__ import annotations
+
+import threading
+from types import TracebackType
+from typing import Self
+
+import rclpy
+from builtin_interfaces.msg import Time
+from rosgraph_msgs.msg import Clock
+
+from ml2_receiver.ros.context import start_ros
+
+from .timeline import Timeline
+
+_PERIOD_S = 0.01
+_NANOS_PER_SECOND = 1_000_000_000
+
+
+class RosClock:
+    """Publishes a timeline on /clock, 100 times a second, while it is entered.
+
+    As with `ros2 bag play --clock`, the time is when messages were received when they were
+    recorded, and stands still while playing is paused.
+
+    Raises:
+        RosError: ROS does not start.
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._timeline = timeline
+        self._context = start_ros()
+        self._node = rclpy.create_node("ml2_play", context=self._context)
+        self._publisher = self._node.create_publisher(Clock, "/clock", 1)
+        self._leaving = threading.Event()
+        self._thread = threading.Thread(target=self._publish, name="clock")
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
+    ) -> None:
+        self._leaving.set()
+        self._thread.join()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def _publish(self) -> None:
+        while not self._leaving.wait(_PERIOD_S):
+            sec, nanosec = divmod(self._timeline.now_ns(), _NANOS_PER_SECOND)
+            self._publisher.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))

@@ -1,0 +1,212 @@
+"""The ROS node of the products."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from ml2_receiver.ros.context import spin_until, start_ros
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
+from ml2_receiver.topics.message_types import message_class
+from ml2_receiver.topics.stamps import header_stamp_ns
+
+from ..geometry.camera import metadata_stamp_ns
+from ..geometry.transform_tree import STATIC_DEPTH, Tree
+from .product import Points, Product, Shared, all_products
+
+_PERIOD_S = 1.0
+_TF, _TF_STATIC = "/tf", "/tf_static"
+
+
+class ProductsNode:
+    """The node `ml2_products`: makes each product while somebody subscribes to it, and only then.
+
+    It publishes what it made, and what it could not and why, to /diagnostics.
+
+    Args:
+        prefix: of the receiver's topics, and of these.
+        frame_prefix: of the headset's frame ids.
+        arguments: for ROS, as `["--ros-args", ...]`.
+
+    Raises:
+        RosError: ROS does not take them.
+    """
+
+    def __init__(self, prefix: str, frame_prefix: str, arguments: Sequence[str]) -> None:
+        self._table, self._prefix = load_table(), prefix
+        self._context = start_ros(arguments)
+        self._node = rclpy.create_node("ml2_products", context=self._context)
+        self._shared = Shared()
+        self._products = all_products(self._shared)
+        cameras = {camera for product in self._products for camera in product.inputs}
+        self._tree = Tree(
+            {frame_prefix + self._table.streams[camera].frame: camera for camera in cameras},
+            frame_prefix + self._table.world_frame,
+            frame_prefix + self._table.head_frame,
+        )
+        self._published: Counter[str] = Counter()
+        self._busy_s: defaultdict[str, float] = defaultdict(float)
+        self._subscriptions: dict[str, Subscription] = {}
+        self._publishers = {
+            topic: self._publisher(topic, type)
+            for product in self._products
+            for topic, type in product.types.items()
+        }
+        latched = QoSProfile(
+            depth=1,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+            reliability=ReliabilityPolicy.RELIABLE,
+        )
+        self._node.create_subscription(String, f"{prefix}/config", self._configured, latched)
+        static = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._node.create_subscription(TFMessage, _TF_STATIC, self._stood, static)
+        self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._node.create_timer(_PERIOD_S, self._tick)
+
+    def spin(self, stopping: threading.Event) -> None:
+        """Works until `stopping` is set, then ends the node."""
+        spin_until(stopping, self._node, self._context)
+
+    def _publisher(self, topic: str, type: str) -> Publisher:
+        return self._node.create_publisher(
+            message_class(type),
+            f"{self._prefix}/{topic}",
+            self._table.qos["image"].depth,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            event_callbacks=PublisherEventCallbacks(matched=lambda _: self._subscribe()),
+        )
+
+    def _active(self) -> list[Product]:
+        return [product for product in self._products if self._is_wanted(product)]
+
+    def _is_wanted(self, product: Product) -> bool:
+        return any(self._publishers[topic].get_subscription_count() for topic in product.types)
+
+    def _subscribe(self) -> None:
+        """To what the products that somebody wants are made of, and to nothing else."""
+        for product in self._products:
+            if isinstance(product, Points):
+                image = self._topic("color", "image").full_name(self._prefix)
+                product.colour(self._node.count_publishers(image) > 0)
+        wanted = {
+            (camera, part)
+            for product in self._active()
+            for camera, parts in product.inputs.items()
+            for part in parts
+            if part != "transform"
+        }
+        sources = {self._topic(*it).full_name(self._prefix): it for it in wanted}
+        needs_tf = any(
+            "transform" in parts for it in self._active() for parts in it.inputs.values()
+        )
+        for name in self._subscriptions.keys() - sources.keys() - ({_TF} if needs_tf else set()):
+            self._node.destroy_subscription(self._subscriptions.pop(name))
+        for name in sources.keys() - self._subscriptions.keys():
+            self._subscriptions[name] = self._subscription(name, *sources[name])
+        if needs_tf and _TF not in self._subscriptions:
+            depth = self._table.qos["tf"].depth
+            self._subscriptions[_TF] = self._node.create_subscription(
+                TFMessage, _TF, self._transformed, depth
+            )
+
+    def _topic(self, camera: str, role: str) -> Topic:
+        return next(it for it in self._table.streams[camera].topics if it.role == role)
+
+    def _subscription(self, name: str, camera: str, part: str) -> Subscription:
+        topic = self._topic(camera, part)
+        take = self._metadata_taker(camera) if part == "metadata" else self._taker(camera, part)
+        depth = self._table.qos[topic.qos].depth
+        return self._node.create_subscription(message_class(topic.type), name, take, depth)
+
+    def _taker(self, camera: str, part: str) -> Callable[[Any], None]:
+        return lambda message: self._arrived(camera, part, header_stamp_ns(message.header), message)
+
+    def _metadata_taker(self, camera: str) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            try:
+                stamp_ns = metadata_stamp_ns(message.data)
+            except ValueError as error:
+                self._shared.losses.add(f"{camera}: {error}")
+                return
+            self._arrived(camera, "metadata", stamp_ns, message.data)
+
+        return take
+
+    def _transformed(self, message: Any) -> None:
+        try:
+            for camera, stamp_ns, pose in self._tree.poses(message):
+                self._arrived(camera, "transform", stamp_ns, pose)
+        except ValueError as error:
+            self._shared.losses.add(f"{_TF}: {error}")
+
+    def _stood(self, message: Any) -> None:
+        try:
+            self._tree.stand(message)
+        except ValueError as error:
+            self._shared.losses.add(f"{_TF_STATIC}: {error}")
+
+    def _arrived(self, camera: str, part: str, stamp_ns: int, value: Any) -> None:
+        for product in self._active():
+            began_s = time.perf_counter()
+            try:
+                messages = product.add(camera, part, stamp_ns, value)
+            except ValueError as error:
+                self._shared.losses.add(f"{next(iter(product.types))}: {error}")
+                continue
+            for topic, message in messages.items():
+                self._publishers[topic].publish(message)
+                self._published[topic] += 1
+                self._busy_s[topic] += time.perf_counter() - began_s
+
+    def _configured(self, message: Any) -> None:
+        try:
+            depth = json.loads(message.data)["streams"].get("depth", {"values": {}})
+            self._shared.is_radial = bool(depth["values"].get("radial", False))
+        except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
+            self._shared.losses.add(f"config: {type(error).__name__}: {error}")
+
+    def _tick(self) -> None:
+        self._subscribe()
+        array = DiagnosticArray(status=[self._status(topic) for topic in self._publishers])
+        array.status.append(self._losses())
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._statuses.publish(array)
+
+    def _status(self, topic: str) -> DiagnosticStatus:
+        count = self._published[topic]
+        values = {"published": str(count)}
+        if count:
+            values["mean_ms"] = f"{self._busy_s[topic] / count * 1000:.3f}"
+        is_wanted = self._publishers[topic].get_subscription_count() > 0
+        return _diagnostic(f"{self._prefix}/{topic}", "made" if is_wanted else "idle", values)
+
+    def _losses(self) -> DiagnosticStatus:
+        losses = {reason: str(count) for reason, count in self._shared.losses.counts().items()}
+        status = _diagnostic("losses", "since the start", losses)
+        status.level = DiagnosticStatus.WARN if losses else DiagnosticStatus.OK
+        return status
+
+
+def _diagnostic(name: str, message: str, values: dict[str, str]) -> DiagnosticStatus:
+    return DiagnosticStatus(
+        level=DiagnosticStatus.OK,
+        name=f"ml2_products: {name}",
+        message=message,
+        hardware_id="magic_leap_2",
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )

@@ -1,0 +1,233 @@
+"""What can be made: of which parts of which cameras' captures, and how."""
+
+from __future__ import annotations
+
+import copy
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..geometry.camera import camera_of
+from ..geometry.lens import Floats, Lens, z_per_distance
+from ..geometry.pose import Pose
+from ..images.pixels import JpegDecoder, pixels_of
+from ..images.rectification import rectify, rectify_depth
+from ..monitoring.losses import Losses
+from .captures import Captures
+from .messages import cloud_message, image_message
+from .points import colours_of, points_of
+from .registration import register
+
+type Capture = Mapping[str, Any]
+
+# At 15 Hz, the least rate of a camera beside depth, captures are at most 33 ms from a depth image.
+_MOST_APART_NS = 100_000_000
+_REMEMBERED = 8
+
+
+@dataclass
+class Shared:
+    """What products have in common.
+
+    `is_radial` says whether depth is the distance from the camera or z; None until the headset's
+    settings are known, and until then nothing is made of depth.
+    """
+
+    is_radial: bool | None = None
+    losses: Losses = field(default_factory=Losses)
+    decode: JpegDecoder = field(default_factory=JpegDecoder)
+
+    def depth(self, capture: Capture, lens: Lens) -> Floats:
+        """z of a depth capture."""
+        if self.is_radial is None:
+            raise ValueError("whether depth is radial is not known yet: nothing came on config")
+        z: Floats = pixels_of(capture["image"])
+        if not self.is_radial:
+            return z
+        if z.shape != (lens.height, lens.width):
+            raise ValueError(f"expected depth of {lens.height, lens.width}, found {z.shape}")
+        return z * z_per_distance(lens)
+
+
+class Product(ABC):
+    """Makes messages for the topics of `types` whenever a capture is complete.
+
+    `types` are message types by topic, relative to the prefix; `inputs` the parts of captures by
+    camera. Calls must not overlap.
+    """
+
+    types: Mapping[str, str]
+
+    def __init__(self, shared: Shared, inputs: Mapping[str, tuple[str, ...]]) -> None:
+        self._shared = shared
+        self.use(inputs)
+
+    def use(self, inputs: Mapping[str, tuple[str, ...]]) -> None:
+        """Other inputs from now on."""
+        self.inputs = inputs
+        self._captures = {
+            camera: Captures(camera, parts, self._shared.losses) for camera, parts in inputs.items()
+        }
+
+    def add(self, camera: str, part: str, stamp_ns: int, value: Any) -> Mapping[str, Any]:
+        """Takes a part; the messages by topic when there are any.
+
+        Raises:
+            ValueError: what arrived is not as its type or camera has it.
+        """
+        if part not in self.inputs.get(camera, ()):
+            return {}
+        capture = self._captures[camera].add(part, stamp_ns, value)
+        return {} if capture is None else self.make(camera, stamp_ns, capture)
+
+    @abstractmethod
+    def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        """The messages by topic that a complete capture allows."""
+
+
+class Rectified(Product):
+    """<camera>/image_rect; exact for world cameras, whose metadata are among its inputs."""
+
+    def __init__(self, shared: Shared, camera: str, parts: tuple[str, ...]) -> None:
+        super().__init__(shared, {camera: parts})
+        self.types = {f"{camera}/image_rect": "sensor_msgs/msg/Image"}
+
+    def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        model = camera_of(capture["camera_info"], capture.get("metadata"))
+        image = capture["image"]
+        is_jpeg = hasattr(image, "format")
+        pixels = self._shared.decode(image) if is_jpeg else pixels_of(image)
+        encoding = "bgr8" if is_jpeg else image.encoding
+        message = image_message(image.header, encoding, rectify(pixels, model))
+        return {f"{camera}/image_rect": message}
+
+
+class RectifiedDepth(Product):
+    """depth/image_rect."""
+
+    types = {"depth/image_rect": "sensor_msgs/msg/Image"}  # noqa: RUF012
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared, {"depth": ("image", "camera_info")})
+
+    def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        model = camera_of(capture["camera_info"])
+        z = rectify_depth(self._shared.depth(capture, model.lens), model)
+        return {"depth/image_rect": image_message(capture["image"].header, "32FC1", z)}
+
+
+class _WithOther(Product):
+    """Depth beside another camera's capture: the nearest in time of those that are here."""
+
+    def __init__(self, shared: Shared, inputs: Mapping[str, tuple[str, ...]]) -> None:
+        super().__init__(shared, inputs)
+        self._others: deque[tuple[int, Capture]] = deque(maxlen=_REMEMBERED)
+
+    def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        if camera != "depth":
+            self._others.append((stamp_ns, capture))
+            return {}
+        return self.of_depth(stamp_ns, capture)
+
+    @abstractmethod
+    def of_depth(self, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        """As make(), of a depth capture."""
+
+    def nearest(self, stamp_ns: int) -> tuple[int, Capture] | None:
+        """Not further than a tenth of a second."""
+        near = min(self._others, key=lambda other: abs(other[0] - stamp_ns), default=None)
+        return near if near is not None and abs(near[0] - stamp_ns) <= _MOST_APART_NS else None
+
+
+class Points(_WithOther):
+    """depth/points; coloured while is_coloured, for which it needs transforms."""
+
+    types = {"depth/points": "sensor_msgs/msg/PointCloud2"}  # noqa: RUF012
+    _PLAIN = {"depth": ("image", "camera_info")}  # noqa: RUF012
+    _COLOURED = {  # noqa: RUF012
+        "depth": ("image", "camera_info", "transform"),
+        "color": ("image", "camera_info", "transform"),
+    }
+
+    def __init__(self, shared: Shared) -> None:
+        super().__init__(shared, self._PLAIN)
+
+    def colour(self, is_coloured: bool) -> None:
+        """Colours from now on, or not."""
+        wanted = self._COLOURED if is_coloured else self._PLAIN
+        if self.inputs is not wanted:
+            self._others.clear()
+            self.use(wanted)
+
+    def of_depth(self, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        lens = camera_of(capture["camera_info"]).lens
+        points = points_of(self._shared.depth(capture, lens), lens)
+        rgb = None
+        near = self.nearest(stamp_ns)
+        if near is not None:
+            _, color = near
+            bgr = self._shared.decode(color["image"])
+            between = _between(capture["transform"], color["transform"])
+            rgb = colours_of(points, between, camera_of(color["camera_info"]).lens, bgr)
+        elif self.inputs is self._COLOURED:
+            self._shared.losses.add("depth/points: no image of color near, so without colours")
+        return {"depth/points": cloud_message(capture["image"].header, points, rgb)}
+
+
+class Registered(_WithOther):
+    """aligned_depth_to_<camera>/image_raw and camera_info, at stamps of that camera's images."""
+
+    def __init__(self, shared: Shared, camera: str, parts: tuple[str, ...]) -> None:
+        inputs = {"depth": ("image", "camera_info", "transform"), camera: parts}
+        super().__init__(shared, inputs)
+        self._topic, self._last_ns = f"aligned_depth_to_{camera}", 0
+        self.types = {
+            f"{self._topic}/image_raw": "sensor_msgs/msg/Image",
+            f"{self._topic}/camera_info": "sensor_msgs/msg/CameraInfo",
+        }
+
+    def of_depth(self, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        near = self.nearest(stamp_ns)
+        if near is None:
+            self._shared.losses.add(f"{self._topic}: no image of that camera near")
+            return {}
+        target_ns, other = near
+        if target_ns == self._last_ns:
+            self._shared.losses.add(f"{self._topic}: that image has a depth image already")
+            return {}
+        self._last_ns = target_ns
+        info = other["camera_info"]
+        lens, target = (
+            camera_of(capture["camera_info"]).lens,
+            camera_of(info, other.get("metadata")),
+        )
+        between = _between(capture["transform"], other["transform"])
+        z = register(self._shared.depth(capture, lens), lens, between, target.lens)
+        return {
+            f"{self._topic}/image_raw": image_message(info.header, "32FC1", z),
+            f"{self._topic}/camera_info": copy.copy(info),
+        }
+
+
+def _between(source: Pose, target: Pose) -> Pose:
+    """From the optical frame of one capture to that of another, through the world."""
+    between: Pose = np.linalg.inv(target) @ source
+    return between
+
+
+def all_products(shared: Shared) -> list[Product]:
+    """Every product there is."""
+    worlds = ("world_left", "world_center", "world_right")
+    exact = ("camera_info", "metadata", "transform")
+    return [
+        Points(shared),
+        RectifiedDepth(shared),
+        Rectified(shared, "color", ("image", "camera_info")),
+        *(Rectified(shared, each, ("image", "camera_info", "metadata")) for each in worlds),
+        Registered(shared, "color", ("camera_info", "transform")),
+        *(Registered(shared, each, exact) for each in worlds),
+    ]
