@@ -97,4 +97,6 @@ def test_without_colmap_it_says_what_to_install(bag: Path) -> None:
         check=False,
     )
     assert run.returncode == 2
-    assert run.stderr.strip() == "sfm needs pycolmap: pip install './host_receiver[evaluate]'"
+    assert run.stderr.strip() == (
+        "structure from motion needs pycolmap: pip install './host_receiver[evaluate]'"
+    )

@@ -6,6 +6,7 @@ import json
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,7 @@ from tf2_msgs.msg import TFMessage
 from ml2_receiver.cli import main
 from ml2_receiver.errors import EvaluationError
 from ml2_tools.evaluation import live
-from ml2_tools.evaluation.live import LiveCamera
-from ml2_tools.evaluation.odometry import odometry
+from ml2_tools.evaluation.live import record_live
 from patience import await_so
 from rendered_room import CAMERA, Walk
 
@@ -110,38 +110,41 @@ def headset(ros_of_children: None) -> Iterator[Headset]:
     headset.close()
 
 
-def test_images_are_placed_as_they_come_and_all_that_is_compared_is_kept(headset: Headset) -> None:
+def test_what_arrives_until_the_end_is_recorded_and_all_of_it_can_be_evaluated(
+    headset: Headset, tmp_path: Path
+) -> None:
+    stopping, counts = threading.Event(), []
+
+    def report(images: int) -> None:
+        counts.append(images)
+        if images == len(WALK.poses):
+            stopping.set()
+
     walking = threading.Thread(target=headset.walk)
-    with LiveCamera(PREFIX, CAMERA_NAME) as camera:
-        walking.start()
-        lens = camera.camera()
-        found = odometry(camera.images(), lens)
+    walking.start()
+    sequence = record_live(PREFIX, CAMERA_NAME, tmp_path, stopping, report)
     walking.join()
-    sequence = camera.sequence()
-    assert lens.lens == CAMERA.lens
-    assert [at for at, _ in found] == sequence.stamps_ns == WALK.stamps_ns()
-    assert camera.dropped == 0
+    assert counts == sorted(counts)
+    assert sequence.camera.lens == CAMERA.lens
+    assert sequence.stamps_ns == WALK.stamps_ns()
+    for (found_ns, found), (true_ns, true) in zip(sequence.images(), WALK.images(), strict=True):
+        assert found_ns == true_ns
+        assert np.array_equal(found, true)
     assert [pose[:3, 3].tolist() for _, pose in sequence.reference] == pytest.approx(
         np.array([pose[:3, 3] for pose in WALK.poses])
     )
-
-
-def test_images_that_too_many_wait_before_are_dropped_and_counted(
-    headset: Headset, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(live, "_MOST_WAITING", 5)
-    with LiveCamera(PREFIX, CAMERA_NAME) as camera:
-        headset.walk()
-        await_so(lambda: len(camera.sequence().stamps_ns) >= len(WALK.poses))
-        assert camera.dropped == len(WALK.poses) - 5
-        assert len(list(camera.images())) == 5
 
 
 def test_without_a_headset_it_says_what_to_start(
     headset: Headset, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(live, "_PATIENCE_S", 0.3)
-    with LiveCamera("/nobody", CAMERA_NAME) as camera, pytest.raises(EvaluationError, match="run"):
-        camera.camera()
     assert main(["evaluate", "--live", "--prefix", "/nobody", "--camera", CAMERA_NAME]) == 2
     assert "is `ml2-receiver run` running" in capsys.readouterr().err
+
+
+def test_ctrl_c_before_any_image_says_what_is_missing(headset: Headset, tmp_path: Path) -> None:
+    stopping = threading.Event()
+    stopping.set()
+    with pytest.raises(EvaluationError, match="no images with camera_info of world_left"):
+        record_live(PREFIX, CAMERA_NAME, tmp_path, stopping, lambda _: None)

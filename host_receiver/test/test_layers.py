@@ -31,6 +31,7 @@ PUBLIC = (
     "ml2_receiver.session.statistics",
     "ml2_receiver.session.streams",
     "ml2_receiver.topics",
+    "ml2_receiver.recording",
     "ml2_receiver.ros.context",
     "ml2_receiver.ros.raw_taker",
     "ml2_receiver.commands",

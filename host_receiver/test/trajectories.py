@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ml2_tools.evaluation.estimator import Trajectory
+from ml2_tools.evaluation.trajectory import Trajectory
 from ml2_tools.geometry.pose import Pose
 
 START_NS = 1_700_000_000_123_456_789

@@ -18,7 +18,7 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from bags import Messages, write_bag
-from ml2_tools.evaluation.estimator import Trajectory
+from ml2_tools.evaluation.trajectory import Trajectory
 from ml2_tools.geometry.pose import Pose
 from trajectories import START_NS
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from euroc import Matrix, pose_matrix
-from ml2_tools.evaluation.estimator import Trajectory
+from ml2_tools.evaluation.trajectory import Trajectory
 from processes import Received
 from room import TO_ROS
 from simulated_truth import OPTICAL, SimulatedTruth

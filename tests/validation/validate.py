@@ -24,7 +24,6 @@ from walks import WALKS, Walk
 _OUT = ROOT / "build" / "validate"
 # The shortest one bears the faults.
 _FAULTY = WALKS[1]
-_ESTIMATOR = "sfm"
 
 
 def main() -> None:
@@ -56,7 +55,7 @@ def _entries() -> Iterator[dict[str, Any]]:
         shutil.rmtree(bag)
     if EXCERPT.is_dir():
         _say("the recorded excerpt")
-        yield evaluate_excerpt(_OUT / "euroc", _ESTIMATOR)
+        yield evaluate_excerpt(_OUT / "euroc")
     else:
         _say(f"no recorded excerpt at {EXCERPT}")
 
@@ -72,7 +71,7 @@ def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
 def evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, Any]:
     """As anyone would, by the command."""
     command: list[str | Path] = [RECEIVER, "evaluate", "--bag", folder / "bag", "--camera", camera]
-    command += ["--estimator", _ESTIMATOR, "--out", folder / "evaluation"]
+    command += ["--out", folder / "evaluation"]
     if truth is not None:
         command += ["--truth", truth]
     with (folder / "evaluate.log").open("w") as log:

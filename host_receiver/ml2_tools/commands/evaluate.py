@@ -2,9 +2,8 @@
 
 import argparse
 import sys
-import threading
-from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -19,22 +18,21 @@ from ml2_receiver.errors import EvaluationError
 from ..export.kalibr import CAMERAS
 
 if TYPE_CHECKING:
-    from ..evaluation.estimator import Images
     from ..evaluation.evaluation import Evaluation
+    from ..evaluation.trajectory import Images
 
 _EPILOG = """\
 Estimates the trajectory from the images of a recording alone, and compares it with the poses of
 the same camera in /tf: error after alignment, drift, time offset, plots. Writes report.html, which
 needs no other file, report.md, report.json, and both trajectories as TUM files.
-Estimators: sfm is structure from motion by COLMAP, which takes a few minutes. odometry places
-images as they come; it closes no loops, so it is the less accurate one.
+The trajectory comes from structure from motion by COLMAP, which takes a few minutes.
 
 examples:
   ml2-receiver record walk                         record first: walk about for 20 s
   ml2-receiver evaluate --bag walk --camera world_center
   ml2-receiver evaluate --bag walk --camera world_left --out walk-left
   ml2-receiver evaluate --bag walk --camera world_left --trajectory CameraTrajectory.txt
-  ml2-receiver evaluate --live --camera world_center       beside `run`; walk about, then Ctrl-C
+  ml2-receiver evaluate --live --camera world_center       while `run` runs; walk, then Ctrl-C
 """
 
 
@@ -47,7 +45,9 @@ def add_parser(subparsers: Subparsers) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--bag", type=Path, help="folder that ml2-receiver record has written")
     source.add_argument(
-        "--live", action="store_true", help="what `run` publishes, until Ctrl-C or its end"
+        "--live",
+        action="store_true",
+        help="record from `run` until Ctrl-C, then evaluate",
     )
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
@@ -55,13 +55,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--camera", choices=CAMERAS, required=True, help="whose images are looked at"
     )
-    way = parser.add_mutually_exclusive_group()
-    way.add_argument(
-        "--estimator",
-        choices=("sfm", "odometry"),
-        help="default: sfm for a recording, odometry for live images",
-    )
-    way.add_argument(
+    parser.add_argument(
         "--trajectory",
         type=Path,
         metavar="FILE",
@@ -117,31 +111,25 @@ def _evaluation(options: argparse.Namespace) -> "Evaluation":
         found = read_trajectory(options.trajectory)
         sequence = read_sequence(options.bag, options.camera)
         return judged(sequence, options.camera, options.trajectory.name, found, truth)
-    estimator = options.estimator or ("odometry" if options.live else "sfm")
     if not options.live:
-        return evaluate(options.bag, options.camera, estimator, truth, partial(_watched, estimator))
+        sequence = read_sequence(options.bag, options.camera)
+        return evaluate(sequence, options.camera, truth, _show_progress)
     with ros_needed():
-        from ..evaluation.live import evaluate_live
-    watched = partial(_watched_live, stop_signal())
-    it, dropped = evaluate_live(options.prefix, options.camera, estimator, truth, watched)
-    if dropped:
-        print(f"WARNING: {estimator} was too slow for {dropped} images", file=sys.stderr)
-    return it
+        from ..evaluation.live import record_live
+    with TemporaryDirectory(prefix="ml2_evaluate_") as folder:
+        print(f"recording {options.camera} until Ctrl-C", file=sys.stderr, flush=True)
+        with Console(stderr=True).status("no images yet") as status:
+            sequence = record_live(
+                options.prefix,
+                options.camera,
+                Path(folder),
+                stop_signal(),
+                lambda images: status.update(f"{images} images"),
+            )
+        return evaluate(sequence, options.camera, truth, _show_progress)
 
 
-def _watched(estimator: str, images: "Images", count: int) -> "Images":
-    """Says how far the reading is, and then that the rest takes its time."""
+def _show_progress(images: "Images", count: int) -> "Images":
     console = Console(stderr=True)
     yield from track(images, "reading images", total=count, console=console, transient=True)
-    if estimator == "sfm":
-        print("estimating the trajectory, for some minutes", file=sys.stderr, flush=True)
-
-
-def _watched_live(stopping: threading.Event, images: "Images") -> "Images":
-    """Until Ctrl-C, or until no more come."""
-    print("estimating until Ctrl-C", file=sys.stderr, flush=True)
-    console = Console(stderr=True)
-    for image in track(images, "images", total=None, console=console, transient=True):
-        if stopping.is_set():
-            return
-        yield image
+    print("estimating the trajectory; this takes some minutes", file=sys.stderr, flush=True)

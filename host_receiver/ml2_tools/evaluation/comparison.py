@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ml2_receiver.errors import EvaluationError
 
-from .estimator import Trajectory
+from .trajectory import Trajectory
 from .tum import write_tum
 
 LONGEST_DIFFERENCE_S = 0.01

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,9 @@ import numpy as np
 from ml2_receiver.errors import EvaluationError
 
 from .comparison import Comparison, compare
-from .estimator import Estimator, Images, Trajectory
-from .sequence import Sequence, read_sequence
+from .sequence import Sequence
 from .time_offset import time_offset_s
+from .trajectory import Images, Trajectory
 
 
 @dataclass(frozen=True)
@@ -53,26 +52,31 @@ class Evaluation:
 
 
 def evaluate(
-    bag: Path,
+    sequence: Sequence,
     camera: str,
-    estimator: str,
     truth: Trajectory | None = None,
     watched: Callable[[Images, int], Images] = lambda images, _: images,
 ) -> Evaluation:
-    """All of it; takes a minute or more.
+    """Estimates the camera's trajectory by structure from motion and compares it.
+
+    Takes a minute or more.
 
     Args:
         truth: poses of the optical frame in a world of its own, at any stamps.
-        watched: is given the images that the estimator is to read, and their number.
+        watched: is given the images that the estimator reads, and their number.
 
     Raises:
-        RecordingError: `bag` is no recording of this receiver.
-        EvaluationError: it gives no trajectory, or what is needed is missing.
+        RecordingError: the recording is broken.
+        EvaluationError: it gives no trajectory, or a needed library is missing.
     """
-    estimate = estimator_named(estimator)
-    sequence = read_sequence(bag, camera)
-    found = estimate(watched(sequence.images(), len(sequence.stamps_ns)), sequence.camera)
-    return judged(sequence, camera, estimator, found, truth)
+    try:
+        from .structure_from_motion import structure_from_motion
+    except ModuleNotFoundError as error:
+        raise EvaluationError(
+            f"structure from motion needs {error.name}: pip install './host_receiver[evaluate]'"
+        ) from error
+    images = watched(sequence.images(), len(sequence.stamps_ns))
+    return judged(sequence, camera, "sfm", structure_from_motion(images, sequence.camera), truth)
 
 
 def judged(
@@ -94,29 +98,6 @@ def judged(
         None if truth is None else agreement(truth, found),
         None if truth is None else agreement(truth, sequence.reference),
     )
-
-
-def estimator_named(name: str) -> Estimator:
-    """`sfm` or `odometry`.
-
-    Raises:
-        EvaluationError: a library that it needs is missing.
-    """
-    try:
-        match name:
-            case "sfm":
-                from .structure_from_motion import structure_from_motion
-
-                return structure_from_motion
-            case "odometry":
-                from .odometry import odometry
-
-                return odometry
-    except ModuleNotFoundError as error:
-        raise EvaluationError(
-            f"{name} needs {error.name}: pip install './host_receiver[evaluate]'"
-        ) from error
-    raise ValueError(name)
 
 
 def agreement(reference: Trajectory, estimate: Trajectory) -> Agreement:

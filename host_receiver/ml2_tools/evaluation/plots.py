@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from .estimator import Trajectory
+from .trajectory import Trajectory
 
 type Floats = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ import numpy as np
 from ml2_receiver.errors import EvaluationError
 
 from .comparison import STATISTICS
-from .estimator import Trajectory
 from .evaluation import Agreement, Evaluation, summary
 from .plots import Pictured, pictures
+from .trajectory import Trajectory
 from .tum import write_tum
 
 _CAPTIONS = {

@@ -15,12 +15,12 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.string_message import decode_string
 
-from ..bags.bag_reader import BagReader
+from ..bags.bag_reader import Bag, BagReader
 from ..bags.decoding import decoder
 from ..geometry.camera import Camera, camera_of, metadata_stamp_ns
 from ..geometry.transform_tree import Tree
 from ..images.pixels import JpegDecoder, pixels_of
-from .estimator import Images, Trajectory
+from .trajectory import Images, Trajectory
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Sequence:
             RecordingError: the recording is broken.
             EvaluationError: a message is no image, or stamps do not rise.
         """
-        messages = (it for it in BagReader(self.bag).messages() if it.topic == self.topic)
+        messages = (it for it in Bag(self.bag).messages() if it.topic == self.topic)
         where = f"{self.bag}: {self.topic}"
         return grey_images((it.payload for it in messages), self.type, where)
 
@@ -122,8 +122,13 @@ class Parts:
         self._stamps_ns: list[int] = []
         self._payloads: dict[str, list[bytes]] = {name: [] for name in self.types}
 
+    @property
+    def images_taken(self) -> int:
+        """The number of images so far."""
+        return len(self._stamps_ns)
+
     def take(self, topic: str, payload: bytes) -> None:
-        """A message of any topic."""
+        """Adds a message of any topic."""
         if topic == self.image:
             self._stamps_ns.append(self._read_stamp(payload))
         elif topic in self._payloads:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..geometry.pose import Pose
-from .estimator import Trajectory
+from .trajectory import Trajectory
 from .tum import nanos_of, pose_of_words, read_rows, tum_row
 
 # 2001 in ns; in s that is further off than any stamp.

@@ -14,8 +14,8 @@ from ml2_receiver.errors import EvaluationError
 
 from ..geometry.camera import Camera
 from ..images.rectification import rectify
-from .estimator import Images, Trajectory
 from .placement import Map
+from .trajectory import Images, Trajectory
 
 # Every so many images one is a key: it helps to make the map. The others are placed in it.
 _KEY_INTERVAL = 4
@@ -31,7 +31,14 @@ _SEED = 1
 
 
 def structure_from_motion(images: Images, camera: Camera) -> Trajectory:
-    """An Estimator, to be given a minute or more; the lens is taken as given, not refined."""
+    """Estimates the pose of each image; takes a minute or more.
+
+    The lens is taken as given, not refined. The world and its scale are arbitrary. Images that
+    cannot be placed are missing from the trajectory.
+
+    Raises:
+        EvaluationError: these images give no trajectory.
+    """
     pycolmap.logging.minloglevel = pycolmap.logging.Level.FATAL.value
     pycolmap.set_random_seed(_SEED)
     with TemporaryDirectory() as name:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .estimator import Trajectory
+from .trajectory import Trajectory
 
 # The second looks closer, about what the first has found.
 _STEPS_S = (0.05, 0.005)

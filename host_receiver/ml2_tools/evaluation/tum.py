@@ -13,7 +13,7 @@ import numpy as np
 from ml2_receiver.errors import EvaluationError
 
 from ..geometry.pose import Pose, pose_of
-from .estimator import Trajectory
+from .trajectory import Trajectory
 
 _MOST_BYTES = 100_000_000
 _NANOS_PER_SECOND = 1_000_000_000
