@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "clock.h"
-#include "film.h"
+#include "frame_cache.h"
+#include "head_path.h"
 #include "jpeg.h"
 #include "lazy.h"
 #include "ml2sim.h"
 #include "scene/render.h"
 #include "settings.h"
-#include "stage.h"
 
 namespace ml2sim {
 namespace {
@@ -39,30 +39,30 @@ bool isOffered(const ml2sim_color_request &request) {
     return isRate && std::any_of(std::begin(kCameraSizes), std::end(kCameraSizes), fits);
 }
 
-/** A frame of the film: its size, then the JPEG. Pages that no frame fills take no memory. */
+/** A cached frame: its size, then the JPEG. Unused pages take no memory. */
 using JpegBytes = uint32_t;
 size_t capacity(const ml2sim_color_request &request) { return size_t{request.width} * request.height * 3 + 65536; }
 
-FilmPlan planOf(const ml2sim_color_request &request) {
-    const auto stage = Stage::current();
+RenderPlan renderPlan(const ml2sim_color_request &request) {
+    const auto headPath = HeadPath::current();
     const bool hologram = request.with_hologram != 0;
     const auto sigma = static_cast<float>(number(Key::ImageNoise));
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 10;
     const auto rays =
         std::make_shared<Lazy<RayTable>>([request] { return RayTable(colorLens(request.width, request.height)); });
     const auto draw = [=](size_t index, uint8_t *frame) {
-        const Pose camera = compose(stage->atFilm(index, request.rate_hz).head, mount(Camera::Color));
+        const Pose camera = compose(headPath->atFrame(index, request.rate_hz).head, mount(Camera::Color));
         std::vector<uint8_t> rgb(size_t{request.width} * request.height * 3);
-        renderColor(*Stage::room(), rays->get(), camera, hologram, rgb.data(), size_t{request.width} * 3,
+        renderColor(*HeadPath::scene(), rays->get(), camera, hologram, rgb.data(), size_t{request.width} * 3,
                     {sigma, noiseSeed, index});
         const auto used = static_cast<JpegBytes>(
             encodeJpeg(rgb.data(), request.width, request.height, frame + sizeof(JpegBytes), capacity(request)));
         std::memcpy(frame, &used, sizeof used);
     };
-    const auto inputs = stage->inputs() + " noise=" + std::to_string(sigma) + " " + std::to_string(request.width) +
+    const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + " " + std::to_string(request.width) +
                         "x" + std::to_string(request.height) + "@" + std::to_string(request.rate_hz);
     return {hologram ? "mixed_reality" : "color", inputs, sizeof(JpegBytes) + capacity(request),
-            stage->filmFrames(request.rate_hz), draw};
+            headPath->frameCount(request.rate_hz), draw};
 }
 
 void writeIntrinsics(const PlumbBob &lens, float out[12]) {
@@ -89,11 +89,11 @@ using namespace ml2sim;
 int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out) {
     if (!isOffered(*request))
         return -1;
-    const auto film = Film::of(planOf(*request));
-    const auto stage = Stage::current();
-    stage->begin();
+    const auto cache = FrameCache::of(renderPlan(*request));
+    const auto headPath = HeadPath::current();
+    headPath->start();
     const int64_t index = captureIndex(mlTimeOfBoottime(boottime_nanos) - kDelayNanos, request->rate_hz);
-    const uint8_t *frame = film->frame(stage->filmIndex(index, request->rate_hz));
+    const uint8_t *frame = cache->frame(headPath->frameIndex(index, request->rate_hz));
     *out = {};
     std::memcpy(&out->jpeg_bytes, frame, sizeof out->jpeg_bytes);
     out->jpeg = frame + sizeof(JpegBytes);

@@ -1,7 +1,7 @@
 // MLCVCamera*: where the colour camera was a moment ago.
-#include "books.h"
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
+#include "counters.h"
 #include "perception.h"
 #include "tracking.h"
 
@@ -12,7 +12,7 @@ namespace {
 constexpr int64_t kHistoryNanos = kSecond / 2;
 
 struct Nothing {};
-Handles<Nothing> trackers;
+HandleRegistry<Nothing> trackers;
 
 MLResult checkOpen(const char *function, MLHandle handle, bool isOpen) {
     if (isOpen)
@@ -43,7 +43,7 @@ MLResult MLCVCameraTrackingCreate(MLHandle *out_cv) {
         return MLResult_PermissionDenied;
     *out_cv = newHandle();
     trackers.add(*out_cv, {});
-    enter(Account::Handles, 1);
+    adjust(Counter::Handles, 1);
     return MLResult_Ok;
 }
 
@@ -71,6 +71,6 @@ MLResult MLCVCameraGetFramePose(MLHandle cv, MLHandle head_tracker, MLCVCameraID
 MLResult MLCVCameraTrackingDestroy(MLHandle cv) {
     if (const auto result = checkOpen(__func__, cv, trackers.remove(cv)))
         return result;
-    enter(Account::Handles, -1);
+    adjust(Counter::Handles, -1);
     return MLResult_Ok;
 }

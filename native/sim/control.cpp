@@ -3,13 +3,13 @@
 #include <cstdlib>
 #include <string>
 
-#include "books.h"
 #include "clock.h"
-#include "film.h"
+#include "counters.h"
+#include "frame_cache.h"
+#include "head_path.h"
 #include "ml2sim.h"
 #include "sensors.h"
 #include "settings.h"
-#include "stage.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -18,11 +18,11 @@ namespace {
 bool anyCameraOpen() { return isDepthCameraOpen() || isWorldCameraOpen() || isEyeCameraOpen(); }
 
 /** Everything that is made from keys, made from them anew. */
-std::string startOver() {
+std::string resetAll() {
     auto problem = keys().reset("ML2SIM");
     resetClock();
     if (problem.empty())
-        problem = Stage::refresh();
+        problem = HeadPath::refresh();
     if (problem.empty())
         resetTracking();
     return problem;
@@ -31,7 +31,7 @@ std::string startOver() {
 /** When the library is loaded. */
 struct Start {
     Start() {
-        const auto problem = startOver();
+        const auto problem = resetAll();
         if (problem.empty())
             return;
         std::fprintf(stderr, "ML2SIM: %s\n", problem.c_str());
@@ -48,7 +48,7 @@ std::string set(const std::string &name, const std::string &value) {
     const auto before = keys().value(index);
     auto problem = keys().set(name, value);
     if (problem.empty())
-        problem = Stage::refresh();
+        problem = HeadPath::refresh();
     if (!problem.empty())
         keys().set(name, before);
     return problem;
@@ -59,7 +59,7 @@ std::string set(const std::string &name, const std::string &value) {
 
 using namespace ml2sim;
 
-int32_t ml2sim_is_drawing(void) { return Film::isDrawing() ? 1 : 0; }
+int32_t ml2sim_is_drawing(void) { return FrameCache::isDrawing() ? 1 : 0; }
 
 const char *ml2sim_set(const char *key, const char *value) {
     thread_local std::string problem;
@@ -82,8 +82,8 @@ void ml2sim_reset(void) {
     resetWorldCamera();
     resetEyeCamera();
     resetPerception();
-    resetBooks();
-    startOver();
+    resetCounters();
+    resetAll();
     wakeWaiters();
 }
 

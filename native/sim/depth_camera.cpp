@@ -3,15 +3,15 @@
 
 #include <cstring>
 
-#include "books.h"
-#include "connection.h"
+#include "camera_connection.h"
+#include "camera_faults.h"
+#include "counters.h"
 #include "depth_modes.h"
-#include "films.h"
-#include "hostile.h"
+#include "head_path.h"
 #include "lazy.h"
 #include "ml_unused.h"
+#include "render_plans.h"
 #include "sensors.h"
-#include "stage.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -20,7 +20,7 @@ namespace {
 constexpr auto kKind = CameraKind::Depth;
 constexpr int64_t kDelayNanos = 7000000;
 
-/** Where the planes of a frame go, in the order of the bits of MLDepthCameraFlags, which is that of a film's frame. */
+/** Where the planes of a frame go, in the order of the bits of MLDepthCameraFlags, as in a cached frame. */
 constexpr MLDepthCameraFrameBuffer *MLDepthCameraFrame::*kPlanes[] = {
     &MLDepthCameraFrame::depth_image,     &MLDepthCameraFrame::confidence,
     &MLDepthCameraFrame::flags,           &MLDepthCameraFrame::ambient_raw_depth_image,
@@ -28,9 +28,9 @@ constexpr MLDepthCameraFrameBuffer *MLDepthCameraFrame::*kPlanes[] = {
 };
 constexpr size_t kPlaneCount = std::size(kPlanes);
 
-Connection connection(kKind, "depth");
+CameraConnection connection(kKind, "depth");
 DepthChoice choice;
-std::shared_ptr<Film> film;
+std::shared_ptr<FrameCache> cache;
 const PlumbBob lens = depthLens();
 uint32_t capabilityLists = 0;
 
@@ -52,25 +52,26 @@ DepthImages imagesIn(uint8_t *frame, uint32_t planes) {
             stride()};
 }
 
-FilmPlan planOf(const DepthChoice &wanted) {
-    const auto stage = Stage::current();
+RenderPlan renderPlan(const DepthChoice &wanted) {
+    const auto headPath = HeadPath::current();
     const auto sigma = static_cast<float>(number(Key::DepthNoise));
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 8;
     const auto &stream = kDepthStreams[wanted.type];
     const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lens); });
     const auto draw = [=](size_t index, uint8_t *frame) {
-        const Pose camera = compose(stage->atFilm(index, wanted.delivered_hz).head, mount(Camera::Depth));
-        renderDepth(*Stage::room(), rays->get(), camera, stream.range, imagesIn(frame, wanted.planes),
+        const Pose camera = compose(headPath->atFrame(index, wanted.delivered_hz).head, mount(Camera::Depth));
+        renderDepth(*HeadPath::scene(), rays->get(), camera, stream.range, imagesIn(frame, wanted.planes),
                     {sigma, noiseSeed, index});
     };
-    const auto inputs = stage->inputs() + " noise=" + std::to_string(sigma) +
+    const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) +
                         " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes);
-    return {stream.name, inputs, planesIn(wanted.planes) * planeBytes(), stage->filmFrames(wanted.delivered_hz), draw};
+    return {stream.name, inputs, planesIn(wanted.planes) * planeBytes(), headPath->frameCount(wanted.delivered_hz),
+            draw};
 }
 
 void apply(const DepthChoice &wanted) {
     choice = wanted;
-    film = nullptr;
+    cache = nullptr;
     connection.start({wanted.delivered_hz, kDelayNanos});
 }
 
@@ -87,56 +88,56 @@ MLDepthCameraIntrinsics intrinsics() {
     return out;
 }
 
-MLDepthCameraFrameBuffer *copyPlane(Loan &loan, const uint8_t *pixels) {
-    auto *buffer = loan.take<MLDepthCameraFrameBuffer>(1);
-    auto *data = loan.take<uint8_t>(planeBytes());
+MLDepthCameraFrameBuffer *copyPlane(FrameLease &lease, const uint8_t *pixels) {
+    auto *buffer = lease.allocate<MLDepthCameraFrameBuffer>(1);
+    auto *data = lease.allocate<uint8_t>(planeBytes());
     std::memcpy(data, pixels, planeBytes());
     *buffer = {lens.width, lens.height, stride(), 4, static_cast<uint32_t>(planeBytes()), data};
-    spoilBuffer(kKind, *buffer, buffer->bytes_per_unit);
+    corruptBuffer(kKind, *buffer, buffer->bytes_per_unit);
     return buffer;
 }
 
 /** Who only asks for capabilities neither draws pictures nor begins the walk. */
 void beginFilm() {
-    if (film != nullptr)
+    if (cache != nullptr)
         return;
-    film = Film::of(planOf(choice));
-    Stage::current()->begin();
+    cache = FrameCache::of(renderPlan(choice));
+    HeadPath::current()->start();
 }
 
 void lend(int64_t index, MLDepthCameraData *data) {
-    const size_t perPlane = Loan::rounded(sizeof(MLDepthCameraFrameBuffer)) + Loan::rounded(planeBytes());
-    auto &loan = connection.lendTo(data, Loan::rounded(2 * sizeof(MLDepthCameraFrame)) + kPlaneCount * perPlane);
-    auto *frame = loan.take<MLDepthCameraFrame>(2);
-    const auto odd = oddOf(kKind, index, 0, 1);
+    const size_t perPlane = FrameLease::rounded(sizeof(MLDepthCameraFrameBuffer)) + FrameLease::rounded(planeBytes());
+    auto &lease = connection.lease(data, FrameLease::rounded(2 * sizeof(MLDepthCameraFrame)) + kPlaneCount * perPlane);
+    auto *frame = lease.allocate<MLDepthCameraFrame>(2);
+    const auto odd = oddFrameAt(kKind, index, 0, 1);
     *frame = {};
     frame->frame_number = index;
     frame->frame_timestamp = captureTime(index, choice.delivered_hz);
-    frame->frame_type = spoiltId(kKind, choice.type);
+    frame->frame_type = corruptId(kKind, choice.type);
     frame->camera_pose = reportedCamera(Camera::Depth, frame->frame_timestamp);
     frame->intrinsics = intrinsics();
-    const auto *pixels = film->frame(Stage::current()->filmIndex(index, choice.delivered_hz));
+    const auto *pixels = cache->frame(HeadPath::current()->frameIndex(index, choice.delivered_hz));
     for (size_t plane = 0; plane < kPlaneCount; plane++) {
         if ((choice.planes >> plane & 1) == 0)
             continue;
-        frame->*kPlanes[plane] = copyPlane(loan, pixels);
-        makeOdd(odd, *(frame->*kPlanes[plane]));
+        frame->*kPlanes[plane] = copyPlane(lease, pixels);
+        applyOddFrame(odd, *(frame->*kPlanes[plane]));
         pixels += planeBytes();
     }
-    spoilPose(kKind, *frame);
-    if (odd == Odd::UnknownId)
+    corruptPose(kKind, *frame);
+    if (odd == OddFrame::UnknownId)
         frame->frame_type = kNoId;
-    if (odd == Odd::Size)
+    if (odd == OddFrame::Size)
         frame->intrinsics.height /= 2;
     frame[1] = frame[0];
-    data->frame_count = odd == Odd::Duplicate ? 2 : 1;
+    data->frame_count = odd == OddFrame::Duplicate ? 2 : 1;
     data->frames = frame;
-    spoilData(kKind, *data);
+    corruptData(kKind, *data);
 }
 
 } // namespace
 
-FilmPlan depthFilm(const DepthChoice &wanted) { return planOf(wanted); }
+RenderPlan depthRenderPlan(const DepthChoice &wanted) { return renderPlan(wanted); }
 
 bool isDepthCameraOpen() { return connection.isOpen(); }
 
@@ -162,20 +163,20 @@ MLResult MLDepthCameraConnect(const MLDepthCameraSettings *settings, MLHandle *o
 }
 
 MLResult MLDepthCameraUpdateSettings(MLHandle camera, const MLDepthCameraSettings *settings) {
-    const Call call(connection, camera, __func__);
+    const CameraCall call(connection, camera, __func__);
     if (call.isRefused())
         return call.result();
     DepthChoice wanted{};
     if (const auto result = chooseDepth(__func__, settings, &wanted))
         return result;
-    if (connection.isGone())
+    if (connection.isDisconnected())
         return MLResult_UnspecifiedFailure;
     apply(wanted);
     return MLResult_Ok;
 }
 
 MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, MLDepthCameraData *inout_data) {
-    const Call call(connection, camera, __func__);
+    const CameraCall call(connection, camera, __func__);
     if (call.isRefused())
         return call.result();
     if (inout_data == nullptr)
@@ -193,7 +194,7 @@ MLResult MLDepthCameraGetLatestDepthData(MLHandle camera, uint64_t timeout_ms, M
 }
 
 MLResult MLDepthCameraReleaseDepthData(MLHandle camera, MLDepthCameraData *data) {
-    const Call call(connection, camera, __func__);
+    const CameraCall call(connection, camera, __func__);
     if (call.isRefused())
         return call.result();
     return connection.release(data);
@@ -201,7 +202,7 @@ MLResult MLDepthCameraReleaseDepthData(MLHandle camera, MLDepthCameraData *data)
 
 MLResult MLDepthCameraGetCapabilities(MLHandle camera, const MLDepthCameraCapabilityFilter *filter,
                                       MLDepthCameraCapabilityList *out_list) {
-    const Call call(connection, camera, __func__);
+    const CameraCall call(connection, camera, __func__);
     if (call.isRefused())
         return call.result();
     if (filter == nullptr || out_list == nullptr)
@@ -219,12 +220,12 @@ MLResult MLDepthCameraGetCapabilities(MLHandle camera, const MLDepthCameraCapabi
     }
     *out_list = {count, capabilities};
     capabilityLists++;
-    enter(Account::CapabilityLists, 1);
+    adjust(Counter::CapabilityLists, 1);
     return MLResult_Ok;
 }
 
 MLResult MLDepthCameraReleaseCapabilities(MLHandle camera, MLDepthCameraCapabilityList *list) {
-    const Call call(connection, camera, __func__);
+    const CameraCall call(connection, camera, __func__);
     if (call.isRefused())
         return call.result();
     if (list == nullptr || list->capabilities == nullptr || capabilityLists == 0) {
@@ -236,12 +237,12 @@ MLResult MLDepthCameraReleaseCapabilities(MLHandle camera, MLDepthCameraCapabili
     delete[] list->capabilities;
     *list = {};
     capabilityLists--;
-    enter(Account::CapabilityLists, -1);
+    adjust(Counter::CapabilityLists, -1);
     return MLResult_Ok;
 }
 
 MLResult MLDepthCameraDisconnect(MLHandle camera) {
-    const Call call(connection, camera, __func__);
+    const CameraCall call(connection, camera, __func__);
     if (call.isRefused())
         return call.result();
     if (capabilityLists != 0)

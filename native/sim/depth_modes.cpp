@@ -1,6 +1,6 @@
 #include "depth_modes.h"
 
-#include "connection.h"
+#include "camera_connection.h"
 
 namespace ml2sim {
 

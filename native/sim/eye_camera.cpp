@@ -6,18 +6,18 @@
 #include <cstring>
 #include <vector>
 
-#include "connection.h"
-#include "films.h"
-#include "hostile.h"
+#include "camera_connection.h"
+#include "camera_faults.h"
+#include "head_path.h"
+#include "render_plans.h"
 #include "scene/render.h"
 #include "sensors.h"
-#include "stage.h"
 
 namespace ml2sim {
 namespace {
 
 constexpr auto kKind = CameraKind::Eye;
-constexpr Rhythm kRhythm = {30, 6000000};
+constexpr CaptureTiming kTiming = {30, 6000000};
 constexpr uint32_t kBytes = kEyeWidth * kEyeHeight;
 
 struct Position {
@@ -33,15 +33,15 @@ constexpr std::array<Position, 4> kPositions = {{
 
 struct View {
     MLEyeCameraIdentifier id;
-    std::shared_ptr<Film> film;
+    std::shared_ptr<FrameCache> cache;
 };
 
-Connection connection(kKind, "eye");
+CameraConnection connection(kKind, "eye");
 std::vector<View> views;
 
-FilmPlan planOf(const Position &position) {
-    const auto stage = Stage::current();
-    const size_t count = stage->filmFrames(kRhythm.rate_hz);
+RenderPlan renderPlan(const Position &position) {
+    const auto headPath = HeadPath::current();
+    const size_t count = headPath->frameCount(kTiming.rate_hz);
     const auto sigma = static_cast<float>(number(Key::ImageNoise));
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 9;
     const auto draw = [=](size_t index, uint8_t *grey) {
@@ -67,49 +67,49 @@ void apply(const MLEyeCameraSettings &settings) {
     for (const auto &position : kPositions) {
         const auto id = static_cast<MLEyeCameraIdentifier>(position.camera);
         if ((settings.cameras & id) != 0)
-            views.push_back({id, Film::of(planOf(position))});
+            views.push_back({id, FrameCache::of(renderPlan(position))});
     }
-    Stage::current()->begin();
-    connection.start(kRhythm);
+    HeadPath::current()->start();
+    connection.start(kTiming);
 }
 
-MLEyeCameraFrame frameOf(const View &view, int64_t index, Odd odd, Loan &loan) {
+MLEyeCameraFrame frameOf(const View &view, int64_t index, OddFrame odd, FrameLease &lease) {
     MLEyeCameraFrame frame{};
-    frame.camera_id = spoiltId(kKind, view.id);
+    frame.camera_id = corruptId(kKind, view.id);
     frame.frame_number = index + 100000 * static_cast<int64_t>(view.id);
-    frame.timestamp = captureTime(index, kRhythm.rate_hz);
-    auto *pixels = loan.take<uint8_t>(kBytes);
-    std::memcpy(pixels, view.film->frame(Stage::current()->filmIndex(index, kRhythm.rate_hz)), kBytes);
+    frame.timestamp = captureTime(index, kTiming.rate_hz);
+    auto *pixels = lease.allocate<uint8_t>(kBytes);
+    std::memcpy(pixels, view.cache->frame(HeadPath::current()->frameIndex(index, kTiming.rate_hz)), kBytes);
     frame.frame_buffer = {kEyeWidth, kEyeHeight, kEyeWidth, 1, 1, kBytes, pixels};
-    spoilBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
-    if (odd == Odd::UnknownId)
+    corruptBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
+    if (odd == OddFrame::UnknownId)
         frame.camera_id = kNoId;
-    makeOdd(odd, frame.frame_buffer);
+    applyOddFrame(odd, frame.frame_buffer);
     return frame;
 }
 
 void lend(int64_t index, MLEyeCameraData *data) {
-    auto &loan = connection.lendTo(data, Loan::rounded((views.size() + 1) * sizeof(MLEyeCameraFrame)) +
-                                             views.size() * Loan::rounded(kBytes));
-    data->frames = loan.take<MLEyeCameraFrame>(views.size() + 1);
+    auto &lease = connection.lease(data, FrameLease::rounded((views.size() + 1) * sizeof(MLEyeCameraFrame)) +
+                                             views.size() * FrameLease::rounded(kBytes));
+    data->frames = lease.allocate<MLEyeCameraFrame>(views.size() + 1);
     data->frame_count = 0;
     for (size_t i = 0; i < views.size(); i++) {
-        const auto odd = oddOf(kKind, index, i, views.size());
-        data->frames[data->frame_count++] = frameOf(views[i], index, odd, loan);
-        if (odd == Odd::Duplicate) {
+        const auto odd = oddFrameAt(kKind, index, i, views.size());
+        data->frames[data->frame_count++] = frameOf(views[i], index, odd, lease);
+        if (odd == OddFrame::Duplicate) {
             data->frames[data->frame_count] = data->frames[data->frame_count - 1];
             data->frame_count++;
         }
     }
-    spoilData(kKind, *data);
+    corruptData(kKind, *data);
 }
 
 } // namespace
 
-FilmPlan eyeFilm(EyeCamera camera) {
+RenderPlan eyeRenderPlan(EyeCamera camera) {
     const auto *position = std::find_if(kPositions.begin(), kPositions.end(),
                                         [camera](const Position &candidate) { return candidate.camera == camera; });
-    return planOf(*position);
+    return renderPlan(*position);
 }
 
 bool isEyeCameraOpen() { return connection.isOpen(); }
@@ -131,19 +131,19 @@ MLResult MLEyeCameraConnect(const MLEyeCameraSettings *settings, MLHandle *out_c
 }
 
 MLResult MLEyeCameraUpdateSettings(MLHandle cameras, const MLEyeCameraSettings *settings) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     if (const auto result = check(__func__, settings))
         return result;
-    if (connection.isGone())
+    if (connection.isDisconnected())
         return MLResult_UnspecifiedFailure;
     apply(*settings);
     return MLResult_Ok;
 }
 
 MLResult MLEyeCameraGetLatestCameraData(MLHandle cameras, uint64_t timeout_ms, MLEyeCameraData *inout_data) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     if (inout_data == nullptr)
@@ -160,14 +160,14 @@ MLResult MLEyeCameraGetLatestCameraData(MLHandle cameras, uint64_t timeout_ms, M
 }
 
 MLResult MLEyeCameraReleaseCameraData(MLHandle cameras, MLEyeCameraData *data) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     return connection.release(data);
 }
 
 MLResult MLEyeCameraDisconnect(MLHandle cameras) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     connection.close();

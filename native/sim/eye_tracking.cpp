@@ -1,18 +1,18 @@
 // MLEyeTracking*: where each eye is and looks.
 #include "ml_eye_tracking.h"
 
-#include "books.h"
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
+#include "counters.h"
+#include "eyes_and_hands.h"
 #include "perception.h"
 #include "tracking.h"
-#include "wearer.h"
 
 namespace ml2sim {
 namespace {
 
 struct Nothing {};
-Handles<Nothing> trackers;
+HandleRegistry<Nothing> trackers;
 
 constexpr uint64_t kFrames = 0x4559455300000000;
 constexpr MLEyeTrackingStaticData kStaticData = {{{kFrames, 1}}, {{kFrames, 2}}, {{kFrames, 3}}};
@@ -54,7 +54,7 @@ MLResult MLEyeTrackingCreate(MLHandle *out_tracker) {
         return MLResult_PermissionDenied;
     *out_tracker = newHandle();
     trackers.add(*out_tracker, {});
-    enter(Account::Handles, 1);
+    adjust(Counter::Handles, 1);
     return MLResult_Ok;
 }
 
@@ -62,7 +62,7 @@ MLResult MLEyeTrackingDestroy(MLHandle tracker) {
     if (const auto result = checkOpen(__func__, tracker))
         return result;
     trackers.remove(tracker);
-    enter(Account::Handles, -1);
+    adjust(Counter::Handles, -1);
     return MLResult_Ok;
 }
 

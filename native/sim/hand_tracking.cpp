@@ -3,18 +3,18 @@
 
 #include <iterator>
 
-#include "books.h"
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
+#include "counters.h"
+#include "eyes_and_hands.h"
 #include "perception.h"
 #include "tracking.h"
-#include "wearer.h"
 
 namespace ml2sim {
 namespace {
 
 struct Nothing {};
-Handles<Nothing> trackers;
+HandleRegistry<Nothing> trackers;
 
 constexpr uint64_t kFrames = 0x48414e4453000000;
 constexpr uint64_t kPerHand = 100;
@@ -75,7 +75,7 @@ MLResult MLHandTrackingCreateEx(const MLHandTrackingSettings *settings, MLHandle
         return MLResult_PermissionDenied;
     *out_tracker = newHandle();
     trackers.add(*out_tracker, {});
-    enter(Account::Handles, 1);
+    adjust(Counter::Handles, 1);
     return MLResult_Ok;
 }
 
@@ -83,7 +83,7 @@ MLResult MLHandTrackingDestroy(MLHandle tracker) {
     if (const auto result = checkOpen(__func__, tracker))
         return result;
     trackers.remove(tracker);
-    enter(Account::Handles, -1);
+    adjust(Counter::Handles, -1);
     return MLResult_Ok;
 }
 

@@ -1,7 +1,7 @@
 // MLHeadTracking*: whether the headset knows where it is.
-#include "books.h"
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
+#include "counters.h"
 #include "perception.h"
 #include "tracking.h"
 
@@ -17,7 +17,7 @@ struct Tracker {
     bool isInitializing() const { return mlTimeNow() < createdAt + kInitializingNanos; }
 };
 
-Handles<Tracker> trackers;
+HandleRegistry<Tracker> trackers;
 
 std::optional<Tracker> trackerOf(const char *function, MLHandle handle) {
     const auto tracker = trackers.find(handle);
@@ -69,7 +69,7 @@ MLResult MLHeadTrackingCreate(MLHandle *out_tracker) {
         return MLResult_UnspecifiedFailure;
     *out_tracker = newHandle();
     trackers.add(*out_tracker, {mlTimeNow(), mapEventsSoFar()});
-    enter(Account::Handles, 1);
+    adjust(Counter::Handles, 1);
     return MLResult_Ok;
 }
 
@@ -77,7 +77,7 @@ MLResult MLHeadTrackingDestroy(MLHandle tracker) {
     if (!trackerOf(__func__, tracker))
         return MLResult_InvalidParam;
     trackers.remove(tracker);
-    enter(Account::Handles, -1);
+    adjust(Counter::Handles, -1);
     return MLResult_Ok;
 }
 

@@ -3,9 +3,9 @@
 
 #include "clock.h"
 #include "gaussian.h"
+#include "head_path.h"
 #include "ml2sim.h"
 #include "settings.h"
-#include "stage.h"
 
 namespace ml2sim {
 namespace {
@@ -63,7 +63,7 @@ using namespace ml2sim;
 int32_t ml2sim_imu(uint32_t unit, int64_t boottime_nanos, float accel[3], float gyro[3], float mag[3]) {
     if (!isUnit(unit))
         return -1;
-    const auto motion = Stage::current()->at(mlTimeOfBoottime(boottime_nanos));
+    const auto motion = HeadPath::current()->at(mlTimeOfBoottime(boottime_nanos));
     const Pose place = mountOf(unit);
     const auto inUnit = [&](Vec3 ofHead) { return rotate(place.rotation.conjugate(), ofHead); };
     write(specificForce(motion, place), kAccelerometer, unit, boottime_nanos, accel);
@@ -81,7 +81,7 @@ float ml2sim_light(int64_t boottime_nanos) {
 float ml2sim_pressure(uint32_t unit, int64_t boottime_nanos) {
     if (!isUnit(unit))
         return -1;
-    const Pose head = Stage::current()->at(mlTimeOfBoottime(boottime_nanos)).head;
+    const Pose head = HeadPath::current()->at(mlTimeOfBoottime(boottime_nanos)).head;
     const double height_m = transform(head, mountOf(unit).position).y;
     // The barometric formula of the standard atmosphere (ISO 2533).
     return static_cast<float>(101325 * std::pow(1 - 2.25577e-5 * height_m, 5.25588));

@@ -1,19 +1,19 @@
 /**
- * Control and truth of the simulated headset: what no vendor interface offers. libperception.magicleap.so exports it
- * beside the vendor's symbols; anything that needs pictures, poses and motions of one same headset asks here.
+ * Controls the simulated headset, and gives its ground truth. libperception.magicleap.so exports these functions beside
+ * the vendor's.
  *
- * **World.** A closed room and a head that moves through it, a pure function of the seed and of MLTime. Axes are the
- * device's: x right, y up, z backward (RUB) for the world as for the thing; rotations x, y, z, w; metres; nanoseconds.
- * The world's origin is that of the current head tracking session (the room's own in the first), gravity aligned.
+ * **World.** The scene is a closed room in which the head moves. Scene and motion depend only on the seed and on
+ * MLTime. Axes of the world and of sensors are x right, y up, z backward (RUB). Rotations are x, y, z, w; lengths are
+ * in metres, times in nanoseconds. The origin of the world is that of the current head tracking session and is gravity
+ * aligned; in the first session it is the origin of the scene.
  *
- * **Time.** MLTime runs at (1 + skew) of CLOCK_MONOTONIC plus a large offset. With the key clock=manual time stands
- * still but for ml2sim_advance, and the times of CLOCK_MONOTONIC and CLOCK_BOOTTIME that this library takes and gives
- * stand with it.
+ * **Time.** MLTime is (1 + skew) times CLOCK_MONOTONIC, plus a large offset. With the key clock=manual, only
+ * ml2sim_advance changes MLTime, and with it CLOCK_MONOTONIC and CLOCK_BOOTTIME as this library takes and returns them.
  *
- * **Misuse.** What breaks a rule of the vendor's interfaces is refused, told on stderr and counted in ml2sim_books.
- * Frames that were released cannot be read: touching them is a segmentation fault.
+ * **Misuse.** A call that breaks a rule of the vendor's interface is refused, logged to stderr and counted in
+ * ml2sim_get_counters. Reading a frame after its release is a segmentation fault.
  *
- * **Threads.** Every function here may be called from any thread.
+ * **Threads.** Every function is thread-safe.
  */
 #pragma once
 
@@ -26,9 +26,9 @@ extern "C" {
 #define ML2SIM_API __attribute__((visibility("default")))
 
 /**
- * Sets a key of ml2sim_describe_keys, such as ("fault.world.stalled", "1"), at any time. The variable ML2SIM of the
- * environment, "key=value,key=value", is read so when the library is first used; a mistake in it aborts.
- * Returns null, or what is wrong and what is allowed (valid until this thread's next call).
+ * Sets a key of ml2sim_describe_keys, such as ("fault.world.stalled", "1"). Returns null, or an error that names the
+ * allowed values (valid until this thread's next call). Keys can be set at any time. The environment variable ML2SIM,
+ * "key=value,key=value", is read when the library is loaded; the process aborts if it has a mistake.
  */
 ML2SIM_API const char *ml2sim_set(const char *key, const char *value);
 
@@ -38,26 +38,27 @@ ML2SIM_API const char *ml2sim_set(const char *key, const char *value);
  */
 ML2SIM_API const char *ml2sim_describe_keys(void);
 
-/** 1 while somebody waits for pictures to be drawn, which takes all processors for seconds; else 0. */
+/** Returns 1 while a thread waits for images to be rendered, which keeps all processors busy for seconds; else 0. */
 ML2SIM_API int32_t ml2sim_is_drawing(void);
 
-/** All keys as at the start, everything that is open forgotten, books empty, a new first session; for tests. */
+/** Resets keys, counters, open handles and the tracking session. For tests. */
 ML2SIM_API void ml2sim_reset(void);
 
 typedef enum ml2sim_misuse {
-    ML2SIM_MISUSE_VERSION = 0,    /**< A version field other than what Init writes, or a struct not initialised. */
-    ML2SIM_MISUSE_ARGUMENT = 1,   /**< Null, unknown bits, a value out of its table. */
-    ML2SIM_MISUSE_HANDLE = 2,     /**< A handle that was never given or is closed. */
-    ML2SIM_MISUSE_THREAD = 3,     /**< A handle used from a thread that is not its own, or from two at once. */
-    ML2SIM_MISUSE_GET_TWICE = 4,  /**< Get before the last data was released. */
-    ML2SIM_MISUSE_RELEASE = 5,    /**< Release of what was not got, or twice. */
-    ML2SIM_MISUSE_UNRELEASED = 6, /**< Closed with data that was not released. */
+    ML2SIM_MISUSE_VERSION =
+        0, /**< A version other than that of the Init function, or a structure that is not initialised. */
+    ML2SIM_MISUSE_ARGUMENT = 1,   /**< Null, unknown bits, or a value that the vendor does not list. */
+    ML2SIM_MISUSE_HANDLE = 2,     /**< A handle that does not exist or is closed. */
+    ML2SIM_MISUSE_THREAD = 3,     /**< A handle used by a thread that did not open it, or by two at once. */
+    ML2SIM_MISUSE_GET_TWICE = 4,  /**< Get before the previous data was released. */
+    ML2SIM_MISUSE_RELEASE = 5,    /**< Released twice, or without a get. */
+    ML2SIM_MISUSE_UNRELEASED = 6, /**< Closed before its data was released. */
     ML2SIM_MISUSE_CLIENTS = 7,    /**< A second connection to a sensor that has one. */
     ML2SIM_MISUSE_COUNT = 8,
 } ml2sim_misuse;
 
-/** What is open and what was done wrong since the start or ml2sim_reset. All zero is a perfect program's end. */
-typedef struct ml2sim_book {
+/** Open resources, and misuses since the start or ml2sim_reset. All are zero when a correct program ends. */
+typedef struct ml2sim_counters {
     uint32_t open_handles;
     uint32_t outstanding_gets;
     uint32_t outstanding_snapshots;
@@ -65,16 +66,16 @@ typedef struct ml2sim_book {
     uint32_t is_perception_started;
     uint32_t misuses[ML2SIM_MISUSE_COUNT]; /**< By ml2sim_misuse. Each also prints a line on stderr. */
     char last_misuse[240];                 /**< Empty when there was none. */
-} ml2sim_book;
+} ml2sim_counters;
 
-ML2SIM_API void ml2sim_books(ml2sim_book *out);
+ML2SIM_API void ml2sim_get_counters(ml2sim_counters *out);
 
 ML2SIM_API int64_t ml2sim_now_mltime(void);
 ML2SIM_API int64_t ml2sim_now_boottime(void);
 ML2SIM_API int64_t ml2sim_mltime_of_boottime(int64_t boottime_nanos);
 ML2SIM_API int64_t ml2sim_boottime_of_mltime(int64_t mltime_nanos);
 
-/** Lets time go on, with clock=manual; whoever waits for it wakes. */
+/** Advances MLTime, with clock=manual, and wakes waiting threads. */
 ML2SIM_API void ml2sim_advance(int64_t nanos);
 
 typedef enum ml2sim_camera {
@@ -98,55 +99,56 @@ typedef struct ml2sim_pose {
     double position[3];
 } ml2sim_pose;
 
-/** Where a camera truly is at an MLTime, whether or not tracking is valid. Returns 0, or -1 for an unknown camera. */
+/** Writes the true pose of a camera, tracked or not. Returns 0, or -1 for an unknown camera. */
 ML2SIM_API int32_t ml2sim_true_pose(uint32_t camera, int64_t mltime_nanos, ml2sim_pose *out);
 
 ML2SIM_API void ml2sim_true_head(int64_t mltime_nanos, ml2sim_pose *out);
 
 /**
- * What an inertial unit measures, in its own Android axes: specific force in m/s^2 (9.81 upwards at rest), angular
- * velocity in rad/s, magnetic field in tesla; bias and noise as the keys say, equal for equal times. Any of the
- * three may be null. Returns 0, or -1 for an unknown unit.
+ * Writes the measurements of an inertial unit in its Android axes: specific force in m/s^2 (9.81 upwards at rest),
+ * angular velocity in rad/s, magnetic field in tesla. Bias and noise follow the keys; equal times give equal values.
+ * Any of the three may be null. Returns 0, or -1 for an unknown unit.
  */
 ML2SIM_API int32_t ml2sim_imu(uint32_t unit, int64_t boottime_nanos, float accel[3], float gyro[3], float mag[3]);
 
-/** Ambient light in lux. */
+/** Returns the ambient light in lux. */
 ML2SIM_API float ml2sim_light(int64_t boottime_nanos);
 
-/** Air pressure at a unit in pascal; -1 for an unknown unit. */
+/** Returns the air pressure at a unit in pascal, or -1 for an unknown unit. */
 ML2SIM_API float ml2sim_pressure(uint32_t unit, int64_t boottime_nanos);
 
 typedef struct ml2sim_color_request {
     uint32_t width;
     uint32_t height;
     uint32_t rate_hz;       /**< 15, 30 or 60. */
-    uint32_t with_hologram; /**< 1: mixed reality, a hologram drawn over the room. */
+    uint32_t with_hologram; /**< 1: mixed reality, with a hologram over the image. */
 } ml2sim_color_request;
 
 typedef struct ml2sim_color_frame {
-    const uint8_t *jpeg; /**< Read only; valid until the process ends. */
+    const uint8_t *jpeg; /**< Read-only; valid until the process ends. */
     uint32_t jpeg_bytes;
     uint32_t reserved;
     int64_t frame_number;
     int64_t capture_mltime; /**< Centre of exposure. */
     int64_t exposure_nanos;
-    int64_t next_boottime; /**< When the next frame will be delivered. */
+    int64_t next_boottime; /**< Delivery of the next frame. */
     float intrinsics[12];  /**< As the vendor tag: w, h, fx, fy, cx, cy, fov in degrees, k1, k2, p1, p2, k3. */
 } ml2sim_color_frame;
 
 /**
- * The newest frame of the colour camera that is delivered by a time. Draws the whole loop when a request is first
- * made (seconds); instant ever after. Returns 0, or -1 when the size or rate is not one of the device's.
+ * Writes the newest frame of the colour camera that is delivered by a time. The first call with a request renders all
+ * frames, which takes seconds. Returns 0, or -1 if the device does not have the size or rate.
  */
 ML2SIM_API int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out);
 
 /**
- * The known points of the room, {"tags": [{"id", "corners": [[x, y, z] x 4]}], "walls": [{"normal", "offset_m"}]}:
- * world positions in metres, points p of a wall have normal . p = offset_m. Valid until this thread's next call.
+ * Returns the known points of the scene, {"tags": [{"id", "corners": [[x, y, z] x 4]}], "walls": [{"normal",
+ * "offset_m"}]}, as world positions in metres. Each point p of a wall has normal . p = offset_m. Valid until this
+ * thread's next call.
  */
 ML2SIM_API const char *ml2sim_landmarks(void);
 
-/** {"<sensor>": {"rotation": [x, y, z, w], "position": [x, y, z]}}: sensors in the head. Valid like the above. */
+/** Returns the poses of sensors in the head, {"<sensor>": {"rotation": [x, y, z, w], "position": [x, y, z]}}. */
 ML2SIM_API const char *ml2sim_mounts(void);
 
 #ifdef __cplusplus

@@ -3,9 +3,9 @@
 
 #include <atomic>
 
-#include "books.h"
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
+#include "counters.h"
 #include "sensors.h"
 
 namespace ml2sim {
@@ -27,7 +27,7 @@ bool hasSnapshots() {
     return isAppRunningIt() || (isStarted && mlTimeNow() >= startedAt + delay);
 }
 
-void enterFirstSnapshot() { hadSnapshot = true; }
+void markFirstSnapshot() { hadSnapshot = true; }
 
 MLResult canCreateTracker() {
     if (!isPerceptionStarted())
@@ -66,7 +66,7 @@ MLResult MLPerceptionStartup(MLPerceptionSettings *settings) {
     hadSnapshot = false;
     startedAt = mlTimeNow();
     isStarted = true;
-    enterPerception(true);
+    setPerceptionStarted(true);
     return MLResult_Ok;
 }
 
@@ -81,6 +81,6 @@ MLResult MLPerceptionShutdown(void) {
         misuse(ML2SIM_MISUSE_UNRELEASED, "%s: trackers of head %s, colour camera %s, eyes %s, hands %s, %u snapshots",
                __func__, state(anyHeadTracker()), state(anyColorTracker()), state(anyEyeTracker()),
                state(anyHandTracker()), openSnapshots());
-    enterPerception(false);
+    setPerceptionStarted(false);
     return MLResult_Ok;
 }

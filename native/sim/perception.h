@@ -1,4 +1,4 @@
-// The perception system as its parts see it: whether it runs, and who has handles of it.
+// State of the perception system that the tracking functions share.
 #pragma once
 
 #include <map>
@@ -12,17 +12,17 @@ namespace ml2sim {
 
 bool isPerceptionStarted();
 
-/** Whether snapshots can be had, which takes a moment after the start. */
+/** Returns true once the vendor's functions give snapshots, some time after the start. */
 bool hasSnapshots();
 
-/** A first snapshot was got: trackers can be created from now on. */
-void enterFirstSnapshot();
+/** Records the first snapshot. Trackers can be created from then on. */
+void markFirstSnapshot();
 
-/** Why a tracker cannot be created now, or Ok. */
+/** Returns Ok, or why a tracker cannot be created now. */
 MLResult canCreateTracker();
 
-/** Open handles of one kind, with what each has. Any thread. */
-template <typename T> class Handles {
+/** The open handles of one kind, each with a value. Thread-safe. */
+template <typename T> class HandleRegistry {
   public:
     void add(MLHandle handle, T value) {
         const std::lock_guard lock(mutex_);
@@ -61,11 +61,11 @@ template <typename T> class Handles {
 };
 
 bool isHeadTrackerOpen(MLHandle tracker);
-/** Whether some tracker is done initializing and the headset knows where it is. */
+/** Returns true if a head tracker is initialized and tracking is not lost. */
 bool isHeadPoseKnown();
 extern const MLCoordinateFrameUID kHeadFrame;
 
-/** What a coordinate frame of an open tracker is of, in the head; none when it is no such frame, or not seen. */
+/** Return the pose of a coordinate frame in the head, or none if no open tracker has the frame or it is not visible. */
 std::optional<Pose> eyesInHead(const MLCoordinateFrameUID &id, int64_t mltime);
 std::optional<Pose> handsInHead(const MLCoordinateFrameUID &id);
 

@@ -14,7 +14,7 @@ std::vector<Row> plainRows() {
     return {
         {"seed", Kind::Whole, 1, 0, 4294967295, "chooses the path of the head, the room's pictures and all noise",
          true},
-        {"loop_seconds", Kind::Whole, 4, 2, 600, "seconds after which the head's path and every film begin again",
+        {"loop_seconds", Kind::Whole, 4, 2, 600, "period of the head's path and of all rendered frames in seconds",
          true},
         {"trajectory", Kind::Text, 0, 0, 0, "path of a TUM file for the head's path instead of the seed's; empty: none",
          true},
@@ -31,7 +31,7 @@ std::vector<Row> plainRows() {
         {"stride_padding", Kind::Whole, 8, 0, 1024, "bytes after each row of the world cameras"},
         {"abort_on_misuse", Kind::Whole, 0, 0, 1, "1: abort at the first misuse"},
         {"clock", Kind::Text, 0, 0, 0, "manual: time goes on by ml2sim_advance only", true, {"real", "manual"}},
-        {"cache", Kind::Text, 0, 0, 0, "folder that keeps drawn films for later runs; empty: none"},
+        {"cache", Kind::Text, 0, 0, 0, "folder that keeps rendered frames for later runs; empty: none"},
         {"app_perception", Kind::Whole, 0, 0, 1,
          "1: the app runs the perception system, which then is not the library's to start or shut down"},
         {"mains_hz", Kind::Whole, 0, 0, 60, "50 or 60: the depth camera has only the rates that this mains allows"},

@@ -4,12 +4,12 @@
 #include <mutex>
 #include <set>
 
-#include "books.h"
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
+#include "counters.h"
+#include "head_path.h"
 #include "ml_unused.h"
 #include "perception.h"
-#include "stage.h"
 #include "tracking.h"
 
 /** Immutable; the time that it is for is all that it is. */
@@ -44,8 +44,8 @@ MLResult make(const char *function, MLTime time, MLSnapshot **out) {
     if (time > now + kMostAhead || time < now - kMostBehind)
         return MLResult_InvalidTimestamp;
     *out = new MLSnapshot{time, now, sessionNumber(), isHeadPoseKnown(), gettid()};
-    enterFirstSnapshot();
-    enter(Account::Snapshots, 1);
+    markFirstSnapshot();
+    adjust(Counter::Snapshots, 1);
     const std::lock_guard lock(mutex);
     for (const auto *other : snapshots)
         if (other->owner != gettid())
@@ -95,7 +95,7 @@ struct Derivatives {
 /** Of the head, in the world's axes. */
 Derivatives derivativesAt(MLTime time) {
     constexpr int64_t kStep = kSecond / 1000;
-    const auto motion = Stage::current()->at(time);
+    const auto motion = HeadPath::current()->at(time);
     const Vec3 moved = trueHead(time + kStep).position - trueHead(time - kStep).position;
     const Quaternion ofWorld = inWorld({}).rotation;
     const Quaternion head = ofWorld * motion.head.rotation;
@@ -140,7 +140,7 @@ MLResult MLPerceptionReleaseSnapshot(MLSnapshot *snapshot) {
         snapshots.erase(snapshot);
     }
     delete snapshot;
-    enter(Account::Snapshots, -1);
+    adjust(Counter::Snapshots, -1);
     return MLResult_Ok;
 }
 

@@ -1,8 +1,8 @@
 // MLTimeConvert*: MLTime and CLOCK_MONOTONIC.
 #include "ml_time.h"
 
+#include "camera_connection.h"
 #include "clock.h"
-#include "connection.h"
 
 using namespace ml2sim;
 

@@ -5,8 +5,8 @@
 #include <mutex>
 
 #include "clock.h"
+#include "head_path.h"
 #include "ml_perception.h"
-#include "stage.h"
 
 namespace ml2sim {
 namespace {
@@ -16,7 +16,7 @@ struct State {
     int64_t lostSince = 0; ///< MLTime
     double sessionKey = 0;
     uint64_t session = 0;
-    Pose worldOfRoom;
+    Pose worldFromScene;
     MapEvents events;
 };
 
@@ -36,16 +36,16 @@ Pose originAt(const Pose &head) {
 
 } // namespace
 
-Pose inWorld(const Pose &inRoom) { return compose(stateNow().worldOfRoom, inRoom); }
+Pose inWorld(const Pose &inScene) { return compose(stateNow().worldFromScene, inScene); }
 
-Vec3 pointInWorld(Vec3 inRoom) { return transform(stateNow().worldOfRoom, inRoom); }
+Vec3 pointInWorld(Vec3 inScene) { return transform(stateNow().worldFromScene, inScene); }
 
-Pose trueHead(int64_t mltime) { return inWorld(Stage::current()->at(mltime).head); }
+Pose trueHead(int64_t mltime) { return inWorld(HeadPath::current()->at(mltime).head); }
 
 Pose reportedHead(int64_t mltime) {
     const State now = stateNow();
     const bool isStale = now.tracking != kTracked && mltime > now.lostSince;
-    return compose(now.worldOfRoom, Stage::current()->at(isStale ? now.lostSince : mltime).head);
+    return compose(now.worldFromScene, HeadPath::current()->at(isStale ? now.lostSince : mltime).head);
 }
 
 MLTransform reportedCamera(Camera camera, int64_t mltime) {
@@ -85,10 +85,10 @@ void refreshTracking() {
     const auto tracking = static_cast<Tracking>(number(Key::FaultHeadTracking));
     const double sessionKey = number(Key::FaultHeadNewSession);
     const int64_t now = mlTimeNow();
-    const auto head = Stage::current()->at(now).head;
+    const auto head = HeadPath::current()->at(now).head;
     const std::lock_guard lock(mutex);
     if (state.sessionKey != sessionKey) {
-        state.worldOfRoom = inverse(originAt(head));
+        state.worldFromScene = inverse(originAt(head));
         state.session++;
         state.events.newSession++;
         if (state.tracking != kTracked)

@@ -10,10 +10,10 @@
 namespace ml2sim {
 
 /** A place of the room in the world of the current session. */
-Pose inWorld(const Pose &inRoom);
+Pose inWorld(const Pose &inScene);
 
 /** A point of the room in that world. */
-Vec3 pointInWorld(Vec3 inRoom);
+Vec3 pointInWorld(Vec3 inScene);
 
 /** Where the head truly is. */
 Pose trueHead(int64_t mltime);

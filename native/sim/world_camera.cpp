@@ -6,19 +6,19 @@
 #include <cstring>
 #include <vector>
 
-#include "connection.h"
-#include "films.h"
-#include "hostile.h"
+#include "camera_connection.h"
+#include "camera_faults.h"
+#include "head_path.h"
 #include "lazy.h"
+#include "render_plans.h"
 #include "scene/render.h"
 #include "sensors.h"
-#include "stage.h"
 #include "tracking.h"
 
 namespace ml2sim {
 namespace {
 
-constexpr Rhythm kRhythm = {30, 9000000};
+constexpr CaptureTiming kTiming = {30, 9000000};
 constexpr float kLowExposureGain = 0.15f;
 constexpr uint32_t kModes = MLWorldCameraMode_LowExposure | MLWorldCameraMode_NormalExposure;
 constexpr auto kKind = CameraKind::World;
@@ -38,7 +38,7 @@ constexpr std::array<Position, 3> kPositions = {{
 struct View {
     Position position;
     MLWorldCameraFrameType type;
-    std::shared_ptr<Film> film;
+    std::shared_ptr<FrameCache> cache;
 
     /** Every camera and mode counts for itself; here from its own beginning. */
     int64_t frameNumber(int64_t index) const {
@@ -46,26 +46,26 @@ struct View {
     }
 };
 
-Connection connection(kKind, "world");
+CameraConnection connection(kKind, "world");
 std::vector<View> views;
 FisheyeTangential lens;
 
 FisheyeTangential lensOfKeys() { return worldLens(number(Key::Tangential), number(Key::Tangential)); }
 
-FilmPlan planOf(const Position &position, MLWorldCameraFrameType type) {
-    const auto stage = Stage::current();
+RenderPlan renderPlan(const Position &position, MLWorldCameraFrameType type) {
+    const auto headPath = HeadPath::current();
     const float gain = type == MLWorldCameraFrameType_LowExposure ? kLowExposureGain : 1;
     const auto sigma = static_cast<float>(number(Key::ImageNoise));
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + position.id;
     const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lensOfKeys()); });
     const auto draw = [=](size_t index, uint8_t *grey) {
-        const Pose camera = compose(stage->atFilm(index, kRhythm.rate_hz).head, mount(position.camera));
-        renderWorld(*Stage::room(), rays->get(), camera, grey, rays->get().width, gain, {sigma, noiseSeed, index});
+        const Pose camera = compose(headPath->atFrame(index, kTiming.rate_hz).head, mount(position.camera));
+        renderWorld(*HeadPath::scene(), rays->get(), camera, grey, rays->get().width, gain, {sigma, noiseSeed, index});
     };
-    const auto inputs = stage->inputs() + " tangential=" + std::to_string(number(Key::Tangential)) +
+    const auto inputs = headPath->inputs() + " tangential=" + std::to_string(number(Key::Tangential)) +
                         " noise=" + std::to_string(sigma) + " gain=" + std::to_string(gain);
     const auto shape = lensOfKeys();
-    return {position.name, inputs, size_t{shape.width} * shape.height, stage->filmFrames(kRhythm.rate_hz), draw};
+    return {position.name, inputs, size_t{shape.width} * shape.height, headPath->frameCount(kTiming.rate_hz), draw};
 }
 
 MLResult check(const char *function, const MLWorldCameraSettings *settings) {
@@ -87,9 +87,9 @@ void apply(const MLWorldCameraSettings &settings) {
     for (const auto &position : kPositions)
         for (const uint32_t type : {MLWorldCameraFrameType_NormalExposure, MLWorldCameraFrameType_LowExposure})
             if ((settings.cameras & position.id) != 0 && (settings.mode & type) != 0)
-                views.push_back({position, type, Film::of(planOf(position, type))});
-    Stage::current()->begin();
-    connection.start(kRhythm);
+                views.push_back({position, type, FrameCache::of(renderPlan(position, type))});
+    HeadPath::current()->start();
+    connection.start(kTiming);
 }
 
 /** The device captures with low exposure for the controller's sake alone. */
@@ -119,31 +119,31 @@ MLWorldCameraIntrinsics intrinsics() {
 }
 
 /** Rows stride apart; what lies between them is no picture. */
-uint8_t *copyRows(Loan &loan, const uint8_t *film, uint32_t stride) {
+uint8_t *copyRows(FrameLease &lease, const uint8_t *grey, uint32_t stride) {
     constexpr uint8_t kBetweenRows = 0xee;
-    auto *rows = loan.take<uint8_t>(size_t{stride} * lens.height);
+    auto *rows = lease.allocate<uint8_t>(size_t{stride} * lens.height);
     for (uint32_t y = 0; y < lens.height; y++) {
-        std::memcpy(rows + size_t{y} * stride, film + size_t{y} * lens.width, lens.width);
+        std::memcpy(rows + size_t{y} * stride, grey + size_t{y} * lens.width, lens.width);
         std::memset(rows + size_t{y} * stride + lens.width, kBetweenRows, stride - lens.width);
     }
     return rows;
 }
 
-MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, Odd odd, Loan &loan) {
+MLWorldCameraFrame frameOf(const View &view, int64_t index, uint32_t stride, OddFrame odd, FrameLease &lease) {
     MLWorldCameraFrame frame{};
-    frame.id = spoiltId(kKind, view.position.id);
+    frame.id = corruptId(kKind, view.position.id);
     frame.frame_number = view.frameNumber(index);
-    frame.timestamp = captureTime(index, kRhythm.rate_hz);
+    frame.timestamp = captureTime(index, kTiming.rate_hz);
     frame.intrinsics = intrinsics();
     frame.camera_pose = reportedCamera(view.position.camera, frame.timestamp);
-    const auto *film = view.film->frame(Stage::current()->filmIndex(index, kRhythm.rate_hz));
-    frame.frame_buffer = {lens.width, lens.height, stride, 1, stride * lens.height, copyRows(loan, film, stride)};
+    const auto *grey = view.cache->frame(HeadPath::current()->frameIndex(index, kTiming.rate_hz));
+    frame.frame_buffer = {lens.width, lens.height, stride, 1, stride * lens.height, copyRows(lease, grey, stride)};
     frame.frame_type = view.type;
-    spoilBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
-    spoilPose(kKind, frame);
-    if (odd == Odd::UnknownId)
+    corruptBuffer(kKind, frame.frame_buffer, frame.frame_buffer.bytes_per_pixel);
+    corruptPose(kKind, frame);
+    if (odd == OddFrame::UnknownId)
         frame.id = kNoId;
-    makeOdd(odd, frame.frame_buffer);
+    applyOddFrame(odd, frame.frame_buffer);
     return frame;
 }
 
@@ -153,28 +153,28 @@ void lend(int64_t index, MLWorldCameraData *data) {
         if (isLive(view))
             live.push_back(view);
     const uint32_t stride = lens.width + static_cast<uint32_t>(number(Key::StridePadding));
-    const size_t perFrame = Loan::rounded(size_t{stride} * lens.height);
-    auto &loan =
-        connection.lendTo(data, Loan::rounded((live.size() + 1) * sizeof(MLWorldCameraFrame)) + live.size() * perFrame);
-    data->frames = loan.take<MLWorldCameraFrame>(live.size() + 1);
+    const size_t perFrame = FrameLease::rounded(size_t{stride} * lens.height);
+    auto &lease = connection.lease(data, FrameLease::rounded((live.size() + 1) * sizeof(MLWorldCameraFrame)) +
+                                             live.size() * perFrame);
+    data->frames = lease.allocate<MLWorldCameraFrame>(live.size() + 1);
     data->frame_count = 0;
     for (size_t i = 0; i < live.size(); i++) {
-        const auto odd = oddOf(kKind, index, i, live.size());
-        data->frames[data->frame_count++] = frameOf(live[i], index, stride, odd, loan);
-        if (odd == Odd::Duplicate) {
+        const auto odd = oddFrameAt(kKind, index, i, live.size());
+        data->frames[data->frame_count++] = frameOf(live[i], index, stride, odd, lease);
+        if (odd == OddFrame::Duplicate) {
             data->frames[data->frame_count] = data->frames[data->frame_count - 1];
             data->frame_count++;
         }
     }
-    spoilData(kKind, *data);
+    corruptData(kKind, *data);
 }
 
 } // namespace
 
-FilmPlan worldFilm(MLWorldCameraIdentifier camera, MLWorldCameraFrameType exposure) {
+RenderPlan worldRenderPlan(MLWorldCameraIdentifier camera, MLWorldCameraFrameType exposure) {
     const auto *position = std::find_if(kPositions.begin(), kPositions.end(),
                                         [camera](const Position &candidate) { return candidate.id == camera; });
-    return planOf(*position, exposure);
+    return renderPlan(*position, exposure);
 }
 
 bool isWorldCameraOpen() { return connection.isOpen(); }
@@ -196,19 +196,19 @@ MLResult MLWorldCameraConnect(const MLWorldCameraSettings *settings, MLHandle *o
 }
 
 MLResult MLWorldCameraUpdateSettings(MLHandle cameras, const MLWorldCameraSettings *settings) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     if (const auto result = check(__func__, settings))
         return result;
-    if (connection.isGone())
+    if (connection.isDisconnected())
         return MLResult_UnspecifiedFailure;
     apply(*settings);
     return MLResult_Ok;
 }
 
 MLResult MLWorldCameraGetLatestWorldCameraData(MLHandle cameras, uint64_t timeout_ms, MLWorldCameraData **inout_data) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     if (inout_data == nullptr || *inout_data == nullptr)
@@ -225,14 +225,14 @@ MLResult MLWorldCameraGetLatestWorldCameraData(MLHandle cameras, uint64_t timeou
 }
 
 MLResult MLWorldCameraReleaseCameraData(MLHandle cameras, MLWorldCameraData *data) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     return connection.release(data);
 }
 
 MLResult MLWorldCameraDisconnect(MLHandle cameras) {
-    const Call call(connection, cameras, __func__);
+    const CameraCall call(connection, cameras, __func__);
     if (call.isRefused())
         return call.result();
     connection.close();

@@ -1,7 +1,7 @@
 // Actions, as far as gaze needs them.
 #include "entry_points.h"
+#include "eyes_and_hands.h"
 #include "session.h"
-#include "wearer.h"
 
 namespace ml2sim::xr {
 namespace {
@@ -22,8 +22,9 @@ constexpr auto kBinding = "/user/eyes_ext/input/gaze_ext/pose";
 XrResult xrCreateActionSet(XrInstance instance, const XrActionSetCreateInfo *createInfo, XrActionSet *actionSet) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        checked(createInfo, XR_TYPE_ACTION_SET_CREATE_INFO, "XrActionSetCreateInfo");
-        given(actionSet, "actionSet") = adopt<XrActionSet>(number(instance), std::make_unique<ActionSet>());
+        requireType(createInfo, XR_TYPE_ACTION_SET_CREATE_INFO, "XrActionSetCreateInfo");
+        requireNonNull(actionSet, "actionSet") =
+            registerObject<XrActionSet>(number(instance), std::make_unique<ActionSet>());
         return XR_SUCCESS;
     });
 }
@@ -40,8 +41,8 @@ XrResult xrCreateAction(XrActionSet actionSet, const XrActionCreateInfo *createI
     return entry([&](auto &) {
         if (find<ActionSet>(actionSet, "action set").isAttached)
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "an action after attaching");
-        checked(createInfo, XR_TYPE_ACTION_CREATE_INFO, "XrActionCreateInfo");
-        given(action, "action") = adopt<XrAction>(number(actionSet), std::make_unique<Action>());
+        requireType(createInfo, XR_TYPE_ACTION_CREATE_INFO, "XrActionCreateInfo");
+        requireNonNull(action, "action") = registerObject<XrAction>(number(actionSet), std::make_unique<Action>());
         return XR_SUCCESS;
     });
 }
@@ -58,7 +59,7 @@ XrResult xrSuggestInteractionProfileBindings(XrInstance instance, const XrIntera
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
         const auto &suggestion =
-            checked(given, XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, "XrInteractionProfileSuggestedBinding");
+            requireType(given, XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, "XrInteractionProfileSuggestedBinding");
         const bool isGaze = textOf(suggestion.interactionProfile) == kProfile;
         if (isGaze && runtime().extensions.count(XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME) == 0)
             misuse(ML2SIM_XR_MISUSE_EXTENSION, XR_ERROR_PATH_UNSUPPORTED, "gaze without XR_EXT_eye_gaze_interaction");
@@ -74,7 +75,7 @@ XrResult xrAttachSessionActionSets(XrSession session, const XrSessionActionSetsA
     return entry([&](auto &) {
         auto &state = find<Session>(session, "session");
         const auto &info =
-            checked(attachInfo, XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO, "XrSessionActionSetsAttachInfo");
+            requireType(attachInfo, XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO, "XrSessionActionSetsAttachInfo");
         if (state.hasActionSets)
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "action sets attached twice");
         for (uint32_t i = 0; i < info.countActionSets; i++)
@@ -87,7 +88,7 @@ XrResult xrAttachSessionActionSets(XrSession session, const XrSessionActionSetsA
 XrResult xrCreateActionSpace(XrSession session, const XrActionSpaceCreateInfo *createInfo, XrSpace *space) {
     return entry([&](auto &) {
         find<Session>(session, "session");
-        const auto &info = checked(createInfo, XR_TYPE_ACTION_SPACE_CREATE_INFO, "XrActionSpaceCreateInfo");
+        const auto &info = requireType(createInfo, XR_TYPE_ACTION_SPACE_CREATE_INFO, "XrActionSpaceCreateInfo");
         find<Action>(info.action, "action");
         auto created = std::make_unique<Space>();
         created->at = [action = number(info.action)](XrTime time) -> std::optional<Pose> {
@@ -98,7 +99,7 @@ XrResult xrCreateActionSpace(XrSession session, const XrActionSpaceCreateInfo *c
             return state.isBoundToGaze && state.wasSynced ? std::optional(compose(headAt(time), gazeInHead(time)))
                                                           : std::nullopt;
         };
-        given(space, "space") = adopt<XrSpace>(number(session), std::move(created));
+        requireNonNull(space, "space") = registerObject<XrSpace>(number(session), std::move(created));
         return XR_SUCCESS;
     });
 }
@@ -106,7 +107,7 @@ XrResult xrCreateActionSpace(XrSession session, const XrActionSpaceCreateInfo *c
 XrResult xrSyncActions(XrSession session, const XrActionsSyncInfo *syncInfo) {
     return entry([&](auto &) {
         const auto &state = find<Session>(session, "session");
-        const auto &info = checked(syncInfo, XR_TYPE_ACTIONS_SYNC_INFO, "XrActionsSyncInfo");
+        const auto &info = requireType(syncInfo, XR_TYPE_ACTIONS_SYNC_INFO, "XrActionsSyncInfo");
         for (uint32_t i = 0; i < info.countActiveActionSets; i++) {
             const auto set = info.activeActionSets[i].actionSet;
             if (!find<ActionSet>(set, "action set").isAttached)

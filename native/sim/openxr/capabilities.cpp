@@ -25,12 +25,12 @@ uint32_t numberOf(const Mode &mode, XrPixelSensorCapabilityTypeML type) {
 
 bool agrees(const Mode &mode, const XrPixelSensorConfigBaseHeaderML *config) {
     if (config->capabilityType == XR_PIXEL_SENSOR_RESOLUTION_ML)
-        return mode.size == checked(reinterpret_cast<const XrPixelSensorConfigExtent2DiML *>(config),
-                                    XR_TYPE_PIXEL_SENSOR_CONFIG_EXTENT_2DI_ML, "config of the resolution")
+        return mode.size == requireType(reinterpret_cast<const XrPixelSensorConfigExtent2DiML *>(config),
+                                        XR_TYPE_PIXEL_SENSOR_CONFIG_EXTENT_2DI_ML, "config of the resolution")
                                 .value;
     return numberOf(mode, config->capabilityType) ==
-           checked(reinterpret_cast<const XrPixelSensorConfigUint32ML *>(config), XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML,
-                   "config of a number")
+           requireType(reinterpret_cast<const XrPixelSensorConfigUint32ML *>(config),
+                       XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, "config of a number")
                .value;
 }
 
@@ -46,7 +46,7 @@ template <class Value, class Read> std::vector<Value> distinct(const std::vector
 
 template <class Range, class Value>
 XrResult fill(Range *range, XrStructureType type, const std::vector<Value> &values) {
-    auto &out = checked(range, type, "range");
+    auto &out = requireType(range, type, "range");
     out.valid = !values.empty();
     return enumerate(values, out.capacityInput, &out.countOutput, out.values);
 }
@@ -76,10 +76,10 @@ XrResult xrEnumeratePixelSensorCapabilitiesML(XrPixelSensorML sensor, uint32_t s
         offer(XR_PIXEL_SENSOR_UPDATE_RATE_ML, XR_PIXEL_SENSOR_UINT32_ML);
         offer(XR_PIXEL_SENSOR_RESOLUTION_ML, XR_PIXEL_SENSOR_EXTENT_2DI_ML);
         offer(XR_PIXEL_SENSOR_FORMAT_ML, XR_PIXEL_SENSOR_UINT32_ML);
-        if (self.model->streams[stream].hasReality)
+        if (self.model->streams[stream].hasMixedReality)
             offer(XR_PIXEL_SENSOR_MIXED_REALITY_ML, XR_PIXEL_SENSOR_UINT32_ML);
         for (uint32_t i = 0; i < capacity; i++)
-            checked(&capabilities[i], XR_TYPE_PIXEL_SENSOR_CAPABILITY_ML, "XrPixelSensorCapability");
+            requireType(&capabilities[i], XR_TYPE_PIXEL_SENSOR_CAPABILITY_ML, "XrPixelSensorCapability");
         return enumerate(offered, capacity, count, capabilities);
     });
 }
@@ -91,7 +91,7 @@ XrResult xrQueryPixelSensorCapabilityRangeML(XrPixelSensorML sensor, const XrPix
     return entry([&](auto &) {
         auto &self = find<PixelSensor>(sensor, "pixel sensor");
         const auto &query =
-            checked(info, XR_TYPE_PIXEL_SENSOR_CAPABILITY_QUERY_INFO_ML, "XrPixelSensorCapabilityQueryInfo");
+            requireType(info, XR_TYPE_PIXEL_SENSOR_CAPABILITY_QUERY_INFO_ML, "XrPixelSensorCapabilityQueryInfo");
         self.stream(query.stream);
         const auto modes = modesWith(self.model->streams[query.stream], query.stream, configCount, configs);
         if (query.capabilityType == XR_PIXEL_SENSOR_RESOLUTION_ML)

@@ -197,8 +197,8 @@ XrResult xrGetPixelSensorBufferPropertiesML(XrPixelSensorML sensor, const XrPixe
     return entry([&](auto &) {
         auto &self = find<PixelSensor>(sensor, "pixel sensor");
         const auto &info =
-            checked(asked, XR_TYPE_PIXEL_SENSOR_BUFFER_PROPERTIES_INFO_ML, "XrPixelSensorBufferPropertiesInfo");
-        auto &out = checked(properties, XR_TYPE_PIXEL_SENSOR_BUFFER_PROPERTIES_ML, "XrPixelSensorBufferProperties");
+            requireType(asked, XR_TYPE_PIXEL_SENSOR_BUFFER_PROPERTIES_INFO_ML, "XrPixelSensorBufferPropertiesInfo");
+        auto &out = requireType(properties, XR_TYPE_PIXEL_SENSOR_BUFFER_PROPERTIES_ML, "XrPixelSensorBufferProperties");
         const auto &stream = runningStream(self, info.stream, "buffer properties");
         const std::vector<XrPixelSensorMetadataTypeML> types(info.metadatas, info.metadatas + info.metadataCount);
         for (const auto type : types)
@@ -214,9 +214,9 @@ XrResult xrGetPixelSensorDataML(XrPixelSensorML sensor, const XrPixelSensorDataG
                                 XrPixelSensorBufferML *into, XrPixelSensorDataML *data) {
     return entry([&](auto &lock) {
         auto &self = find<PixelSensor>(sensor, "pixel sensor");
-        const auto &info = checked(getInfo, XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, "XrPixelSensorDataGetInfo");
-        auto &buffer = checked(into, XR_TYPE_PIXEL_SENSOR_BUFFER_ML, "XrPixelSensorBuffer");
-        auto &out = checked(data, XR_TYPE_PIXEL_SENSOR_DATA_ML, "XrPixelSensorData");
+        const auto &info = requireType(getInfo, XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, "XrPixelSensorDataGetInfo");
+        auto &buffer = requireType(into, XR_TYPE_PIXEL_SENSOR_BUFFER_ML, "XrPixelSensorBuffer");
+        auto &out = requireType(data, XR_TYPE_PIXEL_SENSOR_DATA_ML, "XrPixelSensorData");
         auto &stream = runningStream(self, info.stream, "data");
         const auto types = pictureTypes(stream, chainedTypes(self, stream, out));
         if (buffer.buffer == nullptr || buffer.bufferSize < bytesFor(stream, types))
@@ -237,7 +237,7 @@ XrResult xrGetPixelSensorDataML(XrPixelSensorML sensor, const XrPixelSensorDataG
             stream.planes[0].height /= 2;
         out.captureTime = stream.pictures->captureTimeOf(*index);
         out.frame = &stream.frames[0];
-        ++runtime().book.frames_delivered;
+        ++runtime().counters.frames_delivered;
         return XR_SUCCESS;
     });
 }

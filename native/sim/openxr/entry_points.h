@@ -1,7 +1,7 @@
 // The functions of the runtime: X(name, extension), an empty extension for OpenXR's core.
 #pragma once
 
-#include "khronos.h"
+#include "openxr_headers.h"
 
 #define XR_ENTRY_POINTS(X)                                                                                             \
     X(xrGetInstanceProcAddr, "")                                                                                       \

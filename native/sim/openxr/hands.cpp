@@ -1,7 +1,7 @@
 // XR_EXT_hand_tracking: the joints of two hands.
 #include "entry_points.h"
+#include "eyes_and_hands.h"
 #include "session.h"
-#include "wearer.h"
 
 namespace ml2sim::xr {
 namespace {
@@ -20,11 +20,11 @@ XrResult xrCreateHandTrackerEXT(XrSession session, const XrHandTrackerCreateInfo
                                 XrHandTrackerEXT *tracker) {
     return entry([&](auto &) {
         find<Session>(session, "session");
-        const auto &info = checked(createInfo, XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT, "XrHandTrackerCreateInfoEXT");
+        const auto &info = requireType(createInfo, XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT, "XrHandTrackerCreateInfoEXT");
         refuseIf("fault.hands.unsupported", XR_ERROR_FEATURE_UNSUPPORTED);
         auto created = std::make_unique<HandTracker>();
         created->hand = info.hand;
-        given(tracker, "tracker") = adopt<XrHandTrackerEXT>(number(session), std::move(created));
+        requireNonNull(tracker, "tracker") = registerObject<XrHandTrackerEXT>(number(session), std::move(created));
         return XR_SUCCESS;
     });
 }
@@ -42,8 +42,8 @@ XrResult xrLocateHandJointsEXT(XrHandTrackerEXT tracker, const XrHandJointsLocat
     return entry([&](auto &) {
         const auto hand = find<HandTracker>(tracker, "hand tracker").hand;
         const auto side = hand == XR_HAND_LEFT_EXT ? Side::Left : Side::Right;
-        const auto &info = checked(locateInfo, XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, "XrHandJointsLocateInfoEXT");
-        auto &out = checked(locations, XR_TYPE_HAND_JOINT_LOCATIONS_EXT, "XrHandJointLocationsEXT");
+        const auto &info = requireType(locateInfo, XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, "XrHandJointsLocateInfoEXT");
+        auto &out = requireType(locations, XR_TYPE_HAND_JOINT_LOCATIONS_EXT, "XrHandJointLocationsEXT");
         if (out.jointCount != XR_HAND_JOINT_COUNT_EXT)
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, "jointCount is not 26");
         checkTime(info.time);

@@ -71,13 +71,13 @@ XrResult xrEnumerateInstanceExtensionProperties(const char *layer, uint32_t capa
         if (layer != nullptr && *layer != '\0')
             return XR_ERROR_API_LAYER_NOT_PRESENT;
         const auto offered = offeredExtensions();
-        given(count, "count") = static_cast<uint32_t>(offered.size());
+        requireNonNull(count, "count") = static_cast<uint32_t>(offered.size());
         if (capacity == 0)
             return XR_SUCCESS;
         if (capacity < offered.size())
             return XR_ERROR_SIZE_INSUFFICIENT;
         for (size_t i = 0; i < offered.size(); i++) {
-            auto &out = checked(&properties[i], XR_TYPE_EXTENSION_PROPERTIES, "XrExtensionProperties");
+            auto &out = requireType(&properties[i], XR_TYPE_EXTENSION_PROPERTIES, "XrExtensionProperties");
             std::strcpy(out.extensionName, offered[i].c_str());
             out.extensionVersion = 1;
         }
@@ -87,14 +87,14 @@ XrResult xrEnumerateInstanceExtensionProperties(const char *layer, uint32_t capa
 
 XrResult xrCreateInstance(const XrInstanceCreateInfo *createInfo, XrInstance *instance) {
     return entry([&](auto &) {
-        const auto &info = checked(createInfo, XR_TYPE_INSTANCE_CREATE_INFO, "XrInstanceCreateInfo");
+        const auto &info = requireType(createInfo, XR_TYPE_INSTANCE_CREATE_INFO, "XrInstanceCreateInfo");
         refuseIf("fault.instance.fails", XR_ERROR_RUNTIME_FAILURE);
         if (hasInstance())
             return XR_ERROR_LIMIT_REACHED;
         enable(info);
         runtime().events.clear();
-        ++runtime().book.instances_created;
-        given(instance, "instance") = adopt<XrInstance>(0, std::make_unique<Instance>());
+        ++runtime().counters.instances_created;
+        requireNonNull(instance, "instance") = registerObject<XrInstance>(0, std::make_unique<Instance>());
         return XR_SUCCESS;
     });
 }
@@ -110,8 +110,8 @@ XrResult xrDestroyInstance(XrInstance instance) {
 XrResult xrPollEvent(XrInstance instance, XrEventDataBuffer *event) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        checked(event, XR_TYPE_EVENT_DATA_BUFFER, "XrEventDataBuffer");
-        followFaults();
+        requireType(event, XR_TYPE_EVENT_DATA_BUFFER, "XrEventDataBuffer");
+        applySessionFaults();
         auto &events = runtime().events;
         if (events.empty())
             return XR_EVENT_UNAVAILABLE;
@@ -139,7 +139,7 @@ XrResult xrStringToPath(XrInstance instance, const char *text, XrPath *path) {
         find<Instance>(instance, "instance");
         if (*text != '/')
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_PATH_FORMAT_INVALID, std::string("no path: ") + text);
-        given(path, "path") = pathOf(text);
+        requireNonNull(path, "path") = pathOf(text);
         return XR_SUCCESS;
     });
 }
@@ -155,9 +155,10 @@ XrResult xrPathToString(XrInstance instance, XrPath path, uint32_t capacity, uin
 XrResult xrGetSystem(XrInstance instance, const XrSystemGetInfo *info, XrSystemId *system) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        if (checked(info, XR_TYPE_SYSTEM_GET_INFO, "XrSystemGetInfo").formFactor != XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY)
+        if (requireType(info, XR_TYPE_SYSTEM_GET_INFO, "XrSystemGetInfo").formFactor !=
+            XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY)
             return XR_ERROR_FORM_FACTOR_UNSUPPORTED;
-        given(system, "system") = kSystem;
+        requireNonNull(system, "system") = kSystem;
         return XR_SUCCESS;
     });
 }
@@ -166,7 +167,7 @@ XrResult xrGetSystemProperties(XrInstance instance, XrSystemId system, XrSystemP
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
         checkSystem(system);
-        auto &out = checked(properties, XR_TYPE_SYSTEM_PROPERTIES, "XrSystemProperties");
+        auto &out = requireType(properties, XR_TYPE_SYSTEM_PROPERTIES, "XrSystemProperties");
         out.systemId = system;
         std::strcpy(out.systemName, "Simulated headset");
         const auto &keys = runtime().keys;
@@ -187,7 +188,7 @@ XrResult xrGetSystemProperties(XrInstance instance, XrSystemId system, XrSystemP
 XrResult xrConvertTimespecTimeToTimeKHR(XrInstance instance, const timespec *monotonic, XrTime *time) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        given(time, "time") = mlTimeOfMonotonic(monotonic->tv_sec * kSecond + monotonic->tv_nsec);
+        requireNonNull(time, "time") = mlTimeOfMonotonic(monotonic->tv_sec * kSecond + monotonic->tv_nsec);
         return XR_SUCCESS;
     });
 }
@@ -198,7 +199,8 @@ XrResult xrConvertTimeToTimespecTimeKHR(XrInstance instance, XrTime time, timesp
         if (time <= 0)
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_TIME_INVALID, "times are positive");
         const int64_t nanos = monotonicOfMlTime(time);
-        given(monotonic, "timespec") = {static_cast<time_t>(nanos / kSecond), static_cast<long>(nanos % kSecond)};
+        requireNonNull(monotonic, "timespec") = {static_cast<time_t>(nanos / kSecond),
+                                                 static_cast<long>(nanos % kSecond)};
         return XR_SUCCESS;
     });
 }

@@ -26,7 +26,7 @@ const Known known[] = {XR_ENTRY_POINTS(XR_KNOWN)};
 
 XrResult xrGetInstanceProcAddr(XrInstance instance, const char *name, PFN_xrVoidFunction *function) {
     return entry([&](auto &) {
-        given(function, "function") = nullptr;
+        requireNonNull(function, "function") = nullptr;
         if (instance != XR_NULL_HANDLE)
             find<Instance>(instance, "instance");
         for (const auto &candidate : known) {

@@ -5,10 +5,10 @@
 
 #include "../clock.h"
 #include "../depth_modes.h"
-#include "../films.h"
+#include "../head_path.h"
 #include "../ml2sim.h"
+#include "../render_plans.h"
 #include "../settings.h"
-#include "../stage.h"
 #include "scene/cameras.h"
 
 namespace ml2sim::xr {
@@ -16,17 +16,17 @@ namespace {
 
 class GreyPictures : public Pictures {
   public:
-    GreyPictures(const FilmPlan &plan, const Mode &mode, int64_t exposureNanos)
-        : Pictures(mode.rate_hz, 9000000, exposureNanos), film_(Film::of(plan)),
+    GreyPictures(const RenderPlan &plan, const Mode &mode, int64_t exposureNanos)
+        : Pictures(mode.rate_hz, 9000000, exposureNanos), cache_(FrameCache::of(plan)),
           width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML, int64_t index) override {
-        return {film_->frame(filmIndex(index)), width_, height_, 1, width_ * height_};
+        return {cache_->frame(frameIndex(index)), width_, height_, 1, width_ * height_};
     }
     uint32_t mostBytes(XrPixelSensorFrameTypeML) const override { return width_ * height_; }
 
   private:
-    std::shared_ptr<Film> film_;
+    std::shared_ptr<FrameCache> cache_;
     uint32_t width_, height_;
 };
 
@@ -40,11 +40,11 @@ class DepthPictures : public Pictures {
   public:
     DepthPictures(uint32_t stream, const Mode &mode)
         : Pictures(choice(stream, mode).delivered_hz, 7000000, stream == 0 ? 1600000 : 375000),
-          film_(Film::of(depthFilm(choice(stream, mode)))), pixels_(mode.size.width * mode.size.height),
+          cache_(FrameCache::of(depthRenderPlan(choice(stream, mode)))), pixels_(mode.size.width * mode.size.height),
           width_(static_cast<uint32_t>(mode.size.width)), height_(static_cast<uint32_t>(mode.size.height)) {}
 
     Plane plane(XrPixelSensorFrameTypeML type, int64_t index) override {
-        const uint8_t *planes = film_->frame(filmIndex(index));
+        const uint8_t *planes = cache_->frame(frameIndex(index));
         const uint8_t *data = type == XR_PIXEL_SENSOR_DEPTH_CONFIDENCE_ML ? planes + bytes()
                               : type == XR_PIXEL_SENSOR_DEPTH_FLAGS_ML    ? translated(planes + 2 * bytes())
                                                                           : planes;
@@ -70,7 +70,7 @@ class DepthPictures : public Pictures {
         return reinterpret_cast<const uint8_t *>(pixels_.data());
     }
 
-    std::shared_ptr<Film> film_;
+    std::shared_ptr<FrameCache> cache_;
     std::vector<uint32_t> pixels_;
     uint32_t width_, height_;
 };
@@ -94,23 +94,23 @@ class ColorPictures : public Pictures {
     const ml2sim_color_request request_;
 };
 
-FilmPlan greyFilm(Eyepiece eyepiece, uint32_t stream) {
+RenderPlan greyFilm(CameraId camera, uint32_t stream) {
     const auto exposure = stream == 0 ? MLWorldCameraFrameType_NormalExposure : MLWorldCameraFrameType_LowExposure;
-    switch (eyepiece) {
-    case Eyepiece::WorldLeft:
-        return worldFilm(MLWorldCameraIdentifier_Left, exposure);
-    case Eyepiece::WorldCenter:
-        return worldFilm(MLWorldCameraIdentifier_Center, exposure);
-    case Eyepiece::WorldRight:
-        return worldFilm(MLWorldCameraIdentifier_Right, exposure);
-    case Eyepiece::TempleLeft:
-        return eyeFilm(EyeCamera::LeftTemple);
-    case Eyepiece::NasalLeft:
-        return eyeFilm(EyeCamera::LeftNasal);
-    case Eyepiece::NasalRight:
-        return eyeFilm(EyeCamera::RightNasal);
+    switch (camera) {
+    case CameraId::WorldLeft:
+        return worldRenderPlan(MLWorldCameraIdentifier_Left, exposure);
+    case CameraId::WorldCenter:
+        return worldRenderPlan(MLWorldCameraIdentifier_Center, exposure);
+    case CameraId::WorldRight:
+        return worldRenderPlan(MLWorldCameraIdentifier_Right, exposure);
+    case CameraId::TempleLeft:
+        return eyeRenderPlan(EyeCamera::LeftTemple);
+    case CameraId::NasalLeft:
+        return eyeRenderPlan(EyeCamera::LeftNasal);
+    case CameraId::NasalRight:
+        return eyeRenderPlan(EyeCamera::RightNasal);
     default:
-        return eyeFilm(EyeCamera::RightTemple);
+        return eyeRenderPlan(EyeCamera::RightTemple);
     }
 }
 
@@ -124,12 +124,12 @@ template <class Lens, class Intrinsics> void writeShape(const Lens &lens, Intrin
 } // namespace
 
 std::shared_ptr<Pictures> Pictures::of(const SensorModel &sensor, uint32_t stream, const Mode &mode) {
-    Stage::current()->begin();
-    if (sensor.eyepiece == Eyepiece::Depth)
+    HeadPath::current()->start();
+    if (sensor.camera == CameraId::Depth)
         return std::make_shared<DepthPictures>(stream, mode);
-    if (sensor.eyepiece == Eyepiece::Color)
+    if (sensor.camera == CameraId::Color)
         return std::make_shared<ColorPictures>(mode, stream == 1 && mode.reality == XR_PIXEL_SENSOR_REALITY_MIXED_ML);
-    return std::make_shared<GreyPictures>(greyFilm(sensor.eyepiece, stream), mode, stream == 0 ? 5000000 : 1000000);
+    return std::make_shared<GreyPictures>(greyFilm(sensor.camera, stream), mode, stream == 0 ? 5000000 : 1000000);
 }
 
 int64_t Pictures::captureTimeOf(int64_t index) const { return captureTime(index, rate_hz_); }
@@ -138,7 +138,7 @@ int64_t Pictures::deliveryTimeOf(int64_t index) const { return captureTimeOf(ind
 
 int64_t Pictures::newestAt(int64_t mltime) const { return captureIndex(mltime - delayNanos_, rate_hz_); }
 
-size_t Pictures::filmIndex(int64_t index) const { return Stage::current()->filmIndex(index, rate_hz_); }
+size_t Pictures::frameIndex(int64_t index) const { return HeadPath::current()->frameIndex(index, rate_hz_); }
 
 void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out) {
     const auto lens = worldLens(number(Key::Tangential), number(Key::Tangential));
@@ -150,7 +150,7 @@ void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out) {
 }
 
 void writeIntrinsics(const SensorModel &sensor, const Mode &mode, XrPixelSensorPinholeIntrinsicsML *out) {
-    const auto lens = sensor.eyepiece == Eyepiece::Depth
+    const auto lens = sensor.camera == CameraId::Depth
                           ? depthLens()
                           : colorLens(static_cast<uint32_t>(mode.size.width), static_cast<uint32_t>(mode.size.height));
     writeShape(lens, out);

@@ -1,4 +1,4 @@
-// What a running stream shows: the films of the simulated headset, on its grid of capture times.
+// The images of a running stream, by capture time.
 #pragma once
 
 #include <cstddef>
@@ -19,34 +19,34 @@ struct Plane {
 
 class Pictures {
   public:
-    /** Draws what the mode shows, which may take seconds. */
+    /** Renders the images of the mode, which may take seconds. */
     static std::shared_ptr<Pictures> of(const SensorModel &sensor, uint32_t stream, const Mode &mode);
 
     virtual ~Pictures() = default;
 
-    /** The picture, or its confidence or flags, of capture number index. Read only, valid until the process ends. */
+    /** Returns the image, confidence or flags of capture number index, read-only and valid until the process ends. */
     virtual Plane plane(XrPixelSensorFrameTypeML type, int64_t index) = 0;
-    /** No plane of the type is larger. */
+    /** Returns the size of the largest plane of the type. */
     virtual uint32_t mostBytes(XrPixelSensorFrameTypeML type) const = 0;
 
     int64_t captureTimeOf(int64_t index) const;
-    /** MLTime at which the capture can be got. */
+    /** Returns the MLTime at which the capture is delivered. */
     int64_t deliveryTimeOf(int64_t index) const;
-    /** The newest capture that can be got at an MLTime. */
+    /** Returns the newest capture that is delivered at an MLTime. */
     int64_t newestAt(int64_t mltime) const;
     int64_t exposureNanos() const { return exposureNanos_; }
 
   protected:
     Pictures(uint32_t rate_hz, int64_t delayNanos, int64_t exposureNanos)
         : rate_hz_(rate_hz), delayNanos_(delayNanos), exposureNanos_(exposureNanos) {}
-    size_t filmIndex(int64_t index) const;
+    size_t frameIndex(int64_t index) const;
 
     const uint32_t rate_hz_;
     const int64_t delayNanos_;
     const int64_t exposureNanos_;
 };
 
-/** By shape of the lens; nothing for eye cameras, which tell none. */
+/** Write the intrinsics of the lens. The eye cameras have none. */
 void writeIntrinsics(XrPixelSensorFisheyeIntrinsicsML *out);
 void writeIntrinsics(const SensorModel &sensor, const Mode &mode, XrPixelSensorPinholeIntrinsicsML *out);
 

@@ -21,16 +21,16 @@ const SensorModel *modelOf(const std::string &path) {
 PixelSensor &sensorOf(XrPixelSensorML sensor) { return find<PixelSensor>(sensor, "pixel sensor"); }
 
 std::optional<Pose> placeOf(const SensorModel &model, XrTime time) {
-    switch (model.eyepiece) {
-    case Eyepiece::WorldLeft:
+    switch (model.camera) {
+    case CameraId::WorldLeft:
         return compose(headAt(time), mount(Camera::WorldLeft));
-    case Eyepiece::WorldCenter:
+    case CameraId::WorldCenter:
         return compose(headAt(time), mount(Camera::WorldCenter));
-    case Eyepiece::WorldRight:
+    case CameraId::WorldRight:
         return compose(headAt(time), mount(Camera::WorldRight));
-    case Eyepiece::Depth:
+    case CameraId::Depth:
         return compose(headAt(time), mount(Camera::Depth));
-    case Eyepiece::Color:
+    case CameraId::Color:
         return compose(headAt(time), mount(Camera::Color));
     default:
         return {};
@@ -55,13 +55,13 @@ XrFutureEXT begin(XrPixelSensorML handle, PixelSensor &sensor, const char *step,
     future->fails = keys.text("fault.future.fails") == step;
     future->effect = std::move(effect);
     future->streams = std::move(streams);
-    return adopt<XrFutureEXT>(number(handle), std::move(future));
+    return registerObject<XrFutureEXT>(number(handle), std::move(future));
 }
 
 XrResult complete(XrPixelSensorML handle, XrFutureEXT future, const char *step, XrStructureType type,
                   XrPixelSensorCompletionML *completion) {
     auto &sensor = sensorOf(handle);
-    auto &out = checked(completion, type, "completion");
+    auto &out = requireType(completion, type, "completion");
     const auto found = runtime().objects.find(number(future));
     auto *begun = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
     if (begun == nullptr || begun->parent != number(handle) || std::string(begun->step) != step)
@@ -126,7 +126,7 @@ XrResult xrCreatePixelSensorML(XrSession session, const XrPixelSensorCreateInfoM
                                XrPixelSensorML *sensor) {
     return entry([&](auto &) {
         find<Session>(session, "session");
-        const auto &info = checked(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_INFO_ML, "XrPixelSensorCreateInfo");
+        const auto &info = requireType(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_INFO_ML, "XrPixelSensorCreateInfo");
         const auto *model = modelOf(textOf(info.sensor));
         if (model == nullptr)
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_PATH_UNSUPPORTED, "a sensor that is not listed");
@@ -140,7 +140,7 @@ XrResult xrCreatePixelSensorML(XrSession session, const XrPixelSensorCreateInfoM
         if (created->isSubjectTo("fault.sensor.taken"))
             return XR_ERROR_RUNTIME_FAILURE;
         created->streams.resize(model->streams.size());
-        given(sensor, "sensor") = adopt<XrPixelSensorML>(number(session), std::move(created));
+        requireNonNull(sensor, "sensor") = registerObject<XrPixelSensorML>(number(session), std::move(created));
         return XR_SUCCESS;
     });
 }
@@ -161,7 +161,7 @@ XrResult xrDestroyPixelSensorML(XrPixelSensorML sensor) {
 
 XrResult xrGetPixelSensorStreamCountML(XrPixelSensorML sensor, uint32_t *count) {
     return entry([&](auto &) {
-        given(count, "count") = static_cast<uint32_t>(sensorOf(sensor).streams.size());
+        requireNonNull(count, "count") = static_cast<uint32_t>(sensorOf(sensor).streams.size());
         return XR_SUCCESS;
     });
 }
@@ -170,7 +170,7 @@ XrResult xrConfigurePixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSens
                                        XrFutureEXT *future) {
     return entry([&](auto &) {
         auto &self = sensorOf(sensor);
-        const auto &info = checked(configInfo, XR_TYPE_PIXEL_SENSOR_CONFIG_INFO_ML, "XrPixelSensorConfigInfo");
+        const auto &info = requireType(configInfo, XR_TYPE_PIXEL_SENSOR_CONFIG_INFO_ML, "XrPixelSensorConfigInfo");
         const auto streams = streamsOf(self, info.streamCount, info.streams);
         std::map<uint32_t, Mode> modes;
         for (const auto stream : streams) {
@@ -178,7 +178,7 @@ XrResult xrConfigurePixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSens
                 misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "configured while running");
             modes[stream] = modeFrom(self, stream, info);
         }
-        given(future, "future") = begin(sensor, self, "configure", streams, [modes](PixelSensor &target) {
+        requireNonNull(future, "future") = begin(sensor, self, "configure", streams, [modes](PixelSensor &target) {
             for (const auto &[stream, mode] : modes)
                 target.streams[stream].mode = mode;
         });
@@ -208,7 +208,7 @@ XrResult xrStartPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSt
                                    XrFutureEXT *future) {
     return entry([&](auto &lock) {
         auto &self = sensorOf(sensor);
-        const auto &info = checked(startInfo, XR_TYPE_PIXEL_SENSOR_START_INFO_ML, "XrPixelSensorStartInfo");
+        const auto &info = requireType(startInfo, XR_TYPE_PIXEL_SENSOR_START_INFO_ML, "XrPixelSensorStartInfo");
         const auto streams = streamsOf(self, info.streamCount, info.streams);
         std::map<uint32_t, std::shared_ptr<Pictures>> pictures;
         for (const auto index : streams) {
@@ -221,14 +221,15 @@ XrResult xrStartPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSt
             pictures[index] = Pictures::of(*model, index, mode);
             lock.lock();
         }
-        given(future, "future") = begin(sensor, sensorOf(sensor), "start", streams, [pictures](PixelSensor &target) {
-            for (const auto &[index, shown] : pictures) {
-                auto &stream = target.streams[index];
-                stream.pictures = shown;
-                stream.firstIndex = shown->newestAt(mlTimeNow()) + 1;
-                stream.isRunning = true;
-            }
-        });
+        requireNonNull(future, "future") =
+            begin(sensor, sensorOf(sensor), "start", streams, [pictures](PixelSensor &target) {
+                for (const auto &[index, shown] : pictures) {
+                    auto &stream = target.streams[index];
+                    stream.pictures = shown;
+                    stream.firstIndex = shown->newestAt(mlTimeNow()) + 1;
+                    stream.isRunning = true;
+                }
+            });
         return XR_SUCCESS;
     });
 }
@@ -244,14 +245,14 @@ XrResult xrStopPixelSensorAsyncML(XrPixelSensorML sensor, const XrPixelSensorSto
                                   XrFutureEXT *future) {
     return entry([&](auto &) {
         auto &self = sensorOf(sensor);
-        const auto &info = checked(stopInfo, XR_TYPE_PIXEL_SENSOR_STOP_INFO_ML, "XrPixelSensorStopInfo");
+        const auto &info = requireType(stopInfo, XR_TYPE_PIXEL_SENSOR_STOP_INFO_ML, "XrPixelSensorStopInfo");
         const auto streams = streamsOf(self, info.streamCount, info.streams);
         for (const auto stream : streams) {
             if (!self.streams[stream].isRunning)
                 misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_CALL_ORDER_INVALID, "stopped but not running");
             self.streams[stream].isRunning = false;
         }
-        given(future, "future") = begin(sensor, self, "stop", streams, [](PixelSensor &) {});
+        requireNonNull(future, "future") = begin(sensor, self, "stop", streams, [](PixelSensor &) {});
         return XR_SUCCESS;
     });
 }
@@ -265,8 +266,8 @@ XrResult xrStopPixelSensorCompleteML(XrPixelSensorML sensor, XrFutureEXT future,
 XrResult xrPollFutureEXT(XrInstance instance, const XrFuturePollInfoEXT *pollInfo, XrFuturePollResultEXT *pollResult) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        const auto &info = checked(pollInfo, XR_TYPE_FUTURE_POLL_INFO_EXT, "XrFuturePollInfoEXT");
-        auto &out = checked(pollResult, XR_TYPE_FUTURE_POLL_RESULT_EXT, "XrFuturePollResultEXT");
+        const auto &info = requireType(pollInfo, XR_TYPE_FUTURE_POLL_INFO_EXT, "XrFuturePollInfoEXT");
+        auto &out = requireType(pollResult, XR_TYPE_FUTURE_POLL_RESULT_EXT, "XrFuturePollResultEXT");
         const auto found = runtime().objects.find(number(info.future));
         auto *future = found == runtime().objects.end() ? nullptr : dynamic_cast<Future *>(found->second.get());
         if (future == nullptr)
@@ -281,11 +282,11 @@ XrResult xrCreatePixelSensorSpaceML(XrSession session, const XrPixelSensorCreate
     return entry([&](auto &) {
         find<Session>(session, "session");
         const auto &info =
-            checked(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, "XrPixelSensorCreateSpaceInfo");
+            requireType(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, "XrPixelSensorCreateSpaceInfo");
         auto created = std::make_unique<Space>();
         created->at = [model = sensorOf(info.sensor).model](XrTime time) { return placeOf(*model, time); };
         // It goes with the sensor.
-        given(space, "space") = adopt<XrSpace>(number(info.sensor), std::move(created));
+        requireNonNull(space, "space") = registerObject<XrSpace>(number(info.sensor), std::move(created));
         return XR_SUCCESS;
     });
 }

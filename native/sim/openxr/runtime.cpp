@@ -14,9 +14,9 @@ Runtime &runtime() {
 }
 
 void misuse(ml2sim_xr_misuse kind, XrResult result, const std::string &what) {
-    ml2sim_xr_book &book = runtime().book;
-    ++book.misuses[kind];
-    std::snprintf(book.last_misuse, sizeof book.last_misuse, "%s", what.c_str());
+    ml2sim_xr_counters &counters = runtime().counters;
+    ++counters.misuses[kind];
+    std::snprintf(counters.last_misuse, sizeof counters.last_misuse, "%s", what.c_str());
     std::fprintf(stderr, "simulated OpenXR runtime: misuse: %s\n", what.c_str());
     throw Refusal{result};
 }
@@ -93,12 +93,12 @@ extern "C" void ml2sim_xr_reset(void) {
     runtime().objects.clear();
     runtime().extensions.clear();
     runtime().events.clear();
-    runtime().book = {};
+    runtime().counters = {};
     ml2sim::wakeWaiters();
 }
 
-extern "C" void ml2sim_xr_books(ml2sim_xr_book *out) {
+extern "C" void ml2sim_xr_get_counters(ml2sim_xr_counters *out) {
     std::lock_guard<std::mutex> lock(runtime().mutex);
-    *out = runtime().book;
+    *out = runtime().counters;
     out->live_objects = static_cast<uint32_t>(runtime().objects.size());
 }

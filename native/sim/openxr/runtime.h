@@ -1,4 +1,4 @@
-// What the entry points of the simulated runtime share: objects that handles name, strict checks, faults and books.
+// The state of the simulated runtime, and the checks that its entry points share.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "keys.h"
-#include "khronos.h"
 #include "ml2sim_xr.h"
+#include "openxr_headers.h"
 
 namespace ml2sim::xr {
 
-/// Something a handle names. Lives until it is destroyed by name; its parent is the handle it was made from.
+/// An object with a handle. It exists until its handle is destroyed; its parent is the handle it was created from.
 struct Object {
     uint64_t parent = 0;
-    bool diesWithParent = false; ///< Without anyone's fault.
+    bool diesWithParent = false; ///< Its end with the parent is no misuse.
     virtual ~Object() = default;
 };
 
@@ -34,7 +34,7 @@ struct Runtime {
 
     std::mutex mutex;
     KeyTable keys = declareKeys();
-    ml2sim_xr_book book{};
+    ml2sim_xr_counters counters{};
     std::map<uint64_t, std::unique_ptr<Object>> objects;
     std::set<std::string> extensions;
     std::vector<std::string> paths;
@@ -44,7 +44,7 @@ struct Runtime {
 
 Runtime &runtime();
 
-/// Counts and tells a misuse, then refuses the call.
+/// Counts and logs a misuse, then refuses the call.
 [[noreturn]] void misuse(ml2sim_xr_misuse kind, XrResult result, const std::string &what);
 
 /// Refuses when the fault `key` is set.
@@ -61,7 +61,7 @@ template <class Body> XrResult entry(Body body) {
 }
 
 template <class Structure>
-const Structure &checked(const Structure *structure, XrStructureType type, const char *name) {
+const Structure &requireType(const Structure *structure, XrStructureType type, const char *name) {
     if (structure == nullptr) {
         misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, std::string(name) + " is null");
     }
@@ -73,11 +73,11 @@ const Structure &checked(const Structure *structure, XrStructureType type, const
     return *structure;
 }
 
-template <class Structure> Structure &checked(Structure *structure, XrStructureType type, const char *name) {
-    return const_cast<Structure &>(checked(static_cast<const Structure *>(structure), type, name));
+template <class Structure> Structure &requireType(Structure *structure, XrStructureType type, const char *name) {
+    return const_cast<Structure &>(requireType(static_cast<const Structure *>(structure), type, name));
 }
 
-template <class Pointer> Pointer &given(Pointer *pointer, const char *name) {
+template <class Pointer> Pointer &requireNonNull(Pointer *pointer, const char *name) {
     if (pointer == nullptr) {
         misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_VALIDATION_FAILURE, std::string(name) + " is null");
     }
@@ -95,28 +95,28 @@ template <class Kind, class Handle> Kind &find(Handle handle, const char *name) 
     return *object;
 }
 
-/// Takes an object in and names it.
-template <class Handle> Handle adopt(uint64_t parent, std::unique_ptr<Object> object) {
+/// Registers an object and returns its handle.
+template <class Handle> Handle registerObject(uint64_t parent, std::unique_ptr<Object> object) {
     object->parent = parent;
     const uint64_t handle = runtime().nextHandle++;
     runtime().objects[handle] = std::move(object);
     return reinterpret_cast<Handle>(handle);
 }
 
-/// Ends an object; a misuse, and the children's end too, while something made from it lives.
+/// Destroys an object and its children. Children that do not die with their parent are a misuse.
 void destroy(uint64_t handle, const char *name);
 
-/// Two-call idiom: how many there are, and the values when there is room for all.
+/// Implements OpenXR's two-call idiom: writes the count, and the values if capacity suffices.
 template <class Value>
 XrResult enumerate(const std::vector<Value> &from, uint32_t capacity, uint32_t *count, Value *values) {
-    given(count, "count") = static_cast<uint32_t>(from.size());
+    requireNonNull(count, "count") = static_cast<uint32_t>(from.size());
     if (capacity == 0) {
         return XR_SUCCESS;
     }
     if (capacity < from.size()) {
         return XR_ERROR_SIZE_INSUFFICIENT;
     }
-    std::copy(from.begin(), from.end(), &given(values, "values"));
+    std::copy(from.begin(), from.end(), &requireNonNull(values, "values"));
     return XR_SUCCESS;
 }
 

@@ -40,7 +40,7 @@ StreamModel mixedReality() {
     const std::vector<XrPixelSensorRealityModeML> realities = {XR_PIXEL_SENSOR_REALITY_MIXED_ML,
                                                                XR_PIXEL_SENSOR_REALITY_CAMERA_ML};
     StreamModel stream;
-    stream.hasReality = true;
+    stream.hasMixedReality = true;
     add(stream, {30, 60}, {{648, 720}, {972, 1080}, {960, 720}, {1440, 1080}}, {XR_PIXEL_SENSOR_JPEG_ML}, realities);
     add(stream, {30}, {{1944, 2160}, {2880, 2160}}, {XR_PIXEL_SENSOR_JPEG_ML}, realities);
     return stream;
@@ -50,15 +50,15 @@ StreamModel mixedReality() {
 
 const std::vector<SensorModel> &sensorModels() {
     static const std::vector<SensorModel> models = {
-        {"/pixelsensor/picture/center", Eyepiece::Color, {camera(), mixedReality()}},
-        {"/pixelsensor/world/left", Eyepiece::WorldLeft, {grey(1016), grey(1016)}},
-        {"/pixelsensor/world/center", Eyepiece::WorldCenter, {grey(1016), grey(1016)}},
-        {"/pixelsensor/world/right", Eyepiece::WorldRight, {grey(1016), grey(1016)}},
-        {"/pixelsensor/depth/center", Eyepiece::Depth, {depth({1, 5}), depth({5, 25, 30, 50, 60})}},
-        {"/pixelsensor/eye/temple/left", Eyepiece::TempleLeft, {grey(400)}},
-        {"/pixelsensor/eye/temple/right", Eyepiece::TempleRight, {grey(400)}},
-        {"/pixelsensor/eye/nasal/left", Eyepiece::NasalLeft, {grey(400)}},
-        {"/pixelsensor/eye/nasal/right", Eyepiece::NasalRight, {grey(400)}},
+        {"/pixelsensor/picture/center", CameraId::Color, {camera(), mixedReality()}},
+        {"/pixelsensor/world/left", CameraId::WorldLeft, {grey(1016), grey(1016)}},
+        {"/pixelsensor/world/center", CameraId::WorldCenter, {grey(1016), grey(1016)}},
+        {"/pixelsensor/world/right", CameraId::WorldRight, {grey(1016), grey(1016)}},
+        {"/pixelsensor/depth/center", CameraId::Depth, {depth({1, 5}), depth({5, 25, 30, 50, 60})}},
+        {"/pixelsensor/eye/temple/left", CameraId::TempleLeft, {grey(400)}},
+        {"/pixelsensor/eye/temple/right", CameraId::TempleRight, {grey(400)}},
+        {"/pixelsensor/eye/nasal/left", CameraId::NasalLeft, {grey(400)}},
+        {"/pixelsensor/eye/nasal/right", CameraId::NasalRight, {grey(400)}},
     };
     return models;
 }
@@ -74,9 +74,9 @@ std::vector<XrPixelSensorMetadataTypeML> metadataOf(const SensorModel &sensor, X
     std::vector<XrPixelSensorMetadataTypeML> types = {XR_PIXEL_SENSOR_METADATA_EXPOSURE_TIME_ML,
                                                       XR_PIXEL_SENSOR_METADATA_ANALOG_GAIN_ML,
                                                       XR_PIXEL_SENSOR_METADATA_DIGITAL_GAIN_ML};
-    if (sensor.eyepiece == Eyepiece::Color)
+    if (sensor.camera == CameraId::Color)
         types.push_back(XR_PIXEL_SENSOR_METADATA_PINHOLE_ML);
-    else if (sensor.eyepiece <= Eyepiece::WorldRight)
+    else if (sensor.camera <= CameraId::WorldRight)
         types.push_back(XR_PIXEL_SENSOR_METADATA_FISHEYE_ML);
     return types;
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "khronos.h"
+#include "openxr_headers.h"
 
 namespace ml2sim::xr {
 
@@ -19,11 +19,11 @@ struct Mode {
 
 struct StreamModel {
     std::vector<Mode> modes;
-    bool hasReality = false;
+    bool hasMixedReality = false;
 };
 
 /** What a sensor looks through. */
-enum class Eyepiece {
+enum class CameraId {
     WorldLeft,
     WorldCenter,
     WorldRight,
@@ -37,7 +37,7 @@ enum class Eyepiece {
 
 struct SensorModel {
     std::string path;
-    Eyepiece eyepiece;
+    CameraId camera;
     std::vector<StreamModel> streams;
 };
 

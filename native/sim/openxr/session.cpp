@@ -52,7 +52,7 @@ Space &located(XrSpace space) { return find<Space>(space, "space"); }
 
 } // namespace
 
-void followFaults() {
+void applySessionFaults() {
     for (auto &[handle, object] : runtime().objects)
         if (auto *session = dynamic_cast<Session *>(object.get())) {
             noticeNewWorld(reinterpret_cast<XrSession>(handle), *session);
@@ -83,14 +83,14 @@ XrPosef toXr(const Pose &pose) {
 XrResult xrCreateSession(XrInstance instance, const XrSessionCreateInfo *createInfo, XrSession *session) {
     return entry([&](auto &) {
         find<Instance>(instance, "instance");
-        const auto &info = checked(createInfo, XR_TYPE_SESSION_CREATE_INFO, "XrSessionCreateInfo");
+        const auto &info = requireType(createInfo, XR_TYPE_SESSION_CREATE_INFO, "XrSessionCreateInfo");
         if (info.next == nullptr && runtime().extensions.count(XR_MND_HEADLESS_EXTENSION_NAME) == 0)
             misuse(ML2SIM_XR_MISUSE_ARGUMENT, XR_ERROR_GRAPHICS_DEVICE_INVALID, "no graphics, and not headless");
         auto created = std::make_unique<Session>();
         auto &state = *created;
         state.world = sessionNumber();
-        given(session, "session") = adopt<XrSession>(number(instance), std::move(created));
-        ++runtime().book.sessions_created;
+        requireNonNull(session, "session") = registerObject<XrSession>(number(instance), std::move(created));
+        ++runtime().counters.sessions_created;
         enterState(*session, state, XR_SESSION_STATE_IDLE);
         return XR_SUCCESS;
     });
@@ -107,7 +107,7 @@ XrResult xrDestroySession(XrSession session) {
 XrResult xrBeginSession(XrSession session, const XrSessionBeginInfo *beginInfo) {
     return entry([&](auto &) {
         auto &state = find<Session>(session, "session");
-        checked(beginInfo, XR_TYPE_SESSION_BEGIN_INFO, "XrSessionBeginInfo");
+        requireType(beginInfo, XR_TYPE_SESSION_BEGIN_INFO, "XrSessionBeginInfo");
         if (state.isRunning || state.state != XR_SESSION_STATE_READY)
             misuse(ML2SIM_XR_MISUSE_ORDER, XR_ERROR_SESSION_NOT_READY, "a session begun that was not ready");
         state.isRunning = true;
@@ -131,7 +131,7 @@ XrResult xrEndSession(XrSession session) {
 XrResult xrCreateReferenceSpace(XrSession session, const XrReferenceSpaceCreateInfo *createInfo, XrSpace *space) {
     return entry([&](auto &) {
         find<Session>(session, "session");
-        const auto &info = checked(createInfo, XR_TYPE_REFERENCE_SPACE_CREATE_INFO, "XrReferenceSpaceCreateInfo");
+        const auto &info = requireType(createInfo, XR_TYPE_REFERENCE_SPACE_CREATE_INFO, "XrReferenceSpaceCreateInfo");
         auto created = std::make_unique<Space>();
         if (info.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_VIEW)
             created->at = [](XrTime time) { return std::optional<Pose>(headAt(time)); };
@@ -139,7 +139,7 @@ XrResult xrCreateReferenceSpace(XrSession session, const XrReferenceSpaceCreateI
             created->at = [](XrTime) { return std::optional<Pose>(Pose{}); };
         else
             return XR_ERROR_REFERENCE_SPACE_UNSUPPORTED;
-        given(space, "space") = adopt<XrSpace>(number(session), std::move(created));
+        requireNonNull(space, "space") = registerObject<XrSpace>(number(session), std::move(created));
         return XR_SUCCESS;
     });
 }
@@ -155,7 +155,7 @@ XrResult xrDestroySpace(XrSpace space) {
 XrResult xrLocateSpace(XrSpace space, XrSpace base, XrTime time, XrSpaceLocation *location) {
     return entry([&](auto &) {
         const auto &what = located(space), &where = located(base);
-        auto &out = checked(location, XR_TYPE_SPACE_LOCATION, "XrSpaceLocation");
+        auto &out = requireType(location, XR_TYPE_SPACE_LOCATION, "XrSpaceLocation");
         checkTime(time);
         const auto pose = what.at(time), from = where.at(time);
         out.locationFlags = pose && from && isTracked() ? kLocated : 0;

@@ -24,7 +24,7 @@ struct Space : Object {
 };
 
 /** Goes over to the state that the keys of session faults ask for. */
-void followFaults();
+void applySessionFaults();
 
 /** Refuses a time that is out of the short memory of poses. */
 void checkTime(XrTime time);

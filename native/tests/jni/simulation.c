@@ -30,16 +30,16 @@ static void advance(JNIEnv *env, jclass class, jlong nanos) {
 
 static jint open_handles(JNIEnv *env, jclass class) {
     (void)env, (void)class;
-    ml2sim_book book;
-    ml2sim_books(&book);
-    return (jint)(book.open_handles + book.outstanding_gets + book.outstanding_snapshots);
+    ml2sim_counters counters;
+    ml2sim_get_counters(&counters);
+    return (jint)(counters.open_handles + counters.outstanding_gets + counters.outstanding_snapshots);
 }
 
 static jstring last_misuse(JNIEnv *env, jclass class) {
     (void)class;
-    ml2sim_book book;
-    ml2sim_books(&book);
-    return (*env)->NewStringUTF(env, book.last_misuse);
+    ml2sim_counters counters;
+    ml2sim_get_counters(&counters);
+    return (*env)->NewStringUTF(env, counters.last_misuse);
 }
 
 static jlong mltime(JNIEnv *env, jclass class, jlong boottime_nanos) {

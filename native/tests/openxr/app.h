@@ -5,7 +5,7 @@
 #include <dlfcn.h>
 #include <vector>
 
-#include "../../sim/openxr/khronos.h"
+#include "../../sim/openxr/openxr_headers.h"
 #include "openxr_fixture.h"
 
 class App {

@@ -18,7 +18,7 @@ class Borrowed : public OpenXr {};
 TEST_F(Borrowed, NoInstanceAndNoSessionIsMadeOrEnded) {
     App app(kAll);
     app.createSession();
-    const auto appsOwn = books().live_objects;
+    const auto appsOwn = counters().live_objects;
     ASSERT_EQ(app.lend(), ML2S_OK);
     {
         Sensor head(kHead);
@@ -27,9 +27,9 @@ TEST_F(Borrowed, NoInstanceAndNoSessionIsMadeOrEnded) {
         EXPECT_EQ(hands.result, ML2S_OK) << hands.error.message;
         EXPECT_TRUE(head.pollPose().is_tracked);
     }
-    EXPECT_EQ(books().instances_created, 1u);
-    EXPECT_EQ(books().sessions_created, 1u);
-    EXPECT_EQ(books().live_objects, appsOwn);
+    EXPECT_EQ(counters().instances_created, 1u);
+    EXPECT_EQ(counters().sessions_created, 1u);
+    EXPECT_EQ(counters().live_objects, appsOwn);
 }
 
 TEST_F(Borrowed, FramesComeInTheAppsSession) {
@@ -79,7 +79,7 @@ TEST_F(Borrowed, AnExtensionThatTheAppHasNotEnabledIsNamed) {
 TEST_F(Borrowed, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
     App app(kAll);
     app.createSession();
-    const auto appsOwn = books().live_objects;
+    const auto appsOwn = counters().live_objects;
     ASSERT_EQ(app.lend(), ML2S_OK);
     std::promise<void> isPolled;
     std::thread sensors([&] {
@@ -94,7 +94,7 @@ TEST_F(Borrowed, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
     isPolled.get_future().wait();
     auto error = sized<ml2s_error>();
     EXPECT_EQ(ml2s_use_openxr(nullptr, &error), ML2S_OK) << error.message;
-    EXPECT_EQ(books().live_objects, appsOwn);
+    EXPECT_EQ(counters().live_objects, appsOwn);
     sensors.join();
     expectRefused(kHead, ML2S_NOT_AVAILABLE, "not available: OpenXR (ml2s_use_openxr was not called)");
 }

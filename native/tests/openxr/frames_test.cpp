@@ -391,7 +391,7 @@ TEST_F(Frames, APausedSensorIsTheDevicesUntilItResumes) {
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
     Sensor eye(kEyeNasalLeft);
     EXPECT_EQ(eye.pause(), ML2S_OK);
-    EXPECT_EQ(books().live_objects, 0u);
+    EXPECT_EQ(counters().live_objects, 0u);
     EXPECT_EQ(eye.resume(), ML2S_OK);
     giveBack(next(eye));
 }

@@ -82,7 +82,7 @@ TEST_F(Negotiation, AFailureToStopIsSaidAndTheSensorIsClosedAllTheSame) {
     runtime("fault.future.fails", "stop");
     EXPECT_EQ(eye.close(), ML2S_VENDOR_FAILURE);
     EXPECT_EQ(std::string(eye.error.message), "xrStopPixelSensorAsyncML: XR_ERROR_RUNTIME_FAILURE (-2)");
-    EXPECT_EQ(books().live_objects, 0u);
+    EXPECT_EQ(counters().live_objects, 0u);
 }
 
 TEST_F(Negotiation, OtherSettingsReplaceThoseInForce) {

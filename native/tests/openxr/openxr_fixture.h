@@ -53,7 +53,7 @@ class OpenXr : public testing::Test {
         ASSERT_EQ(useLoader(kLoader), ML2S_OK);
     }
 
-    /** Time goes on by ml2sim_advance only; films are then drawn frame by frame. Poses of now are none. */
+    /** Stops time: only ml2sim_advance changes it. Frames are then rendered one by one, and there are no current poses. */
     static void stopTime() {
         headset("clock", "manual");
         headset("loop_seconds", "2");
@@ -62,10 +62,10 @@ class OpenXr : public testing::Test {
     }
 
     void TearDown() override {
-        const auto book = books();
+        const auto values = counters();
         for (int kind = 0; kind < ML2SIM_XR_MISUSE_COUNT; kind++)
-            EXPECT_EQ(book.misuses[kind], 0u) << "kind " << kind << ": " << book.last_misuse;
-        EXPECT_EQ(book.live_objects, 0u);
+            EXPECT_EQ(values.misuses[kind], 0u) << "kind " << kind << ": " << values.last_misuse;
+        EXPECT_EQ(values.live_objects, 0u);
     }
 
     static ml2s_result useLoader(const char *path) {
@@ -82,10 +82,10 @@ class OpenXr : public testing::Test {
         const char *problem = ml2sim_xr_set(key, value);
         ASSERT_EQ(problem, nullptr) << problem;
     }
-    static ml2sim_xr_book books() {
-        ml2sim_xr_book book;
-        ml2sim_xr_books(&book);
-        return book;
+    static ml2sim_xr_counters counters() {
+        ml2sim_xr_counters counters;
+        ml2sim_xr_get_counters(&counters);
+        return counters;
     }
 
     /** What opening answers; the sensor is closed again. */

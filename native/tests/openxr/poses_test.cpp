@@ -85,7 +85,7 @@ TEST_F(Poses, GazeOpensAgainInASessionThatGoesOn) {
         Sensor gaze(kGaze);
         EXPECT_TRUE(gaze.pollPose().is_tracked);
     }
-    EXPECT_EQ(books().sessions_created, 1u);
+    EXPECT_EQ(counters().sessions_created, 1u);
 }
 
 TEST_F(Poses, ASystemWithoutGazeSaysSo) {

@@ -16,11 +16,11 @@ class Runtime : public OpenXr {
     }
     void TearDown() override {
         // Tests misuse on purpose; each says what it expects.
-        EXPECT_STREQ(books().last_misuse, misuse.c_str());
+        EXPECT_STREQ(counters().last_misuse, misuse.c_str());
     }
 
     void expectMisuse(ml2sim_xr_misuse kind, const std::string &what) {
-        EXPECT_EQ(books().misuses[kind], 1u);
+        EXPECT_EQ(counters().misuses[kind], 1u);
         misuse = what;
     }
 

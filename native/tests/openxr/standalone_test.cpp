@@ -49,13 +49,13 @@ TEST_F(Standalone, AllSensorsShareOneInstanceThatEndsWithTheLast) {
     stopTime();
     {
         const Sensor head(kHead), hands(kHands), gaze(kGaze), eye(kEyeNasalLeft);
-        EXPECT_EQ(books().instances_created, 1u);
-        EXPECT_EQ(books().sessions_created, 1u);
+        EXPECT_EQ(counters().instances_created, 1u);
+        EXPECT_EQ(counters().sessions_created, 1u);
     }
-    EXPECT_EQ(books().live_objects, 0u);
+    EXPECT_EQ(counters().live_objects, 0u);
     const Sensor again(kHead);
     EXPECT_EQ(again.result, ML2S_OK);
-    EXPECT_EQ(books().instances_created, 2u);
+    EXPECT_EQ(counters().instances_created, 2u);
 }
 
 TEST_F(Standalone, AnInstanceThatCannotBeMadeIsAFailureOfTheVendor) {

@@ -34,7 +34,7 @@ TYPED_TEST(CameraFaults, AFailingGetFailsAndLendsNothing) {
     this->setFault("get", "1");
     ml2sim_advance(kSecond);
     EXPECT_EQ(this->get(), MLResult_UnspecifiedFailure);
-    EXPECT_EQ(books().outstanding_gets, 0u);
+    EXPECT_EQ(counters().outstanding_gets, 0u);
     this->disconnect();
 }
 

@@ -129,7 +129,7 @@ TEST_F(Depth, CapabilitiesAreThoseOfTheFilterAndReleasedOnce) {
     ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
     ASSERT_EQ(list.size, 2);
     EXPECT_EQ(list.capabilities[0].stream_capabilities[0].max_exposure, 2000u);
-    EXPECT_EQ(books().outstanding_capability_lists, 1u);
+    EXPECT_EQ(counters().outstanding_capability_lists, 1u);
     EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_Ok);
     EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_InvalidParam);
     expectMisuse(ML2SIM_MISUSE_RELEASE);
@@ -145,7 +145,7 @@ TEST_F(Depth, DisconnectingWithACapabilityListIsToldAndCounted) {
     ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
     EXPECT_EQ(disconnect(), MLResult_Ok);
     expectMisuse(ML2SIM_MISUSE_UNRELEASED);
-    EXPECT_EQ(books().outstanding_capability_lists, 1u);
+    EXPECT_EQ(counters().outstanding_capability_lists, 1u);
     ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
     EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_Ok);
     disconnect();

@@ -1,4 +1,4 @@
-// The simulated headset under a clock of the test's own, with its books checked at the end.
+// The simulated headset with a manual clock; its counters are checked at the end of each test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,10 +16,10 @@ inline void set(const char *key, const char *value) {
     ASSERT_EQ(problem, nullptr) << problem;
 }
 
-inline ml2sim_book books() {
-    ml2sim_book book;
-    ml2sim_books(&book);
-    return book;
+inline ml2sim_counters counters() {
+    ml2sim_counters counters;
+    ml2sim_get_counters(&counters);
+    return counters;
 }
 
 class SimulatedHeadset : public testing::Test {
@@ -34,13 +34,13 @@ class SimulatedHeadset : public testing::Test {
     void expectMisuse(ml2sim_misuse kind, uint32_t count = 1) { expected_[kind] += count; }
 
     void TearDown() override {
-        const auto book = books();
+        const auto values = counters();
         for (int kind = 0; kind < ML2SIM_MISUSE_COUNT; kind++)
-            EXPECT_EQ(book.misuses[kind], expected_[kind]) << "kind " << kind << ": " << book.last_misuse;
-        EXPECT_EQ(book.open_handles, 0u);
-        EXPECT_EQ(book.outstanding_gets, 0u);
-        EXPECT_EQ(book.outstanding_snapshots, 0u);
-        EXPECT_EQ(book.outstanding_capability_lists, 0u);
+            EXPECT_EQ(values.misuses[kind], expected_[kind]) << "kind " << kind << ": " << values.last_misuse;
+        EXPECT_EQ(values.open_handles, 0u);
+        EXPECT_EQ(values.outstanding_gets, 0u);
+        EXPECT_EQ(values.outstanding_snapshots, 0u);
+        EXPECT_EQ(values.outstanding_capability_lists, 0u);
     }
 
   private:

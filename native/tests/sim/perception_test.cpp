@@ -88,7 +88,7 @@ TEST_F(Perception, AStartAndAShutdownAreOfTheWholeProcess) {
     expectMisuse(ML2SIM_MISUSE_CLIENTS);
     EXPECT_EQ(MLPerceptionShutdown(), MLResult_Ok);
     expectMisuse(ML2SIM_MISUSE_UNRELEASED);
-    EXPECT_EQ(books().is_perception_started, 0u);
+    EXPECT_EQ(counters().is_perception_started, 0u);
     start();
 }
 
@@ -169,7 +169,7 @@ TEST_F(Perception, TimesTooFarAheadOrTooOldAreInvalid) {
 TEST_F(Perception, ASnapshotIsReleasedOnceAndUnusableAfter) {
     MLSnapshot *snapshot = nullptr;
     ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
-    EXPECT_EQ(books().outstanding_snapshots, 1u);
+    EXPECT_EQ(counters().outstanding_snapshots, 1u);
     EXPECT_EQ(MLPerceptionReleaseSnapshot(snapshot), MLResult_Ok);
     EXPECT_EQ(MLPerceptionReleaseSnapshot(snapshot), MLResult_InvalidParam);
     MLCoordinateFrameUID id{};

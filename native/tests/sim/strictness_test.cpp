@@ -1,4 +1,4 @@
-// What every camera refuses, and what its books say of it.
+// Calls that every camera refuses, and how they are counted.
 #include <future>
 #include <thread>
 
@@ -101,7 +101,7 @@ TYPED_TEST(Strictness, OnlyWhatWasGotIsReleasedAndOnlyOnce) {
 
 TYPED_TEST(Strictness, DisconnectingWithDataIsToldAndDisconnects) {
     this->connectAndGet();
-    EXPECT_EQ(books().outstanding_gets, 1u);
+    EXPECT_EQ(counters().outstanding_gets, 1u);
     EXPECT_EQ(this->disconnect(), MLResult_Ok);
     this->expectMisuse(ML2SIM_MISUSE_UNRELEASED);
 }
@@ -118,7 +118,7 @@ TYPED_TEST(Strictness, ACameraHasOneClient) {
 
 TYPED_TEST(Strictness, AnOpenHandleShowsInTheBooks) {
     ASSERT_EQ(this->connect(), MLResult_Ok);
-    EXPECT_EQ(books().open_handles, 1u);
+    EXPECT_EQ(counters().open_handles, 1u);
     this->disconnect();
 }
 

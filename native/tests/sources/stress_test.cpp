@@ -144,11 +144,11 @@ TEST(Stress, ConsumersOfAnyKindNeitherStallACameraNorLeakAnything) {
             thread.join();
         }
     }
-    ml2sim_book book;
-    ml2sim_books(&book);
-    EXPECT_STREQ(book.last_misuse, "");
-    EXPECT_EQ(book.open_handles + book.outstanding_gets, 0u);
-    EXPECT_EQ(book.is_perception_started, 0u);
+    ml2sim_counters counters;
+    ml2sim_get_counters(&counters);
+    EXPECT_STREQ(counters.last_misuse, "");
+    EXPECT_EQ(counters.open_handles + counters.outstanding_gets, 0u);
+    EXPECT_EQ(counters.is_perception_started, 0u);
 }
 
 TEST(Stress, AConsumerThatHoldsEverySlotCostsFramesAndNothingElse) {
@@ -168,8 +168,8 @@ TEST(Stress, AConsumerThatHoldsEverySlotCostsFramesAndNothingElse) {
             EXPECT_EQ(ml2s_release(stream.stream, slot), ML2S_OK);
         }
     }
-    ml2sim_book book;
-    ml2sim_books(&book);
-    EXPECT_STREQ(book.last_misuse, "");
-    EXPECT_EQ(book.outstanding_gets, 0u);
+    ml2sim_counters counters;
+    ml2sim_get_counters(&counters);
+    EXPECT_STREQ(counters.last_misuse, "");
+    EXPECT_EQ(counters.outstanding_gets, 0u);
 }

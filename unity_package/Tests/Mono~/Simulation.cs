@@ -53,7 +53,7 @@ namespace Ml2Sensors.Tests
         [DllImport(Library, EntryPoint = "ml2sim_advance")]
         public static extern void Advance(long nanos);
 
-        [DllImport(Library, EntryPoint = "ml2sim_books")]
+        [DllImport(Library, EntryPoint = "ml2sim_get_counters")]
         private static extern void Books(out Book book);
     }
 }

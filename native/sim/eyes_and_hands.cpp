@@ -1,4 +1,4 @@
-#include "wearer.h"
+#include "eyes_and_hands.h"
 
 namespace ml2sim {
 namespace {

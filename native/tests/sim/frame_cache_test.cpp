@@ -1,4 +1,4 @@
-// Films with a real clock: drawn ahead, shared, kept in the cache.
+// Frame caches with a real clock: rendered in advance, shared, and kept in the cache folder.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,7 +8,7 @@
 
 #include "cameras_fixture.h"
 
-class Films : public SimulatedHeadset {
+class FrameCaches : public SimulatedHeadset {
   protected:
     void SetUp() override {
         SimulatedHeadset::SetUp();
@@ -44,7 +44,7 @@ class Films : public SimulatedHeadset {
     std::string folder;
 };
 
-TEST_F(Films, AreKeptInTheCacheUnderNamesOfTheirInputs) {
+TEST_F(FrameCaches, AreKeptInTheCacheUnderNamesOfTheirInputs) {
     pixel();
     ASSERT_EQ(files().size(), 1u);
     for (const auto &file : files()) {
@@ -56,7 +56,7 @@ TEST_F(Films, AreKeptInTheCacheUnderNamesOfTheirInputs) {
     EXPECT_EQ(files().size(), 2u);
 }
 
-TEST_F(Films, AProcessShowsWhatAnotherLeftInTheCache) {
+TEST_F(FrameCaches, AProcessShowsWhatAnotherLeftInTheCache) {
     const auto drawInAnotherProcess = [this] {
         pixel();
         std::exit(files().size() == 1 ? 0 : 1);
@@ -64,17 +64,17 @@ TEST_F(Films, AProcessShowsWhatAnotherLeftInTheCache) {
     set("seed", "79");
     EXPECT_EXIT(drawInAnotherProcess(), testing::ExitedWithCode(0), "drawing");
     for (const auto &file : files()) {
-        FILE *film = std::fopen(file.c_str(), "r+");
+        FILE *frames = std::fopen(file.c_str(), "r+");
         for (long frame = 0; frame < 60; frame++) {
-            std::fseek(film, frame * 163840, SEEK_SET);
-            std::fputc(171, film);
+            std::fseek(frames, frame * 163840, SEEK_SET);
+            std::fputc(171, frames);
         }
-        std::fclose(film);
+        std::fclose(frames);
     }
     EXPECT_EQ(pixel(), 171);
 }
 
-TEST_F(Films, AFileOfAnotherSizeIsDrawnAnew) {
+TEST_F(FrameCaches, AFileOfAnotherSizeIsDrawnAnew) {
     const auto drawInAnotherProcess = [this] {
         pixel();
         std::exit(0);

@@ -1,4 +1,4 @@
-#include "film.h"
+#include "frame_cache.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -20,7 +20,7 @@
 namespace ml2sim {
 namespace {
 
-/** Part of every description; to be raised when the renderer or the layout of a film changes. */
+/** Part of the inputs of every plan. Increase it when the renderer or the layout of the frames changes. */
 constexpr int kRendererVersion = 1;
 
 constexpr int kDrawingThreads = 2;
@@ -41,7 +41,7 @@ void mustSucceed(bool isDone, const std::string &what) {
     std::abort();
 }
 
-std::string cachePath(const FilmPlan &plan) {
+std::string cachePath(const RenderPlan &plan) {
     const auto folder = text(Key::Cache);
     if (folder.empty())
         return "";
@@ -52,7 +52,7 @@ std::string cachePath(const FilmPlan &plan) {
 
 std::atomic<int> waiting{0};
 
-/** Somebody waits for a film. */
+/** Counts the threads that wait for rendered frames. */
 struct Waiting {
     Waiting() { waiting++; }
     ~Waiting() { waiting--; }
@@ -60,55 +60,55 @@ struct Waiting {
     Waiting &operator=(const Waiting &) = delete;
 };
 
-/** Tells people how far a film is, in steps of a quarter. */
+/** Logs the progress of rendering in steps of 25 %. */
 class Progress {
   public:
-    explicit Progress(const FilmPlan &plan) : plan_(plan) { say(0); }
+    explicit Progress(const RenderPlan &plan) : plan_(plan) { log(0); }
 
-    /** One more frame is drawn. Any thread. */
+    /** Counts a rendered frame. Thread-safe. */
     void step() {
         const size_t done = ++done_;
         if (done * 4 / plan_.count > (done - 1) * 4 / plan_.count)
-            say(done * 100 / plan_.count);
+            log(done * 100 / plan_.count);
     }
 
   private:
-    void say(size_t percent) const {
+    void log(size_t percent) const {
         std::fprintf(stderr, "ml2sim: drawing %zu frames of %s: %zu %%\n", plan_.count, plan_.name.c_str(), percent);
     }
 
-    const FilmPlan &plan_;
+    const RenderPlan &plan_;
     std::atomic<size_t> done_{0};
 };
 
 } // namespace
 
-struct Film::Drawn {
+struct FrameCache::Drawn {
     std::mutex mutex;
     std::vector<bool> is;
 };
 
-bool Film::isDrawing() { return waiting > 0; }
+bool FrameCache::isDrawing() { return waiting > 0; }
 
-std::shared_ptr<Film> Film::of(const FilmPlan &plan) {
-    using Entry = Lazy<std::shared_ptr<Film>>;
+std::shared_ptr<FrameCache> FrameCache::of(const RenderPlan &plan) {
+    using Entry = Lazy<std::shared_ptr<FrameCache>>;
     static std::mutex mutex;
-    static std::map<std::string, std::shared_ptr<Entry>> films;
+    static std::map<std::string, std::shared_ptr<Entry>> caches;
     const bool drawsAhead = text(Key::Clock) != "manual";
     auto known = plan;
     known.inputs += " renderer=" + std::to_string(kRendererVersion) + " count=" + std::to_string(plan.count);
     const Waiting here;
     const auto name = (drawsAhead ? "" : "manual ") + known.name + " " + known.inputs;
     std::unique_lock lock(mutex);
-    auto &entry = films[name];
+    auto &entry = caches[name];
     if (!entry)
-        entry = std::make_shared<Entry>([=] { return std::make_shared<Film>(known, drawsAhead); });
-    const auto film = entry;
+        entry = std::make_shared<Entry>([=] { return std::make_shared<FrameCache>(known, drawsAhead); });
+    const auto cache = entry;
     lock.unlock();
-    return film->get();
+    return cache->get();
 }
 
-Film::Film(const FilmPlan &plan, bool drawsAhead)
+FrameCache::FrameCache(const RenderPlan &plan, bool drawsAhead)
     : plan_(plan), stride_((plan.frame_bytes + kPage - 1) / kPage * kPage) {
     const auto path = drawsAhead ? cachePath(plan) : "";
     if (!path.empty() && load(path))
@@ -116,8 +116,9 @@ Film::Film(const FilmPlan &plan, bool drawsAhead)
     const auto partial = path + "." + std::to_string(getpid());
     const int file = path.empty() ? memfd_create(plan.name.c_str(), MFD_CLOEXEC)
                                   : open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    mustSucceed(file >= 0, "cache " + partial);
-    mustSucceed(ftruncate(file, static_cast<off_t>(stride_ * plan.count)) == 0, "room for " + plan.name);
+    mustSucceed(file >= 0, "cannot create " + partial);
+    mustSucceed(ftruncate(file, static_cast<off_t>(stride_ * plan.count)) == 0,
+                "no memory for the frames of " + plan.name);
     map(file);
     if (drawsAhead) {
         drawAll();
@@ -126,20 +127,20 @@ Film::Film(const FilmPlan &plan, bool drawsAhead)
         drawn_->is.resize(plan.count);
     }
     if (!path.empty())
-        mustSucceed(rename(partial.c_str(), path.c_str()) == 0, "cache " + path);
+        mustSucceed(rename(partial.c_str(), path.c_str()) == 0, "cannot rename to " + path);
 }
 
-Film::~Film() { munmap(frames_, stride_ * plan_.count); }
+FrameCache::~FrameCache() { munmap(frames_, stride_ * plan_.count); }
 
-/** Takes the file over. */
-void Film::map(int file) {
+/** Maps the file and closes it. */
+void FrameCache::map(int file) {
     void *memory = mmap(nullptr, stride_ * plan_.count, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-    mustSucceed(memory != MAP_FAILED, "mapping " + plan_.name);
+    mustSucceed(memory != MAP_FAILED, "cannot map the frames of " + plan_.name);
     close(file);
     frames_ = static_cast<uint8_t *>(memory);
 }
 
-bool Film::load(const std::string &path) {
+bool FrameCache::load(const std::string &path) {
     const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
     if (file < 0)
         return false;
@@ -149,11 +150,11 @@ bool Film::load(const std::string &path) {
         return false;
     }
     map(file);
-    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "protecting " + plan_.name);
+    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "cannot protect the frames of " + plan_.name);
     return true;
 }
 
-void Film::drawAll() {
+void FrameCache::drawAll() {
     Progress progress(plan_);
     std::atomic<size_t> next{0};
     const auto draw = [&] {
@@ -167,10 +168,10 @@ void Film::drawAll() {
         threads.emplace_back(draw);
     for (auto &thread : threads)
         thread.join();
-    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "protecting " + plan_.name);
+    mustSucceed(mprotect(frames_, stride_ * plan_.count, PROT_READ) == 0, "cannot protect the frames of " + plan_.name);
 }
 
-const uint8_t *Film::frame(size_t index) {
+const uint8_t *FrameCache::frame(size_t index) {
     uint8_t *pixels = frames_ + index * stride_;
     if (!drawn_)
         return pixels;

@@ -1,9 +1,9 @@
 // Gaze and hands against the simulated headset.
 #include <cmath>
 
+#include "eyes_and_hands.h"
 #include "ml2sim.h"
 #include "sensor.h"
-#include "wearer.h"
 
 using ml2sim::Pose;
 using ml2sim::Side;
@@ -14,10 +14,10 @@ class Wearer : public testing::Test {
   protected:
     void SetUp() override { ml2sim_reset(); }
     void TearDown() override {
-        ml2sim_book book;
-        ml2sim_books(&book);
-        EXPECT_STREQ(book.last_misuse, "");
-        EXPECT_EQ(book.open_handles + book.outstanding_snapshots + book.is_perception_started, 0u);
+        ml2sim_counters counters;
+        ml2sim_get_counters(&counters);
+        EXPECT_STREQ(counters.last_misuse, "");
+        EXPECT_EQ(counters.open_handles + counters.outstanding_snapshots + counters.is_perception_started, 0u);
     }
 
     static void set(const char *key, const char *value) { ASSERT_EQ(ml2sim_set(key, value), nullptr); }
@@ -137,9 +137,9 @@ TEST_F(Wearer, APausedTrackerIsGivenBackAndTakenAgain) {
     for (auto *sensor : {&eyes, &both}) {
         EXPECT_EQ(sensor->pause(), ML2S_OK);
     }
-    ml2sim_book book;
-    ml2sim_books(&book);
-    EXPECT_EQ(book.open_handles, 0u);
+    ml2sim_counters counters;
+    ml2sim_get_counters(&counters);
+    EXPECT_EQ(counters.open_handles, 0u);
     for (auto *sensor : {&eyes, &both}) {
         EXPECT_EQ(sensor->resume(), ML2S_OK);
     }

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "clock.h"
-#include "loan.h"
+#include "frame_lease.h"
 #include "ml_types.h"
 #include "settings.h"
 
@@ -17,21 +17,21 @@ namespace ml2sim {
 MLHandle newHandle();
 
 /** When a camera captures, and how long after the centre of exposure a frame can be got (readout and transfer). */
-struct Rhythm {
+struct CaptureTiming {
     uint32_t rate_hz;
     int64_t delayNanos;
 };
 
 /** A camera and the one client that it may have. The vendor's functions are called on it under a Call. */
-class Connection {
+class CameraConnection {
   public:
-    Connection(CameraKind kind, const char *name) : kind_(kind), name_(name) {}
+    CameraConnection(CameraKind kind, const char *name) : kind_(kind), name_(name) {}
 
     /** Gives the camera to the calling thread, unless a fault or another client stands against it. */
     MLResult open(MLHandle *out);
 
     /** Frames from now on come so. */
-    void start(Rhythm rhythm);
+    void start(CaptureTiming timing);
 
     /**
      * Waits for a capture that was not got before, for at most timeout_ms; index is its number on the grid. None come
@@ -45,7 +45,7 @@ class Connection {
     /** Ends a get of the caller's struct. */
     MLResult release(const void *data);
     /** Opens memory for the frames that go into the caller's struct. */
-    Loan &lendTo(const void *data, size_t bytes);
+    FrameLease &lease(const void *data, size_t bytes);
 
     void close();
     /** Forgets the client without a word. */
@@ -53,10 +53,10 @@ class Connection {
 
     bool isOpen() const { return handle_ != ML_INVALID_HANDLE; }
     /** Whether the camera went away, by fault, since it was opened. */
-    bool isGone();
+    bool isDisconnected();
 
   private:
-    friend class Call;
+    friend class CameraCall;
     bool isDropped(int64_t index) const;
 
     const CameraKind kind_;
@@ -64,27 +64,27 @@ class Connection {
     std::atomic<MLHandle> handle_{ML_INVALID_HANDLE};
     std::atomic<pid_t> owner_{0};
     std::atomic<bool> isBusy_{false};
-    std::atomic<bool> isGone_{false};
-    Rhythm rhythm_{};
+    std::atomic<bool> isDisconnected_{false};
+    CaptureTiming timing_{};
     int64_t lastIndex_ = 0;
-    const void *lentTo_ = nullptr;
-    Loan loan_;
+    const void *leasedTo_ = nullptr;
+    FrameLease lease_;
 };
 
 /** One call of a vendor function on a connection: refused from the wrong thread, for the wrong handle, or beside
  * another. */
-class Call {
+class CameraCall {
   public:
-    Call(Connection &connection, MLHandle handle, const char *function);
-    ~Call();
-    Call(const Call &) = delete;
-    Call &operator=(const Call &) = delete;
+    CameraCall(CameraConnection &connection, MLHandle handle, const char *function);
+    ~CameraCall();
+    CameraCall(const CameraCall &) = delete;
+    CameraCall &operator=(const CameraCall &) = delete;
 
     bool isRefused() const { return result_ != MLResult_Ok; }
     MLResult result() const { return result_; }
 
   private:
-    Connection &connection_;
+    CameraConnection &connection_;
     bool isInside_ = false;
     MLResult result_;
 };

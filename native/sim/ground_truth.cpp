@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <string>
 
+#include "head_path.h"
 #include "ml2sim.h"
-#include "stage.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -77,7 +77,7 @@ void ml2sim_true_head(int64_t mltime_nanos, ml2sim_pose *out) { write(trueHead(m
 
 const char *ml2sim_landmarks(void) {
     thread_local std::string text;
-    const auto room = Stage::room();
+    const auto room = HeadPath::scene();
     text = "{\"tags\": [" + tagsJson(*room) + "], \"walls\": [" + wallsJson(*room) + "]}";
     return text.c_str();
 }

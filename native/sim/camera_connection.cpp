@@ -1,12 +1,12 @@
-#include "connection.h"
+#include "camera_connection.h"
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "books.h"
-#include "stage.h"
+#include "counters.h"
+#include "head_path.h"
 
 namespace ml2sim {
 namespace {
@@ -27,7 +27,7 @@ MLHandle newHandle() {
     return next++;
 }
 
-MLResult Connection::open(MLHandle *out) {
+MLResult CameraConnection::open(MLHandle *out) {
     *out = ML_INVALID_HANDLE;
     if (hasFault(kind_, Fault::Permission))
         return MLResult_PermissionDenied;
@@ -40,33 +40,33 @@ MLResult Connection::open(MLHandle *out) {
         return MLResult_UnspecifiedFailure;
     }
     owner_ = gettid();
-    isGone_ = false;
-    lentTo_ = nullptr;
-    enter(Account::Handles, 1);
+    isDisconnected_ = false;
+    leasedTo_ = nullptr;
+    adjust(Counter::Handles, 1);
     *out = handle;
     return MLResult_Ok;
 }
 
-void Connection::start(Rhythm rhythm) {
-    rhythm_ = rhythm;
-    lastIndex_ = captureIndex(mlTimeNow(), rhythm.rate_hz);
+void CameraConnection::start(CaptureTiming timing) {
+    timing_ = timing;
+    lastIndex_ = captureIndex(mlTimeNow(), timing.rate_hz);
 }
 
-bool Connection::isDropped(int64_t index) const {
+bool CameraConnection::isDropped(int64_t index) const {
     const auto every = static_cast<int64_t>(fault(kind_, Fault::DropEvery));
     return every > 0 && index % every == 0;
 }
 
-MLResult Connection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*delivers)()) {
+MLResult CameraConnection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*delivers)()) {
     const int64_t deadline = deadlineAfter(timeout_ms);
     while (true) {
         const uint64_t seen = wakeCount();
-        if (isGone())
+        if (isDisconnected())
             return MLResult_UnspecifiedFailure;
         if (hasFault(kind_, Fault::Get))
             return fault(kind_, Fault::Get) == 1 ? MLResult{MLResult_UnspecifiedFailure} : kDeadObject;
         const int64_t now = mlTimeNow();
-        const int64_t newest = captureIndex(now - rhythm_.delayNanos, rhythm_.rate_hz);
+        const int64_t newest = captureIndex(now - timing_.delayNanos, timing_.rate_hz);
         int64_t latest = newest;
         while (latest > lastIndex_ && isDropped(latest))
             latest--;
@@ -77,60 +77,60 @@ MLResult Connection::awaitFrame(uint64_t timeout_ms, int64_t *index, bool (*deli
         }
         if (now >= deadline)
             return MLResult_Timeout;
-        const int64_t next = captureTime(std::max(newest, lastIndex_) + 1, rhythm_.rate_hz) + rhythm_.delayNanos;
+        const int64_t next = captureTime(std::max(newest, lastIndex_) + 1, timing_.rate_hz) + timing_.delayNanos;
         waitUntil(isStalled ? deadline : std::min(deadline, next), seen);
     }
 }
 
-bool Connection::isGone() {
+bool CameraConnection::isDisconnected() {
     if (hasFault(kind_, Fault::Disconnected))
-        isGone_ = true;
-    return isGone_;
+        isDisconnected_ = true;
+    return isDisconnected_;
 }
 
-MLResult Connection::beginGet() {
-    if (lentTo_ == nullptr)
+MLResult CameraConnection::beginGet() {
+    if (leasedTo_ == nullptr)
         return MLResult_Ok;
     misuse(ML2SIM_MISUSE_GET_TWICE, "%s camera: data got again before it was released", name_);
     return MLResult_IllegalState;
 }
 
-Loan &Connection::lendTo(const void *data, size_t bytes) {
-    loan_.begin(bytes);
-    lentTo_ = data;
-    enter(Account::Gets, 1);
-    return loan_;
+FrameLease &CameraConnection::lease(const void *data, size_t bytes) {
+    lease_.begin(bytes);
+    leasedTo_ = data;
+    adjust(Counter::Gets, 1);
+    return lease_;
 }
 
-MLResult Connection::release(const void *data) {
-    if (lentTo_ == nullptr || lentTo_ != data) {
+MLResult CameraConnection::release(const void *data) {
+    if (leasedTo_ == nullptr || leasedTo_ != data) {
         misuse(ML2SIM_MISUSE_RELEASE, "%s camera: released %p, %s", name_, data,
-               lentTo_ == nullptr ? "but nothing is got" : "but other data was got");
+               leasedTo_ == nullptr ? "but nothing is got" : "but other data was got");
         return MLResult_InvalidParam;
     }
-    loan_.end();
-    lentTo_ = nullptr;
-    enter(Account::Gets, -1);
+    lease_.end();
+    leasedTo_ = nullptr;
+    adjust(Counter::Gets, -1);
     return MLResult_Ok;
 }
 
-void Connection::close() {
-    if (lentTo_ != nullptr) {
+void CameraConnection::close() {
+    if (leasedTo_ != nullptr) {
         misuse(ML2SIM_MISUSE_UNRELEASED, "%s camera: disconnected before its data was released", name_);
-        release(lentTo_);
+        release(leasedTo_);
     }
     handle_ = ML_INVALID_HANDLE;
-    enter(Account::Handles, -1);
+    adjust(Counter::Handles, -1);
 }
 
-void Connection::reset() {
-    if (loan_.isLent())
-        loan_.end();
-    lentTo_ = nullptr;
+void CameraConnection::reset() {
+    if (lease_.isActive())
+        lease_.end();
+    leasedTo_ = nullptr;
     handle_ = ML_INVALID_HANDLE;
 }
 
-Call::Call(Connection &connection, MLHandle handle, const char *function)
+CameraCall::CameraCall(CameraConnection &connection, MLHandle handle, const char *function)
     : connection_(connection), result_(MLResult_IllegalState) {
     if (handle != connection.handle_ || handle == ML_INVALID_HANDLE) {
         misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
@@ -145,7 +145,7 @@ Call::Call(Connection &connection, MLHandle handle, const char *function)
     }
 }
 
-Call::~Call() {
+CameraCall::~CameraCall() {
     if (isInside_)
         connection_.isBusy_ = false;
 }

@@ -1,4 +1,4 @@
-#include "stage.h"
+#include "head_path.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,11 +13,11 @@
 namespace ml2sim {
 namespace {
 
-/** Before begin, a path that does not loop has its start for ever ahead. */
-constexpr int64_t kNotBegun = INT64_MAX;
+/** The start of a path that does not loop, before start() was called. */
+constexpr int64_t kNotStarted = INT64_MAX;
 
 std::mutex mutex;
-std::shared_ptr<Stage> stage;
+std::shared_ptr<HeadPath> currentPath;
 
 std::string contents(const std::string &path) {
     std::ifstream file(path, std::ios::binary);
@@ -30,70 +30,71 @@ uint64_t seed() { return static_cast<uint64_t>(number(Key::Seed)); }
 
 } // namespace
 
-Stage::Stage(Trajectory trajectory, bool isLoop, std::string inputs)
+HeadPath::HeadPath(Trajectory trajectory, bool isLoop, std::string inputs)
     : trajectory_(std::move(trajectory)), isLoop_(isLoop),
-      loopNanos_(std::llround(trajectory_.durationSeconds()) * kSecond), inputs_(std::move(inputs)), start_(kNotBegun) {
-}
+      loopNanos_(std::llround(trajectory_.durationSeconds()) * kSecond), inputs_(std::move(inputs)),
+      start_(kNotStarted) {}
 
-std::shared_ptr<Stage> Stage::fromKeys() {
+std::shared_ptr<HeadPath> HeadPath::fromKeys() {
     const auto room = "seed=" + std::to_string(seed());
     const auto path = text(Key::Trajectory);
     if (!path.empty())
-        return std::shared_ptr<Stage>(new Stage(Trajectory::fromTum(path), false, room + " tum=" + contents(path)));
+        return std::shared_ptr<HeadPath>(
+            new HeadPath(Trajectory::fromTum(path), false, room + " tum=" + contents(path)));
     const double loop_s = number(Key::LoopSeconds);
-    return std::shared_ptr<Stage>(
-        new Stage(Trajectory::looped(seed(), loop_s), true, room + " loop=" + std::to_string(loop_s)));
+    return std::shared_ptr<HeadPath>(
+        new HeadPath(Trajectory::looped(seed(), loop_s), true, room + " loop=" + std::to_string(loop_s)));
 }
 
-std::shared_ptr<Stage> Stage::current() {
+std::shared_ptr<HeadPath> HeadPath::current() {
     const std::lock_guard lock(mutex);
-    return stage;
+    return currentPath;
 }
 
-std::string Stage::refresh() {
+std::string HeadPath::refresh() {
     try {
         auto next = fromKeys();
         const std::lock_guard lock(mutex);
-        stage = next;
+        currentPath = next;
         return "";
     } catch (const TrajectoryError &error) {
         return error.what();
     }
 }
 
-Motion Stage::at(int64_t mltime) const {
+Motion HeadPath::at(int64_t mltime) const {
     if (isLoop_)
         return trajectory_.at(static_cast<double>(mltime % loopNanos_) / kSecond);
     const int64_t start = start_;
-    return trajectory_.at(start == kNotBegun ? 0 : static_cast<double>(mltime - start) / kSecond);
+    return trajectory_.at(start == kNotStarted ? 0 : static_cast<double>(mltime - start) / kSecond);
 }
 
-void Stage::begin() {
-    int64_t expected = kNotBegun;
+void HeadPath::start() {
+    int64_t expected = kNotStarted;
     start_.compare_exchange_strong(expected, (mlTimeNow() / kSecond + 1) * kSecond);
 }
 
-size_t Stage::filmFrames(uint32_t rate_hz) const {
+size_t HeadPath::frameCount(uint32_t rate_hz) const {
     if (isLoop_)
         return static_cast<size_t>(loopNanos_ / kSecond) * rate_hz;
     return static_cast<size_t>(std::ceil(trajectory_.durationSeconds() * rate_hz)) + 1;
 }
 
-size_t Stage::filmIndex(int64_t index, uint32_t rate_hz) const {
-    const auto count = static_cast<int64_t>(filmFrames(rate_hz));
+size_t HeadPath::frameIndex(int64_t index, uint32_t rate_hz) const {
+    const auto count = static_cast<int64_t>(frameCount(rate_hz));
     if (isLoop_)
         return static_cast<size_t>(index % count);
     const int64_t start = start_;
-    if (start == kNotBegun)
+    if (start == kNotStarted)
         return 0;
     return static_cast<size_t>(std::clamp<int64_t>(index - start / kSecond * rate_hz, 0, count - 1));
 }
 
-Motion Stage::atFilm(size_t index, uint32_t rate_hz) const {
+Motion HeadPath::atFrame(size_t index, uint32_t rate_hz) const {
     return trajectory_.at(static_cast<double>(captureTime(static_cast<int64_t>(index), rate_hz)) / kSecond);
 }
 
-std::shared_ptr<const Scene> Stage::room() {
+std::shared_ptr<const Scene> HeadPath::scene() {
     static std::mutex building;
     static std::shared_ptr<const Scene> scene;
     static uint64_t builtSeed;

@@ -1,0 +1,18 @@
+// The render plans of the cameras, shared by the simulated SDK and the simulated OpenXR runtime.
+#pragma once
+
+#include "depth_modes.h"
+#include "frame_cache.h"
+#include "ml_world_camera.h"
+#include "scene/render.h"
+
+namespace ml2sim {
+
+RenderPlan worldRenderPlan(MLWorldCameraIdentifier camera, MLWorldCameraFrameType exposure);
+
+/** A frame has the planes of the choice one after the other, in the order of the bits of MLDepthCameraFlags. */
+RenderPlan depthRenderPlan(const DepthChoice &choice);
+
+RenderPlan eyeRenderPlan(EyeCamera camera);
+
+} // namespace ml2sim
