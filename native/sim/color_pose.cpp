@@ -1,8 +1,6 @@
 // MLCVCamera*: where the colour camera was a moment ago.
-#include "camera_connection.h"
 #include "clock.h"
-#include "counters.h"
-#include "perception.h"
+#include "tracker_registry.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -11,21 +9,11 @@ namespace {
 /** Only a short history is kept; the vendor does not say how short. */
 constexpr int64_t kHistoryNanos = kSecond / 2;
 
-struct Nothing {};
-HandleRegistry<Nothing> trackers;
-
-MLResult checkOpen(const char *function, MLHandle handle, bool isOpen) {
-    if (isOpen)
-        return MLResult_Ok;
-    misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
-    return MLResult_InvalidParam;
-}
+TrackerRegistry<NoState> trackers;
 
 } // namespace
 
-bool anyColorTracker() {
-    return trackers.any([](Nothing) { return true; });
-}
+bool anyColorTracker() { return !trackers.isEmpty(); }
 
 void resetColorTracking() { trackers.clear(); }
 
@@ -34,26 +22,16 @@ void resetColorTracking() { trackers.clear(); }
 using namespace ml2sim;
 
 MLResult MLCVCameraTrackingCreate(MLHandle *out_cv) {
-    if (out_cv == nullptr)
-        return refuseArgument(__func__, "out_cv is null");
-    *out_cv = ML_INVALID_HANDLE;
-    if (const auto result = canCreateTracker())
-        return result;
-    if (isOn(Key::FaultColorPermission))
-        return MLResult_PermissionDenied;
-    *out_cv = newHandle();
-    trackers.add(*out_cv, {});
-    adjust(Counter::Handles, 1);
-    return MLResult_Ok;
+    return trackers.create(__func__, out_cv, Key::FaultColorPermission, MLResult_PermissionDenied);
 }
 
 MLResult MLCVCameraGetFramePose(MLHandle cv, MLHandle head_tracker, MLCVCameraID camera, MLTime time,
                                 MLTransform *out_transform) {
     if (!isPerceptionStarted())
         return MLResult_PerceptionSystemNotStarted;
-    if (const auto result = checkOpen(__func__, cv, trackers.find(cv).has_value()))
+    if (const auto result = trackers.check(__func__, cv))
         return result;
-    if (const auto result = checkOpen(__func__, head_tracker, isHeadTrackerOpen(head_tracker)))
+    if (const auto result = checkHeadTracker(__func__, head_tracker))
         return result;
     if (camera != MLCVCameraID_ColorCamera)
         return refuseArgument(__func__, "camera is not the colour camera");
@@ -68,9 +46,4 @@ MLResult MLCVCameraGetFramePose(MLHandle cv, MLHandle head_tracker, MLCVCameraID
     return MLResult_Ok;
 }
 
-MLResult MLCVCameraTrackingDestroy(MLHandle cv) {
-    if (const auto result = checkOpen(__func__, cv, trackers.remove(cv)))
-        return result;
-    adjust(Counter::Handles, -1);
-    return MLResult_Ok;
-}
+MLResult MLCVCameraTrackingDestroy(MLHandle cv) { return trackers.destroy(__func__, cv); }

@@ -1,34 +1,22 @@
 // MLEyeTracking*: where each eye is and looks.
 #include "ml_eye_tracking.h"
 
-#include "camera_connection.h"
 #include "clock.h"
-#include "counters.h"
 #include "eyes_and_hands.h"
-#include "perception.h"
+#include "tracker_registry.h"
 #include "tracking.h"
 
 namespace ml2sim {
 namespace {
 
-struct Nothing {};
-HandleRegistry<Nothing> trackers;
+TrackerRegistry<NoState> trackers;
 
 constexpr uint64_t kFrames = 0x4559455300000000;
 constexpr MLEyeTrackingStaticData kStaticData = {{{kFrames, 1}}, {{kFrames, 2}}, {{kFrames, 3}}};
 
-MLResult checkOpen(const char *function, MLHandle handle) {
-    if (trackers.find(handle))
-        return MLResult_Ok;
-    misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
-    return MLResult_InvalidParam;
-}
-
 } // namespace
 
-bool anyEyeTracker() {
-    return trackers.any([](Nothing) { return true; });
-}
+bool anyEyeTracker() { return !trackers.isEmpty(); }
 
 void resetEyeTracking() { trackers.clear(); }
 
@@ -45,29 +33,13 @@ std::optional<Pose> eyesInHead(const MLCoordinateFrameUID &id, int64_t mltime) {
 using namespace ml2sim;
 
 MLResult MLEyeTrackingCreate(MLHandle *out_tracker) {
-    if (out_tracker == nullptr)
-        return refuseArgument(__func__, "out_tracker is null");
-    *out_tracker = ML_INVALID_HANDLE;
-    if (const auto result = canCreateTracker())
-        return result;
-    if (isOn(Key::FaultGazePermission))
-        return MLResult_PermissionDenied;
-    *out_tracker = newHandle();
-    trackers.add(*out_tracker, {});
-    adjust(Counter::Handles, 1);
-    return MLResult_Ok;
+    return trackers.create(__func__, out_tracker, Key::FaultGazePermission, MLResult_PermissionDenied);
 }
 
-MLResult MLEyeTrackingDestroy(MLHandle tracker) {
-    if (const auto result = checkOpen(__func__, tracker))
-        return result;
-    trackers.remove(tracker);
-    adjust(Counter::Handles, -1);
-    return MLResult_Ok;
-}
+MLResult MLEyeTrackingDestroy(MLHandle tracker) { return trackers.destroy(__func__, tracker); }
 
 MLResult MLEyeTrackingGetStaticData(MLHandle tracker, MLEyeTrackingStaticData *out_data) {
-    if (const auto result = checkOpen(__func__, tracker))
+    if (const auto result = trackers.check(__func__, tracker))
         return result;
     if (out_data == nullptr)
         return refuseArgument(__func__, "out_data is null");
@@ -76,7 +48,7 @@ MLResult MLEyeTrackingGetStaticData(MLHandle tracker, MLEyeTrackingStaticData *o
 }
 
 MLResult MLEyeTrackingGetStateEx(MLHandle tracker, MLEyeTrackingStateEx *inout_state) {
-    if (const auto result = checkOpen(__func__, tracker))
+    if (const auto result = trackers.check(__func__, tracker))
         return result;
     if (inout_state == nullptr)
         return refuseArgument(__func__, "inout_state is null");

@@ -3,18 +3,15 @@
 
 #include <iterator>
 
-#include "camera_connection.h"
 #include "clock.h"
-#include "counters.h"
 #include "eyes_and_hands.h"
-#include "perception.h"
+#include "tracker_registry.h"
 #include "tracking.h"
 
 namespace ml2sim {
 namespace {
 
-struct Nothing {};
-HandleRegistry<Nothing> trackers;
+TrackerRegistry<NoState> trackers;
 
 constexpr uint64_t kFrames = 0x48414e4453000000;
 constexpr uint64_t kPerHand = 100;
@@ -35,18 +32,9 @@ MLCoordinateFrameUID frameOf(uint64_t hand, uint64_t keyPoint) { return {{kFrame
 
 bool isSeen(uint32_t hand) { return (static_cast<uint32_t>(number(Key::HandsVisible)) >> hand & 1) != 0; }
 
-MLResult checkOpen(const char *function, MLHandle handle) {
-    if (trackers.find(handle))
-        return MLResult_Ok;
-    misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
-    return MLResult_InvalidParam;
-}
-
 } // namespace
 
-bool anyHandTracker() {
-    return trackers.any([](Nothing) { return true; });
-}
+bool anyHandTracker() { return !trackers.isEmpty(); }
 
 void resetHandTracking() { trackers.clear(); }
 
@@ -64,31 +52,17 @@ std::optional<Pose> handsInHead(const MLCoordinateFrameUID &id) {
 using namespace ml2sim;
 
 MLResult MLHandTrackingCreateEx(const MLHandTrackingSettings *settings, MLHandle *out_tracker) {
-    if (settings == nullptr || out_tracker == nullptr)
-        return refuseArgument(__func__, "settings or out_tracker is null");
-    *out_tracker = ML_INVALID_HANDLE;
+    if (settings == nullptr)
+        return refuseArgument(__func__, "settings is null");
     if (settings->version != 1)
         return refuseVersion(__func__, 1, settings->version);
-    if (const auto result = canCreateTracker())
-        return result;
-    if (isOn(Key::FaultHandsPermission))
-        return MLResult_PermissionDenied;
-    *out_tracker = newHandle();
-    trackers.add(*out_tracker, {});
-    adjust(Counter::Handles, 1);
-    return MLResult_Ok;
+    return trackers.create(__func__, out_tracker, Key::FaultHandsPermission, MLResult_PermissionDenied);
 }
 
-MLResult MLHandTrackingDestroy(MLHandle tracker) {
-    if (const auto result = checkOpen(__func__, tracker))
-        return result;
-    trackers.remove(tracker);
-    adjust(Counter::Handles, -1);
-    return MLResult_Ok;
-}
+MLResult MLHandTrackingDestroy(MLHandle tracker) { return trackers.destroy(__func__, tracker); }
 
 MLResult MLHandTrackingGetData(MLHandle tracker, MLHandTrackingData *inout_data) {
-    if (const auto result = checkOpen(__func__, tracker))
+    if (const auto result = trackers.check(__func__, tracker))
         return result;
     if (inout_data == nullptr)
         return refuseArgument(__func__, "inout_data is null");
@@ -107,7 +81,7 @@ MLResult MLHandTrackingGetData(MLHandle tracker, MLHandTrackingData *inout_data)
 }
 
 MLResult MLHandTrackingGetStaticData(MLHandle tracker, MLHandTrackingStaticData *inout_data) {
-    if (const auto result = checkOpen(__func__, tracker))
+    if (const auto result = trackers.check(__func__, tracker))
         return result;
     if (inout_data == nullptr)
         return refuseArgument(__func__, "inout_data is null");

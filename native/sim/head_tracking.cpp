@@ -1,8 +1,6 @@
 // MLHeadTracking*: whether the headset knows where it is.
-#include "camera_connection.h"
 #include "clock.h"
-#include "counters.h"
-#include "perception.h"
+#include "tracker_registry.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -17,14 +15,7 @@ struct Tracker {
     bool isInitializing() const { return mlTimeNow() < createdAt + kInitializingNanos; }
 };
 
-HandleRegistry<Tracker> trackers;
-
-std::optional<Tracker> trackerOf(const char *function, MLHandle handle) {
-    const auto tracker = trackers.find(handle);
-    if (!tracker)
-        misuse(ML2SIM_MISUSE_HANDLE, "%s: handle %#lx is not open", function, handle);
-    return tracker;
-}
+TrackerRegistry<Tracker> trackers;
 
 uint32_t statusOf(const Tracker &tracker) {
     if (tracker.isInitializing())
@@ -43,15 +34,13 @@ uint32_t statusOf(const Tracker &tracker) {
 
 const MLCoordinateFrameUID kHeadFrame = {{0x4845414400000000, 1}};
 
-bool isHeadTrackerOpen(MLHandle tracker) { return trackers.find(tracker).has_value(); }
+MLResult checkHeadTracker(const char *function, MLHandle tracker) { return trackers.check(function, tracker); }
 
 bool isHeadPoseKnown() {
     return trackingNow() == kTracked && trackers.any([](const Tracker &tracker) { return !tracker.isInitializing(); });
 }
 
-bool anyHeadTracker() {
-    return trackers.any([](const Tracker &) { return true; });
-}
+bool anyHeadTracker() { return !trackers.isEmpty(); }
 
 void resetHeadTracking() { trackers.clear(); }
 
@@ -60,30 +49,15 @@ void resetHeadTracking() { trackers.clear(); }
 using namespace ml2sim;
 
 MLResult MLHeadTrackingCreate(MLHandle *out_tracker) {
-    if (out_tracker == nullptr)
-        return refuseArgument(__func__, "out_tracker is null");
-    *out_tracker = ML_INVALID_HANDLE;
-    if (const auto result = canCreateTracker())
-        return result;
-    if (isOn(Key::FaultHeadCreate))
-        return MLResult_UnspecifiedFailure;
-    *out_tracker = newHandle();
-    trackers.add(*out_tracker, {mlTimeNow(), mapEventsSoFar()});
-    adjust(Counter::Handles, 1);
-    return MLResult_Ok;
+    return trackers.create(__func__, out_tracker, Key::FaultHeadCreate, MLResult_UnspecifiedFailure,
+                           {mlTimeNow(), mapEventsSoFar()});
 }
 
-MLResult MLHeadTrackingDestroy(MLHandle tracker) {
-    if (!trackerOf(__func__, tracker))
-        return MLResult_InvalidParam;
-    trackers.remove(tracker);
-    adjust(Counter::Handles, -1);
-    return MLResult_Ok;
-}
+MLResult MLHeadTrackingDestroy(MLHandle tracker) { return trackers.destroy(__func__, tracker); }
 
 MLResult MLHeadTrackingGetStaticData(MLHandle tracker, MLHeadTrackingStaticData *out_data) {
-    if (!trackerOf(__func__, tracker))
-        return MLResult_InvalidParam;
+    if (const auto result = trackers.check(__func__, tracker))
+        return result;
     if (out_data == nullptr)
         return refuseArgument(__func__, "out_data is null");
     out_data->coord_frame_head = kHeadFrame;
@@ -91,7 +65,7 @@ MLResult MLHeadTrackingGetStaticData(MLHandle tracker, MLHeadTrackingStaticData 
 }
 
 MLResult MLHeadTrackingGetStateEx(MLHandle tracker, MLHeadTrackingStateEx *inout_state) {
-    const auto found = trackerOf(__func__, tracker);
+    auto found = trackers.find(__func__, tracker);
     if (!found)
         return MLResult_InvalidParam;
     if (inout_state == nullptr)
@@ -106,7 +80,7 @@ MLResult MLHeadTrackingGetStateEx(MLHandle tracker, MLHeadTrackingStateEx *inout
 }
 
 MLResult MLHeadTrackingGetMapEvents(MLHandle tracker, uint64_t *out_events) {
-    auto found = trackerOf(__func__, tracker);
+    auto found = trackers.find(__func__, tracker);
     if (!found)
         return MLResult_InvalidParam;
     if (out_events == nullptr)

@@ -1,8 +1,6 @@
 // State of the perception system that the tracking functions share.
 #pragma once
 
-#include <map>
-#include <mutex>
 #include <optional>
 
 #include "ml_perception.h"
@@ -21,46 +19,9 @@ void markFirstSnapshot();
 /** Returns Ok, or why a tracker cannot be created now. */
 MLResult canCreateTracker();
 
-/** The open handles of one kind, each with a value. Thread-safe. */
-template <typename T> class HandleRegistry {
-  public:
-    void add(MLHandle handle, T value) {
-        const std::lock_guard lock(mutex_);
-        open_.emplace(handle, value);
-    }
-    bool remove(MLHandle handle) {
-        const std::lock_guard lock(mutex_);
-        return open_.erase(handle) == 1;
-    }
-    std::optional<T> find(MLHandle handle) const {
-        const std::lock_guard lock(mutex_);
-        const auto found = open_.find(handle);
-        return found == open_.end() ? std::nullopt : std::optional<T>(found->second);
-    }
-    void set(MLHandle handle, T value) {
-        const std::lock_guard lock(mutex_);
-        const auto found = open_.find(handle);
-        if (found != open_.end())
-            found->second = value;
-    }
-    template <typename Predicate> bool any(Predicate is) const {
-        const std::lock_guard lock(mutex_);
-        for (const auto &[handle, value] : open_)
-            if (is(value))
-                return true;
-        return false;
-    }
-    void clear() {
-        const std::lock_guard lock(mutex_);
-        open_.clear();
-    }
+/** Returns Ok if a head tracker is open; otherwise it counts a misuse. */
+MLResult checkHeadTracker(const char *function, MLHandle tracker);
 
-  private:
-    mutable std::mutex mutex_;
-    std::map<MLHandle, T> open_;
-};
-
-bool isHeadTrackerOpen(MLHandle tracker);
 /** Returns true if a head tracker is initialized and tracking is not lost. */
 bool isHeadPoseKnown();
 extern const MLCoordinateFrameUID kHeadFrame;
