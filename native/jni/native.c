@@ -64,7 +64,7 @@ static void configure(JNIEnv *env, jclass class, jlong handle, jint sensor, jint
 }
 
 /** How many structures of size bytes fit in a direct buffer; the first says their size, as the interface wants it. */
-static uint32_t room(JNIEnv *env, jobject buffer, uint32_t size, void **memory) {
+static uint32_t structures_in(JNIEnv *env, jobject buffer, uint32_t size, void **memory) {
     *memory = (*env)->GetDirectBufferAddress(env, buffer);
     uint32_t count = *memory ? (uint32_t)((*env)->GetDirectBufferCapacity(env, buffer) / size) : 0;
     if (count) {
@@ -77,7 +77,7 @@ static jint poll(JNIEnv *env, jclass class, jlong handle, jlong timeout_nanos, j
     (void)class;
     ERROR(error);
     void *memory;
-    uint32_t capacity = room(env, frames, sizeof(ml2s_frame), &memory);
+    uint32_t capacity = structures_in(env, frames, sizeof(ml2s_frame), &memory);
     uint32_t count = 0;
     ml2s_result result = ml2s_poll((ml2s_handle)handle, (uint64_t)timeout_nanos, memory, capacity, &count, &error);
     return failure_throw(env, result, &error) ? 0 : (jint)count;
@@ -87,7 +87,7 @@ static jint poll_poses(JNIEnv *env, jclass class, jlong handle, jobject poses) {
     (void)class;
     ERROR(error);
     void *memory;
-    uint32_t capacity = room(env, poses, sizeof(ml2s_pose), &memory);
+    uint32_t capacity = structures_in(env, poses, sizeof(ml2s_pose), &memory);
     uint32_t count = 0;
     ml2s_result result = ml2s_poll_poses((ml2s_handle)handle, memory, capacity, &count, &error);
     return failure_throw(env, result, &error) ? 0 : (jint)count;
@@ -97,7 +97,7 @@ static jboolean color_pose(JNIEnv *env, jclass class, jlong handle, jlong device
     (void)class;
     ERROR(error);
     void *memory;
-    ml2s_result result = room(env, pose, sizeof(ml2s_pose), &memory)
+    ml2s_result result = structures_in(env, pose, sizeof(ml2s_pose), &memory)
                              ? ml2s_color_pose((ml2s_handle)handle, device_nanos, memory, &error)
                              : ML2S_INVALID_ARGUMENT;
     return result != ML2S_NO_POSE && !failure_throw(env, result, &error);
@@ -173,7 +173,7 @@ static jlong mapped_bytes(JNIEnv *env, jclass class) {
 static void publish(JNIEnv *env, jclass class, jobject frames, jint index) {
     (void)class;
     void *memory;
-    uint32_t count = room(env, frames, sizeof(ml2s_frame), &memory);
+    uint32_t count = structures_in(env, frames, sizeof(ml2s_frame), &memory);
     ml2s_frame *frame = (uint32_t)index < count ? (ml2s_frame *)memory + index : NULL;
     if (frame) {
         frame->struct_size = sizeof *frame;

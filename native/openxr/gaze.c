@@ -64,7 +64,7 @@ static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
     if (!space) {
         ml2s_result result = check_system(error);
         if (result || (result = create_action(error)) || (result = bind(error)) || (result = create_space(error))) {
-            gaze_forget(NULL);
+            gaze_destroy(NULL);
             return result;
         }
     }
@@ -85,7 +85,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return xr_end(ML2S_OK, error);
 }
 
-ml2s_result gaze_forget(ml2s_error *error) {
+ml2s_result gaze_destroy(ml2s_error *error) {
     ml2s_result first = ML2S_OK;
     if (space) {
         first = XR_CALL(error, core, xrDestroySpace, space);
@@ -108,10 +108,10 @@ static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, u
     (void)settings;
     XrActiveActionSet active = {action_set, XR_NULL_PATH};
     XrActionsSyncInfo sync = {XR_TYPE_ACTIONS_SYNC_INFO, NULL, 1, &active};
-    struct poses_moment now;
+    struct poses_time now;
     XrPosef pose;
     bool is_tracked;
-    ml2s_result result = xr_follow(error);
+    ml2s_result result = xr_handle_events(error);
     if (result || (result = XR_CALL(error, gaze, xrSyncActions, xr.session, &sync)) ||
         (result = poses_now(&now, error)) || (result = poses_locate(space, now.time, &pose, &is_tracked, error))) {
         return result;

@@ -4,4 +4,4 @@
 #include "../sdk/ml2s.h"
 
 /** Before the session is destroyed. */
-ml2s_result gaze_forget(ml2s_error *error);
+ml2s_result gaze_destroy(ml2s_error *error);

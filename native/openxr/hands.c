@@ -63,7 +63,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return xr_end(destroy_trackers(error), error);
 }
 
-static ml2s_result locate(uint32_t hand, const struct poses_moment *now, ml2s_pose *poses, uint32_t *count,
+static ml2s_result locate(uint32_t hand, const struct poses_time *now, ml2s_pose *poses, uint32_t *count,
                           ml2s_error *error) {
     XrHandJointLocationEXT joints[XR_HAND_JOINT_COUNT_EXT];
     XrHandJointsLocateInfoEXT info = {XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT, NULL, xr.world, now->time};
@@ -81,8 +81,8 @@ static ml2s_result locate(uint32_t hand, const struct poses_moment *now, ml2s_po
 }
 
 static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
-    struct poses_moment now;
-    ml2s_result result = xr_follow(error);
+    struct poses_time now;
+    ml2s_result result = xr_handle_events(error);
     if (!result) {
         result = poses_now(&now, error);
     }

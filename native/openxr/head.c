@@ -41,10 +41,10 @@ static uint32_t events_of(bool is_tracked) {
 
 static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
     (void)settings;
-    struct poses_moment now;
+    struct poses_time now;
     XrPosef pose;
     bool is_tracked;
-    ml2s_result result = xr_follow(error);
+    ml2s_result result = xr_handle_events(error);
     if (result || (result = poses_now(&now, error)) ||
         (result = poses_locate(view, now.time, &pose, &is_tracked, error))) {
         return result;

@@ -64,7 +64,7 @@ static ml2s_result find_pictures(const struct pixel_sensor *sensor, const XrPixe
 }
 
 /** Makes plane the picture as it lies in memory, the padding of its last row included. Returns false if it does not. */
-static bool place(const struct picture *picture, const ml2s_memory *memory, ml2s_plane *plane) {
+static bool locate_plane(const struct picture *picture, const ml2s_memory *memory, ml2s_plane *plane) {
     uint64_t offset = (uint64_t)((uintptr_t)picture->data - (uintptr_t)memory->data);
     uint64_t size = (uint64_t)picture->stride_bytes * picture->height;
     if (offset >= memory->size_bytes || size > memory->size_bytes - offset) {
@@ -76,10 +76,11 @@ static bool place(const struct picture *picture, const ml2s_memory *memory, ml2s
 }
 
 /** Describes the pictures where the runtime wrote them. Returns false if not all of them lie in the slot. */
-static bool use_slot(const struct pictures *pictures, uint32_t slot, const ml2s_memory *memory, ml2s_frame *frame) {
+static bool describe_in_place(const struct pictures *pictures, uint32_t slot, const ml2s_memory *memory,
+                              ml2s_frame *frame) {
     bool are_inside = slot != ML2S_NO_SLOT;
     for (uint32_t role = 0; role < ML2S_PLANE_COUNT && are_inside; role++) {
-        are_inside = !pictures->is_wanted[role] || place(&pictures->of[role], memory, &frame->planes[role]);
+        are_inside = !pictures->is_wanted[role] || locate_plane(&pictures->of[role], memory, &frame->planes[role]);
     }
     if (are_inside) {
         frame->slot = slot;
@@ -129,7 +130,7 @@ ml2s_result pixel_frame_read(struct pixel_sensor *sensor, const XrPixelSensorDat
         return result;
     }
     read_pose(sensor, frame);
-    if (!use_slot(&pictures, slot, memory, frame)) {
+    if (!describe_in_place(&pictures, slot, memory, frame)) {
         sensor->is_copied |= slot != ML2S_NO_SLOT;
         result = copy(&pictures, sensor->buffer_bytes, frame, error);
     }

@@ -106,7 +106,7 @@ static ml2s_result stop_stream(struct pixel_sensor *sensor, ml2s_error *error) {
     return result ? result : xr_result_of(completion.futureResult, "xrStopPixelSensorAsyncML", error);
 }
 
-static ml2s_result measure_buffer(struct pixel_sensor *sensor, ml2s_error *error) {
+static ml2s_result query_buffer_size(struct pixel_sensor *sensor, ml2s_error *error) {
     XrPixelSensorMetadataTypeML types[XR_PIXEL_SENSOR_METADATA_COUNT_ML];
     uint32_t count = 0;
     for (uint32_t type = 0; type < XR_PIXEL_SENSOR_METADATA_COUNT_ML; type++) {
@@ -132,7 +132,7 @@ ml2s_result pixel_sensor_start(struct pixel_sensor *sensor, ml2s_error *error) {
     ml2s_result result = create(sensor, error);
     if (result || (result = negotiate(sensor->sensor, &sensor->mode, error)) ||
         (result = choose_metadata(sensor, error)) || (result = start_stream(sensor, error)) ||
-        (result = measure_buffer(sensor, error)) || (result = create_space(sensor, error))) {
+        (result = query_buffer_size(sensor, error)) || (result = create_space(sensor, error))) {
         pixel_sensor_stop(sensor, NULL);
     }
     return result;
@@ -179,7 +179,7 @@ static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s
 
 /** The frame is in slot, if its pictures lie there. */
 static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint32_t slot, const ml2s_memory *memory,
-                         struct batch *batch, ml2s_error *error) {
+                         struct frameset *set, ml2s_error *error) {
     struct pixel_metadata metadata;
     XrPixelSensorDataGetInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, NULL, sensor->mode.device_stream,
                                        sensor->last_capture, (XrDuration)timeout_nanos};
@@ -187,25 +187,25 @@ static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, ui
     XrPixelSensorDataML data = {.type = XR_TYPE_PIXEL_SENSOR_DATA_ML};
     pixel_metadata_chain(&metadata, sensor->metadata, &data);
     ml2s_result result = XR_CALL(error, pixel, xrGetPixelSensorDataML, sensor->sensor, &info, &buffer, &data);
-    ml2s_frame *frame = result ? NULL : batch_begin(batch, sensor->stream, error);
+    ml2s_frame *frame = result ? NULL : frameset_add(set, sensor->stream, error);
     if (!frame) {
         return result;
     }
     sensor->last_capture = data.captureTime;
     sensor->frame_count++;
-    batch_end(batch, frame, pixel_frame_read(sensor, &data, &metadata, slot, memory, frame, error));
+    frameset_complete(set, frame, pixel_frame_read(sensor, &data, &metadata, slot, memory, frame, error));
     return ML2S_OK;
 }
 
-static bool has(const struct batch *batch, uint32_t stream, uint32_t slot) {
+static bool has(const struct frameset *set, uint32_t stream, uint32_t slot) {
     bool has = false;
-    for (uint32_t i = 0; i < batch->count; i++) {
-        has |= batch->frames[i].stream == stream && batch->frames[i].slot == slot;
+    for (uint32_t i = 0; i < set->count; i++) {
+        has |= set->frames[i].stream == stream && set->frames[i].slot == slot;
     }
     return has;
 }
 
-ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct batch *batch,
+ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct frameset *set,
                              ml2s_error *error) {
     uint32_t slot;
     ml2s_memory memory;
@@ -213,8 +213,8 @@ ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos
     if (result) {
         return result;
     }
-    result = fetch(sensor, timeout_nanos, slot, &memory, batch, error);
-    if (slot != ML2S_NO_SLOT && !has(batch, sensor->stream, slot)) {
+    result = fetch(sensor, timeout_nanos, slot, &memory, set, error);
+    if (slot != ML2S_NO_SLOT && !has(set, sensor->stream, slot)) {
         ml2s_release(sensor->stream, slot);
     }
     return result;

@@ -1,7 +1,7 @@
 /** One running stream of a pixel sensor. Belongs to the thread that started it. */
 #pragma once
 
-#include "../sources/batch.h"
+#include "../sources/frameset.h"
 #include "negotiation.h"
 
 struct pixel_sensor {
@@ -29,8 +29,8 @@ ml2s_result pixel_sensor_start(struct pixel_sensor *sensor, ml2s_error *error);
 ml2s_result pixel_sensor_stop(struct pixel_sensor *sensor, ml2s_error *error);
 
 /**
- * Waits for the first frame after the last one, and adds it to batch. The runtime writes into a slot of the stream, and
+ * Waits for the first frame after the last one, and adds it to set. The runtime writes into a slot of the stream, and
  * that is the frame's. Where it cannot, it writes into spare memory, from which the frame is copied.
  */
-ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct batch *batch,
+ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct frameset *set,
                              ml2s_error *error);

@@ -116,7 +116,7 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
 }
 
 /** Of the oldest frame: the one that is due first. */
-static uint32_t most_due(const struct source *source) {
+static uint32_t oldest_sensor(const struct source *source) {
     uint32_t due = 0;
     for (uint32_t i = 1; i < source->count; i++) {
         if (source->sensors[i].last_capture < source->sensors[due].last_capture) {
@@ -127,11 +127,11 @@ static uint32_t most_due(const struct source *source) {
 }
 
 /** One round over the sensors, waiting for the one that is due. */
-static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, struct batch *batch, ml2s_error *error) {
-    uint32_t due = most_due(source);
+static ml2s_result poll_sensors(struct source *source, uint64_t wait_nanos, struct frameset *set, ml2s_error *error) {
+    uint32_t due = oldest_sensor(source);
     for (uint32_t i = 0; i < source->count; i++) {
         ml2s_result result =
-            pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, batch, error);
+            pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, set, error);
         if (result && result != ML2S_TIMEOUT) {
             return result;
         }
@@ -139,14 +139,15 @@ static ml2s_result poll_round(struct source *source, uint64_t wait_nanos, struct
     return ML2S_OK;
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
+                        ml2s_error *error) {
     struct source *source = &sources[settings->sensor];
     int64_t until = ml2s_now() + (int64_t)(timeout_nanos < MAX_TIMEOUT_NANOS ? timeout_nanos : MAX_TIMEOUT_NANOS);
-    ml2s_result result = xr_follow(error);
-    while (!result && !batch->count) {
+    ml2s_result result = xr_handle_events(error);
+    while (!result && !set->count) {
         int64_t left = until - ml2s_now();
         uint64_t wait = left < 0 ? 0 : (uint64_t)left < WAIT_NANOS ? (uint64_t)left : WAIT_NANOS;
-        result = poll_round(source, wait, batch, error);
+        result = poll_sensors(source, wait, set, error);
         if (left <= 0) {
             break;
         }

@@ -2,13 +2,13 @@
 
 #include <string.h>
 
-#include "../sources/moment.h"
+#include "../sources/conversions.h"
 
 #define SECOND_NANOS INT64_C(1000000000)
 
 static int64_t nanos_of(const struct timespec *time) { return time->tv_sec * SECOND_NANOS + time->tv_nsec; }
 
-ml2s_result poses_now(struct poses_moment *now, ml2s_error *error) {
+ml2s_result poses_now(struct poses_time *now, ml2s_error *error) {
     struct timespec monotonic;
     clock_gettime(CLOCK_MONOTONIC, &monotonic);
     now->boottime_nanos = clock_boottime_of_monotonic(nanos_of(&monotonic));
@@ -41,7 +41,7 @@ ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tra
     return located == XR_ERROR_TIME_INVALID ? ML2S_OK : xr_result_of(located, "xrLocateSpace", error);
 }
 
-void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_moment *now, const XrPosef *pose, bool is_tracked) {
+void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_time *now, const XrPosef *pose, bool is_tracked) {
     *out = (ml2s_pose){
         .stream = stream, .capture_nanos = now->boottime_nanos, .device_nanos = now->time, .is_tracked = is_tracked};
     if (is_tracked) {

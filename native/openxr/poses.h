@@ -4,12 +4,12 @@
 #include "xr_api.h"
 
 /** One instant on both clocks. */
-struct poses_moment {
+struct poses_time {
     XrTime time;
     int64_t boottime_nanos;
 };
 
-ml2s_result poses_now(struct poses_moment *now, ml2s_error *error);
+ml2s_result poses_now(struct poses_time *now, ml2s_error *error);
 
 /** The CLOCK_BOOTTIME instant of an XrTime. */
 ml2s_result poses_boottime_of(XrTime time, int64_t *boottime_nanos, ml2s_error *error);
@@ -21,4 +21,4 @@ bool poses_is_tracked(XrSpaceLocationFlags flags, const XrPosef *pose);
 ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tracked, ml2s_error *error);
 
 /** Sets all of out (struct_size to 0); pose is not looked at unless is_tracked. */
-void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_moment *now, const XrPosef *pose, bool is_tracked);
+void poses_fill(ml2s_pose *out, uint32_t stream, const struct poses_time *now, const XrPosef *pose, bool is_tracked);

@@ -34,10 +34,10 @@ static uint32_t areas_found;
 
 static ml2s_openxr chosen;
 static char chosen_path[512];
-static atomic_bool is_withdrawn;
+static atomic_bool is_app_session_ending;
 
 /** Whether there was no user, and so nothing is chosen any more. */
-static bool forget(void) {
+static bool clear_choice(void) {
     lock(&changing);
     bool is_free = !users;
     if (is_free) {
@@ -47,25 +47,25 @@ static bool forget(void) {
     return is_free;
 }
 
-static ml2s_result withdraw(ml2s_error *error) {
-    atomic_store(&is_withdrawn, true);
-    for (int64_t until = ml2s_now() + CLOSED_WITHIN_NANOS; ml2s_now() < until; nap()) {
-        if (forget()) {
+static ml2s_result end_app_session(ml2s_error *error) {
+    atomic_store(&is_app_session_ending, true);
+    for (int64_t until = ml2s_now() + CLOSED_WITHIN_NANOS; ml2s_now() < until; sleep_millisecond()) {
+        if (clear_choice()) {
             return ML2S_OK;
         }
     }
     return error_set(error, ML2S_BUSY, 0, "sensors of OpenXR were not closed within 1 s");
 }
 
-static ml2s_result not_withdrawn(ml2s_error *error) {
-    return atomic_load(&is_withdrawn)
+static ml2s_result require_app_session(ml2s_error *error) {
+    return atomic_load(&is_app_session_ending)
                ? error_set(error, ML2S_VENDOR_FAILURE, XR_ERROR_SESSION_LOST, "the app ends its OpenXR session")
                : ML2S_OK;
 }
 
 ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
     if (!openxr) {
-        return withdraw(error);
+        return end_app_session(error);
     }
     if (openxr->struct_size < sizeof *openxr) {
         return error_set(error, ML2S_INVALID_ARGUMENT, 0, "ml2s_openxr.struct_size: expected at least %u",
@@ -81,7 +81,7 @@ ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
     bool is_free = !users;
     if (is_free) {
         chosen = *openxr;
-        atomic_store(&is_withdrawn, false);
+        atomic_store(&is_app_session_ending, false);
         if (is_standalone) {
             memcpy(chosen_path, openxr->loader_path, strlen(openxr->loader_path) + 1);
             chosen.loader_path = chosen_path;
@@ -128,7 +128,7 @@ static ml2s_result create_world(ml2s_error *error) {
     return XR_CALL(error, core, xrCreateReferenceSpace, xr.session, &info, &xr.world);
 }
 
-static ml2s_result is_chosen(ml2s_error *error) {
+static ml2s_result require_choice(ml2s_error *error) {
     return chosen.struct_size
                ? ML2S_OK
                : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: OpenXR (ml2s_use_openxr was not called)");
@@ -137,7 +137,7 @@ static ml2s_result is_chosen(ml2s_error *error) {
 ml2s_result xr_require(ml2s_error *error) {
     PFN_xrGetInstanceProcAddr get_proc;
     lock(&changing);
-    ml2s_result result = is_chosen(error);
+    ml2s_result result = require_choice(error);
     if (!result && chosen.loader_path) {
         result = loader_find(&chosen, &get_proc, error);
     }
@@ -146,7 +146,7 @@ ml2s_result xr_require(ml2s_error *error) {
 }
 
 /** Takes the app's instance, or makes one; either way the tables are filled. */
-static ml2s_result reach(ml2s_error *error) {
+static ml2s_result get_instance(ml2s_error *error) {
     PFN_xrGetInstanceProcAddr get_proc = (PFN_xrGetInstanceProcAddr)chosen.get_instance_proc_addr;
     xr = (struct xr){.is_borrowed = !chosen.loader_path};
     if (xr.is_borrowed) {
@@ -163,8 +163,8 @@ static ml2s_result reach(ml2s_error *error) {
 }
 
 static ml2s_result begin(ml2s_error *error) {
-    ml2s_result result = is_chosen(error);
-    if (result || (result = reach(error))) {
+    ml2s_result result = require_choice(error);
+    if (result || (result = get_instance(error))) {
         return result;
     }
     XrSystemGetInfo info = {XR_TYPE_SYSTEM_GET_INFO, NULL, XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY};
@@ -182,7 +182,7 @@ static ml2s_result end(ml2s_error *error) {
         first = XR_CALL(error, core, xrDestroySpace, xr.world);
     }
     if (!xr.is_borrowed && xr.session) {
-        ml2s_result result = gaze_forget(first ? NULL : error);
+        ml2s_result result = gaze_destroy(first ? NULL : error);
         first = first ? first : result;
         result = session_destroy(first ? NULL : error);
         first = first ? first : result;
@@ -196,7 +196,7 @@ static ml2s_result end(ml2s_error *error) {
 
 static ml2s_result acquire(uint32_t areas, ml2s_error *error) {
     lock(&changing);
-    ml2s_result result = users ? not_withdrawn(error) : begin(error);
+    ml2s_result result = users ? require_app_session(error) : begin(error);
     if (!result) {
         result = require(areas, error);
     }
@@ -230,9 +230,11 @@ ml2s_result xr_end(ml2s_result result, ml2s_error *error) {
     return result ? result : released;
 }
 
-ml2s_result xr_follow(ml2s_error *error) { return xr.is_borrowed ? not_withdrawn(error) : session_follow(error); }
+ml2s_result xr_handle_events(ml2s_error *error) {
+    return xr.is_borrowed ? require_app_session(error) : session_handle_events(error);
+}
 
-static ml2s_result kind_of(XrResult result) {
+static ml2s_result ml2s_result_of(XrResult result) {
     switch ((int)result) {
     case XR_TIMEOUT_EXPIRED:
         return ML2S_TIMEOUT;
@@ -250,7 +252,7 @@ static ml2s_result kind_of(XrResult result) {
 }
 
 ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error) {
-    ml2s_result kind = kind_of(result);
+    ml2s_result kind = ml2s_result_of(result);
     if (kind == ML2S_OK || kind == ML2S_TIMEOUT) {
         return kind;
     }

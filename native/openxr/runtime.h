@@ -19,4 +19,4 @@ ml2s_result xr_begin(uint32_t areas, ml2s_result (*make)(const ml2s_settings *se
 ml2s_result xr_end(ml2s_result result, ml2s_error *error);
 
 /** To be called by every poll: a session of our own answers its runtime's events. */
-ml2s_result xr_follow(ml2s_error *error);
+ml2s_result xr_handle_events(ml2s_error *error);

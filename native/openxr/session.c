@@ -7,12 +7,12 @@
 
 #define READY_WITHIN_NANOS INT64_C(5000000000)
 
-static atomic_flag following = ATOMIC_FLAG_INIT;
+static atomic_flag is_polling = ATOMIC_FLAG_INIT;
 static atomic_bool is_running;
 static atomic_bool is_lost;
 static atomic_bool has_moved;
 
-static ml2s_result change(XrSessionState state, ml2s_error *error) {
+static ml2s_result change_state(XrSessionState state, ml2s_error *error) {
     switch (state) {
     case XR_SESSION_STATE_READY: {
         XrSessionBeginInfo info = {XR_TYPE_SESSION_BEGIN_INFO, NULL, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
@@ -35,7 +35,7 @@ static ml2s_result change(XrSessionState state, ml2s_error *error) {
 static ml2s_result handle(const XrEventDataBuffer *event, ml2s_error *error) {
     switch (event->type) {
     case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED:
-        return change(((const XrEventDataSessionStateChanged *)event)->state, error);
+        return change_state(((const XrEventDataSessionStateChanged *)event)->state, error);
     case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:
         atomic_store(&is_lost, true);
         return ML2S_OK;
@@ -47,7 +47,7 @@ static ml2s_result handle(const XrEventDataBuffer *event, ml2s_error *error) {
     }
 }
 
-static ml2s_result handle_events(ml2s_error *error) {
+static ml2s_result poll_events(ml2s_error *error) {
     for (;;) {
         XrEventDataBuffer event = {.type = XR_TYPE_EVENT_DATA_BUFFER};
         XrResult polled = xr.core.xrPollEvent(xr.instance, &event);
@@ -61,11 +61,11 @@ static ml2s_result handle_events(ml2s_error *error) {
     }
 }
 
-ml2s_result session_follow(ml2s_error *error) {
+ml2s_result session_handle_events(ml2s_error *error) {
     ml2s_result result = ML2S_OK;
-    if (!atomic_flag_test_and_set(&following)) {
-        result = handle_events(error);
-        atomic_flag_clear(&following);
+    if (!atomic_flag_test_and_set(&is_polling)) {
+        result = poll_events(error);
+        atomic_flag_clear(&is_polling);
     }
     return result || !atomic_load(&is_lost)
                ? result
@@ -76,8 +76,8 @@ ml2s_result session_follow(ml2s_error *error) {
 bool session_world_moved(void) { return atomic_exchange(&has_moved, false); }
 
 static ml2s_result wait_until_running(ml2s_error *error) {
-    for (int64_t until = ml2s_now() + READY_WITHIN_NANOS; ml2s_now() < until; nap()) {
-        ml2s_result result = session_follow(error);
+    for (int64_t until = ml2s_now() + READY_WITHIN_NANOS; ml2s_now() < until; sleep_millisecond()) {
+        ml2s_result result = session_handle_events(error);
         if (result || atomic_load(&is_running)) {
             return result;
         }

@@ -114,7 +114,7 @@ static ml2s_result stop(ml2s_error *error) {
     return result;
 }
 
-ml2s_result perception_connected(ml2s_result result, MLHandle *handle) {
+ml2s_result perception_stop_on_failure(ml2s_result result, MLHandle *handle) {
     if (result) {
         *handle = ML_INVALID_HANDLE;
         stop(NULL);
@@ -122,7 +122,7 @@ ml2s_result perception_connected(ml2s_result result, MLHandle *handle) {
     return result;
 }
 
-ml2s_result perception_disconnected(ml2s_result result, MLHandle *handle, ml2s_error *error) {
+ml2s_result perception_stop_after(ml2s_result result, MLHandle *handle, ml2s_error *error) {
     *handle = ML_INVALID_HANDLE;
     ml2s_result stopped = stop(result ? NULL : error);
     return result ? result : stopped;

@@ -55,7 +55,7 @@ ml2s_result sdk_require(uint32_t areas, ml2s_error *error);
 ml2s_result perception_start(ml2s_error *error);
 
 /** After a start: result is how the connection went that it was for. A failure empties handle and stops again. */
-ml2s_result perception_connected(ml2s_result result, MLHandle *handle);
+ml2s_result perception_stop_on_failure(ml2s_result result, MLHandle *handle);
 
 /** Empties handle, which was disconnected with result, and stops; answers the first failure. */
-ml2s_result perception_disconnected(ml2s_result result, MLHandle *handle, ml2s_error *error);
+ml2s_result perception_stop_after(ml2s_result result, MLHandle *handle, ml2s_error *error);

@@ -21,7 +21,7 @@ static const char *const names[] = {
     [MLResult_InvalidTimestamp] = "InvalidTimestamp",
 };
 
-static ml2s_result kind_of(MLResult code) {
+static ml2s_result ml2s_result_of(MLResult code) {
     switch (code) {
     case MLResult_Ok:
         return ML2S_OK;
@@ -38,7 +38,7 @@ static ml2s_result kind_of(MLResult code) {
 }
 
 ml2s_result result_of(MLResult code, const char *call, ml2s_error *error) {
-    ml2s_result result = kind_of(code);
+    ml2s_result result = ml2s_result_of(code);
     if (result == ML2S_OK || result == ML2S_TIMEOUT) {
         return result;
     }

@@ -9,7 +9,7 @@ static lock_t taken = ATOMIC_FLAG_INIT;
 /** The answer for the last instant. */
 static MLResult last_code;
 
-static void tell(MLResult code) {
+static void log_invalid_time(MLResult code) {
     if (code == MLResult_InvalidTimestamp && code != last_code) {
         __android_log_print(ANDROID_LOG_WARN, "ml2s",
                             "MLPerceptionGetPredictedSnapshot: InvalidTimestamp (%d): poses are those of the latest "
@@ -23,7 +23,7 @@ ml2s_result snapshot_take(MLTime time, MLSnapshot **out, ml2s_error *error) {
     lock(&taken);
     const char *call = "MLPerceptionGetPredictedSnapshot";
     MLResult code = sdk.snapshot.MLPerceptionGetPredictedSnapshot(time, out);
-    tell(code);
+    log_invalid_time(code);
     if (code == MLResult_InvalidTimestamp) {
         call = "MLPerceptionGetSnapshot";
         code = sdk.perception.MLPerceptionGetSnapshot(out);

@@ -1,7 +1,7 @@
 // Where the colour camera was; its pictures come another way.
 #include "../sdk/snapshot.h"
+#include "conversions.h"
 #include "head_tracker.h"
-#include "moment.h"
 #include "source.h"
 
 static MLHandle head_tracker = ML_INVALID_HANDLE;
@@ -15,8 +15,8 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     ml2s_result result = head_tracker_open(&head_tracker, error);
     return result ? result
-                  : head_tracker_accompanies(SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker),
-                                             &camera_tracker, &head_tracker);
+                  : head_tracker_close_on_failure(SDK_CALL(error, cv, MLCVCameraTrackingCreate, &camera_tracker),
+                                                  &camera_tracker, &head_tracker);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -24,10 +24,8 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (camera_tracker == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker);
-    camera_tracker = ML_INVALID_HANDLE;
-    ml2s_result closed = head_tracker_close(&head_tracker, result ? NULL : error);
-    return result ? result : closed;
+    return head_tracker_close_after(SDK_CALL(error, cv, MLCVCameraTrackingDestroy, camera_tracker), &camera_tracker,
+                                    &head_tracker, error);
 }
 
 /** What goes wrong costs the pose: ML2S_NO_POSE, and the picture it was for goes without. */

@@ -1,9 +1,9 @@
 // The depth camera: distances with confidence and flags, or the infrared picture behind them.
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
+#include "conversions.h"
 #include "depth_image.h"
 #include "depth_rates.h"
-#include "moment.h"
 #include "source.h"
 
 static MLHandle camera = ML_INVALID_HANDLE;
@@ -42,7 +42,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    return perception_connected(SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera), &camera);
+    return perception_stop_on_failure(SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera), &camera);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -50,7 +50,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (camera == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_disconnected(SDK_CALL(error, depth, MLDepthCameraDisconnect, camera), &camera, error);
+    return perception_stop_after(SDK_CALL(error, depth, MLDepthCameraDisconnect, camera), &camera, error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
@@ -99,7 +99,7 @@ static ml2s_result copy_infra(const MLDepthCameraFrame *from, ml2s_frame *frame,
     }
     frame->illumination = 1;
     frame->has |= ML2S_HAS_ILLUMINATION;
-    return frame_copy_alone(frame, &raw, error);
+    return frame_copy_image(frame, &raw, error);
 }
 
 static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml2s_frame *frame, ml2s_error *error) {
@@ -138,16 +138,17 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
 static ml2s_result copy_frame(const ml2s_settings *settings, const MLDepthCameraFrame *from, ml2s_frame *frame,
                               ml2s_error *error) {
     ml2s_result result =
-        batch_check_size(frame->stream, from->intrinsics.width, from->intrinsics.height, "depth", error);
+        frameset_check_size(frame->stream, from->intrinsics.width, from->intrinsics.height, "depth", error);
     return result               ? result
            : is_infra(settings) ? copy_infra(from, frame, error)
                                 : copy_depth(from, settings->wants, frame, error);
 }
 
 /** After a change of range a frame of the other range may still come, and is left. */
-static void copy(const ml2s_settings *settings, const MLDepthCameraData *data, struct batch *batch, ml2s_error *error) {
+static void copy(const ml2s_settings *settings, const MLDepthCameraData *data, struct frameset *set,
+                 ml2s_error *error) {
     if (array_check(data->frames, data->frame_count, MLDepthCameraFrameType_Count, "depth", error)) {
-        batch_skip_all(batch);
+        frameset_skip_all(set);
         return;
     }
     uint32_t stream = is_infra(settings) ? ML2S_STREAM_INFRA : ML2S_STREAM_DEPTH;
@@ -155,17 +156,18 @@ static void copy(const ml2s_settings *settings, const MLDepthCameraData *data, s
         const MLDepthCameraFrame *from = &data->frames[i];
         if (from->frame_type >= MLDepthCameraFrameType_Count) {
             error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: unexpected frame of type %u", from->frame_type);
-            batch_skip(batch);
+            frameset_skip_unknown(set);
         } else if (from->frame_type == type_of(settings)) {
-            ml2s_frame *to = batch_begin(batch, stream, error);
+            ml2s_frame *to = frameset_add(set, stream, error);
             if (to) {
-                batch_end(batch, to, copy_frame(settings, from, to, error));
+                frameset_complete(set, to, copy_frame(settings, from, to, error));
             }
         }
     }
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
+                        ml2s_error *error) {
     MLDepthCameraData data;
     MLDepthCameraDataInit(&data);
     ml2s_result result =
@@ -173,7 +175,7 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result) {
         return result;
     }
-    copy(settings, &data, batch, error);
+    copy(settings, &data, set, error);
     return SDK_CALL(error, depth, MLDepthCameraReleaseDepthData, camera, &data);
 }
 

@@ -1,8 +1,8 @@
 // The eye cameras: one handle for all four; the vendor gives neither pose nor intrinsics.
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
+#include "conversions.h"
 #include "frame.h"
-#include "moment.h"
 #include "source.h"
 
 enum { CAMERAS = 4 };
@@ -41,7 +41,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    return perception_connected(SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras), &cameras);
+    return perception_stop_on_failure(SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras), &cameras);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -49,7 +49,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (cameras == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_disconnected(SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras), &cameras, error);
+    return perception_stop_after(SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras), &cameras, error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
@@ -63,7 +63,7 @@ static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
                               buffer->stride, buffer->bytes_per_pixel, buffer->size};
     ml2s_result result = picture_check(&picture, 1, "eye camera", error);
-    if (result || (result = batch_check_size(stream, buffer->width, buffer->height, "eye camera", error))) {
+    if (result || (result = frameset_check_size(stream, buffer->width, buffer->height, "eye camera", error))) {
         return result;
     }
     if (buffer->pixel_stride != 1) {
@@ -73,7 +73,7 @@ static ml2s_result copy_frame(const MLEyeCameraFrame *from, uint32_t stream, ml2
     frame_begin(frame, stream, buffer->width, buffer->height);
     frame->frame_number = from->frame_number;
     result = frame_set_time(frame, from->timestamp, error);
-    return result ? result : frame_copy_alone(frame, &picture, error);
+    return result ? result : frame_copy_image(frame, &picture, error);
 }
 
 static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_error *error) {
@@ -87,25 +87,26 @@ static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_
 }
 
 /** Frames that were not asked for, as happens after a change of settings, are left. */
-static void copy(const MLEyeCameraData *data, struct batch *batch, ml2s_error *error) {
+static void copy(const MLEyeCameraData *data, struct frameset *set, ml2s_error *error) {
     if (array_check(data->frames, data->frame_count, CAMERAS, "eye camera", error)) {
-        batch_skip_all(batch);
+        frameset_skip_all(set);
         return;
     }
     for (uint32_t i = 0; i < data->frame_count; i++) {
         uint32_t stream = 0;
         if (find_stream(data->frames[i].camera_id, &stream, error)) {
-            batch_skip(batch);
-        } else if (batch->streams & ML2S_STREAM_BIT(stream)) {
-            ml2s_frame *to = batch_begin(batch, stream, error);
+            frameset_skip_unknown(set);
+        } else if (set->streams & ML2S_STREAM_BIT(stream)) {
+            ml2s_frame *to = frameset_add(set, stream, error);
             if (to) {
-                batch_end(batch, to, copy_frame(&data->frames[i], stream, to, error));
+                frameset_complete(set, to, copy_frame(&data->frames[i], stream, to, error));
             }
         }
     }
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
+                        ml2s_error *error) {
     (void)settings;
     MLEyeCameraData data;
     MLEyeCameraDataInit(&data);
@@ -113,7 +114,7 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result) {
         return result;
     }
-    copy(&data, batch, error);
+    copy(&data, set, error);
     return SDK_CALL(error, eye, MLEyeCameraReleaseCameraData, cameras, &data);
 }
 

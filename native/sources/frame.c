@@ -103,7 +103,7 @@ void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct pict
     }
 }
 
-ml2s_result frame_copy_alone(ml2s_frame *frame, const struct picture *picture, ml2s_error *error) {
+ml2s_result frame_copy_image(ml2s_frame *frame, const struct picture *picture, ml2s_error *error) {
     frame_add_plane(frame, ML2S_PLANE_IMAGE, picture);
     ml2s_result result = frame_take_slot(frame, 0, error);
     if (!result) {
@@ -112,7 +112,7 @@ ml2s_result frame_copy_alone(ml2s_frame *frame, const struct picture *picture, m
     return result;
 }
 
-void frames_give_up(const ml2s_frame *frames, uint32_t count) {
+void frames_release(const ml2s_frame *frames, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (frames[i].slot != ML2S_NO_SLOT) {
             ml2s_release(frames[i].stream, frames[i].slot);

@@ -39,7 +39,7 @@ ml2s_result frame_take_slot(ml2s_frame *frame, uint32_t least_bytes, ml2s_error 
 void frame_copy(const ml2s_frame *frame, ml2s_plane_role role, const struct picture *picture);
 
 /** All three for a frame whose only plane is its image. */
-ml2s_result frame_copy_alone(ml2s_frame *frame, const struct picture *picture, ml2s_error *error);
+ml2s_result frame_copy_image(ml2s_frame *frame, const struct picture *picture, ml2s_error *error);
 
 /** Releases the slots of frames that nobody will get. */
-void frames_give_up(const ml2s_frame *frames, uint32_t count);
+void frames_release(const ml2s_frame *frames, uint32_t count);

@@ -1,7 +1,7 @@
 // Where both eyes look together: from between them, along -z.
 #include "../sdk/snapshot.h"
+#include "conversions.h"
 #include "head_tracker.h"
-#include "moment.h"
 #include "source.h"
 
 static MLHandle head_tracker = ML_INVALID_HANDLE;
@@ -17,16 +17,14 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (tracker == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker);
-    tracker = ML_INVALID_HANDLE;
-    ml2s_result closed = head_tracker_close(&head_tracker, result ? NULL : error);
-    return result ? result : closed;
+    return head_tracker_close_after(SDK_CALL(error, eye_tracking, MLEyeTrackingDestroy, tracker), &tracker,
+                                    &head_tracker, error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     ml2s_result result = head_tracker_open(&head_tracker, error);
-    if (result || (result = head_tracker_accompanies(SDK_CALL(error, eye_tracking, MLEyeTrackingCreate, &tracker),
-                                                     &tracker, &head_tracker))) {
+    if (result || (result = head_tracker_close_on_failure(SDK_CALL(error, eye_tracking, MLEyeTrackingCreate, &tracker),
+                                                          &tracker, &head_tracker))) {
         return result;
     }
     result = SDK_CALL(error, eye_tracking, MLEyeTrackingGetStaticData, tracker, &eyes);
@@ -36,12 +34,12 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-static bool is_known(const MLTransform *eye) {
+static bool is_valid(const MLTransform *eye) {
     return is_pose((const float *)&eye->rotation, (const float *)&eye->position);
 }
 
-/** The middle of two poses that are not far apart. */
-static MLTransform middle(const MLTransform *left, const MLTransform *right) {
+/** The average of two poses that are not far apart. */
+static MLTransform average(const MLTransform *left, const MLTransform *right) {
     const MLQuaternionf *l = &left->rotation, *r = &right->rotation;
     float sign = l->x * r->x + l->y * r->y + l->z * r->z + l->w * r->w < 0 ? -1 : 1;
     MLQuaternionf sum = {l->x + sign * r->x, l->y + sign * r->y, l->z + sign * r->z, l->w + sign * r->w};
@@ -64,8 +62,8 @@ static ml2s_result locate(ml2s_pose *pose, ml2s_error *error) {
     if (!result) {
         result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, &eyes.right_center, &right);
     }
-    if (!result && is_known(&left) && is_known(&right)) {
-        MLTransform gaze = middle(&left, &right);
+    if (!result && is_valid(&left) && is_valid(&right)) {
+        MLTransform gaze = average(&left, &right);
         pose_set(pose, &gaze);
     }
     return snapshot_release(snapshot, result, error);

@@ -124,7 +124,7 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     handle->is_paused = false;
     handle->odd_captures = 0;
     handle->odd_error = (ml2s_error){.struct_size = sizeof(ml2s_error)};
-    batch_forget_sizes(settings->streams);
+    frameset_forget_sizes(settings->streams);
     result = handle->ops->open(&handle->settings, error);
     if (result) {
         atomic_store(&handle->is_taken, false);
@@ -191,20 +191,20 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
                          handle->odd_error.message);
     }
     ml2s_frame captured[SOURCE_MAX_FRAMES];
-    struct batch batch = {.frames = captured, .streams = handle->settings.streams};
-    result = handle->ops->poll(&handle->settings, timeout_nanos, &batch, &handle->odd_error);
+    struct frameset set = {.frames = captured, .streams = handle->settings.streams};
+    result = handle->ops->poll(&handle->settings, timeout_nanos, &set, &handle->odd_error);
     if (result) {
-        frames_give_up(captured, batch.count);
+        frames_release(captured, set.count);
         return result == ML2S_TIMEOUT
                    ? result
                    : error_set(error, result, handle->odd_error.vendor_code, "%s", handle->odd_error.message);
     }
-    bool any_usable = batch_finish(&batch);
-    handle->odd_captures = any_usable ? 0 : handle->odd_captures + (batch.count != 0);
-    *count = batch.count < capacity ? batch.count : capacity;
+    bool any_usable = frameset_finish(&set);
+    handle->odd_captures = any_usable ? 0 : handle->odd_captures + (set.count != 0);
+    *count = set.count < capacity ? set.count : capacity;
     copy_out(frames, captured, sizeof *captured, *count);
-    frames_give_up(captured + *count, batch.count - *count);
-    return batch.count ? ML2S_OK : ML2S_TIMEOUT;
+    frames_release(captured + *count, set.count - *count);
+    return set.count ? ML2S_OK : ML2S_TIMEOUT;
 }
 
 ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity, uint32_t *count, ml2s_error *error) {

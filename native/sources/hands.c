@@ -1,7 +1,7 @@
 // The joints of both hands, in the order of OpenXR's XrHandJointEXT.
 #include "../sdk/snapshot.h"
+#include "conversions.h"
 #include "head_tracker.h"
-#include "moment.h"
 #include "source.h"
 
 #define KEY(name) MLHandTrackingKeyPoint_##name
@@ -31,10 +31,8 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (tracker == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    ml2s_result result = SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker);
-    tracker = ML_INVALID_HANDLE;
-    ml2s_result closed = head_tracker_close(&head_tracker, result ? NULL : error);
-    return result ? result : closed;
+    return head_tracker_close_after(SDK_CALL(error, hand_tracking, MLHandTrackingDestroy, tracker), &tracker,
+                                    &head_tracker, error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
@@ -43,8 +41,8 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     MLHandTrackingStaticDataInit(&frames);
     ml2s_result result = head_tracker_open(&head_tracker, error);
     if (result ||
-        (result = head_tracker_accompanies(SDK_CALL(error, hand_tracking, MLHandTrackingCreateEx, &vendor, &tracker),
-                                           &tracker, &head_tracker))) {
+        (result = head_tracker_close_on_failure(
+             SDK_CALL(error, hand_tracking, MLHandTrackingCreateEx, &vendor, &tracker), &tracker, &head_tracker))) {
         return result;
     }
     result = SDK_CALL(error, hand_tracking, MLHandTrackingGetStaticData, tracker, &frames);

@@ -1,7 +1,7 @@
 // The pose of the headset, for exactly the instant that it is stamped with.
 #include "../sdk/snapshot.h"
+#include "conversions.h"
 #include "head_tracker.h"
-#include "moment.h"
 #include "source.h"
 
 static MLHandle tracker = ML_INVALID_HANDLE;

@@ -5,10 +5,10 @@ ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error) {
     if (result) {
         return result;
     }
-    return perception_connected(SDK_CALL(error, head, MLHeadTrackingCreate, tracker), tracker);
+    return perception_stop_on_failure(SDK_CALL(error, head, MLHeadTrackingCreate, tracker), tracker);
 }
 
-ml2s_result head_tracker_accompanies(ml2s_result result, MLHandle *other, MLHandle *tracker) {
+ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle *other, MLHandle *tracker) {
     if (result) {
         *other = ML_INVALID_HANDLE;
         head_tracker_close(tracker, NULL);
@@ -16,9 +16,15 @@ ml2s_result head_tracker_accompanies(ml2s_result result, MLHandle *other, MLHand
     return result;
 }
 
+ml2s_result head_tracker_close_after(ml2s_result result, MLHandle *other, MLHandle *tracker, ml2s_error *error) {
+    *other = ML_INVALID_HANDLE;
+    ml2s_result closed = head_tracker_close(tracker, result ? NULL : error);
+    return result ? result : closed;
+}
+
 ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error) {
     if (*tracker == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_disconnected(SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker), tracker, error);
+    return perception_stop_after(SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker), tracker, error);
 }

@@ -1,19 +1,19 @@
-/** A head tracker of the vendor's, with the perception system that it needs. */
+/** The vendor's head tracker. It starts the perception system, and the other trackers need it. */
 #pragma once
 
 #include "../sdk/perception.h"
 
-/** What opening one needs of the vendor's library. */
+/** The function tables that a head tracker needs. */
 #define HEAD_TRACKER_AREAS (1u << SDK_HEAD | 1u << SDK_PERCEPTION)
 
-/** On failure *tracker is ML_INVALID_HANDLE. */
+/** Opens a head tracker. On failure *tracker is ML_INVALID_HANDLE. */
 ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error);
 
-/**
- * After the head's was opened for another tracker that needs it: result is how creating that went. A failure empties
- * both.
- */
-ml2s_result head_tracker_accompanies(ml2s_result result, MLHandle *other, MLHandle *tracker);
+/** Closes the head tracker if result, that of creating the other tracker, is a failure. Returns result. */
+ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle *other, MLHandle *tracker);
 
-/** *tracker is ML_INVALID_HANDLE afterwards; one that already is, is left. */
+/** Closes the head tracker after the other one was destroyed with result. Returns the first failure. */
+ml2s_result head_tracker_close_after(ml2s_result result, MLHandle *other, MLHandle *tracker, ml2s_error *error);
+
+/** Closes a head tracker and sets *tracker to ML_INVALID_HANDLE. Does nothing if it is not open. */
 ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error);

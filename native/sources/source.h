@@ -9,7 +9,7 @@
 #pragma once
 
 #include "../sdk/ml2s.h"
-#include "batch.h"
+#include "frameset.h"
 
 enum {
     SOURCE_MAX_FRAMES = 4, /**< Of one poll: the eye cameras. */
@@ -26,8 +26,8 @@ struct source_ops {
     /** Goes over to settings; after a failure the streams go on as they were. Null when only polls look at them. */
     ml2s_result (*configure)(const ml2s_settings *settings, ml2s_error *error);
 
-    /** Adds the frames of one moment to an empty batch; after a failure the caller gives them up. */
-    ml2s_result (*poll)(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error);
+    /** Adds the frames of one moment to an empty set; after a failure the caller gives them up. */
+    ml2s_result (*poll)(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set, ml2s_error *error);
 
     /** Up to SOURCE_MAX_POSES poses, all fields but struct_size set. */
     ml2s_result (*poll_poses)(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error);

@@ -1,8 +1,8 @@
 // The world cameras: one handle for all three, each at normal or low exposure.
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
+#include "conversions.h"
 #include "frame.h"
-#include "moment.h"
 #include "source.h"
 
 enum { CAMERAS = 3, MODES = 2 };
@@ -47,7 +47,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
         return result;
     }
     MLWorldCameraSettings vendor = translate(settings);
-    return perception_connected(SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras), &cameras);
+    return perception_stop_on_failure(SDK_CALL(error, world, MLWorldCameraConnect, &vendor, &cameras), &cameras);
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -55,7 +55,7 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (cameras == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_disconnected(SDK_CALL(error, world, MLWorldCameraDisconnect, cameras), &cameras, error);
+    return perception_stop_after(SDK_CALL(error, world, MLWorldCameraDisconnect, cameras), &cameras, error);
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
@@ -68,7 +68,7 @@ static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, m
     struct picture picture = {buffer->data,   buffer->width,           buffer->height,
                               buffer->stride, buffer->bytes_per_pixel, buffer->size};
     ml2s_result result = picture_check(&picture, 1, "world camera", error);
-    if (result || (result = batch_check_size(stream, buffer->width, buffer->height, "world camera", error))) {
+    if (result || (result = frameset_check_size(stream, buffer->width, buffer->height, "world camera", error))) {
         return result;
     }
     frame_begin(frame, stream, buffer->width, buffer->height);
@@ -80,7 +80,7 @@ static ml2s_result copy_frame(const MLWorldCameraFrame *from, uint32_t stream, m
     frame_set_pinhole(frame, from->intrinsics.focal_length, from->intrinsics.principal_point);
     frame_set_pose(frame, &from->camera_pose);
     result = frame_set_time(frame, from->timestamp, error);
-    return result ? result : frame_copy_alone(frame, &picture, error);
+    return result ? result : frame_copy_image(frame, &picture, error);
 }
 
 static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream, ml2s_error *error) {
@@ -96,26 +96,28 @@ static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream
 }
 
 /** Frames that were not asked for, as happens after a change of settings or with mixed exposures, are left. */
-static void copy(const ml2s_settings *settings, const MLWorldCameraData *data, struct batch *batch, ml2s_error *error) {
+static void copy(const ml2s_settings *settings, const MLWorldCameraData *data, struct frameset *set,
+                 ml2s_error *error) {
     if (array_check(data->frames, data->frame_count, CAMERAS * MODES, "world camera", error)) {
-        batch_skip_all(batch);
+        frameset_skip_all(set);
         return;
     }
     for (uint32_t i = 0; i < data->frame_count; i++) {
         const MLWorldCameraFrame *frame = &data->frames[i];
         uint32_t stream = 0;
         if (find_stream(frame, &stream, error)) {
-            batch_skip(batch);
-        } else if (batch->streams & ML2S_STREAM_BIT(stream) && frame->frame_type == mode_of(settings, stream)) {
-            ml2s_frame *to = batch_begin(batch, stream, error);
+            frameset_skip_unknown(set);
+        } else if (set->streams & ML2S_STREAM_BIT(stream) && frame->frame_type == mode_of(settings, stream)) {
+            ml2s_frame *to = frameset_add(set, stream, error);
             if (to) {
-                batch_end(batch, to, copy_frame(frame, stream, to, error));
+                frameset_complete(set, to, copy_frame(frame, stream, to, error));
             }
         }
     }
 }
 
-static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct batch *batch, ml2s_error *error) {
+static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
+                        ml2s_error *error) {
     MLWorldCameraData data;
     MLWorldCameraDataInit(&data);
     MLWorldCameraData *filled = &data; // The vendor fills what this points to, and refuses null.
@@ -124,7 +126,7 @@ static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, s
     if (result || !filled) {
         return result;
     }
-    copy(settings, filled, batch, error);
+    copy(settings, filled, set, error);
     return SDK_CALL(error, world, MLWorldCameraReleaseCameraData, cameras, filled);
 }
 

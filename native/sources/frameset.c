@@ -1,4 +1,4 @@
-#include "batch.h"
+#include "frameset.h"
 
 #include <string.h>
 
@@ -7,13 +7,13 @@
 
 static struct size { uint32_t width, height; } usual[ML2S_STREAM_COUNT], last[ML2S_STREAM_COUNT];
 
-static ml2s_frame *entry_of(struct batch *batch, uint32_t stream) {
-    for (uint32_t i = 0; i < batch->count; i++) {
-        if (batch->frames[i].stream == stream) {
-            return &batch->frames[i];
+static ml2s_frame *find_or_add(struct frameset *set, uint32_t stream) {
+    for (uint32_t i = 0; i < set->count; i++) {
+        if (set->frames[i].stream == stream) {
+            return &set->frames[i];
         }
     }
-    ml2s_frame *frame = &batch->frames[batch->count++];
+    ml2s_frame *frame = &set->frames[set->count++];
     frame->skipped = 0;
     frame_begin(frame, stream, 0, 0);
     return frame;
@@ -21,51 +21,51 @@ static ml2s_frame *entry_of(struct batch *batch, uint32_t stream) {
 
 static bool is_usable(const ml2s_frame *frame) { return frame->width; }
 
-static void skip(struct batch *batch, uint32_t stream) { entry_of(batch, stream)->skipped++; }
+static void skip(struct frameset *set, uint32_t stream) { find_or_add(set, stream)->skipped++; }
 
-ml2s_frame *batch_begin(struct batch *batch, uint32_t stream, ml2s_error *error) {
-    ml2s_frame *frame = entry_of(batch, stream);
+ml2s_frame *frameset_add(struct frameset *set, uint32_t stream, ml2s_error *error) {
+    ml2s_frame *frame = find_or_add(set, stream);
     if (!is_usable(frame)) {
         return frame;
     }
     error_set(error, ML2S_VENDOR_FAILURE, 0, "stream %u: two frames at once", stream);
-    skip(batch, stream);
+    skip(set, stream);
     return NULL;
 }
 
-void batch_end(struct batch *batch, ml2s_frame *frame, ml2s_result result) {
+void frameset_complete(struct frameset *set, ml2s_frame *frame, ml2s_result result) {
     if (result) {
         frame_begin(frame, frame->stream, 0, 0);
-        skip(batch, frame->stream);
+        skip(set, frame->stream);
     }
 }
 
-void batch_skip(struct batch *batch) { batch->strays++; }
+void frameset_skip_unknown(struct frameset *set) { set->unknown_frames++; }
 
-void batch_skip_all(struct batch *batch) {
+void frameset_skip_all(struct frameset *set) {
     for (uint32_t stream = 0; stream < ML2S_STREAM_COUNT; stream++) {
-        if (batch->streams & ML2S_STREAM_BIT(stream)) {
-            skip(batch, stream);
+        if (set->streams & ML2S_STREAM_BIT(stream)) {
+            skip(set, stream);
         }
     }
 }
 
 /** A stream that has no frame yet, else the first. */
-static uint32_t stream_of_stray(const struct batch *batch) {
-    uint64_t missing = batch->streams;
-    for (uint32_t i = 0; i < batch->count; i++) {
-        missing &= ~ML2S_STREAM_BIT(batch->frames[i].stream);
+static uint32_t stream_of_unknown(const struct frameset *set) {
+    uint64_t missing = set->streams;
+    for (uint32_t i = 0; i < set->count; i++) {
+        missing &= ~ML2S_STREAM_BIT(set->frames[i].stream);
     }
-    return (uint32_t)__builtin_ctzll(missing ? missing : batch->streams);
+    return (uint32_t)__builtin_ctzll(missing ? missing : set->streams);
 }
 
-bool batch_finish(struct batch *batch) {
-    for (; batch->strays; batch->strays--) {
-        skip(batch, stream_of_stray(batch));
+bool frameset_finish(struct frameset *set) {
+    for (; set->unknown_frames; set->unknown_frames--) {
+        skip(set, stream_of_unknown(set));
     }
     bool any = false;
-    for (uint32_t i = 0; i < batch->count; i++) {
-        ml2s_frame *frame = &batch->frames[i];
+    for (uint32_t i = 0; i < set->count; i++) {
+        ml2s_frame *frame = &set->frames[i];
         any |= is_usable(frame);
         frame->capture_nanos = is_usable(frame) ? frame->capture_nanos : ml2s_now();
     }
@@ -76,7 +76,7 @@ static bool is_size(const struct size *size, uint32_t width, uint32_t height) {
     return size->width == width && size->height == height;
 }
 
-ml2s_result batch_check_size(uint32_t stream, uint32_t width, uint32_t height, const char *name, ml2s_error *error) {
+ml2s_result frameset_check_size(uint32_t stream, uint32_t width, uint32_t height, const char *name, ml2s_error *error) {
     bool is_known =
         !usual[stream].width || is_size(&usual[stream], width, height) || is_size(&last[stream], width, height);
     last[stream] = (struct size){width, height};
@@ -88,7 +88,7 @@ ml2s_result batch_check_size(uint32_t stream, uint32_t width, uint32_t height, c
                      height, usual[stream].width, usual[stream].height);
 }
 
-void batch_forget_sizes(uint64_t streams) {
+void frameset_forget_sizes(uint64_t streams) {
     for (uint32_t stream = 0; stream < ML2S_STREAM_COUNT; stream++) {
         if (streams & ML2S_STREAM_BIT(stream)) {
             usual[stream] = last[stream] = (struct size){0, 0};
