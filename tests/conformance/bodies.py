@@ -190,4 +190,33 @@ PAIRED: Body = {"name": "Conformance receiver", "port": 7755}
 
 
 # std_msgs/String "hi": encapsulation, length with the final zero, text, zero.
-STRING_PAYLOAD = bytes.fromhex("00010000 03000000 686900")
+_STRING = "00010000 03000000 686900"
+STRING_PAYLOAD = bytes.fromhex(_STRING)
+
+CONFIGURED_LIVE: Body = CONFIGURED | {"request": REQUEST}
+
+# The bodies that malformed cases change, by kind and variant: JSON, or pieces of bytes.
+VALID: dict[str, Any] = {
+    "HELLO": HELLO,
+    "WELCOME": WELCOME,
+    "JOIN": JOIN,
+    "JOINED": {"lane": "sensors"},
+    "CONFIGURE": CONFIGURE,
+    "CONFIGURED": CONFIGURED_LIVE,
+    "CHANNEL": CHANNEL,
+    "CHANNEL image": CHANNELS[1],
+    "CHANNEL custom": CUSTOM,
+    "CHANNEL_END": {"id": CHANNEL["id"]},
+    "START": {"request": 1},
+    "DATA": [{"hex": _STRING}],
+    "TIME_REQUEST": [{"hex": "00", "times": 8}],
+    "TIME_REPLY": [{"hex": "00", "times": 24}],
+    "LINK_TEST": LINK_TEST,
+    "FILLER": ["noise"],
+    "STATUS": STATUS,
+    "EVENT": EVENT,
+    "ERROR": {"code": "busy", "message": "no", "fatal": True},
+    "BYE": BYE,
+    "PAIR": PAIR,
+    "PAIRED": {"name": "x", "port": 1},
+}

@@ -3,12 +3,13 @@
 Written to be checked by hand against the .msg files and the CDR rules, so it uses struct alone.
 """
 
-import json
 import math
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
+
+from pieces import PATTERN, Piece, hex_piece
 
 ENCAPSULATION = bytes([0x00, 0x01, 0x00, 0x00])  # plain CDR, little-endian, no options
 
@@ -19,12 +20,13 @@ class Message:
     def __init__(self, ros_type: str) -> None:
         self._bytes = bytearray(ENCAPSULATION)
         self._fields: dict[str, Any] = {}
+        self._pattern: list[Piece] = []
         self._vector: dict[str, Any] = {"type": ros_type, "message": self._fields}
 
-    def files(self, case: str) -> dict[str, bytes]:
-        vector = self._vector | {"size": len(self._bytes)}
-        text = json.dumps(vector, indent=1, ensure_ascii=False, allow_nan=False)
-        return {f"{case}.json": f"{text}\n".encode(), f"{case}.bin": bytes(self._bytes)}
+    def vector(self) -> dict[str, Any]:
+        prefix = bytes(self._bytes[: self._vector.get("prefix_size")])
+        pieces = [hex_piece(prefix), *self._pattern]
+        return self._vector | {"size": len(self._bytes), "bytes": pieces}
 
     def bool(self, name: str, value: bool) -> None:
         self._number("B", value)
@@ -76,7 +78,8 @@ class Message:
         self._number("I", length)
         self._vector["prefix_size"] = len(self._bytes)
         self._bytes += bytes(index % 251 for index in range(length))
-        self._fields[name] = {"pattern": "index mod 251", "length": length}
+        self._fields[name] = {"pattern": PATTERN, "length": length}
+        self._pattern = [self._fields[name]]
 
     @contextmanager
     def nested(self, name: str) -> Iterator[None]:

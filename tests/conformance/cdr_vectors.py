@@ -1,14 +1,17 @@
 """The cases of vectors/cdr: every message type of the product, and the corners of CDR.
 
-<case>.bin is the message as CDR. <case>.json is {"type", "message", "size"} with the fields under
-their ROS names; bytes are {"pattern": "index mod 251", "length": N}, and what is no JSON number is
-"NaN", "Infinity" or "-Infinity". Messages with pixels also have "prefix_size": where these begin.
+There is a file for each package. A case is {"type", "message", "size", "bytes"} with the fields of
+the message under their ROS names. An array of bytes is {"pattern": "index mod 251", "length": N}.
+What is no JSON number is "NaN", "Infinity" or "-Infinity". A message with pixels also has
+"prefix_size", which says where these begin.
 """
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import cdr_types as ros
+from case_files import text
 from cdr_message import Message
 
 NAN = math.nan
@@ -98,9 +101,12 @@ CASES: dict[str, tuple[str, Callable[[Message], None]]] = {
 
 
 def files() -> dict[str, bytes]:
-    result: dict[str, bytes] = {}
+    packages: dict[str, dict[str, Any]] = {}
     for case, (ros_type, write) in CASES.items():
         message = Message(ros_type)
         write(message)
-        result |= message.files(case)
-    return result
+        packages.setdefault(ros_type.split("/")[0], {})[case] = message.vector()
+    return {
+        f"{package}.json": text(cases, "type size prefix_size")
+        for package, cases in packages.items()
+    }

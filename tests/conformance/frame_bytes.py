@@ -89,11 +89,6 @@ def json_bytes(value: Any) -> bytes:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":")).encode()
 
 
-def case_bytes(case: dict[str, Any]) -> bytes:
-    """A vector's JSON file, as people read it."""
-    return (json.dumps(case, ensure_ascii=False, indent=2) + "\n").encode()
-
-
 def pascal(name: str) -> str:
     """`device_id` and `CHANNEL_END` as they stand in case names: DeviceId, ChannelEnd."""
     return "".join(word.capitalize() for word in name.replace(".", "_").split("_"))

@@ -13,8 +13,8 @@ import cdr_vectors
 import malformed_vectors
 import pairing_vectors
 import wire_vectors
-
-VECTORS = Path(__file__).parent / "vectors"
+from bodies import VALID
+from case_files import VECTORS, text
 
 FOLDERS: dict[str, Callable[[], dict[str, bytes]]] = {
     "axes": axes_vectors.files,
@@ -22,6 +22,7 @@ FOLDERS: dict[str, Callable[[], dict[str, bytes]]] = {
     "wire": wire_vectors.files,
     "malformed": malformed_vectors.files,
     "pairing": pairing_vectors.files,
+    "valid": lambda: {"bodies.json": text(VALID)},
 }
 
 

@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
-from bodies import CHANNEL, CHANNELS, HELLO, REQUEST, STATUS
+from bodies import CHANNEL, CHANNELS, CONFIGURED_LIVE, HELLO, REQUEST, STATUS
 from frame_bytes import frame, json_bytes, json_frame
 from malformed_case import Case, body_frame, error, key_cases
 from malformed_json import json_cases
-from malformed_receiver import CONFIGURED_LIVE, DEVICE_KINDS
+from malformed_receiver import DEVICE_KINDS
 
 MALFORMED = error("malformed")
 

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
-from bodies import REQUEST, Body
-from frame_bytes import case_bytes, frame, json_bytes, pascal
+from bodies import REQUEST, VALID, Body
+from case_files import crc32
+from frame_bytes import frame, pascal
+from sent_frames import described, text_of
 
 
 @dataclass(frozen=True)
@@ -16,12 +18,11 @@ class Case:
     why: str
     cut: bool = False
 
-    def files(self, side: str, name: str) -> dict[str, bytes]:
-        stem = side.capitalize() + name
+    def vector(self, side: str) -> dict[str, Any]:
         case: dict[str, Any] = {"side": side, "lane": self.lane, "given": self.given}
         case |= {"cut": True} if self.cut else {}
-        case |= {"expect": self.expect, "why": self.why}
-        return {f"{stem}.json": case_bytes(case), f"{stem}.bin": self.sent}
+        case |= {"sent": described(self.sent, VALID), "crc32": crc32(self.sent)}
+        return case | {"expect": self.expect, "why": self.why}
 
 
 def error(code: str) -> dict[str, Any]:
@@ -30,7 +31,7 @@ def error(code: str) -> dict[str, Any]:
 
 def body_frame(name: str, body: Any) -> bytes:
     """A frame with a JSON body, in which the number REQUEST is replaced when it is played."""
-    return frame(name, json_bytes(body).replace(f'"{REQUEST}"'.encode(), REQUEST.encode()))
+    return frame(name, text_of(body))
 
 
 def wrong_type(value: Any) -> Any:

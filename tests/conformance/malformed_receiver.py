@@ -3,11 +3,10 @@
 from bodies import (
     BYE,
     CHANNEL,
-    CONFIGURED,
+    CONFIGURED_LIVE,
     EVENT,
     HELLO,
     JOIN,
-    REQUEST,
     STATUS,
     STRING_PAYLOAD,
 )
@@ -24,7 +23,6 @@ from frame_bytes import (
 )
 from malformed_case import Case, error, over_bound
 
-CONFIGURED_LIVE = CONFIGURED | {"request": REQUEST}
 # Bodies by kind, and the first state and lane in which a device may send them.
 DEVICE_KINDS = {
     "HELLO": (HELLO, "connected", "control"),

@@ -1,5 +1,7 @@
 """Bytes that break the protocol, and what has to come of them: vectors/malformed."""
 
+from typing import Any
+
 import malformed_bodies
 import malformed_custom
 import malformed_data
@@ -7,6 +9,9 @@ import malformed_device
 import malformed_pairing
 import malformed_places
 import malformed_receiver
+from case_files import text
+from frame_bytes import pascal
+from sent_frames import Part
 
 SIDES = {
     "receiver": (
@@ -22,9 +27,23 @@ SIDES = {
 
 
 def files() -> dict[str, bytes]:
-    result: dict[str, bytes] = {}
+    """One file for each kind of frame, by the first frame that a case sends."""
+    by_kind: dict[str, dict[str, Any]] = {}
     for side, modules in SIDES.items():
         for module in modules:
             for name, case in module.cases().items():
-                result |= case.files(side, name)
-    return result
+                vector = case.vector(side)
+                by_kind.setdefault(_kind(vector["sent"]), {})[side.capitalize() + name] = vector
+    return {
+        f"{kind}.json": text(cases, "side given lane cut", "sent", "expect crc32", "why")
+        for kind, cases in by_kind.items()
+    }
+
+
+def _kind(sent: list[Part]) -> str:
+    match sent:
+        case [{"frame": str(name)}, *_]:
+            return pascal(name)
+        case [{"frame": _}, *_]:
+            return "UnknownKind"
+    return "NoFrame"

@@ -4,7 +4,7 @@ import base64
 from typing import Any
 
 from bodies import PAIR, PAIR_CHALLENGE, RECEIVER_FINGERPRINT
-from frame_bytes import case_bytes
+from case_files import text
 
 _OTHER_CERTIFICATE = (
     "MIIBNTCB3KADAgECAhRa//JWE4G1sg61eqSSAJX10hSsvDAKBggqhkjOPQQDAjAaMRgwFgYDVQQDDA9Bbm90aGVy"
@@ -55,7 +55,5 @@ def files() -> dict[str, bytes]:
         },
         "NotDer": good | {"signature": "MAA=", "why": "An empty sequence is not a signature."},
     }
-    return {
-        f"{name}.json": case_bytes(case | {"is_valid": name == "Signature"})
-        for name, case in cases.items()
-    }
+    signed_cases = {name: case | {"is_valid": name == "Signature"} for name, case in cases.items()}
+    return {"signatures.json": text(signed_cases, "is_valid why")}

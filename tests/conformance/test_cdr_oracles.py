@@ -1,32 +1,22 @@
 """Readers and a writer that are not ours agree with every vector: its bytes are its fields."""
 
 import importlib
-import json
 import struct
-from pathlib import Path
 from typing import Any
 
 import pytest
 from rclpy.serialization import deserialize_message
 from rosbags.typesys import Stores, get_typestore
 
-VECTORS = Path(__file__).parent / "vectors" / "cdr"
-CASES = sorted(path.stem for path in VECTORS.glob("*.json"))
+from case_files import load
+
+CASES = load("cdr")
 ROSBAGS = get_typestore(Stores.ROS2_JAZZY)
-
-
-def load(case: str) -> tuple[dict[str, Any], bytes]:
-    vector = json.loads((VECTORS / f"{case}.json").read_text())
-    return vector, (VECTORS / f"{case}.bin").read_bytes()
-
-
-def test_there_are_vectors() -> None:
-    assert CASES
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_rosbags_reads_the_fields_and_writes_the_bytes(case: str) -> None:
-    vector, data = load(case)
+    _, vector, data = CASES[case]
     message = ROSBAGS.deserialize_cdr(data, vector["type"])
     assert_fields(vector["message"], message, case)
     assert bytes(ROSBAGS.serialize_cdr(message, vector["type"])) == data
@@ -34,7 +24,7 @@ def test_rosbags_reads_the_fields_and_writes_the_bytes(case: str) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_rclpy_reads_the_fields(case: str) -> None:
-    vector, data = load(case)
+    _, vector, data = CASES[case]
     package, _, name = vector["type"].split("/")
     message_class = getattr(importlib.import_module(f"{package}.msg"), name)
     message = deserialize_message(data, message_class)
@@ -43,7 +33,7 @@ def test_rclpy_reads_the_fields(case: str) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_sizes_are_those_of_the_bytes(case: str) -> None:
-    vector, data = load(case)
+    _, vector, data = CASES[case]
     assert vector["size"] == len(data)
     if vector["type"] in ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"):
         prefix, pixels = data[: vector["prefix_size"]], data[vector["prefix_size"] :]

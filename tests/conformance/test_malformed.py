@@ -1,16 +1,15 @@
 """The receiver's side of vectors/malformed, played over loopback to a receiver without ROS."""
 
 import gc
-import json
 import threading
 import tracemalloc
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
+from case_files import Vector, named
 from frame_bytes import frame
 from ml2_receiver.session.context import Limits
 from ml2_receiver.session.report import Report
@@ -22,8 +21,7 @@ from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
 
-VECTORS = Path(__file__).parent / "vectors" / "malformed"
-CASES = sorted(path.stem for path in VECTORS.glob("Receiver*.json"))
+CASES = named("malformed", "Receiver*")
 LIMITS = Limits(handshake_s=1.0, linger_s=0.5)
 # What a case may cost; frames that claim up to 4 GiB are among them.
 MEMORY_BYTES = 4 << 20
@@ -95,10 +93,6 @@ def address(receiver: Server) -> Address:
     return host, int(port)
 
 
-def test_there_are_vectors() -> None:
-    assert CASES
-
-
 @pytest.fixture(autouse=True)
 def bounded_memory() -> Iterator[None]:
     gc.freeze()  # collecting is quick when only what this test made is looked at
@@ -110,12 +104,11 @@ def bounded_memory() -> Iterator[None]:
     assert peak_bytes < MEMORY_BYTES
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("vector", CASES, ids=lambda vector: vector.name)
 def test_faulty_devices_are_refused_and_good_ones_served(
-    name: str, receiver: Server, sink: CountingSink, address: Address
+    vector: Vector, receiver: Server, sink: CountingSink, address: Address
 ) -> None:
-    case = json.loads((VECTORS / f"{name}.json").read_text())
-    binary = (VECTORS / f"{name}.bin").read_bytes()
+    _, case, binary = vector
     attempts = [binary[:end] for end in range(1, len(binary))] if case.get("cut") else [binary]
     if case["given"] != "connected":
         for count, sent in enumerate(attempts, 1):

@@ -1,7 +1,6 @@
 """vectors/pairing, and the port for pairing against its part of vectors/malformed."""
 
 import base64
-import json
 import socket
 import ssl
 import threading
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from bodies import PAIR, PAIR_CHALLENGE
+from case_files import Vector, load, named
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.pairing import listener as pairing_listener
 from ml2_receiver.pairing.listener import PairingListener
@@ -20,14 +20,13 @@ from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import listen
 from scripted_device import PATIENCE_S, Peer
 
-VECTORS = Path(__file__).parent / "vectors"
-SIGNATURES = sorted((VECTORS / "pairing").glob("*.json"))
-CASES = sorted(path.stem for path in (VECTORS / "malformed").glob("Pairing*.json"))
+SIGNATURES = load("pairing")
+CASES = named("malformed", "Pairing*")
 
 
-@pytest.mark.parametrize("path", SIGNATURES, ids=lambda path: path.stem)
-def test_good_signatures_are_taken_and_others_refused(path: Path) -> None:
-    case = json.loads(path.read_text())
+@pytest.mark.parametrize("name", SIGNATURES)
+def test_good_signatures_are_taken_and_others_refused(name: str) -> None:
+    case = SIGNATURES[name].case
     signed = signed_text(case["fingerprint"], case["nonce"], case["token"])
     certificate = base64.b64decode(case["certificate"])
     signature = base64.b64decode(case["signature"])
@@ -40,7 +39,7 @@ def test_good_signatures_are_taken_and_others_refused(path: Path) -> None:
 
 
 def test_the_exchange_of_the_wire_vectors_is_the_valid_one() -> None:
-    case = json.loads((VECTORS / "pairing" / "Signature.json").read_text())
+    case = SIGNATURES["Signature"].case
     assert (case["nonce"], case["token"]) == (PAIR_CHALLENGE["nonce"], PAIR["token"])
     assert (case["certificate"], case["signature"]) == (PAIR["certificate"], PAIR["signature"])
 
@@ -96,14 +95,13 @@ def port(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Port]:
     port.listener.close()
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_faulty_devices_are_told_and_nobody_is_paired(name: str, port: Port) -> None:
-    case = json.loads((VECTORS / "malformed" / f"{name}.json").read_text())
+@pytest.mark.parametrize("vector", CASES, ids=lambda vector: vector.name)
+def test_faulty_devices_are_told_and_nobody_is_paired(vector: Vector, port: Port) -> None:
     peer = TlsPeer(port.address)
     peer.expect("PAIR_CHALLENGE")
-    peer.send((VECTORS / "malformed" / f"{name}.bin").read_bytes())
+    peer.send(vector.data)
     error = peer.expect("ERROR").json
-    assert (error["code"], error["fatal"]) == (case["expect"]["error"], True), error
+    assert (error["code"], error["fatal"]) == (vector.case["expect"]["error"], True), error
     assert peer.read().name is None
     peer.close()
     port.await_said(error["message"])

@@ -2,26 +2,19 @@
 
 import json
 import struct
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from case_files import load
 from frame_bytes import json_bytes
 from ml2_receiver.wire import messages
 from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
 
-VECTORS = Path(__file__).parent / "vectors" / "wire"
-CASES = sorted(path.stem for path in VECTORS.glob("*.json"))
+CASES = load("wire")
 HEADER_BYTES = 32
 FLAGS = slice(4, 6)
 OPENERS = {"HELLO", "JOIN"}
-
-
-def load(name: str) -> tuple[dict[str, Any], bytes]:
-    return json.loads((VECTORS / f"{name}.json").read_text()), (
-        VECTORS / f"{name}.bin"
-    ).read_bytes()
 
 
 def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[Frame, bytes]]:
@@ -42,14 +35,10 @@ def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[F
     return frames
 
 
-def test_there_are_vectors() -> None:
-    assert CASES
-
-
 @pytest.mark.parametrize("piece_bytes", [1, 7, 1 << 20])
 @pytest.mark.parametrize("name", CASES)
 def test_frames_are_read_however_they_are_cut_up(name: str, piece_bytes: int) -> None:
-    case, binary = load(name)
+    _, case, binary = CASES[name]
     found = parse(case, binary, piece_bytes)
     assert len(found) == len(case["frames"])
     for (header, _), body, expected in zip(*zip(*found, strict=True), case["frames"], strict=True):
@@ -75,7 +64,7 @@ def assert_body(expected: dict[str, Any], body: bytes) -> None:
 
 @pytest.mark.parametrize("name", CASES)
 def test_frames_are_written_byte_for_byte(name: str) -> None:
-    case, binary = load(name)
+    _, case, binary = CASES[name]
     for expected in case["frames"]:
         size = HEADER_BYTES + expected["length"]
         original, binary = bytearray(binary[:size]), binary[size:]
@@ -95,7 +84,7 @@ def test_frames_are_written_byte_for_byte(name: str) -> None:
 
 @pytest.mark.parametrize("name", CASES)
 def test_bodies_become_messages_and_the_same_json_again(name: str) -> None:
-    case, _ = load(name)
+    case = CASES[name].case
     for expected in case["frames"]:
         if "json" not in expected:
             continue

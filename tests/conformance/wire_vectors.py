@@ -23,7 +23,9 @@ from bodies import (
     WELCOME,
     Body,
 )
-from frame_bytes import KINDS, UNKNOWN_BOUND, case_bytes, header, json_bytes, pascal
+from case_files import text
+from frame_bytes import KINDS, UNKNOWN_BOUND, header, json_bytes, pascal
+from pieces import hex_piece, split
 
 JOIN_SENSORS = JOIN | {
     "session": WELCOME["session"],
@@ -298,20 +300,26 @@ def edges() -> dict[str, Case]:
     }
 
 
-def frame_files(part: Frame) -> tuple[Frame, bytes]:
-    """What a reader must find, and the bytes it is to find it in."""
+def frame_parts(part: Frame) -> tuple[Frame, bytes, bytes]:
+    """What a reader must find, and the header and the body in which it must find that."""
     body = body_bytes(part)
     fields = {key: part.get(key, 0) for key in ("flags", "channel", "sequence", "capture", "send")}
     found = {"name": part["name"], "kind": part["kind"], "length": len(body)} | fields
     found |= {key: part[key] for key in ("json", "time", "hex") if key in part}
-    return found, header(part["kind"], len(body), **fields) + body
+    return found, header(part["kind"], len(body), **fields), body
 
 
 def files() -> dict[str, bytes]:
-    result = {}
-    for name, (sender, lane, why, frames) in (kinds() | edges()).items():
-        parts = [frame_files(part) for part in frames]
-        case = {"sender": sender, "lane": lane, "why": why, "frames": [found for found, _ in parts]}
-        result[f"{name}.json"] = case_bytes(case)
-        result[f"{name}.bin"] = b"".join(binary for _, binary in parts)
-    return result
+    return {
+        f"{group}.json": text(
+            {name: vector(*case) for name, case in cases.items()}, "sender lane", "why"
+        )
+        for group, cases in (("kinds", kinds()), ("edges", edges()))
+    }
+
+
+def vector(sender: str, lane: str, why: str, frames: list[Frame]) -> dict[str, Any]:
+    parts = [frame_parts(part) for part in frames]
+    pieces = [piece for _, head, body in parts for piece in (hex_piece(head), *split(body))]
+    found = [found for found, _, _ in parts]
+    return {"sender": sender, "lane": lane, "why": why, "frames": found, "bytes": pieces}

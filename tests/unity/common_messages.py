@@ -1,6 +1,6 @@
 """Messages of the types that scripts publish, with the bytes that rosbags writes for them.
 
-Usage: common_messages.py FOLDER. Two cases of each type, one with empty sequences and texts, as
+Usage: common_messages.py FILE. Two cases of each type, one with empty sequences and texts, as
 tests/conformance/cdr_vectors.py describes its files.
 """
 
@@ -65,15 +65,16 @@ class Filler:
         return whole, whole
 
 
-def main(folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+def main(file: Path) -> None:
+    cases = {}
     for name in COMMON.split():
         type = name.replace("/", "/msg/")
         for seed, sequence_length in enumerate((0, 3)):
             message, shown = Filler(seed, sequence_length).message(type)
-            case = folder / f"{type.rpartition('/')[2]}{sequence_length}"
-            case.with_suffix(".bin").write_bytes(bytes(STORE.serialize_cdr(message, type)))
-            case.with_suffix(".json").write_text(json.dumps({"type": type, "message": shown}))
+            payload = bytes(STORE.serialize_cdr(message, type)).hex()
+            case = {"type": type, "message": shown, "bytes": [{"hex": payload}]}
+            cases[f"{type.rpartition('/')[2]}{sequence_length}"] = case
+    file.write_text(json.dumps(cases))
 
 
 if __name__ == "__main__":

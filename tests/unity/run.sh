@@ -22,7 +22,7 @@ main() {
   compile Project tests/unity_project/Assets UnityEngine.dll UnityEditor.dll
   compile Ml2Sensors.Tests "$package/Tests/Editor $package/Tests/Mono~" UnityEngine.dll UnityEditor.dll Newtonsoft.Json.dll \
     Ml2Sensors.Runtime.dll Ml2Sensors.Editor.dll nunit.framework.dll System.Xml.dll System.Xml.Linq.dll
-  host_receiver/environment/run.sh python3 tests/unity/common_messages.py "$out/vectors"
+  host_receiver/environment/run.sh python3 tests/unity/common_messages.py "$out/common_messages.json"
   run_tests "$@"
 }
 
@@ -42,7 +42,7 @@ run_tests() {
   # Bionic's names on Linux, the simulated headset, and the library as it goes into the AAR.
   local native=$PWD/build/native
   export LD_LIBRARY_PATH=$native/linux:$native/host/sim:$native/device
-  export ML2_FILMS=$native/films ML2_VECTORS=$PWD/tests/conformance/vectors ML2_COMMON_VECTORS=$PWD/$out/vectors
+  export ML2_FILMS=$native/films ML2_VECTORS=$PWD/tests/conformance/vectors ML2_COMMON_VECTORS=$PWD/$out/common_messages.json
   export ML2_PUBLIC_API=$PWD/$package/Api~/Ml2Sensors.Runtime.api
   nunit-console -nologo -nodots -nothread -domain:None -work="$out" "$@" "$out/Ml2Sensors.Tests.dll"
 }

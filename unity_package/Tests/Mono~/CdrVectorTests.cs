@@ -16,30 +16,25 @@ namespace Ml2Sensors.Tests
     [TestFixture]
     public sealed class CdrVectorTests
     {
-        private static readonly string[] Folders =
-        {
-            Path.Combine(Environment.GetEnvironmentVariable("ML2_VECTORS"), "cdr"),
-            Environment.GetEnvironmentVariable("ML2_COMMON_VECTORS"),
-        };
-
         public static IEnumerable<TestCaseData> Cases =>
-            Folders.SelectMany(folder => Directory.GetFiles(folder, "*.json"))
-                .OrderBy(path => path, StringComparer.Ordinal)
-                .Select(path => new TestCaseData(path).SetName(Path.GetFileNameWithoutExtension(path)));
+            Directory.GetFiles(Path.Combine(Environment.GetEnvironmentVariable("ML2_VECTORS"), "cdr"), "*.json")
+                .Append(Environment.GetEnvironmentVariable("ML2_COMMON_VECTORS"))
+                .SelectMany(path => Read(path).Properties())
+                .Select(vector => new TestCaseData((JObject)vector.Value).SetName(vector.Name));
+
+        private static JObject Read(string path) =>
+            JObject.Parse(File.ReadAllText(path).Replace(": -0.0,", ": \"-0.0\",")); // mono would read a plain 0
 
         [Test]
         [TestCaseSource("Cases")]
-        public void WritePayload_Vector_IsItsBytes(string path)
+        public void WritePayload_Vector_IsItsBytes(JObject vector)
         {
-            string text = File.ReadAllText(path);
-            JObject vector = JObject.Parse(text.Replace(": -0.0,", ": \"-0.0\",")); // mono would read a plain 0
             IMessage message = MessageOf((string)vector["type"]);
             Fill(message, (JObject)vector["message"]);
             var cdr = new CdrWriter();
             cdr.WritePayload(new ImageMsg { data = Enumerable.Repeat((byte)255, 5000).ToArray() }); // a buffer that was used
             cdr.WritePayload(message);
-            byte[] expected = File.ReadAllBytes(Path.ChangeExtension(path, ".bin"));
-            Assert.AreEqual(expected, cdr.Buffer.Take(cdr.Length).ToArray());
+            Assert.AreEqual(vector["bytes"].SelectMany(Piece).ToArray(), cdr.Buffer.Take(cdr.Length).ToArray());
         }
 
         [Test]
@@ -67,6 +62,16 @@ namespace Ml2Sensors.Tests
             Assert.Catch<ArgumentException>(() => new CdrWriter().WritePayload(new StringMsg { data = "\ud800" }));
         }
 
+        /// <summary>Bytes of a piece as tests/conformance/README.md describes it: a pattern or hexadecimal.</summary>
+        private static IEnumerable<byte> Piece(JToken piece)
+        {
+            if (piece["pattern"] != null) return Pattern((int)piece["length"]);
+            string hex = ((string)piece["hex"]).Replace(" ", "");
+            return Enumerable.Range(0, hex.Length / 2).Select(i => Convert.ToByte(hex.Substring(2 * i, 2), 16));
+        }
+
+        private static IEnumerable<byte> Pattern(int length) => Enumerable.Range(0, length).Select(i => (byte)(i % 251));
+
         /// <summary>The bits of the vectors: .NET's own NaN is the negative one.</summary>
         private static double NoNumber(string text)
         {
@@ -92,7 +97,7 @@ namespace Ml2Sensors.Tests
         private static object ValueOf(JToken token, Type type)
         {
             if (type == typeof(byte[]) && token is JObject)
-                return Enumerable.Range(0, (int)token["length"]).Select(i => (byte)(i % 251)).ToArray();
+                return Pattern((int)token["length"]).ToArray();
             if (type.IsArray)
             {
                 Array array = Array.CreateInstance(type.GetElementType(), token.Count());

@@ -32,9 +32,7 @@ import kotlinx.serialization.json.JsonNamingStrategy
 import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.JsonPrimitive
 import kotlinx.serialization.json.int
-import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
-import java.io.File
 
 /** The largest array of common_interfaces, which no message of the product has. */
 @Serializable
@@ -83,25 +81,21 @@ internal val fieldsJson =
         allowSpecialFloatingPointValues = true
     }
 
-/** A case of tests/conformance/vectors/cdr; cdr_vectors.py says what its files hold. */
-internal class CdrVector private constructor(json: File) {
-    private val fields = Json.parseToJsonElement(json.readText()).jsonObject
-    private val name = json.nameWithoutExtension
+/** A case of tests/conformance/vectors/cdr; cdr_vectors.py says what its keys mean. */
+internal class CdrVector private constructor(private val vector: Vector) {
+    private val fields = vector.case
 
     @Suppress("UNCHECKED_CAST") // Any message type will do
     val serializer = MESSAGE_SERIALIZERS.getValue(fields.getValue("type").jsonPrimitive.content) as KSerializer<Any>
     val message = fieldsJson.decodeFromJsonElement(serializer, expandPattern(fields.getValue("message")))
-    val bytes = json.resolveSibling("$name.bin").readBytes()
+    val bytes = vector.bytes
     val size = fields.getValue("size").jsonPrimitive.int
     val prefixSize = fields["prefix_size"]?.jsonPrimitive?.int
 
-    override fun toString() = name
+    override fun toString() = vector.name
 
     companion object {
-        val all =
-            File(
-                "../tests/conformance/vectors/cdr",
-            ).listFiles { it.extension == "json" }!!.sorted().map(::CdrVector)
+        val all = Vector.loadAll("cdr").map(::CdrVector)
 
         private fun expandPattern(element: JsonElement): JsonElement = when (element) {
             is JsonObject if "pattern" in element -> {
