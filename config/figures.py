@@ -1,0 +1,125 @@
+"""Prints figures of the repository: files, lines by area, words of documents, circular imports.
+
+With --check it prints nothing but what is wrong, and fails on circular imports between packages and
+on MOST_FILES files.
+"""
+
+import argparse
+import ast
+import re
+import subprocess
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterable
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+MOST_FILES = 1500
+SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".kts", ".py", ".sh"}
+# The first that matches a path is its area; other sources are the product.
+AREAS = {
+    "tests": r"(^|/)(tests?|Tests|benchmark)/",
+    "simulators": r"^native/sim/|/(simulator|android-test|demo)/",
+    "build and generators": r"^(config|gradle|\.ci)/|/environment/|\.kts$",
+}
+KOTLIN = ROOT / "ml2-sensors-aar" / "src" / "main" / "kotlin" / "dev" / "ml2sensors"
+PYTHON = ("ml2_receiver", "ml2_tools")
+
+
+def files() -> list[Path]:
+    listed = subprocess.run(
+        ["git", "ls-files", "-co", "--exclude-standard", "--deduplicate"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.splitlines()
+    return [ROOT / name for name in listed if (ROOT / name).is_file()]
+
+
+def area(path: Path) -> str:
+    name = path.relative_to(ROOT).as_posix()
+    return next((area for area, rule in AREAS.items() if re.search(rule, name)), "product")
+
+
+def python_imports() -> Iterable[tuple[str, str]]:
+    """Package and imported package, for each import in a package of PYTHON."""
+    for distribution in PYTHON:
+        for file in (ROOT / "host_receiver" / distribution).rglob("*.py"):
+            module = file.relative_to(ROOT / "host_receiver").with_suffix("").parts
+            for node in ast.walk(ast.parse(file.read_text())):
+                for used in imported(node, module):
+                    if used[0] in PYTHON and len(used) > 1 and len(module) > 2:
+                        yield ".".join(module[:2]), ".".join(used[:2])
+
+
+def imported(node: ast.AST, module: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """The modules that a statement of `module` imports, by their parts."""
+    if isinstance(node, ast.ImportFrom):
+        beginning = module[: -node.level] if node.level else ()
+        package = (*beginning, *(node.module or "").split("."))
+        return [(*filter(None, package), it.name) for it in node.names]
+    if isinstance(node, ast.Import):
+        return [tuple(it.name.split(".")) for it in node.names]
+    return []
+
+
+def kotlin_imports() -> Iterable[tuple[str, str]]:
+    for file in KOTLIN.rglob("*.kt"):
+        user = file.parent.relative_to(KOTLIN).as_posix()
+        for used in re.findall(r"^import dev\.ml2sensors\.(\w+)\.", file.read_text(), re.MULTILINE):
+            yield user, used
+
+
+def circle(imports: Iterable[tuple[str, str]]) -> str | None:
+    """A circle of packages that import each other, if there is one."""
+    graph: dict[str, set[str]] = defaultdict(set)
+    for user, used in imports:
+        if user != used:
+            graph[user].add(used)
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return " <- ".join(error.args[1])
+    return None
+
+
+def problems(count: int) -> list[str]:
+    circles = {"Python": circle(python_imports()), "Kotlin": circle(kotlin_imports())}
+    found = [f"{name} packages import each other: {it}" for name, it in circles.items() if it]
+    if count >= MOST_FILES:
+        found.append(f"the repository has {count} files; fewer than {MOST_FILES} are allowed")
+    return found
+
+
+def print_figures(paths: list[Path]) -> None:
+    lines: Counter[str] = Counter()
+    words: dict[str, int] = {}
+    for path in paths:
+        if path.suffix in SOURCES:
+            lines[area(path)] += len(path.read_bytes().splitlines())
+        elif path.suffix == ".md":
+            words[path.relative_to(ROOT).as_posix()] = len(path.read_text().split())
+    print(f"{len(paths):7} files")
+    for name, count in lines.most_common():
+        print(f"{count:7} lines of {name}")
+    print(f"{sum(words.values()):7} words of documents")
+    for name, count in sorted(words.items(), key=lambda it: -it[1]):
+        print(f"{count:7} words in {name}")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="print and fail for what is wrong")
+    arguments = parser.parse_args()
+    paths = files()
+    if not arguments.check:
+        print_figures(paths)
+    found = problems(len(paths))
+    print("\n".join(found), file=sys.stderr)
+    return 1 if arguments.check and found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
