@@ -1,4 +1,4 @@
-"""Every link of every document leads somewhere."""
+"""Every link of every document leads somewhere; places and lines of code that it shows exist."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from urllib.parse import unquote
 from document import ROOT, files
 
 _LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^()\s]+)\)")
+# `folder/file.py:name`, the way documents name a place in the code.
+_PLACE = re.compile(r"`([\w/.-]+\.(?:c|cs|h|kt|py|xml|yaml)):([^`\d][^`]*)`")
+# A block of code that names the file from which its lines are.
+_QUOTE = re.compile(r"^```\w+ (\S+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _CODE = re.compile(r"^```.*?^```$|^ {4}.*?$|`[^`\n]+`", re.DOTALL | re.MULTILINE)
 
 
@@ -37,3 +41,22 @@ def test_every_link_leads_to_a_file_and_a_heading_that_exist() -> None:
     assert len(found) > 50
     broken = [f"{it.relative_to(ROOT)}: {target}" for it, target in found if is_broken(it, target)]
     assert not broken, "\n".join(broken)
+
+
+def test_every_place_in_the_code_exists() -> None:
+    sources = {f"/{file.relative_to(ROOT)}": file for file in files()}
+    missing = []
+    for document in files("*.md"):
+        for name, words in _PLACE.findall(document.read_text()):
+            found = [it for path, it in sources.items() if path.endswith(f"/{name}")]
+            if not any(words in it.read_text() for it in found):
+                missing.append(f"{document.relative_to(ROOT)}: `{name}:{words}`")
+    assert not missing, "\n".join(missing)
+
+
+def test_lines_that_a_document_shows_of_a_file_are_in_it() -> None:
+    quotes = [it for document in files("*.md") for it in _QUOTE.findall(document.read_text())]
+    assert quotes
+    for name, code in quotes:
+        lines = (ROOT / name).read_text().splitlines()
+        assert [line for line in code.splitlines() if line not in lines] == [], name
