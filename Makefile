@@ -10,11 +10,6 @@ pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
 python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
-# Tests that mostly wait for processes; then those that need the machine alone, to measure or for a full load.
-define pytest_beside
-$(pytest) $(call beside,$(1)) -m 'not alone' $(2)
-$(pytest) -m alone $(2)
-endef
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 bundle := build/native/bundle/order
@@ -86,7 +81,7 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e ## Run every test
 
 test-python: setup $(javascript) ## Test the receiver
-	$(call pytest_beside,4,host_receiver/test)
+	$(pytest) $(call beside,4) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)
@@ -118,7 +113,8 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(call pytest_beside,3,tests/end_to_end tests/validation)
+	$(pytest) $(call beside,3) -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) -m alone tests/end_to_end tests/validation
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
