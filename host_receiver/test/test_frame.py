@@ -144,40 +144,12 @@ def test_unknown_kinds_are_taken_up_to_64_kib(lane: str) -> None:
         assert code_of(parser, header(kind, 64 * KIB + 1)) == "too_large"
 
 
-def test_a_connection_cannot_begin_with_an_unknown_kind() -> None:
-    assert code_of(FrameParser(Side.DEVICE), header(200, 0)) == "unexpected"
-
-
-@pytest.mark.parametrize("length", range(8))
-def test_a_fixed_body_that_is_shorter_is_malformed(length: int) -> None:
-    assert code_of(FrameParser(Side.DEVICE, LaneKind.TIME), header(32, length)) == "malformed"
-
-
 @pytest.mark.parametrize("version", [0, 2, 255])
 def test_another_version_is_named(version: int) -> None:
     parser = FrameParser(Side.DEVICE)
     with pytest.raises(ProtocolError, match=f"expected version 1, found {version}") as raised:
         feed(parser, header(1, 0, version=version))
     assert raised.value.code == "version"
-
-
-def test_faults_are_found_in_the_order_of_the_protocol() -> None:
-    everything_wrong = {"magic": 0, "version": 9}
-    assert code_of(FrameParser(Side.DEVICE), header(16, 1 << 31, **everything_wrong)) == "malformed"
-    assert code_of(FrameParser(Side.DEVICE), header(16, 1 << 31, version=9)) == "version"
-    assert code_of(FrameParser(Side.DEVICE), header(16, 1 << 31)) == "too_large"
-    assert code_of(FrameParser(Side.DEVICE), header(16, 1)) == "unexpected"
-
-
-def test_no_frame_comes_before_its_last_byte() -> None:
-    data = data_frame(bytes(range(100)))
-    for end in range(len(data)):
-        parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
-        assert feed(parser, data[:end]) == []
-        assert parser.is_between_frames == (end == 0)
-        (frame,) = feed(parser, data[end:])
-        assert frame.payload == bytes(range(100))
-        assert parser.is_between_frames
 
 
 @given(

@@ -5,7 +5,7 @@ import pytest
 from ml2_receiver.session.context import Ending
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import Bye, Configure, Error, Joined
+from ml2_receiver.wire.messages import Bye, Configure
 from scene import REQUEST, Scene, data, hello
 
 
@@ -19,12 +19,6 @@ def test_hello_is_welcomed_with_a_ticket_for_every_lane() -> None:
     assert all(len(value) == 32 and int(value, 16) >= 0 for value in values)
     assert scene.welcome.received is None
     assert (scene.welcome.version, scene.welcome.name) == (1, "host")
-
-
-@pytest.mark.parametrize("versions", [(), (2,), (0, 2)])
-def test_a_device_of_other_versions_is_told_so(versions: tuple[int, ...]) -> None:
-    scene = Scene()
-    assert scene.error(scene.greet(hello(versions=versions))) == "version"
 
 
 def test_the_common_version_is_enough() -> None:
@@ -99,14 +93,6 @@ def test_while_one_takes_over_no_other_may() -> None:
     scene.begin(hello("b"))
 
 
-def test_a_ticket_opens_its_lane_once() -> None:
-    scene = Scene()
-    scene.begin()
-    assert scene.sent(scene.join("sensors")) == [(Kind.JOINED, Joined("sensors"))]
-    assert scene.error(scene.join("sensors")) == "ticket"
-    assert scene.is_connected()
-
-
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -122,12 +108,6 @@ def test_a_refused_join_ends_itself_only_and_leaves_the_ticket(wrong: dict[str, 
     scene.begin()
     assert scene.error(scene.join(**({"lane": "sensors"} | wrong))) == "ticket"
     assert scene.kinds(scene.join("sensors")) == [Kind.JOINED]
-
-
-def test_a_ticket_of_one_lane_does_not_open_another() -> None:
-    scene = Scene()
-    scene.begin()
-    assert scene.error(scene.join("time", ticket=scene.welcome.tickets["sensors"])) == "ticket"
 
 
 def test_nothing_can_be_joined_without_a_session() -> None:
@@ -158,16 +138,6 @@ def test_silence_instead_of_a_greeting_times_out() -> None:
     assert scene.error(silent) == "timeout"
 
 
-def test_lanes_that_are_never_joined_time_out() -> None:
-    scene = Scene()
-    scene.begin()
-    scene.join("time")
-    for _ in range(6):
-        scene.receive(scene.control, Kind.PONG)
-        scene.pass_time(0.9)
-    assert scene.error(scene.control) == "timeout"
-
-
 def test_the_oldest_stranger_goes_for_the_seventeenth() -> None:
     scene = Scene()
     scene.start()
@@ -184,23 +154,6 @@ def test_the_stranger_that_goes_is_of_the_machine_with_most_of_them() -> None:
     late = scene.connect("late")
     assert scene.ending(flood[0]) is Ending.ABORT
     assert [scene.ending(it) for it in (quiet, *flood[1:], late)] == [None] * 16
-
-
-def test_an_error_instead_of_a_greeting_is_not_answered() -> None:
-    scene = Scene()
-    stranger = scene.connect()
-    scene.receive(stranger, Kind.ERROR, Error("busy", "", fatal=True))
-    assert scene.sent(stranger) == []
-    assert scene.ending(stranger) is Ending.DRAIN
-
-
-def test_a_fault_before_a_session_ends_only_its_connection() -> None:
-    scene = Scene()
-    scene.start()
-    stranger = scene.connect()
-    scene.receive(stranger, Kind.HELLO, b"{")
-    assert scene.error(stranger) == "malformed"
-    assert scene.is_connected()
 
 
 def test_refusals_are_logged_at_most_ten_times_a_second() -> None:

@@ -68,11 +68,6 @@ STATUS = json.loads(BODIES[-4].to_bytes())
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
-def test_bodies_are_read_as_they_were_written(body: JsonBody) -> None:
-    assert type(body).parse(body.to_bytes()) == body
-
-
-@pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
 def test_unknown_keys_are_ignored(body: JsonBody) -> None:
     document = {"later": [{"deep": None}], **json.loads(body.to_bytes())}
     assert type(body).parse(json.dumps(document).encode()) == body
@@ -127,56 +122,8 @@ def test_a_whole_number_is_a_number() -> None:
     assert parse_status(uptime_s=3).uptime_s == 3.0
 
 
-@pytest.mark.parametrize("number", [0, -1, 65536])
-def test_channel_ids_are_from_1_to_65535(number: int) -> None:
-    body = BODIES[7].to_bytes().replace(b"65535", str(number).encode())
-    with pytest.raises(ProtocolError, match=f"expected 1 to 65535, found {number}"):
-        Channel.parse(body)
-
-
-@pytest.mark.parametrize(
-    "answer",
-    [{"result": "applied"}, {"result": "adjusted", "values": {}}, {"result": "refused"}],
-)
-def test_an_answer_has_what_its_result_needs(answer: dict[str, Any]) -> None:
-    with pytest.raises(ProtocolError, match="missing although"):
-        Configured.parse(json.dumps({"request": 1, "streams": {"tf": answer}}).encode())
-
-
-def nested(depth: int) -> bytes:
-    return b'{"reason":"","x":' + b"[" * (depth - 1) + b"]" * (depth - 1) + b"}"
-
-
-def test_bodies_nest_at_most_16_deep() -> None:
-    assert Bye.parse(nested(16)) == Bye("")
-    for depth in (17, 1000, 30_000):
-        with pytest.raises(ProtocolError) as raised:
-            Bye.parse(nested(depth))
-        assert raised.value.code == "malformed"
-        assert raised.value.message == "Bye: nested more than 16 deep"
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        b"",
-        b"null",
-        b"[]",
-        b'"reason"',
-        b'{"reason":""} {}',
-        b'{"reason":"","x":NaN}',
-        b'{"reason":"","x":-Infinity}',
-        b'{"reason":"","x":' + b"9" * 5000 + b"}",
-        b'{"reason":"\\ud800"}',
-        b'{"reason":"","\\udfff":1}',
-        b'{"reason":"\xff"}',
-        b'{"reason":"\n"}',
-        b'\xef\xbb\xbf{"reason":""}',
-        '{"reason":""}'.encode("utf-16"),
-        b'{"reason":"",}',
-    ],
-)
-def test_what_is_not_a_json_object_in_utf_8_is_malformed(body: bytes) -> None:
+@pytest.mark.parametrize("body", [b'"reason"', b'{"reason":"","\\udfff":1}'])
+def test_a_text_and_a_lone_surrogate_in_a_key_are_malformed(body: bytes) -> None:
     with pytest.raises(ProtocolError) as raised:
         Bye.parse(body)
     assert raised.value.code == "malformed"

@@ -64,14 +64,6 @@ def test_silence_on_control_ends_a_session(scene: Scene) -> None:
     assert {scene.ending(lane) for lane in scene.lanes.values()} == {Ending.DRAIN}
 
 
-def test_unknown_kinds_are_skipped_and_counted(scene: Scene) -> None:
-    for connection in (scene.control, *scene.lanes.values()):
-        scene.receive(connection, 200, b"anything")
-    assert scene.host.session is not None
-    assert scene.host.session.report().skipped_frames == 4
-    assert scene.is_connected()
-
-
 @pytest.mark.parametrize("event", ["tracking_lost", "of a later version"])
 def test_events_of_the_device_are_told(scene: Scene, event: str) -> None:
     scene.receive(scene.control, Kind.EVENT, Event(event, "head tracking\nis lost"))

@@ -2,10 +2,9 @@ import pytest
 
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import Channel, ChannelEnd, Configured, Start, StreamAnswer
-from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, channel, data
+from ml2_receiver.wire.messages import ChannelEnd, Configured, Start, StreamAnswer
+from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, data
 
 REFUSED = StreamAnswer("refused", None, "covered")
 
@@ -34,33 +33,6 @@ def test_payloads_go_to_their_topics_after_start() -> None:
     assert set(scene.sink.payloads) == {topic.name for topic in TOPICS}
 
 
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("stream", "world_right"),
-        ("role", "metadata"),
-        ("topic", "world_left/image"),
-        ("topic", "/magic_leap2/world_left/image_raw"),
-        ("type", "sensor_msgs/msg/CompressedImage"),
-        ("qos", "imu"),
-        ("lane", "sensors"),
-        ("lane", "image"),
-    ],
-)
-def test_a_channel_that_differs_from_the_table_is_refused(field: str, value: str) -> None:
-    scene, _ = configuring()
-    fields = {name: getattr(channel(IMAGE, 1), name) for name in Channel.__dataclass_fields__}
-    scene.receive(scene.control, Kind.CHANNEL, Channel(**fields | {field: value}))
-    assert scene.error(scene.control) == "channel"
-    assert scene.sink.opened == []
-
-
-def test_a_channel_of_a_stream_that_was_not_asked_for_is_refused() -> None:
-    scene, _ = configuring()
-    scene.announce(load_table().streams["world_right"].topics[0], 1)
-    assert scene.error(scene.control) == "channel"
-
-
 @pytest.mark.parametrize(("is_wanted", "error"), [(False, "channel"), (True, None)])
 def test_a_topic_with_a_condition_needs_its_key(is_wanted: bool, error: str | None) -> None:
     depth = load_table().streams["depth"]
@@ -70,37 +42,6 @@ def test_a_topic_with_a_condition_needs_its_key(is_wanted: bool, error: str | No
     scene.configure()
     scene.announce(confidence, 1)
     assert scene.error(scene.control) == error
-
-
-@pytest.mark.parametrize(("topic", "number"), [(TOPICS[1], 1), (TOPICS[0], 2)])
-def test_an_id_or_topic_in_use_cannot_be_announced(topic: Topic, number: int) -> None:
-    scene, _ = configuring()
-    scene.announce(TOPICS[0], 1)
-    scene.announce(topic, number)
-    assert scene.error(scene.control) == "channel"
-
-
-def test_a_channel_before_configure_is_unexpected() -> None:
-    scene = Scene()
-    scene.begin()
-    scene.announce(IMAGE, 1)
-    assert scene.error(scene.control) == "unexpected"
-
-
-def test_an_unknown_channel_cannot_end() -> None:
-    scene = Scene()
-    scene.start()
-    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
-    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
-    assert scene.error(scene.control) == "channel"
-
-
-def test_a_topic_keeps_its_number() -> None:
-    scene = Scene()
-    scene.start()
-    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
-    scene.announce(IMAGE, 99)
-    assert scene.error(scene.control) == "channel"
 
 
 def test_what_was_on_its_way_when_a_channel_ended_still_arrives() -> None:
@@ -116,21 +57,6 @@ def test_configured_of_another_request_is_unexpected(request_change: int) -> Non
     scene, request = configuring()
     scene.receive(scene.control, Kind.CONFIGURED, Configured(request + request_change, APPLIED))
     assert scene.error(scene.control) == "unexpected"
-
-
-def test_a_second_answer_is_unexpected() -> None:
-    scene = Scene()
-    request = scene.answer()
-    scene.receive(scene.control, Kind.CONFIGURED, Configured(request, APPLIED))
-    assert scene.error(scene.control) == "unexpected"
-
-
-@pytest.mark.parametrize("change", [{"depth": REFUSED}, None])
-def test_every_stream_is_answered_and_no_other(change: dict[str, StreamAnswer] | None) -> None:
-    scene, request = configuring()
-    streams = APPLIED | change if change else {"tf": APPLIED["tf"]}
-    scene.receive(scene.control, Kind.CONFIGURED, Configured(request, streams))
-    assert scene.error(scene.control) == "malformed"
 
 
 def test_a_refused_stream_cannot_have_channels() -> None:
@@ -188,20 +114,6 @@ def test_data_before_start_is_unexpected() -> None:
     scene = Scene(is_paused=True)
     scene.answer()
     assert refusal(scene, 1) == "unexpected"
-
-
-def test_data_of_an_unknown_channel_is_refused() -> None:
-    scene = Scene()
-    scene.start()
-    assert refusal(scene, 99) == "channel"
-
-
-def test_data_on_another_lane_than_announced_is_refused() -> None:
-    scene = Scene()
-    scene.start()
-    assert refusal(scene, TOPICS.index(next(t for t in TOPICS if t.lane == "sensors")) + 1) == (
-        "channel"
-    )
 
 
 @pytest.mark.parametrize("payload", [b"", b"\0\1\0", b"\0\0\0\0", b"\1\0\0\0more"])
