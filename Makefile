@@ -7,7 +7,7 @@ SEED ?= 1
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
+python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
@@ -22,7 +22,10 @@ benchmark := ml2-sensors-aar/benchmark
 javascript := build/javascript/.installed
 packed := build/.aar-packed
 app := ml2-sensors-aar/app
+library := ml2-sensors-aar
+headset := ml2-sensors-aar/simulator
 packed_app := build/.apk-packed
+cyclonedx := build/cyclonedx/bin/cyclonedx-py
 ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
 ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
 detekt_version := $(shell sed -n 's|.*<detekt.version>\(.*\)</.*|\1|p' pom.xml)
@@ -74,11 +77,20 @@ unity-library: aar ## Put the library into the Unity package, to be committed wi
 unity-package: setup ## Pack the Unity package: build/unity
 	$(run) python3 config/unity_tarball.py
 
+dist: apk unity-package $(cyclonedx) ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
+	$(run) python3 config/unity_library.py --check
+	$(maven) --quiet package $(compiled) -DskipTests -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
+	$(run) python3 config/dist.py --cyclonedx $(cyclonedx)
+
+$(cyclonedx):
+	$(run) python3 -m venv $(@D)/..
+	$(@D)/pip install --quiet cyclonedx-bom==7.5.0
+
 demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder]
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e ## Run every test
+test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist ## Run every test
 
 test-python: setup $(javascript) ## Test the receiver
 	$(pytest) $(call beside,4) host_receiver/test
@@ -115,6 +127,9 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) $(call beside,3) -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) -m alone tests/end_to_end tests/validation
+
+test-dist: dist ## Test what a release holds, and its wheel in an environment of its own
+	$(pytest) --timeout 120 tests/dist
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
@@ -178,4 +193,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help api audit setup native build aar apk unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e lint format bench fuzz fuzz-python fuzz-kotlin soak harsh validate clean
+.PHONY: help api audit setup native build aar apk dist unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist lint format bench fuzz fuzz-python fuzz-kotlin soak harsh validate clean

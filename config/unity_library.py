@@ -8,10 +8,11 @@ nothing and exits with 1 when the hash is another: then run `make unity-library`
 import argparse
 import hashlib
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
+
+from archives import source_files
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "unity_package/Plugins/Android/ml2-sensors.aar"
@@ -26,13 +27,9 @@ INPUTS = [
 
 def inputs_hash(root: Path = ROOT) -> str:
     """SHA-256 over names and contents of the sources, as they are now, committed or not."""
-    command = ["git", "ls-files", "-co", "--exclude-standard", "-z", "--", *INPUTS]
-    listed = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True).stdout
     digest = hashlib.sha256()
-    for name in sorted(set(filter(None, listed.split("\0")))):
-        if (root / name).is_file():
-            content = hashlib.sha256((root / name).read_bytes()).hexdigest()
-            digest.update(f"{content}  {name}\n".encode())
+    for name, content in source_files(root, *INPUTS).items():
+        digest.update(f"{hashlib.sha256(content).hexdigest()}  {name}\n".encode())
     return digest.hexdigest()
 
 

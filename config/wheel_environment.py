@@ -1,0 +1,44 @@
+"""A virtual environment of a wheel and nothing but what it requires.
+
+Requirements are links to the packages of the Python that runs this, so that no network is needed
+and their versions are those that the tests use.
+"""
+
+import subprocess
+import sys
+import venv
+from importlib.metadata import Distribution, distribution, distributions
+from pathlib import Path
+
+from packaging.requirements import Requirement
+
+
+def make(folder: Path, wheel: Path) -> Path:
+    """Makes the environment in a folder that is not there yet; returns its bin/python."""
+    venv.create(folder, symlinks=True)
+    python = folder / "bin" / "python"
+    install = ["--quiet", "--no-deps", "--no-index", f"--find-links={wheel.parent}"]
+    name = wheel.name.partition("-")[0]
+    pip = [sys.executable, "-m", "pip", "--python", str(python)]
+    subprocess.run([*pip, "install", *install, name], check=True)
+    (packages,) = folder.glob("lib/python*/site-packages")
+    (installed,) = distributions(path=[str(packages)])
+    for needed in _closure(installed).values():
+        for entry in {Path(file).parts[0] for file in needed.files or ()} - {"..", "__pycache__"}:
+            if not (packages / entry).exists():
+                (packages / entry).symlink_to(Path(str(needed.locate_file(entry))))
+    return python
+
+
+def _closure(root: Distribution) -> dict[str, Distribution]:
+    """All that a distribution requires without extras, by name."""
+    found: dict[str, Distribution] = {}
+    open_requirements = list(root.requires or ())
+    while open_requirements:
+        requirement = Requirement(open_requirements.pop())
+        marker = requirement.marker
+        if requirement.name in found or (marker and not marker.evaluate({"extra": ""})):
+            continue
+        found[requirement.name] = distribution(requirement.name)
+        open_requirements += found[requirement.name].requires or ()
+    return found

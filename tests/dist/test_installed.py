@@ -1,0 +1,104 @@
+"""The wheel of `make dist`, installed into an environment that has only what it requires."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import Reader
+
+import wheel_environment
+from dist import DIST, ROOT, VERSION
+
+HEADSET = ROOT / "ml2-sensors-aar/simulator/ml2-headset"
+CONFIG = """
+/**:
+  ros__parameters:
+    other_sensors: {enabled: true}
+    battery: {enabled: true}
+"""
+TOPICS = {"/magic_leap2/gyro_left/imu", "/magic_leap2/battery"}
+LISTENING = "listening on "
+_TIMEOUT_S = 60
+
+
+@pytest.fixture(scope="module")
+def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    (wheel,) = DIST.glob("*.whl")
+    return wheel_environment.make(tmp_path_factory.mktemp("installed") / "venv", wheel)
+
+
+@pytest.fixture
+def receiver(python: Path) -> Path:
+    return python.with_name("ml2-receiver")
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "config.yaml"
+    file.write_text(CONFIG)
+    return file
+
+
+def elsewhere(folder: Path) -> dict[str, str]:
+    """Variables without those by which Python finds other packages, and another user's home."""
+    paths = ("PYTHONPATH", "AMENT_PREFIX_PATH", "LD_LIBRARY_PATH", "VIRTUAL_ENV")
+    return {k: v for k, v in os.environ.items() if k not in paths} | {"HOME": str(folder)}
+
+
+def output(folder: Path, *command: str | Path) -> str:
+    done = subprocess.run(
+        command, cwd=folder, env=elsewhere(folder), check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_environment_has_the_wheels_packages_and_no_ros(python: Path, tmp_path: Path) -> None:
+    look = "import importlib.util as u; print(u.find_spec('{}'))"
+    found = output(tmp_path, python, "-c", look.format("ml2_receiver"))
+    assert str(python.parents[1]) in found
+    assert output(tmp_path, python, "-c", look.format("rclpy")) == "None\n"
+    assert output(tmp_path, python, "-c", look.format("pytest")) == "None\n"
+
+
+def test_it_says_its_version(receiver: Path, tmp_path: Path) -> None:
+    assert output(tmp_path, receiver, "--version") == f"{VERSION}\n"
+
+
+def test_it_checks_a_configuration(receiver: Path, config: Path) -> None:
+    assert "gyro_left/imu" in output(config.parent, receiver, "config", "check", config)
+
+
+def test_a_session_without_ros_is_recorded(receiver: Path, config: Path, tmp_path: Path) -> None:
+    walk = tmp_path / "walk"
+    options = ("--no-ros", "--insecure", "--listen", "127.0.0.1:0", "--config", config)
+    command: list[str | Path] = [receiver, "record", walk, *options]
+    with (
+        (tmp_path / "receiver.log").open("w+") as errors,
+        subprocess.Popen(
+            command,
+            cwd=tmp_path,
+            env=elsewhere(tmp_path),
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+        ) as recording,
+    ):
+        assert recording.stdout is not None
+        address = next(line.split()[2] for line in recording.stdout if line.startswith(LISTENING))
+        try:
+            headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
+            subprocess.run(headset, check=True, timeout=_TIMEOUT_S, capture_output=True)
+        finally:
+            recording.send_signal(signal.SIGINT)
+            rest, _ = recording.communicate(timeout=_TIMEOUT_S)
+        errors.seek(0)
+        assert recording.returncode == 0, errors.read()
+    assert f"recorded into {walk}" in rest
+    with Reader(walk) as bag:
+        counts = {connection.topic: connection.msgcount for connection in bag.connections}
+    assert all(counts[topic] > 0 for topic in TOPICS)
