@@ -71,7 +71,7 @@ class PackagesTest {
             setOf("capture"),
             setOf("clock"),
             setOf("wire"),
-            setOf("link"),
+            setOf("transport"),
             setOf("session"),
             setOf("pairing"),
             setOf("stream"),

@@ -3,8 +3,8 @@ package dev.ml2sensors.android
 import android.content.Context
 import android.security.keystore.KeyGenParameterSpec
 import android.security.keystore.KeyProperties
-import dev.ml2sensors.link.DeviceIdentity
 import dev.ml2sensors.pairing.DeviceKeys
+import dev.ml2sensors.transport.DeviceIdentity
 import java.io.File
 import java.io.IOException
 import java.security.GeneralSecurityException

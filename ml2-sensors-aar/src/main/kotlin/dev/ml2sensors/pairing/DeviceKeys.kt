@@ -1,12 +1,12 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.DeviceIdentity
-import dev.ml2sensors.link.LinkException
-import dev.ml2sensors.link.LinkSecurity
-import dev.ml2sensors.link.TlsClient
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverBrowser
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.transport.DeviceIdentity
+import dev.ml2sensors.transport.TlsClient
+import dev.ml2sensors.transport.TransportException
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.withContext
@@ -35,8 +35,8 @@ public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, rec
     public val receivers: List<PairedReceiver> get() = store.load()
 
     /** TLS with those [receivers] that there are when the first connection is made. */
-    public fun security(): LinkSecurity.Paired =
-        LinkSecurity.Paired { TlsClient(identity, receivers.map { it.fingerprint }.toSet()) }
+    public fun security(): TransportSecurity.Paired =
+        TransportSecurity.Paired { TlsClient(identity, receivers.map { it.fingerprint }.toSet()) }
 
     /**
      * One of the [receivers] that there are when a connection is made: one that announces itself, else the last one
@@ -49,7 +49,7 @@ public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, rec
      *
      * @param device as what the receiver will know this one.
      * @throws PairingException when the receiver refuses or does not answer.
-     * @throws LinkException when another machine answers, or without TLS 1.3.
+     * @throws TransportException when another machine answers, or without TLS 1.3.
      * @throws IOException when the key store fails, or it cannot be remembered.
      */
     public suspend fun pair(uri: PairingUri, device: Headset.Identity): PairedReceiver {

@@ -1,10 +1,10 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.Fingerprint
-import dev.ml2sensors.link.NotPairedException
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
+import dev.ml2sensors.transport.Fingerprint
+import dev.ml2sensors.transport.NotPairedException
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.FlowPreview
 import kotlinx.coroutines.flow.debounce

@@ -1,13 +1,13 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.DeviceIdentity
-import dev.ml2sensors.link.LinkException
-import dev.ml2sensors.link.LinkSecurity
-import dev.ml2sensors.link.TlsClient
 import dev.ml2sensors.session.Connection
 import dev.ml2sensors.session.blockingIo
 import dev.ml2sensors.session.handshake
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.transport.DeviceIdentity
+import dev.ml2sensors.transport.TlsClient
+import dev.ml2sensors.transport.TransportException
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.PairBody
@@ -28,7 +28,7 @@ internal class PairingExchange(private val identity: DeviceIdentity, private val
             val paired = handshake("the end of the pairing", LIMIT) { blockingIo { exchange(uri) } }
             val address = uri.receiver.copy(port = paired.port)
             return PairedReceiver(paired.name, uri.fingerprint, address)
-        } catch (e: LinkException) {
+        } catch (e: TransportException) {
             throw e
         } catch (e: IOException) {
             currentCoroutineContext().ensureActive()
@@ -38,11 +38,11 @@ internal class PairingExchange(private val identity: DeviceIdentity, private val
     }
 
     private fun exchange(uri: PairingUri): Paired {
-        val security = LinkSecurity.Paired { TlsClient(identity = null, setOf(uri.fingerprint)) }
+        val security = TransportSecurity.Paired { TlsClient(identity = null, setOf(uri.fingerprint)) }
         return Connection.open(uri.receiver, security, rosNowNanos = { 0 }).use { connection ->
             val challenge = connection.await<PairChallenge>(FrameKind.PAIR_CHALLENGE)
             connection.writer.write(FrameKind.PAIR, ControlJson.encode(answer(challenge, uri)))
-            connection.await<Paired>(FrameKind.PAIRED).also { connection.finishWriting() }
+            connection.await<Paired>(FrameKind.PAIRED).also { connection.shutdownOutput() }
         }
     }
 

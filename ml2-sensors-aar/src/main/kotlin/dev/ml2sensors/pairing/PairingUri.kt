@@ -1,7 +1,7 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.transport.Fingerprint
 
 /**
  * What `ml2-receiver pair` shows: `ml2s://HOST:PORT?fp=FINGERPRINT&token=TOKEN`, an IPv6 address in brackets.

@@ -1,7 +1,7 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.transport.Fingerprint
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ProtocolException
 import kotlinx.serialization.Serializable

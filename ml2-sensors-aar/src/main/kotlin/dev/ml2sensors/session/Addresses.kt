@@ -1,6 +1,6 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.link.LinkException
+import dev.ml2sensors.transport.TransportException
 import java.io.IOException
 import java.net.ConnectException
 import java.net.InetAddress
@@ -39,7 +39,7 @@ internal fun <T> firstThatAnswers(
         }
     }
     failures.values.singleOrNull()?.let { throw it }
-    failures.values.firstOrNull { it is LinkException }?.let { throw it }
+    failures.values.firstOrNull { it is TransportException }?.let { throw it }
     val each = failures.entries.joinToString("; ") { (address, failure) ->
         "${address.hostAddress}: ${failure.message}"
     }

@@ -1,9 +1,9 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.link.LinkChannel
-import dev.ml2sensors.link.LinkException
-import dev.ml2sensors.link.LinkSecurity
-import dev.ml2sensors.link.PlainChannel
+import dev.ml2sensors.transport.PlaintextChannel
+import dev.ml2sensors.transport.TransportChannel
+import dev.ml2sensors.transport.TransportException
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorBody
 import dev.ml2sensors.wire.ErrorCode
@@ -29,7 +29,7 @@ import java.nio.channels.SocketChannel
  * @property address the one of the receiver's that answered.
  */
 internal class Connection private constructor(
-    private val channel: LinkChannel,
+    private val channel: TransportChannel,
     val address: InetAddress,
     rosNowNanos: () -> Long,
 ) : Closeable {
@@ -66,10 +66,10 @@ internal class Connection private constructor(
     }
 
     /** Ends the input, so that a thread that waits in [read] finds the end of the stream. */
-    fun finishReading(): Unit = channel.finishReading()
+    fun shutdownInput(): Unit = channel.shutdownInput()
 
     /** Tells the peer that nothing more will come, unless it is closed; blocks while the peer does not read. */
-    fun finishWriting(): Unit = channel.finishWriting()
+    fun shutdownOutput(): Unit = channel.shutdownOutput()
 
     override fun close(): Unit = channel.close()
 
@@ -88,11 +88,11 @@ internal class Connection private constructor(
          * stale there.
          *
          * @param resolve gives the addresses of a host.
-         * @throws LinkException when what answers is not the receiver that [security] and the address ask for.
+         * @throws TransportException when what answers is not the receiver that [security] and the address ask for.
          */
         fun open(
             receiver: ReceiverAddress,
-            security: LinkSecurity,
+            security: TransportSecurity,
             rosNowNanos: () -> Long,
             urgent: Boolean = true,
             resolve: (String) -> List<InetAddress> = ::addressesOf,
@@ -113,9 +113,9 @@ internal class Connection private constructor(
             }
         }
 
-        private fun LinkSecurity.channel(socket: SocketChannel, receiver: ReceiverAddress): LinkChannel = when (this) {
-            is LinkSecurity.Paired -> client.open(socket, "$receiver", receiver.fingerprint)
-            is LinkSecurity.Insecure -> PlainChannel(socket)
+        private fun TransportSecurity.channel(socket: SocketChannel, receiver: ReceiverAddress) = when (this) {
+            is TransportSecurity.Paired -> client.open(socket, "$receiver", receiver.fingerprint)
+            is TransportSecurity.Insecure -> PlaintextChannel(socket)
         }
     }
 }

@@ -64,7 +64,7 @@ internal class ControlLane(private val connection: Connection) {
             try {
                 reading.await()
             } catch (e: CancellationException) {
-                connection.finishReading()
+                connection.shutdownInput()
                 throw e
             }
         }
@@ -90,7 +90,7 @@ internal class ControlLane(private val connection: Connection) {
     suspend fun finish(reason: String): Unit = speaking.withLock {
         saidBye = true
         writeNow(FrameKind.BYE, ControlJson.encode(Bye.of(reason)))
-        withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.finishWriting() } }
+        withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.shutdownOutput() } }
     }
 
     /** Tells the peer why the session ends. Best effort: the connection may be what failed. */
@@ -99,7 +99,7 @@ internal class ControlLane(private val connection: Connection) {
             withTimeoutOrNull(FAREWELL_LIMIT) {
                 write(FrameKind.ERROR, ErrorBody.of(error.code, error.message.orEmpty(), fatal = true))
                 blockingIo {
-                    connection.finishWriting()
+                    connection.shutdownOutput()
                     connection.discard()
                 }
             }

@@ -1,6 +1,6 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.link.Fingerprint
+import dev.ml2sensors.transport.Fingerprint
 
 /**
  * Where a receiver listens.

@@ -1,8 +1,8 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.FrameKind
@@ -30,7 +30,7 @@ import kotlin.time.Duration.Companion.seconds
  */
 internal class Session(
     private val receiver: ReceiverAddress,
-    private val security: LinkSecurity,
+    private val security: TransportSecurity,
     private val deviceClock: DeviceClock,
     private val hostClock: HostClock,
     private val streams: StreamControl,

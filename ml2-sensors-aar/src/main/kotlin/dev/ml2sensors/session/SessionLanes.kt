@@ -80,7 +80,7 @@ internal class SessionLanes(
         senders.values.forEach { it.cancel() }
         senders.values.joinAll()
         withTimeoutOrNull(limit) {
-            for (name in senders.keys) blockingIo { connections.getValue(name).finishWriting() }
+            for (name in senders.keys) blockingIo { connections.getValue(name).shutdownOutput() }
         }
     }
 

@@ -2,13 +2,13 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.Version
 import dev.ml2sensors.clock.HostClock
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.Session
 import dev.ml2sensors.session.toBody
 import dev.ml2sensors.session.unlessStopped
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.Status
@@ -36,14 +36,14 @@ import kotlin.time.Duration.Companion.seconds
  * stopped. One streamer is one instance in the sense of PROTOCOL.md: it is started once. All methods may be called from
  * any thread; nothing runs on the caller's.
  *
- * @param security of all connections; [LinkSecurity.Insecure] refuses eye images unless it allows them.
+ * @param security of all connections; [TransportSecurity.Insecure] refuses eye images unless it allows them.
  * @param localDefaults by stream id, what runs on the headset, for readers there, from the first attempt that finds no
  * receiver until one says what it wants; empty values are the stream's default ones.
  */
 public class Ml2Streamer(
     private val headset: Headset,
     private val receiver: Receiver,
-    private val security: LinkSecurity,
+    private val security: TransportSecurity,
     private val localDefaults: Map<String, StreamValues> = emptyMap(),
 ) {
     private val failing = CoroutineExceptionHandler { _, error -> fail(error) }

@@ -1,14 +1,14 @@
 package dev.ml2sensors.stream
 
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.transport.TransportSecurity
 
 /** This headset, without images of the wearer's eyes where [security] does not protect them. */
-internal fun Headset.sparingEyes(security: LinkSecurity): Headset =
-    if (security is LinkSecurity.Insecure && !security.allowsEyeImages) SparedEyes(this) else this
+internal fun Headset.sparingEyes(security: TransportSecurity): Headset =
+    if (security is TransportSecurity.Insecure && !security.allowsEyeImages) SparedEyes(this) else this
 
 private class SparedEyes(private val headset: Headset) : Headset by headset {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =

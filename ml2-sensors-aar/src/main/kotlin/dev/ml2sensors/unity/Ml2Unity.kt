@@ -7,10 +7,10 @@ import dev.ml2sensors.android.Ml2Sensors
 import dev.ml2sensors.android.missingPermissions
 import dev.ml2sensors.android.nsdBrowser
 import dev.ml2sensors.capture.LocalFrames
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
@@ -98,7 +98,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
         val keys = AndroidKeys.of(app)
         val isPairedOne = request.receiver.isEmpty() && !request.isInsecure
         val receiver = if (isPairedOne) keys.receiver(browser) else Receiver.parse(request.receiver, browser)
-        val security = if (request.isInsecure) LinkSecurity.Insecure() else keys.security()
+        val security = if (request.isInsecure) TransportSecurity.Insecure() else keys.security()
         stop()
         val next = UnityRun(headset, receiver, security, request)
         topics.forEach { next.open(it.name, it.type) }

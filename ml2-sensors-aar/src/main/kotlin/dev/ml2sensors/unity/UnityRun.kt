@@ -1,6 +1,5 @@
 package dev.ml2sensors.unity
 
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.StreamValues
@@ -9,12 +8,13 @@ import dev.ml2sensors.stream.StreamerState
 import dev.ml2sensors.stream.TopicPublisher
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.flow.combine
 import kotlinx.coroutines.flow.first
 import java.util.concurrent.CopyOnWriteArrayList
 
 /** From one start to its stop. Any thread. */
-internal class UnityRun(headset: Headset, receiver: Receiver, security: LinkSecurity, val request: Request) {
+internal class UnityRun(headset: Headset, receiver: Receiver, security: TransportSecurity, val request: Request) {
     /** What [Ml2Unity.start] was asked for. */
     class Request(val receiver: String, val defaults: Map<String, StreamValues>, val isInsecure: Boolean)
 

@@ -1,7 +1,7 @@
 package dev.ml2sensors.android
 
 import android.security.keystore.KeyGenParameterSpec
-import dev.ml2sensors.link.DeviceIdentity
+import dev.ml2sensors.transport.DeviceIdentity
 import java.io.File
 import java.io.InputStream
 import java.io.OutputStream

@@ -1,7 +1,6 @@
 package dev.ml2sensors.conformance
 
 import dev.ml2sensors.clock.HostClock
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.Session
@@ -15,6 +14,7 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.stream.ActiveStreams
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
 import dev.ml2sensors.wire.ProtocolException
 import kotlinx.coroutines.CompletableDeferred
@@ -88,7 +88,7 @@ class MalformedVectorTest {
         host.reach(vector.text("given"), lane)
         host.answersTime = lane != "time"
         host.play(lane, sent)
-        if (sent.size < vector.bytes.size) host.finishWriting(lane)
+        if (sent.size < vector.bytes.size) host.shutdownOutput(lane)
         val expect = vector.case.getValue("expect").jsonObject
         val code = expect["error"]?.jsonPrimitive?.content
         when {
@@ -125,7 +125,13 @@ class MalformedVectorTest {
 
     private fun startSession(host: VectorHost): Deferred<Throwable?> {
         val session =
-            Session(ReceiverAddress("127.0.0.1", host.port), LinkSecurity.Insecure(), headset.clock, hostClock, streams)
+            Session(
+                ReceiverAddress("127.0.0.1", host.port),
+                TransportSecurity.Insecure(),
+                headset.clock,
+                hostClock,
+                streams,
+            )
         val capabilities = Hello.Capabilities(streams.capabilities)
         val hello = Hello(listOf(1), "device", "instance", "Conformance", "conformance", capabilities, emptyMap())
         return scope.async { runCatching { session.run(hello, CompletableDeferred()) {} }.exceptionOrNull() }

@@ -60,7 +60,7 @@ internal class VectorHost : Closeable {
         lanes.getValue(lane).getOutputStream().write(bytes)
     }
 
-    fun finishWriting(lane: String) {
+    fun shutdownOutput(lane: String) {
         lanes.getValue(lane).shutdownOutput()
     }
 

@@ -1,10 +1,5 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.Fingerprint
-import dev.ml2sensors.link.NotPairedException
-import dev.ml2sensors.link.TestIdentity
-import dev.ml2sensors.link.TlsPeer
-import dev.ml2sensors.link.WrongReceiverException
 import dev.ml2sensors.pairing.PairingPeer.Companion.NONCE
 import dev.ml2sensors.pairing.PairingPeer.Companion.TOKEN
 import dev.ml2sensors.pairing.PairingPeer.Companion.paired
@@ -13,6 +8,11 @@ import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.transport.Fingerprint
+import dev.ml2sensors.transport.NotPairedException
+import dev.ml2sensors.transport.TestIdentity
+import dev.ml2sensors.transport.TlsPeer
+import dev.ml2sensors.transport.WrongReceiverException
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.runBlocking

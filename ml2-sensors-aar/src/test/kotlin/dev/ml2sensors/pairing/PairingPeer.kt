@@ -1,8 +1,8 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.TestIdentity
-import dev.ml2sensors.link.TlsPeer
 import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.transport.TestIdentity
+import dev.ml2sensors.transport.TlsPeer
 import java.io.Closeable
 import java.io.DataInputStream
 import java.io.IOException

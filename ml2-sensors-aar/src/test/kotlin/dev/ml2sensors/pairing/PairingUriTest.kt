@@ -1,7 +1,7 @@
 package dev.ml2sensors.pairing
 
-import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.transport.Fingerprint
 import kotlin.random.Random
 import kotlin.test.Test
 import kotlin.test.assertEquals

@@ -1,6 +1,6 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.link.LinkSecurity
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.flow.emptyFlow
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
@@ -80,14 +80,14 @@ class AddressesTest {
     fun anAddressOfIpv6IsWrittenInBrackets() {
         ServerSocket(0, 1, address("::1")).use { server ->
             val receiver = assertIs<ReceiverAddress>(Receiver.parse("[::1]:${server.localPort}") { emptyFlow() })
-            Connection.open(receiver, LinkSecurity.Insecure(), rosNowNanos = { 0 }).use {
+            Connection.open(receiver, TransportSecurity.Insecure(), rosNowNanos = { 0 }).use {
                 assertEquals(address("::1"), it.address)
             }
         }
     }
 
     private fun open(port: Int, vararg hosts: String): Connection =
-        Connection.open(ReceiverAddress("name", port), LinkSecurity.Insecure(), { 0 }) { hosts.map(::address) }
+        Connection.open(ReceiverAddress("name", port), TransportSecurity.Insecure(), { 0 }) { hosts.map(::address) }
 
     private fun address(text: String): InetAddress = InetAddress.getByName(text)
 }

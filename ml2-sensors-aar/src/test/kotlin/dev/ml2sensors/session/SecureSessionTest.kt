@@ -1,13 +1,13 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.link.DeviceIdentity
-import dev.ml2sensors.link.LinkSecurity
-import dev.ml2sensors.link.NotPairedException
-import dev.ml2sensors.link.TestIdentity
-import dev.ml2sensors.link.TlsClient
-import dev.ml2sensors.link.TlsPeer
-import dev.ml2sensors.link.TlsProvider
-import dev.ml2sensors.link.WrongReceiverException
+import dev.ml2sensors.transport.DeviceIdentity
+import dev.ml2sensors.transport.NotPairedException
+import dev.ml2sensors.transport.TestIdentity
+import dev.ml2sensors.transport.TlsClient
+import dev.ml2sensors.transport.TlsPeer
+import dev.ml2sensors.transport.TlsProvider
+import dev.ml2sensors.transport.TransportSecurity
+import dev.ml2sensors.transport.WrongReceiverException
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
@@ -64,8 +64,8 @@ class SecureSessionTest(private val provider: TlsProvider) {
         assertIs<WrongReceiverException>(fixture.outcome(outcome))
     }
 
-    private fun paired(identity: DeviceIdentity): LinkSecurity {
+    private fun paired(identity: DeviceIdentity): TransportSecurity {
         val receivers = setOf(TestIdentity.receiver.fingerprint, TestIdentity.other.fingerprint)
-        return LinkSecurity.Paired { TlsClient(identity, receivers, provider.newInstance()) }
+        return TransportSecurity.Paired { TlsClient(identity, receivers, provider.newInstance()) }
     }
 }

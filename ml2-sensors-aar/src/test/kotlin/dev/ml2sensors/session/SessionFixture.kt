@@ -1,8 +1,8 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.source.DeviceClock
+import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.Hello
 import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
@@ -30,7 +30,7 @@ internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSo
     /** Runs a session; its outcome is why it failed, null when it ended in order. */
     fun run(
         receiver: ReceiverAddress = host.address,
-        security: LinkSecurity = LinkSecurity.Insecure(),
+        security: TransportSecurity = TransportSecurity.Insecure(),
         resolve: (String) -> List<InetAddress> = ::addressesOf,
     ): Deferred<Throwable?> {
         val session = Session(receiver, security, DeviceClock(System::nanoTime), clock, streams, resolve)

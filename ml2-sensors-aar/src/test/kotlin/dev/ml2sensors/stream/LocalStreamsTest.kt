@@ -1,6 +1,5 @@
 package dev.ml2sensors.stream
 
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.source.Answer
@@ -10,6 +9,7 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.flow.flow
@@ -92,7 +92,7 @@ class LocalStreamsTest {
             }
         }
         val wanted = listOf("world_left", "world_right").associateWith { StreamValues() }
-        streamer = Ml2Streamer(unplugged, nowhere, LinkSecurity.Insecure(), wanted)
+        streamer = Ml2Streamer(unplugged, nowhere, TransportSecurity.Insecure(), wanted)
         streamer.start()
         headset.deliver(StreamTable.worldRight, headset.image(1))
         withTimeout(StreamFixture.LIMIT) { failure() }
@@ -103,7 +103,7 @@ class LocalStreamsTest {
     fun whatAReceiverWantsReplacesThem() = runBlocking<Unit> {
         ScriptedHost().use { host ->
             val defaults = mapOf("world_left" to StreamValues())
-            val streamer = Ml2Streamer(headset, host.address, LinkSecurity.Insecure(), defaults)
+            val streamer = Ml2Streamer(headset, host.address, TransportSecurity.Insecure(), defaults)
             streamer.start()
             host.awaitHello().close()
             assertTrue(headset.deliver(StreamTable.worldLeft, headset.image(1)))
@@ -125,7 +125,7 @@ class LocalStreamsTest {
     private fun now() = headset.clock.nowNanos()
 
     private fun withStreamer(vararg ids: String, test: suspend (Ml2Streamer) -> Unit) = runBlocking<Unit> {
-        val streamer = Ml2Streamer(headset, nowhere, LinkSecurity.Insecure(), ids.associateWith { StreamValues() })
+        val streamer = Ml2Streamer(headset, nowhere, TransportSecurity.Insecure(), ids.associateWith { StreamValues() })
         try {
             streamer.start()
             test(streamer)

@@ -1,11 +1,11 @@
 package dev.ml2sensors.stream
 
 import app.cash.turbine.test
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.async
 import kotlinx.coroutines.cancelAndJoin
@@ -113,7 +113,8 @@ class Ml2StreamerTest {
 
     @Test
     fun aReceiverWithoutAnAddressIsWaitedFor() = runBlocking<Unit> {
-        val streamer = Ml2Streamer(fixture.headset, ReceiverAddress("no-such-host.invalid", 1), LinkSecurity.Insecure())
+        val streamer =
+            Ml2Streamer(fixture.headset, ReceiverAddress("no-such-host.invalid", 1), TransportSecurity.Insecure())
         streamer.start()
         val state = withTimeout(StreamFixture.LIMIT) {
             streamer.state.first { it is StreamerState.Connecting && it.reason != null }
@@ -152,7 +153,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aStopBeforeTheStartIsAnEndToo() = runBlocking<Unit> {
-        val streamer = Ml2Streamer(fixture.headset, fixture.host.address, LinkSecurity.Insecure())
+        val streamer = Ml2Streamer(fixture.headset, fixture.host.address, TransportSecurity.Insecure())
         withTimeout(StreamFixture.LIMIT) { streamer.stop("never mind") }
         assertEquals(StreamerState.Ended("never mind"), streamer.state.value)
     }

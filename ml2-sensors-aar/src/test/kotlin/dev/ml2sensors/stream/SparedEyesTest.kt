@@ -1,10 +1,10 @@
 package dev.ml2sensors.stream
 
-import dev.ml2sensors.link.LinkSecurity
-import dev.ml2sensors.link.TestIdentity
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TestIdentity
+import dev.ml2sensors.transport.TransportSecurity
 import kotlin.test.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
@@ -15,7 +15,7 @@ class SparedEyesTest {
 
     @Test
     fun imagesOfEyesAreRefusedInPlaintextAndNothingElseIs() {
-        val spared = headset.sparingEyes(LinkSecurity.Insecure())
+        val spared = headset.sparingEyes(TransportSecurity.Insecure())
         assertEquals(4, eyeImages.size)
         for (stream in eyeImages) {
             val answer = assertIs<Answer.Refused>(spared.negotiate(stream, StreamValues()))
@@ -29,8 +29,8 @@ class SparedEyesTest {
 
     @Test
     fun theyAreSentWhereTheyAreProtectedOrAllowed() {
-        val paired = LinkSecurity.Paired(TestIdentity.device, emptySet())
-        for (security in listOf(paired, LinkSecurity.Insecure(allowsEyeImages = true))) {
+        val paired = TransportSecurity.Paired(TestIdentity.device, emptySet())
+        for (security in listOf(paired, TransportSecurity.Insecure(allowsEyeImages = true))) {
             assertEquals(headset, headset.sparingEyes(security))
         }
     }

@@ -1,11 +1,11 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.cdr.Cdr
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
 import kotlinx.serialization.ExperimentalSerializationApi
@@ -24,7 +24,7 @@ internal class StreamFixture(
 ) : Closeable {
     val host = ScriptedHost(receiveBufferBytes)
     val headset = FakeHeadset(timeline)
-    val streamer = Ml2Streamer(headset, host.address, LinkSecurity.Insecure(allowsEyeImages = true))
+    val streamer = Ml2Streamer(headset, host.address, TransportSecurity.Insecure(allowsEyeImages = true))
 
     /** Present device time. */
     val now: Long get() = headset.clock.nowNanos()

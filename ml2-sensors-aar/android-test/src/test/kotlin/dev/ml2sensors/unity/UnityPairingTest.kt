@@ -6,13 +6,13 @@ import android.util.Log
 import dev.ml2sensors.android.AndroidKeys
 import dev.ml2sensors.android.FakeKeystore
 import dev.ml2sensors.android.FakeNsdManager
-import dev.ml2sensors.link.TestIdentity
-import dev.ml2sensors.link.TlsPeer
 import dev.ml2sensors.pairing.PairedReceiver
 import dev.ml2sensors.pairing.PairingPeer
 import dev.ml2sensors.pairing.ReceiverStore
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.transport.TestIdentity
+import dev.ml2sensors.transport.TlsPeer
 import dev.ml2sensors.unity.UnityProbe.Companion.pairing
 import dev.ml2sensors.unity.UnityProbe.Companion.state
 import dev.ml2sensors.unity.UnityProbe.Companion.streams

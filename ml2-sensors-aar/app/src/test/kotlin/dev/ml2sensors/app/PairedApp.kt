@@ -2,10 +2,10 @@ package dev.ml2sensors.app
 
 import android.content.pm.PackageManager
 import dev.ml2sensors.android.FakeKeystore
-import dev.ml2sensors.link.TestIdentity
-import dev.ml2sensors.link.TlsPeer
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.transport.TestIdentity
+import dev.ml2sensors.transport.TlsPeer
 import kotlinx.coroutines.runBlocking
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf

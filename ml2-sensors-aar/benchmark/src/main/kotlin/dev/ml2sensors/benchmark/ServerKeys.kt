@@ -1,8 +1,8 @@
 package dev.ml2sensors.benchmark
 
-import dev.ml2sensors.link.Fingerprint
-import dev.ml2sensors.link.LinkChannel
-import dev.ml2sensors.link.TlsClient
+import dev.ml2sensors.transport.Fingerprint
+import dev.ml2sensors.transport.TlsClient
+import dev.ml2sensors.transport.TransportChannel
 import java.nio.file.Path
 import java.security.KeyStore
 import java.security.cert.X509Certificate
@@ -23,7 +23,7 @@ internal class ServerKeys {
     val fingerprint: Fingerprint = Fingerprint.of(store.getCertificate(ALIAS) as X509Certificate)
 
     /** Has [client] and the peer of [sink] agree on keys. */
-    fun secure(sink: LoopbackSink, client: TlsClient): LinkChannel {
+    fun secure(sink: LoopbackSink, client: TlsClient): TransportChannel {
         val peer = thread {
             val socket = sink.peer.socket()
             val server = context.socketFactory.createSocket(socket, "localhost", socket.port, false) as SSLSocket

@@ -1,9 +1,9 @@
 package dev.ml2sensors.benchmark
 
 import com.sun.management.ThreadMXBean
-import dev.ml2sensors.link.LinkChannel
-import dev.ml2sensors.link.PlainChannel
-import dev.ml2sensors.link.TlsClient
+import dev.ml2sensors.transport.PlaintextChannel
+import dev.ml2sensors.transport.TlsClient
+import dev.ml2sensors.transport.TransportChannel
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameWriter
 import kotlinx.serialization.json.JsonObjectBuilder
@@ -16,12 +16,12 @@ import java.nio.ByteBuffer
 
 /**
  * Writes a raw world camera image to a loopback socket in plaintext and by TLS, in turns; what goes out of it is read
- * and not deciphered, so the sender alone is measured. The median round goes as JSON to the file named by the argument.
+ * and not decrypted, so the sender alone is measured. The median round goes as JSON to the file named by the argument.
  */
 public fun main(args: Array<String>) {
     val keys = ServerKeys()
-    val ways = mapOf<String, (LoopbackSink) -> LinkChannel>(
-        "plaintext" to { PlainChannel(it.channel) },
+    val ways = mapOf<String, (LoopbackSink) -> TransportChannel>(
+        "plaintext" to { PlaintextChannel(it.channel) },
         "tls" to { keys.secure(it, TlsClient(null, setOf(keys.fingerprint))) },
         "tls_android" to { keys.secure(it, TlsClient(null, setOf(keys.fingerprint), Conscrypt.newProvider())) },
     )
@@ -45,7 +45,7 @@ private val threads = ManagementFactory.getThreadMXBean() as ThreadMXBean
 
 private class Measured(val framesPerSecond: Double, val cpuMicros: Double, val allocatedBytes: Double)
 
-private fun measure(open: (LoopbackSink) -> LinkChannel): Measured = LoopbackSink(isRead = false).use { sink ->
+private fun measure(open: (LoopbackSink) -> TransportChannel): Measured = LoopbackSink(isRead = false).use { sink ->
     val channel = open(sink)
     sink.drain()
     val writer = FrameWriter(channel) { System.nanoTime() }

@@ -8,18 +8,18 @@ import com.github.ajalt.clikt.parameters.options.convert
 import com.github.ajalt.clikt.parameters.options.default
 import com.github.ajalt.clikt.parameters.options.flag
 import com.github.ajalt.clikt.parameters.options.option
-import dev.ml2sensors.link.LinkSecurity
 import dev.ml2sensors.pairing.DeviceKeys
 import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.simulator.keys.KeyFolder
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.runBlocking
 import java.io.IOException
 import kotlin.io.path.Path
 
 /** Which receiver, and how the way there is protected. */
-internal class Link(val receiver: Receiver, val security: LinkSecurity)
+internal class Link(val receiver: Receiver, val security: TransportSecurity)
 
 /** The options that say so. */
 internal class LinkOptions : OptionGroup() {
@@ -48,7 +48,10 @@ internal class LinkOptions : OptionGroup() {
         if (insecureEyeImages && !insecure) throw UsageError("--insecure-eye-images needs --insecure")
         if (insecure) {
             warn("WARNING: --insecure: nothing is encrypted, and anybody can pretend to be the receiver")
-            return Link(receiver ?: Receiver.discover(MulticastBrowser()), LinkSecurity.Insecure(insecureEyeImages))
+            return Link(
+                receiver ?: Receiver.discover(MulticastBrowser()),
+                TransportSecurity.Insecure(insecureEyeImages),
+            )
         }
         val keys = openKeys()
         val paired = failing(EXIT_USAGE) { keys.receivers }

@@ -1,8 +1,8 @@
 package dev.ml2sensors.simulator
 
-import dev.ml2sensors.link.Fingerprint
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.session.ReceiverBrowser
+import dev.ml2sensors.transport.Fingerprint
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.channels.awaitClose
 import kotlinx.coroutines.flow.Flow

@@ -1,7 +1,7 @@
 package dev.ml2sensors.simulator.keys
 
-import dev.ml2sensors.link.DeviceIdentity
 import dev.ml2sensors.pairing.DeviceKeys
+import dev.ml2sensors.transport.DeviceIdentity
 import java.io.IOException
 import java.nio.file.FileSystemException
 import java.nio.file.Files

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.io.EOFException
 import java.io.IOException
@@ -11,7 +11,7 @@ import javax.net.ssl.SSLEngineResult.Status
 import javax.net.ssl.SSLException
 
 /**
- * TLS over a blocking [socket]. What is written is enciphered from the caller's memory into a buffer that goes to the
+ * TLS over a blocking [socket]. What is written is encrypted from the caller's memory into a buffer that goes to the
  * kernel, several records at a time; there is no other copy.
  *
  * The end of the stream without a close_notify is an end like any other: frames and BYE tell whether something is missing.
@@ -22,28 +22,28 @@ internal class TlsChannel(
     private val socket: SocketChannel,
     private val engine: SSLEngine,
     private val receiver: String,
-) : LinkChannel {
+) : TransportChannel {
     private val reading = Any()
     private val writing = Any()
 
-    // Guarded by reading: what came from the socket, what of it was deciphered; both ready to be read.
-    private var arrived: ByteBuffer? = BufferStock.take().limit(0)
-    private var plain: ByteBuffer? = BufferStock.take().limit(0)
+    // Guarded by reading: what came from the socket, what of it was decrypted; both ready to be read.
+    private var incoming: ByteBuffer? = DirectBufferPool.acquire().limit(0)
+    private var decrypted: ByteBuffer? = DirectBufferPool.acquire().limit(0)
 
     /** Guarded by writing: what goes to the socket. */
-    private var leaving: ByteBuffer? = BufferStock.take()
+    private var outgoing: ByteBuffer? = DirectBufferPool.acquire()
 
     /** False as long as a refusal of our certificate can still come: TLS 1.3 tells it after the handshake. */
-    private var hasHeard = false
+    private var hasReceived = false
 
-    /** Android's engine deciphers nothing after our close_notify: what still comes is passed over, to its end. */
+    /** Android's engine decrypts nothing after our close_notify: what still comes is passed over, to its end. */
     @Volatile
-    private var hasFinished = false
+    private var isOutputShutDown = false
 
     private val empty = ByteBuffer.allocate(0)
 
     /**
-     * @throws LinkException when the peer speaks no TLS.
+     * @throws TransportException when the peer speaks no TLS.
      * @throws SSLException when the handshake fails; the peer is told why.
      */
     fun handshake() {
@@ -51,34 +51,34 @@ internal class TlsChannel(
             engine.beginHandshake()
             while (true) {
                 when (engine.handshakeStatus) {
-                    HandshakeStatus.NEED_WRAP -> wrapNothing()
+                    HandshakeStatus.NEED_WRAP -> wrapEmpty()
                     HandshakeStatus.NEED_TASK -> runTasks()
                     HandshakeStatus.FINISHED, HandshakeStatus.NOT_HANDSHAKING -> return
-                    else -> synchronized(reading) { shake() }
+                    else -> synchronized(reading) { handshakeStep() }
                 }
             }
         } catch (e: SSLException) {
-            tellWhy(e)
+            sendAlert(e)
             throw e
         }
     }
 
-    private fun shake() {
-        val result = engine.unwrap(open(arrived), open(plain).clear())
-        plain?.flip()
+    private fun handshakeStep() {
+        val result = engine.unwrap(requireOpen(incoming), requireOpen(decrypted).clear())
+        decrypted?.flip()
         val hasEnded = if (result.status == Status.BUFFER_UNDERFLOW) !receive() else result.status == Status.CLOSED
         if (hasEnded) {
             throw EOFException("the receiver at $receiver closed the connection in the handshake of TLS")
         }
-        val next = open(arrived)
+        val next = requireOpen(incoming)
         val isRecord = !next.hasRemaining() || next.get(next.position()) in TLS_RECORDS
         if (!isRecord) throw PlaintextReceiverException(receiver)
     }
 
     override fun read(target: ByteBuffer): Int = synchronized(reading) {
         if (!target.hasRemaining()) return 0
-        while (!open(plain).hasRemaining()) if (!decipher()) return -1
-        val source = open(plain)
+        while (!requireOpen(decrypted).hasRemaining()) if (!decrypt()) return -1
+        val source = requireOpen(decrypted)
         val count = minOf(source.remaining(), target.remaining())
         val limit = source.limit()
         target.put(source.limit(source.position() + count))
@@ -87,36 +87,36 @@ internal class TlsChannel(
     }
 
     /** Advances by a record or by what arrives; false at the end of the stream. */
-    private fun decipher(): Boolean {
+    private fun decrypt(): Boolean {
         val result = try {
-            engine.unwrap(open(arrived), open(plain).clear())
+            engine.unwrap(requireOpen(incoming), requireOpen(decrypted).clear())
         } catch (e: SSLException) {
-            if (!hasHeard) throw NotPairedException("the receiver at $receiver", e)
+            if (!hasReceived) throw NotPairedException("the receiver at $receiver", e)
             throw TlsException(receiver, e.message ?: e.javaClass.simpleName, e)
         } finally {
-            plain?.flip()
+            decrypted?.flip()
         }
-        if (open(plain).hasRemaining()) hasHeard = true
+        if (requireOpen(decrypted).hasRemaining()) hasReceived = true
         when (result.handshakeStatus) {
             HandshakeStatus.NEED_TASK -> runTasks()
-            HandshakeStatus.NEED_WRAP -> wrapNothing()
+            HandshakeStatus.NEED_WRAP -> wrapEmpty()
             else -> Unit
         }
         return when (result.status) {
             Status.BUFFER_UNDERFLOW -> receive()
-            Status.CLOSED -> open(plain).hasRemaining() || (hasFinished && passOver())
-            Status.BUFFER_OVERFLOW -> error("a TLS record of more than ${BufferStock.BUFFER_BYTES} bytes")
+            Status.CLOSED -> requireOpen(decrypted).hasRemaining() || (isOutputShutDown && discardInput())
+            Status.BUFFER_OVERFLOW -> error("a TLS record of more than ${DirectBufferPool.BUFFER_BYTES} bytes")
             else -> true
         }
     }
 
-    private fun passOver(): Boolean {
-        open(arrived).run { position(limit()) }
+    private fun discardInput(): Boolean {
+        requireOpen(incoming).run { position(limit()) }
         return receive()
     }
 
     private fun receive(): Boolean {
-        val buffer = open(arrived).compact()
+        val buffer = requireOpen(incoming).compact()
         try {
             return socket.read(buffer) >= 0
         } finally {
@@ -126,13 +126,13 @@ internal class TlsChannel(
 
     override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long = synchronized(writing) {
         var count = 0L
-        while (hasRemaining(sources, offset, length)) count += encipher(sources, offset, length)
+        while (hasRemaining(sources, offset, length)) count += encrypt(sources, offset, length)
         count
     }
 
     /** As many records as fit the buffer. */
-    private fun encipher(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long {
-        val target = open(leaving).clear()
+    private fun encrypt(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long {
+        val target = requireOpen(outgoing).clear()
         var count = 0L
         do {
             val result = engine.wrap(sources, offset, length, target)
@@ -152,14 +152,14 @@ internal class TlsChannel(
 
     override fun write(source: ByteBuffer): Int = write(arrayOf(source), 0, 1).toInt()
 
-    private fun wrapNothing() = synchronized(writing) {
-        engine.wrap(empty, open(leaving).clear())
+    private fun wrapEmpty() = synchronized(writing) {
+        engine.wrap(empty, requireOpen(outgoing).clear())
         send()
     }
 
     private fun send() {
-        val ciphered = open(leaving).flip()
-        while (ciphered.hasRemaining()) socket.write(ciphered)
+        val encrypted = requireOpen(outgoing).flip()
+        while (encrypted.hasRemaining()) socket.write(encrypted)
     }
 
     private fun runTasks() {
@@ -167,24 +167,24 @@ internal class TlsChannel(
     }
 
     /** Sends the alert that the engine has for [failure]. */
-    private fun tellWhy(failure: SSLException) {
+    private fun sendAlert(failure: SSLException) {
         try {
-            while (engine.handshakeStatus == HandshakeStatus.NEED_WRAP && !engine.isOutboundDone) wrapNothing()
+            while (engine.handshakeStatus == HandshakeStatus.NEED_WRAP && !engine.isOutboundDone) wrapEmpty()
         } catch (e: IOException) {
             failure.addSuppressed(e)
         }
     }
 
-    override fun finishReading() {
+    override fun shutdownInput() {
         if (socket.isOpen) socket.shutdownInput()
     }
 
-    override fun finishWriting() {
+    override fun shutdownOutput() {
         synchronized(writing) {
             if (!socket.isOpen) return
-            hasFinished = true
+            isOutputShutDown = true
             engine.closeOutbound()
-            while (!engine.isOutboundDone) wrapNothing()
+            while (!engine.isOutboundDone) wrapEmpty()
             socket.shutdownOutput()
         }
     }
@@ -195,18 +195,18 @@ internal class TlsChannel(
     override fun close() {
         socket.close()
         synchronized(reading) {
-            arrived?.let(BufferStock::giveBack)
-            plain?.let(BufferStock::giveBack)
-            arrived = null
-            plain = null
+            incoming?.let(DirectBufferPool::release)
+            decrypted?.let(DirectBufferPool::release)
+            incoming = null
+            decrypted = null
         }
         synchronized(writing) {
-            leaving?.let(BufferStock::giveBack)
-            leaving = null
+            outgoing?.let(DirectBufferPool::release)
+            outgoing = null
         }
     }
 
-    private fun open(buffer: ByteBuffer?): ByteBuffer = buffer ?: throw ClosedChannelException()
+    private fun requireOpen(buffer: ByteBuffer?): ByteBuffer = buffer ?: throw ClosedChannelException()
 
     private companion object {
         /** Content types of RFC 8446, B.1. */

@@ -1,16 +1,16 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.io.IOException
 
 /** How connections to receivers are protected. */
-public sealed interface LinkSecurity {
+public sealed interface TransportSecurity {
     /**
      * TLS 1.3 as one device, and only with the receivers it is paired with.
      *
      * @param makeClient is called by the first connection, on its thread; when it fails with an [IOException], so does
      * the connection, and the next calls it again.
      */
-    public class Paired internal constructor(makeClient: () -> TlsClient) : LinkSecurity {
+    public class Paired internal constructor(makeClient: () -> TlsClient) : TransportSecurity {
         /** As the device [identity], with a receiver whose certificate is one of [receivers]. */
         public constructor(identity: DeviceIdentity, receivers: Set<Fingerprint>) :
             this({ TlsClient(identity, receivers) })
@@ -23,5 +23,5 @@ public sealed interface LinkSecurity {
      *
      * @property allowsEyeImages whether images of the wearer's eyes, which are biometric, are sent all the same.
      */
-    public class Insecure(public val allowsEyeImages: Boolean = false) : LinkSecurity
+    public class Insecure(public val allowsEyeImages: Boolean = false) : TransportSecurity
 }

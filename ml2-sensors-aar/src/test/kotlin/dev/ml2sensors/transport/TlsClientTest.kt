@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import dev.ml2sensors.session.HostFrame
 import org.junit.jupiter.api.Timeout
@@ -143,7 +143,7 @@ class TlsClientTest(private val provider: TlsProvider) {
     private fun client(vararg pinned: Fingerprint) =
         TlsClient(TestIdentity.device, pinned.toSet(), provider.newInstance())
 
-    private fun open(client: TlsClient, port: Int, expected: Fingerprint? = null): LinkChannel {
+    private fun open(client: TlsClient, port: Int, expected: Fingerprint? = null): TransportChannel {
         val address = InetSocketAddress(InetAddress.getLoopbackAddress(), port)
         return client.open(SocketChannel.open(address), "desk:1", expected)
     }

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.net.InetSocketAddress
 import java.nio.channels.SocketChannel
@@ -30,9 +30,9 @@ internal class TlsClient(
      *
      * @param receiver where that is, for people.
      * @param expected the one of the pinned certificates it must have; null for any of them.
-     * @throws LinkException when this is not such a receiver.
+     * @throws TransportException when this is not such a receiver.
      */
-    fun open(socket: SocketChannel, receiver: String, expected: Fingerprint? = null): LinkChannel {
+    fun open(socket: SocketChannel, receiver: String, expected: Fingerprint? = null): TransportChannel {
         if (pinned.isEmpty()) throw NotPairedException("any receiver")
         val engine = engine(socket.remoteAddress as InetSocketAddress)
         val channel = TlsChannel(socket, engine, receiver)
@@ -68,7 +68,7 @@ internal class TlsClient(
         }
     }
 
-    private fun explained(failure: SSLException, receiver: String): LinkException {
+    private fun explained(failure: SSLException, receiver: String): TransportException {
         val causes = generateSequence<Throwable>(failure) { it.cause }
         val unpinned = causes.filterIsInstance<UnpinnedException>().firstOrNull()
         return if (unpinned == null) {

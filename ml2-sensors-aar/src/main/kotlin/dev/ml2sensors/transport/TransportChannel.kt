@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
@@ -6,18 +6,18 @@ import java.nio.channels.ReadableByteChannel
 import java.nio.channels.SocketChannel
 
 /** A blocking connection: one thread reads, any may write, also at once. Interrupts close it. */
-internal interface LinkChannel :
+internal interface TransportChannel :
     GatheringByteChannel,
     ReadableByteChannel {
     /** Ends the input, so that a thread that waits for some finds the end of the stream. */
-    fun finishReading()
+    fun shutdownInput()
 
     /** Tells the peer that nothing more will come. */
-    fun finishWriting()
+    fun shutdownOutput()
 }
 
 /** A connection as it is. */
-internal class PlainChannel(private val socket: SocketChannel) : LinkChannel {
+internal class PlaintextChannel(private val socket: SocketChannel) : TransportChannel {
     override fun read(target: ByteBuffer): Int = socket.read(target)
 
     override fun write(source: ByteBuffer): Int = socket.write(source)
@@ -27,11 +27,11 @@ internal class PlainChannel(private val socket: SocketChannel) : LinkChannel {
     override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long =
         socket.write(sources, offset, length)
 
-    override fun finishReading() {
+    override fun shutdownInput() {
         if (socket.isOpen) socket.shutdownInput()
     }
 
-    override fun finishWriting() {
+    override fun shutdownOutput() {
         if (socket.isOpen) socket.shutdownOutput()
     }
 

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.nio.file.Files
 import java.nio.file.Path

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.security.MessageDigest
 import java.security.cert.X509Certificate

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.io.IOException
 import java.security.GeneralSecurityException

@@ -1,9 +1,9 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.nio.ByteBuffer
 
 /** Direct buffers that outlive connections, since only a garbage collection frees one. */
-internal object BufferStock {
+internal object DirectBufferPool {
     /** Three TLS records of the largest size, and a fourth of most. */
     const val BUFFER_BYTES: Int = 64 * 1024
 
@@ -11,8 +11,8 @@ internal object BufferStock {
 
     /** Empty, to be given back by who no longer uses it. */
     @Synchronized
-    fun take(): ByteBuffer = free.removeLastOrNull()?.also { it.clear() } ?: ByteBuffer.allocateDirect(BUFFER_BYTES)
+    fun acquire(): ByteBuffer = free.removeLastOrNull()?.also { it.clear() } ?: ByteBuffer.allocateDirect(BUFFER_BYTES)
 
     @Synchronized
-    fun giveBack(buffer: ByteBuffer): Unit = free.addLast(buffer)
+    fun release(buffer: ByteBuffer): Unit = free.addLast(buffer)
 }

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.params.ParameterizedClass
@@ -56,7 +56,7 @@ class TlsChannelTest(private val provider: TlsProvider) {
                     assertEquals(size.toLong(), channel.write(arrayOf(head, tail)))
                     assertFalse(head.hasRemaining() || tail.hasRemaining())
                 }
-                channel.finishWriting()
+                channel.shutdownOutput()
                 assertNull(peer.awaitOutcome())
             }
         }
@@ -111,7 +111,7 @@ class TlsChannelTest(private val provider: TlsProvider) {
                 }
                 val found = read(channel, bytes.size)
                 writing.join()
-                channel.finishWriting()
+                channel.shutdownOutput()
                 assertNull(peer.awaitOutcome())
                 assertNull(sent)
                 assertContentEquals(digest(bytes), digest(found))
@@ -144,8 +144,8 @@ class TlsChannelTest(private val provider: TlsProvider) {
         }.use { peer ->
             open(peer).use { channel ->
                 channel.write(direct(byteArrayOf(1, 2)))
-                channel.finishWriting()
-                channel.finishWriting()
+                channel.shutdownOutput()
+                channel.shutdownOutput()
                 val heard = readAll(channel, Random(8))
                 assertNull(peer.awaitOutcome(), "it was not cut off")
                 if (provider == TlsProvider.JVM) assertContentEquals(byteArrayOf(3, 4), heard)
@@ -163,7 +163,7 @@ class TlsChannelTest(private val provider: TlsProvider) {
             Relay(peer.port, pieceBytes = 100_000).use { relay ->
                 open(relay.port).use { channel ->
                     assertContentEquals(byteArrayOf(1), read(channel, 1))
-                    channel.finishReading()
+                    channel.shutdownInput()
                     assertEquals(-1, channel.read(ByteBuffer.allocate(1)))
                     isConnected.countDown()
                 }
@@ -205,15 +205,15 @@ class TlsChannelTest(private val provider: TlsProvider) {
             reading.join()
             assertIs<IOException>(failure)
             assertFailsWith<IOException> { channel.write(direct(byteArrayOf(1))) }
-            val taken = List(64) { BufferStock.take() }
+            val taken = List(64) { DirectBufferPool.acquire() }
             assertEquals(taken.size, taken.map { System.identityHashCode(it) }.toSet().size, "a buffer was lent twice")
-            taken.forEach(BufferStock::giveBack)
+            taken.forEach(DirectBufferPool::release)
         }
     }
 
     private fun open(peer: TlsPeer) = open(peer.port)
 
-    private fun open(port: Int): LinkChannel =
+    private fun open(port: Int): TransportChannel =
         client.open(SocketChannel.open(InetSocketAddress(InetAddress.getLoopbackAddress(), port)), "here:$port")
 
     private fun digest(bytes: ByteArray) = MessageDigest.getInstance("SHA-256").digest(bytes)
@@ -231,14 +231,14 @@ class TlsChannelTest(private val provider: TlsProvider) {
     private fun direct(bytes: ByteArray, offset: Int = 0, count: Int = bytes.size): ByteBuffer =
         ByteBuffer.allocateDirect(count + 7).position(7).put(bytes, offset, count).flip().position(7)
 
-    private fun read(channel: LinkChannel, count: Int): ByteArray {
+    private fun read(channel: TransportChannel, count: Int): ByteArray {
         val target = ByteBuffer.allocate(count)
         while (target.hasRemaining()) check(channel.read(target) >= 0) { "the stream has ended" }
         return target.array()
     }
 
     /** In reads of random sizes, until the end. */
-    private fun readAll(channel: LinkChannel, random: Random): ByteArray {
+    private fun readAll(channel: TransportChannel, random: Random): ByteArray {
         val whole = ByteArrayOutputStream()
         while (true) {
             val target = ByteBuffer.allocate(random.nextInt(1, 30_000))

@@ -1,4 +1,4 @@
-package dev.ml2sensors.link
+package dev.ml2sensors.transport
 
 import java.net.Socket
 import java.security.cert.CertificateException
