@@ -12,11 +12,27 @@ _INDENT = " " * 4
 
 
 @dataclass(frozen=True)
+class Named:
+    """An argument with its name."""
+
+    name: str
+    value: "Call | str"
+
+    def on_one_line(self) -> str:
+        return f"{self.name} = {_on_one_line(self.value)}"
+
+    def render(self, indent: str) -> str:
+        if len(indent) + len(self.on_one_line()) < _MAX_LINE:
+            return self.on_one_line()
+        return f"{self.name} = {_render(self.value, indent)}"
+
+
+@dataclass(frozen=True)
 class Call:
     """A call expression; its arguments stand in lines of their own where one is too short."""
 
     name: str
-    arguments: "tuple[Call | str, ...]"
+    arguments: "tuple[Call | Named | str, ...]"
 
     def on_one_line(self) -> str:
         return f"{self.name}({', '.join(_on_one_line(argument) for argument in self.arguments)})"
@@ -44,49 +60,52 @@ public object StreamTable {{
     /** The body frame of the headset. */
     public const val HEAD_FRAME: String = {_text(table.head_frame)}
 
-    /** Everything that is small. */
+    /** The queue of the lane of all small messages. */
     internal val sensorsLane: QueueSpec = QueueSpec({table.lanes["sensors"].queue_frames})
 
-    /** One per image stream. */
+    /** The queue of each lane of images; every image stream has its own. */
     internal val imageLane: QueueSpec = QueueSpec({table.lanes["image"].queue_frames})
 
 {"\n\n".join(properties)}
 
-    /** Of the topics of [{_camel(custom.stream)}]. */
+    /** The rules for topics of [{_camel(custom.stream)}]. */
     internal val customTopics: CustomTopicsSpec =
         {_custom(custom)}
 
-    /** In the order of the file. */
+    /** All streams, in the order of the file. */
     public val all: List<StreamSpec> =
         {names}
 
-    /** Null where the table has no such stream. */
+    /** Returns the stream with this [id], or null if there is none. */
     public fun byId(id: String): StreamSpec? = all.firstOrNull {{ it.id == id }}
 }}
 """
 
 
 def _custom(custom: CustomTopics) -> str:
-    texts = map(_text, (custom.role, custom.lane, custom.qos))
-    return Call("CustomTopicsSpec", (*texts, str(custom.max_topics))).on_one_line()
+    return _call(
+        "CustomTopicsSpec",
+        role=_text(custom.role),
+        lane=_text(custom.lane),
+        qos=_text(custom.qos),
+        maxTopics=str(custom.max_topics),
+    ).on_one_line()
 
 
 def _property(table: StreamTable, stream: Stream) -> str:
     section = table.sections[stream.section]
     encodings = [topic.encoding for topic in stream.topics if topic.role == "image"]
-    spec = Call(
+    spec = _call(
         "StreamSpec",
-        (
-            _text(stream.id),
-            _text(stream.section),
-            _list(_topic(topic) for topic in stream.topics),
-            _text(stream.frame),
-            _text(stream.body_frame),
-            _text(encodings[0] if encodings else None),
-            _list(map(_text, section.permissions)),
-            _list(map(_text, stream.backends)),
-            _list(map(_mode, section.modes)),
-        ),
+        id=_text(stream.id),
+        section=_text(stream.section),
+        topics=_list(_topic(topic) for topic in stream.topics),
+        frameId=_text(stream.frame),
+        bodyFrameId=_text(stream.body_frame),
+        encoding=_text(encodings[0] if encodings else None),
+        permissions=_list(map(_text, section.permissions)),
+        backends=_list(map(_text, stream.backends)),
+        modes=_list(map(_mode, section.modes)),
     )
     declaration = f"{_INDENT}public val {_camel(stream.id)}: StreamSpec ="
     doc = f"{_INDENT}/** {stream_summary(table, stream)} */"
@@ -96,21 +115,39 @@ def _property(table: StreamTable, stream: Stream) -> str:
 def _topic(topic: Topic) -> Call:
     own_encoding = None if topic.role == "image" else topic.encoding
     when = topic.when and f"{topic.when.key}={_literal(topic.when.value)}"
-    fields = (topic.role, topic.name, topic.type, topic.lane, topic.qos, own_encoding, when)
-    return Call("TopicSpec", tuple(map(_text, fields)))
+    return _call(
+        "TopicSpec",
+        role=_text(topic.role),
+        name=_text(topic.name),
+        type=_text(topic.type),
+        lane=_text(topic.lane),
+        qos=_text(topic.qos),
+        encoding=_text(own_encoding),
+        condition=_text(when),
+    )
 
 
 def _mode(mode: Mode) -> Call:
-    return Call(
+    return _call(
         "Mode",
-        (
-            str(mode.stream),
-            _list(map(_text, mode.formats)),
-            _list(map(str, mode.rates)),
-            _list(f"{width} to {height}" for width, height in mode.resolutions),
-            Call("mapOf", tuple(f"{rate} to {actual}" for rate, actual in mode.delivers.items())),
-        ),
+        stream=str(mode.stream),
+        formats=_list(map(_text, mode.formats)),
+        rates=_list(map(str, mode.rates)),
+        resolutions=_list(f"{width} to {height}" for width, height in mode.resolutions),
+        delivers=Call("mapOf", tuple(f"{rate} to {it}" for rate, it in mode.delivers.items())),
     )
+
+
+def _call(name: str, /, **arguments: "Call | str") -> Call:
+    """A call whose arguments are named; those that are null or empty are left to their defaults."""
+    given = {
+        key: value for key, value in arguments.items() if value != "null" and not _is_empty(value)
+    }
+    return Call(name, tuple(Named(key, value) for key, value in given.items()))
+
+
+def _is_empty(value: "Call | str") -> bool:
+    return isinstance(value, Call) and not value.arguments
 
 
 def _list(items: "Iterable[Call | str]") -> Call:
@@ -130,9 +167,9 @@ def _text(value: str | None) -> str:
     return "null" if value is None else f'"{value}"'
 
 
-def _on_one_line(expression: Call | str) -> str:
+def _on_one_line(expression: Call | Named | str) -> str:
     return expression if isinstance(expression, str) else expression.on_one_line()
 
 
-def _render(expression: Call | str, indent: str) -> str:
+def _render(expression: Call | Named | str, indent: str) -> str:
     return expression if isinstance(expression, str) else expression.render(indent)

@@ -13,16 +13,16 @@ package dev.ml2sensors.table
  * @property backends that can serve it, surest first; the first is the default.
  * @property modes legal combinations of a camera; empty for other sensors.
  */
-public class StreamSpec(
+public class StreamSpec internal constructor(
     public val id: String,
     public val section: String,
-    public val topics: List<TopicSpec>,
+    public val topics: List<TopicSpec> = emptyList(),
     public val frameId: String,
-    public val bodyFrameId: String?,
-    public val encoding: String?,
-    public val permissions: List<String>,
-    public val backends: List<String>,
-    public val modes: List<Mode>,
+    public val bodyFrameId: String? = null,
+    public val encoding: String? = null,
+    public val permissions: List<String> = emptyList(),
+    public val backends: List<String> = emptyList(),
+    public val modes: List<Mode> = emptyList(),
 ) {
     override fun toString(): String = id
 }
@@ -38,14 +38,14 @@ public class StreamSpec(
  * @property encoding of an image, null for the stream's.
  * @property condition `key=value` of the configuration that switches it on, null when it is always on.
  */
-public class TopicSpec(
+public class TopicSpec internal constructor(
     public val role: String,
     public val name: String,
     public val type: String,
     public val lane: String,
     public val qos: String,
-    public val encoding: String?,
-    public val condition: String?,
+    public val encoding: String? = null,
+    public val condition: String? = null,
 )
 
 /**
@@ -71,7 +71,7 @@ internal class CustomTopicsSpec(
             "expected a type as std_msgs/msg/Float32, found '$type'"
         }
         check(known < maxTopics) { "an app has at most $maxTopics topics of its own" }
-        return TopicSpec(role, "${StreamTable.custom.id}/$name", type, lane, qos, encoding = null, condition = null)
+        return TopicSpec(role, "${StreamTable.custom.id}/$name", type, lane, qos)
     }
 
     private companion object {
@@ -92,12 +92,12 @@ internal class CustomTopicsSpec(
  * @property resolutions width to height, pixels.
  * @property delivers rates the device takes but answers with another, in Hz.
  */
-public class Mode(
+public class Mode internal constructor(
     public val stream: Int,
     public val formats: List<String>,
     public val rates: List<Int>,
     public val resolutions: List<Pair<Int, Int>>,
-    public val delivers: Map<Int, Int>,
+    public val delivers: Map<Int, Int> = emptyMap(),
 )
 
 /** The queue of a lane: [capacityFrames] frames, and the oldest goes when it is full. */

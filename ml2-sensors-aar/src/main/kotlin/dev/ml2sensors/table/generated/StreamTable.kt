@@ -8,759 +8,863 @@ public object StreamTable {
     /** The body frame of the headset. */
     public const val HEAD_FRAME: String = "head_frame"
 
-    /** Everything that is small. */
+    /** The queue of the lane of all small messages. */
     internal val sensorsLane: QueueSpec = QueueSpec(4096)
 
-    /** One per image stream. */
+    /** The queue of each lane of images; every image stream has its own. */
     internal val imageLane: QueueSpec = QueueSpec(4)
 
     /** sensor_msgs/msg/Image on world_center/image_raw. */
     public val worldCenter: StreamSpec =
         StreamSpec(
-            "world_center",
-            "world_center",
-            listOf(
+            id = "world_center",
+            section = "world_center",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "world_center/image_raw",
-                    "sensor_msgs/msg/Image",
-                    "world_center",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "world_center/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "world_center",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "camera_info",
-                    "world_center/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "camera_info",
+                    name = "world_center/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "world_center/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "metadata",
+                    name = "world_center/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "world_center_optical_frame",
-            "world_center_frame",
-            "mono8",
-            listOf("android.permission.CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(
-                Mode(0, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
-                Mode(1, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
+            frameId = "world_center_optical_frame",
+            bodyFrameId = "world_center_frame",
+            encoding = "mono8",
+            permissions = listOf("android.permission.CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
+                Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
             ),
         )
 
     /** sensor_msgs/msg/Image on world_left/image_raw. */
     public val worldLeft: StreamSpec =
         StreamSpec(
-            "world_left",
-            "world_left",
-            listOf(
-                TopicSpec("image", "world_left/image_raw", "sensor_msgs/msg/Image", "world_left", "image", null, null),
+            id = "world_left",
+            section = "world_left",
+            topics = listOf(
                 TopicSpec(
-                    "camera_info",
-                    "world_left/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "world_left/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "world_left",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "world_left/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "camera_info",
+                    name = "world_left/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
+                ),
+                TopicSpec(
+                    role = "metadata",
+                    name = "world_left/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "world_left_optical_frame",
-            "world_left_frame",
-            "mono8",
-            listOf("android.permission.CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(
-                Mode(0, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
-                Mode(1, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
+            frameId = "world_left_optical_frame",
+            bodyFrameId = "world_left_frame",
+            encoding = "mono8",
+            permissions = listOf("android.permission.CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
+                Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
             ),
         )
 
     /** sensor_msgs/msg/Image on world_right/image_raw. */
     public val worldRight: StreamSpec =
         StreamSpec(
-            "world_right",
-            "world_right",
-            listOf(
+            id = "world_right",
+            section = "world_right",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "world_right/image_raw",
-                    "sensor_msgs/msg/Image",
-                    "world_right",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "world_right/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "world_right",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "camera_info",
-                    "world_right/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "camera_info",
+                    name = "world_right/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "world_right/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "metadata",
+                    name = "world_right/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "world_right_optical_frame",
-            "world_right_frame",
-            "mono8",
-            listOf("android.permission.CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(
-                Mode(0, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
-                Mode(1, listOf("Grayscale"), listOf(30), listOf(1016 to 1016), mapOf()),
+            frameId = "world_right_optical_frame",
+            bodyFrameId = "world_right_frame",
+            encoding = "mono8",
+            permissions = listOf("android.permission.CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
+                Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
             ),
         )
 
     /** sensor_msgs/msg/CompressedImage on color/image_raw/compressed. */
     public val color: StreamSpec =
         StreamSpec(
-            "color",
-            "picture_center",
-            listOf(
+            id = "color",
+            section = "picture_center",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "color/image_raw/compressed",
-                    "sensor_msgs/msg/CompressedImage",
-                    "color",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "color/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "color",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "camera_info",
-                    "color/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "camera_info",
+                    name = "color/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "color/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "metadata",
+                    name = "color/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "color_optical_frame",
-            "color_frame",
-            "rgb8; jpeg compressed bgr8",
-            listOf("android.permission.CAMERA"),
-            listOf("camera2", "openxr"),
-            listOf(
+            frameId = "color_optical_frame",
+            bodyFrameId = "color_frame",
+            encoding = "rgb8; jpeg compressed bgr8",
+            permissions = listOf("android.permission.CAMERA"),
+            backends = listOf("camera2", "openxr"),
+            modes = listOf(
                 Mode(
-                    0,
-                    listOf("jpeg"),
-                    listOf(15, 30, 60),
-                    listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
-                    mapOf(),
+                    stream = 0,
+                    formats = listOf("jpeg"),
+                    rates = listOf(15, 30, 60),
+                    resolutions = listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
                 ),
-                Mode(0, listOf("jpeg"), listOf(15, 30), listOf(2880 to 2160, 3840 to 2160, 4096 to 3072), mapOf()),
                 Mode(
-                    1,
-                    listOf("jpeg"),
-                    listOf(30, 60),
-                    listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
-                    mapOf(),
+                    stream = 0,
+                    formats = listOf("jpeg"),
+                    rates = listOf(15, 30),
+                    resolutions = listOf(2880 to 2160, 3840 to 2160, 4096 to 3072),
                 ),
-                Mode(1, listOf("jpeg"), listOf(30), listOf(1944 to 2160, 2880 to 2160), mapOf()),
+                Mode(
+                    stream = 1,
+                    formats = listOf("jpeg"),
+                    rates = listOf(30, 60),
+                    resolutions = listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1944 to 2160, 2880 to 2160),
+                ),
             ),
         )
 
     /** sensor_msgs/msg/CompressedImage on mixed_reality/image_raw/compressed. */
     public val mixedReality: StreamSpec =
         StreamSpec(
-            "mixed_reality",
-            "picture_center",
-            listOf(
+            id = "mixed_reality",
+            section = "picture_center",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "mixed_reality/image_raw/compressed",
-                    "sensor_msgs/msg/CompressedImage",
-                    "mixed_reality",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "mixed_reality/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "mixed_reality",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "camera_info",
-                    "mixed_reality/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "camera_info",
+                    name = "mixed_reality/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "mixed_reality/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "metadata",
+                    name = "mixed_reality/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "color_optical_frame",
-            "color_frame",
-            "rgb8; jpeg compressed bgr8",
-            listOf("android.permission.CAMERA"),
-            listOf("camera2", "openxr"),
-            listOf(
+            frameId = "color_optical_frame",
+            bodyFrameId = "color_frame",
+            encoding = "rgb8; jpeg compressed bgr8",
+            permissions = listOf("android.permission.CAMERA"),
+            backends = listOf("camera2", "openxr"),
+            modes = listOf(
                 Mode(
-                    0,
-                    listOf("jpeg"),
-                    listOf(15, 30, 60),
-                    listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
-                    mapOf(),
+                    stream = 0,
+                    formats = listOf("jpeg"),
+                    rates = listOf(15, 30, 60),
+                    resolutions = listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
                 ),
-                Mode(0, listOf("jpeg"), listOf(15, 30), listOf(2880 to 2160, 3840 to 2160, 4096 to 3072), mapOf()),
                 Mode(
-                    1,
-                    listOf("jpeg"),
-                    listOf(30, 60),
-                    listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
-                    mapOf(),
+                    stream = 0,
+                    formats = listOf("jpeg"),
+                    rates = listOf(15, 30),
+                    resolutions = listOf(2880 to 2160, 3840 to 2160, 4096 to 3072),
                 ),
-                Mode(1, listOf("jpeg"), listOf(30), listOf(1944 to 2160, 2880 to 2160), mapOf()),
+                Mode(
+                    stream = 1,
+                    formats = listOf("jpeg"),
+                    rates = listOf(30, 60),
+                    resolutions = listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1944 to 2160, 2880 to 2160),
+                ),
             ),
         )
 
     /** sensor_msgs/msg/Image on depth/image_raw. */
     public val depth: StreamSpec =
         StreamSpec(
-            "depth",
-            "depth_center",
-            listOf(
-                TopicSpec("image", "depth/image_raw", "sensor_msgs/msg/Image", "depth", "image", null, null),
+            id = "depth",
+            section = "depth_center",
+            topics = listOf(
                 TopicSpec(
-                    "camera_info",
-                    "depth/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "depth/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "depth",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "depth/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
                 TopicSpec(
-                    "confidence",
-                    "depth/confidence",
-                    "sensor_msgs/msg/Image",
-                    "depth",
-                    "image",
-                    "32FC1",
-                    "confidence=true",
+                    role = "camera_info",
+                    name = "depth/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
                 ),
-                TopicSpec("flags", "depth/flags", "sensor_msgs/msg/Image", "depth", "image", "32SC1", "flags=true"),
+                TopicSpec(
+                    role = "metadata",
+                    name = "depth/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
+                TopicSpec(
+                    role = "confidence",
+                    name = "depth/confidence",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "depth",
+                    qos = "image",
+                    encoding = "32FC1",
+                    condition = "confidence=true",
+                ),
+                TopicSpec(
+                    role = "flags",
+                    name = "depth/flags",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "depth",
+                    qos = "image",
+                    encoding = "32SC1",
+                    condition = "flags=true",
+                ),
             ),
-            "depth_optical_frame",
-            "depth_frame",
-            "32FC1",
-            listOf("com.magicleap.permission.DEPTH_CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(
-                Mode(0, listOf("Depth32", "DepthRaw"), listOf(1, 5), listOf(544 to 480), mapOf()),
-                Mode(1, listOf("Depth32", "DepthRaw"), listOf(5, 25, 30, 50, 60), listOf(544 to 480), mapOf(60 to 30)),
+            frameId = "depth_optical_frame",
+            bodyFrameId = "depth_frame",
+            encoding = "32FC1",
+            permissions = listOf("com.magicleap.permission.DEPTH_CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(
+                    stream = 0,
+                    formats = listOf("Depth32", "DepthRaw"),
+                    rates = listOf(1, 5),
+                    resolutions = listOf(544 to 480),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("Depth32", "DepthRaw"),
+                    rates = listOf(5, 25, 30, 50, 60),
+                    resolutions = listOf(544 to 480),
+                    delivers = mapOf(60 to 30),
+                ),
             ),
         )
 
     /** sensor_msgs/msg/Image on infra/image_raw. */
     public val infra: StreamSpec =
         StreamSpec(
-            "infra",
-            "depth_center",
-            listOf(
-                TopicSpec("image", "infra/image_raw", "sensor_msgs/msg/Image", "infra", "image", null, null),
+            id = "infra",
+            section = "depth_center",
+            topics = listOf(
                 TopicSpec(
-                    "camera_info",
-                    "infra/camera_info",
-                    "sensor_msgs/msg/CameraInfo",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "infra/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "infra",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "infra/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "camera_info",
+                    name = "infra/camera_info",
+                    type = "sensor_msgs/msg/CameraInfo",
+                    lane = "sensors",
+                    qos = "image",
+                ),
+                TopicSpec(
+                    role = "metadata",
+                    name = "infra/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "depth_optical_frame",
-            "depth_frame",
-            "32FC1",
-            listOf("com.magicleap.permission.DEPTH_CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(
-                Mode(0, listOf("Depth32", "DepthRaw"), listOf(1, 5), listOf(544 to 480), mapOf()),
-                Mode(1, listOf("Depth32", "DepthRaw"), listOf(5, 25, 30, 50, 60), listOf(544 to 480), mapOf(60 to 30)),
+            frameId = "depth_optical_frame",
+            bodyFrameId = "depth_frame",
+            encoding = "32FC1",
+            permissions = listOf("com.magicleap.permission.DEPTH_CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(
+                    stream = 0,
+                    formats = listOf("Depth32", "DepthRaw"),
+                    rates = listOf(1, 5),
+                    resolutions = listOf(544 to 480),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("Depth32", "DepthRaw"),
+                    rates = listOf(5, 25, 30, 50, 60),
+                    resolutions = listOf(544 to 480),
+                    delivers = mapOf(60 to 30),
+                ),
             ),
         )
 
     /** sensor_msgs/msg/Image on eye_nasal_left/image_raw. */
     public val eyeNasalLeft: StreamSpec =
         StreamSpec(
-            "eye_nasal_left",
-            "eye_nasal_left",
-            listOf(
+            id = "eye_nasal_left",
+            section = "eye_nasal_left",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "eye_nasal_left/image_raw",
-                    "sensor_msgs/msg/Image",
-                    "eye_nasal_left",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "eye_nasal_left/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "eye_nasal_left",
+                    qos = "image",
                 ),
-                TopicSpec("metadata", "eye_nasal_left/metadata", "std_msgs/msg/String", "sensors", "image", null, null),
+                TopicSpec(
+                    role = "metadata",
+                    name = "eye_nasal_left/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
+                ),
             ),
-            "eye_nasal_left_optical_frame",
-            null,
-            "mono8",
-            listOf("com.magicleap.permission.EYE_CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
+            frameId = "eye_nasal_left_optical_frame",
+            encoding = "mono8",
+            permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+            ),
         )
 
     /** sensor_msgs/msg/Image on eye_nasal_right/image_raw. */
     public val eyeNasalRight: StreamSpec =
         StreamSpec(
-            "eye_nasal_right",
-            "eye_nasal_right",
-            listOf(
+            id = "eye_nasal_right",
+            section = "eye_nasal_right",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "eye_nasal_right/image_raw",
-                    "sensor_msgs/msg/Image",
-                    "eye_nasal_right",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "eye_nasal_right/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "eye_nasal_right",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "metadata",
-                    "eye_nasal_right/metadata",
-                    "std_msgs/msg/String",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "metadata",
+                    name = "eye_nasal_right/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
                 ),
             ),
-            "eye_nasal_right_optical_frame",
-            null,
-            "mono8",
-            listOf("com.magicleap.permission.EYE_CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
+            frameId = "eye_nasal_right_optical_frame",
+            encoding = "mono8",
+            permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+            ),
         )
 
     /** sensor_msgs/msg/Image on eye_temple_left/image_raw. */
     public val eyeTempleLeft: StreamSpec =
         StreamSpec(
-            "eye_temple_left",
-            "eye_temple_left",
-            listOf(
+            id = "eye_temple_left",
+            section = "eye_temple_left",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "eye_temple_left/image_raw",
-                    "sensor_msgs/msg/Image",
-                    "eye_temple_left",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "eye_temple_left/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "eye_temple_left",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "metadata",
-                    "eye_temple_left/metadata",
-                    "std_msgs/msg/String",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "metadata",
+                    name = "eye_temple_left/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
                 ),
             ),
-            "eye_temple_left_optical_frame",
-            null,
-            "mono8",
-            listOf("com.magicleap.permission.EYE_CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
+            frameId = "eye_temple_left_optical_frame",
+            encoding = "mono8",
+            permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+            ),
         )
 
     /** sensor_msgs/msg/Image on eye_temple_right/image_raw. */
     public val eyeTempleRight: StreamSpec =
         StreamSpec(
-            "eye_temple_right",
-            "eye_temple_right",
-            listOf(
+            id = "eye_temple_right",
+            section = "eye_temple_right",
+            topics = listOf(
                 TopicSpec(
-                    "image",
-                    "eye_temple_right/image_raw",
-                    "sensor_msgs/msg/Image",
-                    "eye_temple_right",
-                    "image",
-                    null,
-                    null,
+                    role = "image",
+                    name = "eye_temple_right/image_raw",
+                    type = "sensor_msgs/msg/Image",
+                    lane = "eye_temple_right",
+                    qos = "image",
                 ),
                 TopicSpec(
-                    "metadata",
-                    "eye_temple_right/metadata",
-                    "std_msgs/msg/String",
-                    "sensors",
-                    "image",
-                    null,
-                    null,
+                    role = "metadata",
+                    name = "eye_temple_right/metadata",
+                    type = "std_msgs/msg/String",
+                    lane = "sensors",
+                    qos = "image",
                 ),
             ),
-            "eye_temple_right_optical_frame",
-            null,
-            "mono8",
-            listOf("com.magicleap.permission.EYE_CAMERA"),
-            listOf("sdk", "openxr"),
-            listOf(Mode(0, listOf("Grayscale"), listOf(30), listOf(400 to 400), mapOf())),
+            frameId = "eye_temple_right_optical_frame",
+            encoding = "mono8",
+            permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
+            backends = listOf("sdk", "openxr"),
+            modes = listOf(
+                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+            ),
         )
 
     /** sensor_msgs/msg/Imu on accel_left/imu. */
     public val accelLeft: StreamSpec =
         StreamSpec(
-            "accel_left",
-            "other_sensors",
-            listOf(TopicSpec("imu", "accel_left/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_left_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "accel_left",
+            section = "other_sensors",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "accel_left/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_left_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on accel_right/imu. */
     public val accelRight: StreamSpec =
         StreamSpec(
-            "accel_right",
-            "other_sensors",
-            listOf(TopicSpec("imu", "accel_right/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_right_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "accel_right",
+            section = "other_sensors",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "accel_right/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_right_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on accel_compute_pack/imu. */
     public val accelComputePack: StreamSpec =
         StreamSpec(
-            "accel_compute_pack",
-            "other_sensors",
-            listOf(TopicSpec("imu", "accel_compute_pack/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_compute_pack_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "accel_compute_pack",
+            section = "other_sensors",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "accel_compute_pack/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_compute_pack_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on gyro_left/imu. */
     public val gyroLeft: StreamSpec =
         StreamSpec(
-            "gyro_left",
-            "other_sensors",
-            listOf(TopicSpec("imu", "gyro_left/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_left_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "gyro_left",
+            section = "other_sensors",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "gyro_left/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_left_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on gyro_right/imu. */
     public val gyroRight: StreamSpec =
         StreamSpec(
-            "gyro_right",
-            "other_sensors",
-            listOf(TopicSpec("imu", "gyro_right/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_right_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "gyro_right",
+            section = "other_sensors",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "gyro_right/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_right_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on gyro_compute_pack/imu. */
     public val gyroComputePack: StreamSpec =
         StreamSpec(
-            "gyro_compute_pack",
-            "other_sensors",
-            listOf(TopicSpec("imu", "gyro_compute_pack/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_compute_pack_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "gyro_compute_pack",
+            section = "other_sensors",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "gyro_compute_pack/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_compute_pack_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on imu_left/imu. */
     public val imuLeft: StreamSpec =
         StreamSpec(
-            "imu_left",
-            "imu",
-            listOf(TopicSpec("imu", "imu_left/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_left_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "imu_left",
+            section = "imu",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "imu_left/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_left_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on imu_right/imu. */
     public val imuRight: StreamSpec =
         StreamSpec(
-            "imu_right",
-            "imu",
-            listOf(TopicSpec("imu", "imu_right/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_right_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "imu_right",
+            section = "imu",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "imu_right/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_right_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Imu on imu_compute_pack/imu. */
     public val imuComputePack: StreamSpec =
         StreamSpec(
-            "imu_compute_pack",
-            "imu",
-            listOf(TopicSpec("imu", "imu_compute_pack/imu", "sensor_msgs/msg/Imu", "sensors", "imu", null, null)),
-            "imu_compute_pack_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            id = "imu_compute_pack",
+            section = "imu",
+            topics = listOf(
+                TopicSpec(
+                    role = "imu",
+                    name = "imu_compute_pack/imu",
+                    type = "sensor_msgs/msg/Imu",
+                    lane = "sensors",
+                    qos = "imu",
+                ),
+            ),
+            frameId = "imu_compute_pack_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/Illuminance on light_sensor. */
     public val lightSensor: StreamSpec =
         StreamSpec(
-            "light_sensor",
-            "other_sensors",
-            listOf(
+            id = "light_sensor",
+            section = "other_sensors",
+            topics = listOf(
                 TopicSpec(
-                    "illuminance",
-                    "light_sensor",
-                    "sensor_msgs/msg/Illuminance",
-                    "sensors",
-                    "sensor",
-                    null,
-                    null,
+                    role = "illuminance",
+                    name = "light_sensor",
+                    type = "sensor_msgs/msg/Illuminance",
+                    lane = "sensors",
+                    qos = "sensor",
                 ),
             ),
-            "head_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            frameId = "head_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** geometry_msgs/msg/PoseStamped on head_pose. */
     public val headPose: StreamSpec =
         StreamSpec(
-            "head_pose",
-            "head_pose",
-            listOf(TopicSpec("pose", "head_pose", "geometry_msgs/msg/PoseStamped", "sensors", "sensor", null, null)),
-            "magicleap_world",
-            null,
-            null,
-            listOf(),
-            listOf("sdk", "openxr"),
-            listOf(),
+            id = "head_pose",
+            section = "head_pose",
+            topics = listOf(
+                TopicSpec(
+                    role = "pose",
+                    name = "head_pose",
+                    type = "geometry_msgs/msg/PoseStamped",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_world",
+            backends = listOf("sdk", "openxr"),
         )
 
     /** sensor_msgs/msg/MagneticField on magnetometer_left. */
     public val magnetometerLeft: StreamSpec =
         StreamSpec(
-            "magnetometer_left",
-            "magnetometer",
-            listOf(
+            id = "magnetometer_left",
+            section = "magnetometer",
+            topics = listOf(
                 TopicSpec(
-                    "magnetic_field",
-                    "magnetometer_left",
-                    "sensor_msgs/msg/MagneticField",
-                    "sensors",
-                    "sensor",
-                    null,
-                    null,
+                    role = "magnetic_field",
+                    name = "magnetometer_left",
+                    type = "sensor_msgs/msg/MagneticField",
+                    lane = "sensors",
+                    qos = "sensor",
                 ),
             ),
-            "imu_left_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            frameId = "imu_left_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/MagneticField on magnetometer_right. */
     public val magnetometerRight: StreamSpec =
         StreamSpec(
-            "magnetometer_right",
-            "magnetometer",
-            listOf(
+            id = "magnetometer_right",
+            section = "magnetometer",
+            topics = listOf(
                 TopicSpec(
-                    "magnetic_field",
-                    "magnetometer_right",
-                    "sensor_msgs/msg/MagneticField",
-                    "sensors",
-                    "sensor",
-                    null,
-                    null,
+                    role = "magnetic_field",
+                    name = "magnetometer_right",
+                    type = "sensor_msgs/msg/MagneticField",
+                    lane = "sensors",
+                    qos = "sensor",
                 ),
             ),
-            "imu_right_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            frameId = "imu_right_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/FluidPressure on pressure_headset. */
     public val pressureHeadset: StreamSpec =
         StreamSpec(
-            "pressure_headset",
-            "pressure",
-            listOf(
+            id = "pressure_headset",
+            section = "pressure",
+            topics = listOf(
                 TopicSpec(
-                    "pressure",
-                    "pressure_headset",
-                    "sensor_msgs/msg/FluidPressure",
-                    "sensors",
-                    "sensor",
-                    null,
-                    null,
+                    role = "pressure",
+                    name = "pressure_headset",
+                    type = "sensor_msgs/msg/FluidPressure",
+                    lane = "sensors",
+                    qos = "sensor",
                 ),
             ),
-            "head_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            frameId = "head_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** sensor_msgs/msg/FluidPressure on pressure_compute_pack. */
     public val pressureComputePack: StreamSpec =
         StreamSpec(
-            "pressure_compute_pack",
-            "pressure",
-            listOf(
+            id = "pressure_compute_pack",
+            section = "pressure",
+            topics = listOf(
                 TopicSpec(
-                    "pressure",
-                    "pressure_compute_pack",
-                    "sensor_msgs/msg/FluidPressure",
-                    "sensors",
-                    "sensor",
-                    null,
-                    null,
+                    role = "pressure",
+                    name = "pressure_compute_pack",
+                    type = "sensor_msgs/msg/FluidPressure",
+                    lane = "sensors",
+                    qos = "sensor",
                 ),
             ),
-            "imu_compute_pack_frame",
-            null,
-            null,
-            listOf(),
-            listOf("sensor_manager"),
-            listOf(),
+            frameId = "imu_compute_pack_frame",
+            backends = listOf("sensor_manager"),
         )
 
     /** geometry_msgs/msg/PoseStamped on gaze. */
     public val gaze: StreamSpec =
         StreamSpec(
-            "gaze",
-            "gaze",
-            listOf(TopicSpec("pose", "gaze", "geometry_msgs/msg/PoseStamped", "sensors", "sensor", null, null)),
-            "magicleap_world",
-            null,
-            null,
-            listOf("com.magicleap.permission.EYE_TRACKING"),
-            listOf("sdk", "openxr"),
-            listOf(),
+            id = "gaze",
+            section = "gaze",
+            topics = listOf(
+                TopicSpec(
+                    role = "pose",
+                    name = "gaze",
+                    type = "geometry_msgs/msg/PoseStamped",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_world",
+            permissions = listOf("com.magicleap.permission.EYE_TRACKING"),
+            backends = listOf("sdk", "openxr"),
         )
 
     /** geometry_msgs/msg/PoseArray on hand_left. */
     public val handLeft: StreamSpec =
         StreamSpec(
-            "hand_left",
-            "hands",
-            listOf(TopicSpec("poses", "hand_left", "geometry_msgs/msg/PoseArray", "sensors", "sensor", null, null)),
-            "magicleap_world",
-            null,
-            null,
-            listOf("com.magicleap.permission.HAND_TRACKING"),
-            listOf("sdk", "openxr"),
-            listOf(),
+            id = "hand_left",
+            section = "hands",
+            topics = listOf(
+                TopicSpec(
+                    role = "poses",
+                    name = "hand_left",
+                    type = "geometry_msgs/msg/PoseArray",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_world",
+            permissions = listOf("com.magicleap.permission.HAND_TRACKING"),
+            backends = listOf("sdk", "openxr"),
         )
 
     /** geometry_msgs/msg/PoseArray on hand_right. */
     public val handRight: StreamSpec =
         StreamSpec(
-            "hand_right",
-            "hands",
-            listOf(TopicSpec("poses", "hand_right", "geometry_msgs/msg/PoseArray", "sensors", "sensor", null, null)),
-            "magicleap_world",
-            null,
-            null,
-            listOf("com.magicleap.permission.HAND_TRACKING"),
-            listOf("sdk", "openxr"),
-            listOf(),
+            id = "hand_right",
+            section = "hands",
+            topics = listOf(
+                TopicSpec(
+                    role = "poses",
+                    name = "hand_right",
+                    type = "geometry_msgs/msg/PoseArray",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_world",
+            permissions = listOf("com.magicleap.permission.HAND_TRACKING"),
+            backends = listOf("sdk", "openxr"),
         )
 
     /** sensor_msgs/msg/BatteryState on battery. */
     public val battery: StreamSpec =
         StreamSpec(
-            "battery",
-            "battery",
-            listOf(TopicSpec("battery", "battery", "sensor_msgs/msg/BatteryState", "sensors", "sensor", null, null)),
-            "head_frame",
-            null,
-            null,
-            listOf(),
-            listOf("battery_manager"),
-            listOf(),
+            id = "battery",
+            section = "battery",
+            topics = listOf(
+                TopicSpec(
+                    role = "battery",
+                    name = "battery",
+                    type = "sensor_msgs/msg/BatteryState",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "head_frame",
+            backends = listOf("battery_manager"),
         )
 
     /** tf2_msgs/msg/TFMessage on /tf. */
     public val tf: StreamSpec =
         StreamSpec(
-            "tf",
-            "tf",
-            listOf(
-                TopicSpec("tf", "/tf", "tf2_msgs/msg/TFMessage", "sensors", "tf", null, null),
+            id = "tf",
+            section = "tf",
+            topics = listOf(
+                TopicSpec(role = "tf", name = "/tf", type = "tf2_msgs/msg/TFMessage", lane = "sensors", qos = "tf"),
                 TopicSpec(
-                    "tf_static",
-                    "/tf_static",
-                    "tf2_msgs/msg/TFMessage",
-                    "sensors",
-                    "latched",
-                    null,
-                    "layout=rig",
+                    role = "tf_static",
+                    name = "/tf_static",
+                    type = "tf2_msgs/msg/TFMessage",
+                    lane = "sensors",
+                    qos = "latched",
+                    condition = "layout=rig",
                 ),
             ),
-            "magicleap_world",
-            null,
-            null,
-            listOf(),
-            listOf("sdk", "openxr"),
-            listOf(),
+            frameId = "magicleap_world",
+            backends = listOf("sdk", "openxr"),
         )
 
     /** Messages that the app on the headset publishes by itself. */
     public val custom: StreamSpec =
-        StreamSpec("custom", "custom", listOf(), "", null, null, listOf(), listOf("app"), listOf())
+        StreamSpec(id = "custom", section = "custom", frameId = "", backends = listOf("app"))
 
-    /** Of the topics of [custom]. */
+    /** The rules for topics of [custom]. */
     internal val customTopics: CustomTopicsSpec =
-        CustomTopicsSpec("custom", "sensors", "sensor", 32)
+        CustomTopicsSpec(role = "custom", lane = "sensors", qos = "sensor", maxTopics = 32)
 
-    /** In the order of the file. */
+    /** All streams, in the order of the file. */
     public val all: List<StreamSpec> =
         listOf(
             worldCenter,
@@ -797,6 +901,6 @@ public object StreamTable {
             custom,
         )
 
-    /** Null where the table has no such stream. */
+    /** Returns the stream with this [id], or null if there is none. */
     public fun byId(id: String): StreamSpec? = all.firstOrNull { it.id == id }
 }
