@@ -55,3 +55,13 @@ jintArray layout_pose(JNIEnv *env, jclass class) {
     };
     return layout_ints(env, values, sizeof values / sizeof *values);
 }
+
+#define SETTINGS(field) offsetof(ml2s_settings, field)
+jintArray layout_settings(JNIEnv *env, jclass class) {
+    (void)class;
+    static const jint values[] = {
+        sizeof(ml2s_settings),    SETTINGS(sensor),  SETTINGS(backend), SETTINGS(wants),  SETTINGS(streams),
+        SETTINGS(second_streams), SETTINGS(rate_hz), SETTINGS(width),   SETTINGS(height),
+    };
+    return layout_ints(env, values, sizeof values / sizeof *values);
+}

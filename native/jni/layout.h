@@ -6,8 +6,11 @@
 
 jintArray layout_ints(JNIEnv *env, const jint *values, jsize count);
 
-/** Of ml2s_frame, in the order that FrameBlock.kt reads. */
+/** Returns the size of ml2s_frame and its offsets, in the order in which FrameBlock.kt reads them. */
 jintArray layout_frame(JNIEnv *env, jclass class);
 
-/** Of ml2s_pose, in the order that PoseBlock.kt reads. */
+/** Returns the size of ml2s_pose and its offsets, in the order in which PoseBlock.kt reads them. */
 jintArray layout_pose(JNIEnv *env, jclass class);
+
+/** Returns the size of ml2s_settings and its offsets, in the order in which NativeSettings.kt reads them. */
+jintArray layout_settings(JNIEnv *env, jclass class);

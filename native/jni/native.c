@@ -30,39 +30,6 @@ static void check(JNIEnv *env, jclass class, jint sensor, jint backend) {
     failure_throw(env, ml2s_check((uint32_t)sensor, (uint32_t)backend, &error), &error);
 }
 
-static ml2s_settings settings_of(jint sensor, jint backend, jint wants, jlong streams, jlong second_streams,
-                                 jint rate_hz, jint width, jint height) {
-    return (ml2s_settings){
-        .struct_size = sizeof(ml2s_settings),
-        .sensor = (uint32_t)sensor,
-        .backend = (uint32_t)backend,
-        .wants = (uint32_t)wants,
-        .streams = (uint64_t)streams,
-        .second_streams = (uint64_t)second_streams,
-        .rate_hz = (uint32_t)rate_hz,
-        .width = (uint32_t)width,
-        .height = (uint32_t)height,
-    };
-}
-
-static jlong open(JNIEnv *env, jclass class, jint sensor, jint backend, jint wants, jlong streams, jlong second_streams,
-                  jint rate_hz, jint width, jint height) {
-    (void)class;
-    ERROR(error);
-    ml2s_settings settings = settings_of(sensor, backend, wants, streams, second_streams, rate_hz, width, height);
-    ml2s_handle handle = 0;
-    failure_throw(env, ml2s_open(&settings, &handle, &error), &error);
-    return (jlong)handle;
-}
-
-static void configure(JNIEnv *env, jclass class, jlong handle, jint sensor, jint backend, jint wants, jlong streams,
-                      jlong second_streams, jint rate_hz, jint width, jint height) {
-    (void)class;
-    ERROR(error);
-    ml2s_settings settings = settings_of(sensor, backend, wants, streams, second_streams, rate_hz, width, height);
-    failure_throw(env, ml2s_configure((ml2s_handle)handle, &settings, &error), &error);
-}
-
 /** How many structures of size bytes fit in a direct buffer; the first says their size, as the interface wants it. */
 static uint32_t structures_in(JNIEnv *env, jobject buffer, uint32_t size, void **memory) {
     *memory = (*env)->GetDirectBufferAddress(env, buffer);
@@ -71,6 +38,26 @@ static uint32_t structures_in(JNIEnv *env, jobject buffer, uint32_t size, void *
         *(uint32_t *)*memory = size;
     }
     return count;
+}
+
+/** The ml2s_settings in a direct buffer; null when it has no room for one. */
+static const ml2s_settings *settings_in(JNIEnv *env, jobject buffer) {
+    void *memory;
+    return room(env, buffer, sizeof(ml2s_settings), &memory) ? memory : NULL;
+}
+
+static jlong open(JNIEnv *env, jclass class, jobject settings) {
+    (void)class;
+    ERROR(error);
+    ml2s_handle handle = 0;
+    failure_throw(env, ml2s_open(settings_in(env, settings), &handle, &error), &error);
+    return (jlong)handle;
+}
+
+static void configure(JNIEnv *env, jclass class, jlong handle, jobject settings) {
+    (void)class;
+    ERROR(error);
+    failure_throw(env, ml2s_configure((ml2s_handle)handle, settings_in(env, settings), &error), &error);
 }
 
 static jint poll(JNIEnv *env, jclass class, jlong handle, jlong timeout_nanos, jobject frames) {
@@ -223,9 +210,10 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("boottimeOf", "(J)J", boottime_of),
         METHOD("frameLayout", "()[I", layout_frame),
         METHOD("poseLayout", "()[I", layout_pose),
+        METHOD("settingsLayout", "()[I", layout_settings),
         METHOD("check", "(II)V", check),
-        METHOD("open", "(IIIJJIII)J", open),
-        METHOD("configure", "(JIIIJJIII)V", configure),
+        METHOD("open", "(Ljava/nio/ByteBuffer;)J", open),
+        METHOD("configure", "(JLjava/nio/ByteBuffer;)V", configure),
         METHOD("poll", "(JJLjava/nio/ByteBuffer;)I", poll),
         METHOD("pollPoses", "(JLjava/nio/ByteBuffer;)I", poll_poses),
         METHOD("colorPose", "(JJLjava/nio/ByteBuffer;)Z", color_pose),

@@ -16,40 +16,28 @@ internal object Native {
     @JvmStatic
     external fun boottimeOf(deviceNanos: Long): Long
 
-    /** Size and offsets of ml2s_frame, in the order of [FrameBlock]; of ml2s_pose, in that of [PoseBlock]. */
+    /** Returns the size of ml2s_frame and the offsets of its fields, in the order in which [FrameBlock] reads them. */
     @JvmStatic
     external fun frameLayout(): IntArray
 
+    /** Returns those of ml2s_pose, in the order in which [PoseBlock] reads them. */
     @JvmStatic
     external fun poseLayout(): IntArray
+
+    /** Returns those of ml2s_settings, in the order in which [NativeSettings] reads them. */
+    @JvmStatic
+    external fun settingsLayout(): IntArray
 
     @JvmStatic
     external fun check(sensor: Int, backend: Int)
 
+    /** Opens the sensor of the ml2s_settings in [settings], a direct buffer; returns its handle. */
     @JvmStatic
-    external fun open(
-        sensor: Int,
-        backend: Int,
-        wants: Int,
-        streams: Long,
-        secondStreams: Long,
-        rateHz: Int,
-        width: Int,
-        height: Int,
-    ): Long
+    external fun open(settings: ByteBuffer): Long
 
+    /** Changes the streams of [handle] to those of the ml2s_settings in [settings], a direct buffer. */
     @JvmStatic
-    external fun configure(
-        handle: Long,
-        sensor: Int,
-        backend: Int,
-        wants: Int,
-        streams: Long,
-        secondStreams: Long,
-        rateHz: Int,
-        width: Int,
-        height: Int,
-    )
+    external fun configure(handle: Long, settings: ByteBuffer)
 
     /** How many of the ml2s_frame in [frames], a direct buffer, were filled; 0 after the timeout. */
     @JvmStatic

@@ -1,5 +1,7 @@
 package dev.ml2sensors.capture
 
+import java.nio.ByteBuffer
+
 /** ml2s_settings; streams are ML2S_STREAM_BITs, 0 stands for what a sensor does not have. */
 internal data class NativeSettings(
     val sensor: Int,
@@ -11,10 +13,22 @@ internal data class NativeSettings(
     val width: Int = 0,
     val height: Int = 0,
 ) {
-    fun open(): Long = Native.open(sensor, backend, wants, streams, secondStreams, rateHz, width, height)
+    /** Opens the sensor and returns its handle, which belongs to this thread. */
+    fun open(): Long = Native.open(toStruct())
 
-    fun configure(handle: Long): Unit =
-        Native.configure(handle, sensor, backend, wants, streams, secondStreams, rateHz, width, height)
+    /** Gives these settings to the open sensor [handle]. */
+    fun configure(handle: Long): Unit = Native.configure(handle, toStruct())
+
+    private fun toStruct(): ByteBuffer = structMemory(1, SettingsLayout.sizeBytes).apply {
+        putInt(SettingsLayout.sensor, sensor)
+        putInt(SettingsLayout.backend, backend)
+        putInt(SettingsLayout.wants, wants)
+        putLong(SettingsLayout.streams, streams)
+        putLong(SettingsLayout.secondStreams, secondStreams)
+        putInt(SettingsLayout.rateHz, rateHz)
+        putInt(SettingsLayout.width, width)
+        putInt(SettingsLayout.height, height)
+    }
 
     companion object {
         const val WANT_CONFIDENCE = 1
@@ -37,5 +51,23 @@ internal data class NativeSettings(
                 values.height ?: 0,
             )
         }
+    }
+}
+
+/** The offsets of the fields of ml2s_settings, in bytes. */
+private object SettingsLayout {
+    private val offsets = Offsets(Native.settingsLayout())
+    val sizeBytes = offsets.next()
+    val sensor = offsets.next()
+    val backend = offsets.next()
+    val wants = offsets.next()
+    val streams = offsets.next()
+    val secondStreams = offsets.next()
+    val rateHz = offsets.next()
+    val width = offsets.next()
+    val height = offsets.next()
+
+    init {
+        offsets.end()
     }
 }
