@@ -30,7 +30,7 @@ _JAVA_OPTIONS = (
     "-XX:+UnlockDiagnosticVMOptions -XX:NativeMemoryTracking=summary -XX:+PrintNMTStatistics"
 )
 _MB = 1e6
-# ColorCapture.kt: 8 JPEGs of a byte for each pixel. ImageIntake.kt: NV21 for 4 workers, one more.
+# ColorCapture.kt: 8 JPEGs of a byte for each pixel. ImageCopier.kt: NV21 for 4 workers, one more.
 _COLOR_BYTES_PER_PIXEL = 8 + 5 * 1.5
 
 

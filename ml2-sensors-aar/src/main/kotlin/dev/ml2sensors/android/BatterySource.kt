@@ -32,9 +32,9 @@ internal class BatterySource(
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = Answer.Applied(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        readings(closed) { handOver ->
+        callbackSamples(closed) { queue ->
             val receiver = object : BroadcastReceiver() {
-                override fun onReceive(context: Context, intent: Intent) = handOver.offer(sample(intent))
+                override fun onReceive(context: Context, intent: Intent) = queue.offer(sample(intent))
             }
             context.registerReceiver(receiver, IntentFilter(Intent.ACTION_BATTERY_CHANGED))
             AutoCloseable { context.unregisterReceiver(receiver) }

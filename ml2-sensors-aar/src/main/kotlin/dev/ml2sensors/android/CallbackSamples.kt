@@ -1,6 +1,6 @@
 package dev.ml2sensors.android
 
-import dev.ml2sensors.capture.HandOver
+import dev.ml2sensors.capture.SampleQueue
 import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
@@ -11,14 +11,14 @@ import kotlinx.coroutines.flow.flow
  *
  * @param register starts the callback and answers with what stops it.
  */
-internal fun readings(closed: Job, register: (HandOver) -> AutoCloseable): Flow<Sample> =
+internal fun callbackSamples(closed: Job, register: (SampleQueue) -> AutoCloseable): Flow<Sample> =
     flow {
         if (closed.isCompleted) return@flow
-        val handOver = HandOver(QUEUED_READINGS)
-        val registration = register(handOver)
-        val closing = closed.invokeOnCompletion { handOver.close(cause = null) }
+        val queue = SampleQueue(QUEUED_READINGS)
+        val registration = register(queue)
+        val closing = closed.invokeOnCompletion { queue.close(cause = null) }
         try {
-            handOver.deliverTo(this)
+            queue.deliverTo(this)
         } finally {
             closing.dispose()
             registration.close()

@@ -38,7 +38,7 @@ internal class Camera2Source(
     private val poses: ColorPoses,
     private val clocks: SystemClocks = SystemClocks(),
     private val foundBases: MutableStateFlow<Map<StreamSpec, ClockDomain>> = MutableStateFlow(emptyMap()),
-    private val workers: Workers = Workers(),
+    private val workers: EncoderThreads = EncoderThreads(),
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
     private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),
 ) : SensorSource {

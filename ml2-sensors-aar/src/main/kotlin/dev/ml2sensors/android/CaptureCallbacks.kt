@@ -14,15 +14,15 @@ import dev.ml2sensors.source.DropReason
  * @param lost is told of images that will not be delivered.
  * @param fail is told why nothing more can be delivered.
  */
-internal class CaptureRun(
-    private val intake: ImageIntake,
+internal class CaptureCallbacks(
+    private val intake: ImageCopier,
     private val exposures: ExposureReader,
-    private val deliver: (image: TakenImage, exposure: Exposure, captureNanos: Long) -> Unit,
+    private val deliver: (image: CopiedImage, exposure: Exposure, captureNanos: Long) -> Unit,
     private val lost: (DropReason) -> Unit,
     private val fail: (Exception) -> Unit,
 ) : CameraCaptureSession.CaptureCallback(),
     ImageReader.OnImageAvailableListener {
-    private val pairing = TimestampPairing<TakenImage, Exposure>(::pair, ::giveUp)
+    private val pairing = TimestampPairing<CopiedImage, Exposure>(::pair, ::giveUp)
 
     override fun onImageAvailable(reader: ImageReader) = guarded {
         reader.acquireNextImage()?.use { image ->
@@ -38,12 +38,12 @@ internal class CaptureRun(
         result.get(CaptureResult.SENSOR_TIMESTAMP)?.let { pairing.result(it, exposures.read(result, it)) }
     }
 
-    private fun pair(image: TakenImage, exposure: Exposure) {
+    private fun pair(image: CopiedImage, exposure: Exposure) {
         val captureNanos = exposure.captureNanos ?: return giveUp(image)
         deliver(image, exposure, captureNanos)
     }
 
-    private fun giveUp(image: TakenImage) {
+    private fun giveUp(image: CopiedImage) {
         image.giveUp()
         lost(DropReason.SOURCE_LATE)
     }

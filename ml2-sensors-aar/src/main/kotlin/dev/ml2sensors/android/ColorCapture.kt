@@ -8,7 +8,7 @@ import android.media.ImageReader
 import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
-import dev.ml2sensors.capture.HandOver
+import dev.ml2sensors.capture.SampleQueue
 import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ColorPoses
@@ -44,7 +44,7 @@ internal class ColorCapture(
     private val plan: CapturePlan,
     private val rateHz: Int,
     encoder: JpegEncoder,
-    private val workers: Workers,
+    private val workers: EncoderThreads,
     private val closed: Job,
     private val clock: DeviceClock,
     private val exposures: (ColorPoses.Tracker?) -> ExposureReader,
@@ -56,22 +56,22 @@ internal class ColorCapture(
     private val pool = BufferPool(bufferBytes = width * height, JPEGS)
     private val intake =
         if (plan.format == ImageFormat.JPEG) {
-            JpegIntake(pool, ::lose)
+            JpegCopier(pool, ::lose)
         } else {
-            YuvIntake(width, height, encoder, workers.count, pool, ::lose)
+            YuvCopier(width, height, encoder, workers.count, pool, ::lose)
         }
 
     /** In order of capture; what is on its way is bounded by what [intake] takes. */
     private val samples = Channel<Deferred<Sample>>(Channel.UNLIMITED)
-    private val handOver = HandOver(QUEUED_FRAMES)
+    private val queue = SampleQueue(QUEUED_FRAMES)
 
     suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
-        launch(Dispatchers.Default) { for (sample in samples) handOver.offer(sample.await()) }
+        launch(Dispatchers.Default) { for (sample in samples) queue.offer(sample.await()) }
         launch {
             onThreadOfItsOwn { handler -> capture(this@coroutineScope, handler, poses) }
-            handOver.close(cause = null)
+            queue.close(cause = null)
         }
-        handOver.deliverTo(collector)
+        queue.deliverTo(collector)
         coroutineContext.cancelChildren()
     }
 
@@ -102,11 +102,11 @@ internal class ColorCapture(
         val connection = CameraConnection(cameraManager, camera.id, handler)
         val reader = ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES)
         val ending = closed.invokeOnCompletion { connection.end.complete(Unit) }
-        val deliver = { image: TakenImage, exposure: Exposure, captureNanos: Long ->
+        val deliver = { image: CopiedImage, exposure: Exposure, captureNanos: Long ->
             samples.trySend(scope.async(workers.dispatcher) { sample(image, exposure, captureNanos) })
             Unit
         }
-        val run = CaptureRun(intake, exposures, deliver, ::lose, connection::fail)
+        val run = CaptureCallbacks(intake, exposures, deliver, ::lose, connection::fail)
         try {
             reader.setOnImageAvailableListener(run, handler)
             connection.start(reader.surface, run) { request(it, reader) }
@@ -125,7 +125,7 @@ internal class ColorCapture(
             if (plan.format == ImageFormat.JPEG) set(CaptureRequest.JPEG_QUALITY, JpegEncoder.QUALITY.toByte())
         }.build()
 
-    private fun sample(image: TakenImage, exposure: Exposure, captureNanos: Long): Sample {
+    private fun sample(image: CopiedImage, exposure: Exposure, captureNanos: Long): Sample {
         val jpeg = image.jpeg
         if (!image.finish()) {
             pool.giveBack(jpeg)
@@ -160,6 +160,6 @@ internal class ColorCapture(
 }
 
 /** [count] threads that encode; by default half as many as there are processors: others capture and send. */
-internal class Workers(val count: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)) {
+internal class EncoderThreads(val count: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)) {
     val dispatcher: CoroutineDispatcher = Dispatchers.Default.limitedParallelism(count)
 }

@@ -23,7 +23,7 @@ internal fun interface JpegEncoder {
 }
 
 /** Writes into [target] as long as there is room. What comes then is left out: Android hides an exception here. */
-internal class BufferStream(private val target: ByteBuffer) : OutputStream() {
+internal class ByteBufferOutputStream(private val target: ByteBuffer) : OutputStream() {
     var hasOverflowed: Boolean = false
         private set
 
@@ -47,7 +47,7 @@ internal class EncoderSpeed(private val encoder: JpegEncoder, private val nowNan
 
     private fun encodeNanos(picture: ByteArray): Long {
         val start = nowNanos()
-        val target = BufferStream(ByteBuffer.allocate(WIDTH * HEIGHT * 2))
+        val target = ByteBufferOutputStream(ByteBuffer.allocate(WIDTH * HEIGHT * 2))
         if (!encoder.encode(picture, WIDTH, HEIGHT, target)) throw SourceException(ENCODING_FAILED)
         return nowNanos() - start
     }

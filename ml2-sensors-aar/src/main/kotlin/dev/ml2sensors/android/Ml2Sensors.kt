@@ -17,8 +17,8 @@ import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.SensorSource
-import dev.ml2sensors.source.SourcedHeadset
 import dev.ml2sensors.source.Thermal
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.table.StreamSpec
@@ -47,7 +47,7 @@ public object Ml2Sensors {
             Camera2Source(app.getSystemService(CameraManager::class.java), poses, clocks, bases),
             BatterySource(app, clocks.boot),
         ) + (native ?: absentNativeSources())
-        val headset = SourcedHeadset(identityOf(app), clocks.boot, sources.map { PermittedSource(app, it) }) {
+        val headset = SensorHeadset(identityOf(app), clocks.boot, sources.map { PermissionCheckedSource(app, it) }) {
             permissionsOf(app)
         }
         val power = app.getSystemService(PowerManager::class.java)
@@ -108,7 +108,7 @@ public object Ml2Sensors {
  * An opened headset; [Headset.clock] is CLOCK_BOOTTIME.
  */
 public class AndroidHeadset internal constructor(
-    headset: SourcedHeadset,
+    headset: SensorHeadset,
     private val native: List<NativeSource>,
     private val foundBases: StateFlow<Map<StreamSpec, ClockDomain>>,
     private val power: PowerManager,

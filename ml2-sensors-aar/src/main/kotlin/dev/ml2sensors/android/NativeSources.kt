@@ -25,7 +25,7 @@ internal fun loadNativeSources(): List<NativeSource>? {
 }
 
 /** What stands in for them. */
-internal fun absentNativeSources(): List<AbsentSource> = NativeBackend.entries.map { backend ->
+internal fun absentNativeSources(): List<UnavailableSource> = NativeBackend.entries.map { backend ->
     val streams = StreamTable.all.filterTo(LinkedHashSet()) { backend.id in it.backends }
-    AbsentSource(backend.id, streams, "not available: libml2sensors.so")
+    UnavailableSource(backend.id, streams, "not available: libml2sensors.so")
 }

@@ -24,7 +24,7 @@ internal fun Context.missingPermissions(stream: StreamSpec): List<String> =
  * [source] as far as the user allows it: a stream without its permission is refused, and one that ends because the
  * permission was taken away fails with [PermissionDeniedException].
  */
-internal class PermittedSource(private val context: Context, private val source: SensorSource) :
+internal class PermissionCheckedSource(private val context: Context, private val source: SensorSource) :
     SensorSource by source {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
         val missing = context.missingPermissions(stream).firstOrNull() ?: return permitted(stream, requested)

@@ -7,8 +7,8 @@ import android.hardware.SensorManager
 import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
-import dev.ml2sensors.capture.HandOver
 import dev.ml2sensors.capture.LocalFrames
+import dev.ml2sensors.capture.SampleQueue
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
@@ -50,10 +50,10 @@ internal class SensorManagerSource(
         if (find(stream) != null) Answer.Applied(requested) else Answer.Refused(absence(stream))
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        readings(closed) { handOver ->
+        callbackSamples(closed) { queue ->
             val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
             val timestamps = TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }
-            val listener = Listener(row, timestamps, handOver)
+            val listener = Listener(row, timestamps, queue)
             // Of the fastest rate Android makes the sensor's minDelay
             if (!sensorManager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {
                 throw SourceException("Android does not start the sensor ${sensor.name}")
@@ -84,15 +84,15 @@ internal class SensorManagerSource(
     private inner class Listener(
         private val row: SensorRow,
         private val timestamps: TimestampConverter,
-        private val handOver: HandOver,
+        private val queue: SampleQueue,
     ) : SensorEventListener {
         override fun onSensorChanged(event: SensorEvent) {
             try {
                 val sample = timestamps.captureNanos(event.timestamp)?.let { row.sample(it, event.values) }
                 if (sample is VectorSample) LocalFrames.copy(row.stream, sample)
-                handOver.offer(sample ?: undated())
+                queue.offer(sample ?: undated())
             } catch (e: SourceException) {
-                handOver.close(e)
+                queue.close(e)
             }
         }
 

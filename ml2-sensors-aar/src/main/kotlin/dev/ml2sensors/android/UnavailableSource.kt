@@ -10,7 +10,7 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 
 /** Stands for a [backend] that this device has not, and says why. */
-internal class AbsentSource(
+internal class UnavailableSource(
     override val backend: String,
     override val streams: Set<StreamSpec>,
     private val reason: String,

@@ -37,7 +37,7 @@ private class OpenTracker(
     private val poses = PoseBlock(MAX_POSES)
     private var settings = settings(subscriptions)
     private val handle = settings.open()
-    private val schedule = Schedule(PERIOD_NANOS, Native::now)
+    private val schedule = PeriodicTimer(PERIOD_NANOS, Native::now)
 
     override fun configure(subscriptions: List<Subscription>) {
         val next = settings(subscriptions)
@@ -48,7 +48,7 @@ private class OpenTracker(
 
     override fun deliver(subscriptions: List<Subscription>) {
         val missed = schedule.awaitNext()
-        if (missed > 0) subscriptions.forEach { it.handOver.lose(missed, DropReason.SOURCE_LATE) }
+        if (missed > 0) subscriptions.forEach { it.queue.countLost(missed, DropReason.SOURCE_LATE) }
         if (sensor == PoseSensor.HEAD && missed > HeadTrack.MAX_BRIDGED) LocalFrames.clearHead()
         val count = Native.pollPoses(handle, poses.memory)
         for ((number, tracked) in (0 until count).map { poses[it] }.groupBy { it.stream }) {
@@ -56,7 +56,7 @@ private class OpenTracker(
             val sample = if (sensor == PoseSensor.HANDS) joints(tracked) else pose(tracked.single())
             if (sensor == PoseSensor.HEAD && sample is PoseSample) LocalFrames.addHead(sample)
             for (subscription in subscriptions) {
-                if (subscription.stream == stream) subscription.handOver.offer(sample)
+                if (subscription.stream == stream) subscription.queue.offer(sample)
             }
         }
     }

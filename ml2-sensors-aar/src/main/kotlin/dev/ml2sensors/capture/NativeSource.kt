@@ -44,10 +44,10 @@ public sealed class NativeSource(
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
         require(stream in streams) { "$stream is not of this source" }
         return flow {
-            val subscription = Subscription(stream, values, HandOver(queuedSamples))
+            val subscription = Subscription(stream, values, SampleQueue(queuedSamples))
             thread.subscribe(subscription) { others -> admit(subscription, others) }
             try {
-                subscription.handOver.deliverTo(this)
+                subscription.queue.deliverTo(this)
             } finally {
                 withContext(NonCancellable) { thread.unsubscribe(subscription) }
             }

@@ -31,17 +31,17 @@ internal class OpenCamera(
         frames.deliver(count) { index, frame, sample ->
             val stream = StreamTable.all[frame.stream]
             if (sample is ImageSample) LocalFrames.publish(stream, frames, index)
-            handOver(sample, frame, subscriptions.filter { it.stream == stream })
+            queue(sample, frame, subscriptions.filter { it.stream == stream })
         }
     }
 
-    private fun handOver(sample: Sample, frame: NativeFrame, subscriptions: List<Subscription>) {
+    private fun queue(sample: Sample, frame: NativeFrame, subscriptions: List<Subscription>) {
         val missed = missedBefore(frame)
         for (subscription in subscriptions) {
             (sample as? ImageSample)?.retain()
-            subscription.handOver.lose(missed, DropReason.SOURCE_LATE)
-            if (frame.isUsable) subscription.handOver.lose(frame.skipped, DropReason.UNUSABLE)
-            subscription.handOver.offer(sample)
+            subscription.queue.countLost(missed, DropReason.SOURCE_LATE)
+            if (frame.isUsable) subscription.queue.countLost(frame.skipped, DropReason.UNUSABLE)
+            subscription.queue.offer(sample)
         }
     }
 

@@ -3,7 +3,7 @@ package dev.ml2sensors.capture
 import java.util.concurrent.locks.LockSupport
 
 /** Instants [periodNanos] apart by the clock [now], from now on. Used by one thread. */
-internal class Schedule(
+internal class PeriodicTimer(
     private val periodNanos: Long,
     private val now: () -> Long,
     private val park: (nanos: Long) -> Unit = LockSupport::parkNanos,

@@ -15,19 +15,19 @@ import java.util.concurrent.atomic.AtomicIntegerArray
  * room and is counted as [DropReason.SOURCE_LATE]. Losses are reported before the next sample, without one, and before
  * the end. Images that nobody will take are released.
  */
-internal class HandOver(capacity: Int) {
+internal class SampleQueue(capacity: Int) {
     private val lost = AtomicIntegerArray(DropReason.entries.size)
     private val losses = Channel<Unit>(Channel.CONFLATED)
-    private val waiting = Channel(capacity, BufferOverflow.DROP_OLDEST, ::drop)
+    private val samples = Channel(capacity, BufferOverflow.DROP_OLDEST, ::drop)
     private var lastCaptureNanos = 0L
 
     /** Takes over one use of an image. Only by the sensor's thread. */
     fun offer(sample: Sample) {
-        if (waiting.trySend(sample).isFailure) (sample as? ImageSample)?.release()
+        if (samples.trySend(sample).isFailure) (sample as? ImageSample)?.release()
     }
 
     /** Counts samples that will not come. Any thread. */
-    fun lose(count: Int, reason: DropReason) {
+    fun countLost(count: Int, reason: DropReason) {
         if (count == 0) return
         lost.addAndGet(reason.ordinal, count)
         losses.trySend(Unit)
@@ -35,7 +35,7 @@ internal class HandOver(capacity: Int) {
 
     /** What waits is still delivered; then the collector ends, with [cause] if there is one. Any thread. */
     fun close(cause: Throwable?) {
-        waiting.close(cause)
+        samples.close(cause)
     }
 
     /** Until closed; images are lent until [collector] returns. */
@@ -43,7 +43,7 @@ internal class HandOver(capacity: Int) {
         try {
             while (true) {
                 val next = select {
-                    waiting.onReceiveCatching { it }
+                    samples.onReceiveCatching { it }
                     losses.onReceive { null }
                 }
                 val sample = next?.getOrNull()
@@ -57,7 +57,7 @@ internal class HandOver(capacity: Int) {
                 if (next?.isClosed == true) return next.exceptionOrNull()?.let { throw it } ?: Unit
             }
         } finally {
-            waiting.cancel()
+            samples.cancel()
         }
     }
 
@@ -70,6 +70,6 @@ internal class HandOver(capacity: Int) {
 
     private fun drop(sample: Sample) {
         (sample as? ImageSample)?.release()
-        if (sample is LostSamples) lose(sample.count, sample.reason) else lose(1, DropReason.SOURCE_LATE)
+        if (sample is LostSamples) countLost(sample.count, sample.reason) else countLost(1, DropReason.SOURCE_LATE)
     }
 }

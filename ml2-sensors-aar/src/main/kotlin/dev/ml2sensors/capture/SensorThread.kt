@@ -8,7 +8,7 @@ import java.util.concurrent.locks.ReentrantLock
 import kotlin.concurrent.withLock
 
 /** One collector of one stream. */
-internal class Subscription(val stream: StreamSpec, val values: StreamValues, val handOver: HandOver)
+internal class Subscription(val stream: StreamSpec, val values: StreamValues, val queue: SampleQueue)
 
 /** An opened sensor as its thread sees it; ended by [close]. */
 internal interface OpenSensor {
@@ -71,7 +71,7 @@ internal class SensorThread(
     /** Ends all subscriptions and returns when the sensor is closed. */
     override fun close() {
         lock.withLock {
-            wanted.subscriptions.forEach { it.handOver.close(cause = null) }
+            wanted.subscriptions.forEach { it.queue.close(cause = null) }
             change { Wanted(it.version + 1, isClosed = true) }
         }
         thread.join()
@@ -128,6 +128,6 @@ internal class SensorThread(
 
     private fun end(subscriptions: List<Subscription>, cause: Throwable) {
         change { Wanted(it.version + 1, it.subscriptions - subscriptions.toSet(), it.isPaused) }
-        subscriptions.forEach { it.handOver.close(cause) }
+        subscriptions.forEach { it.queue.close(cause) }
     }
 }

@@ -73,7 +73,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
 
     /** No link: the last estimate is held. */
     @Synchronized
-    fun linkDown() {
+    fun endSession() {
         lastExchangeNanos = Long.MIN_VALUE / 2
     }
 

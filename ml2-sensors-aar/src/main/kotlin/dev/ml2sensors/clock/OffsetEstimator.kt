@@ -3,7 +3,7 @@ package dev.ml2sensors.clock
 import kotlin.math.abs
 
 /**
- * Host-minus-device offset and skew from time exchanges, by [Corridor]. Keeps the tightest bounds of each of the last
+ * Host-minus-device offset and skew from time exchanges, by [OffsetFit]. Keeps the tightest bounds of each of the last
  * [KEPT_SPANS] half seconds in which there were exchanges, on whatever link: a bound stays true, it only loosens with
  * age. Exchanges that no clock of a steady rate can explain are set aside; [STEP_RUN] of them within a second begin a new
  * fit. Does no I/O; used by one thread.
@@ -27,7 +27,7 @@ internal class OffsetEstimator {
 
     private fun follow(exchange: TimeExchange): OffsetEstimate {
         keep(exchange)
-        return Corridor(bounds, exchange.t4).fit(likelySkewPpb = latest?.skewPpb ?: 0)
+        return OffsetFit(bounds, exchange.t4).fit(likelySkewPpb = latest?.skewPpb ?: 0)
     }
 
     private fun doubt(known: OffsetEstimate, exchange: TimeExchange): OffsetEstimate {

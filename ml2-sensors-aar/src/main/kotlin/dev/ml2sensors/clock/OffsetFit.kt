@@ -21,7 +21,7 @@ import kotlin.math.roundToLong
  *
  * @param bounds in order of time, not empty.
  */
-internal class Corridor(private val bounds: List<TightestBounds>, private val nowNanos: Long) {
+internal class OffsetFit(private val bounds: List<TightestBounds>, private val nowNanos: Long) {
     // Offsets are taken from one of them, so that doubles hold them to the nanosecond
     private val originNanos = bounds.last().above.mostOffsetNanos
     private val most = DoubleArray(bounds.size) { (bounds[it].above.mostOffsetNanos - originNanos).toDouble() }

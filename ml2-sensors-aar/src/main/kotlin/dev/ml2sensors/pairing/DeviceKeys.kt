@@ -42,7 +42,7 @@ public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, rec
      * One of the [receivers] that there are when a connection is made: one that announces itself, else the last one
      * where it was paired. While there is none, it is not found.
      */
-    public fun receiver(browser: ReceiverBrowser): Receiver = KnownReceiver(store::load, browser)
+    public fun receiver(browser: ReceiverBrowser): Receiver = PairedReceiverLocator(store::load, browser)
 
     /**
      * Pairs with the receiver that showed [uri], and remembers it. Blocks no thread of the caller's.

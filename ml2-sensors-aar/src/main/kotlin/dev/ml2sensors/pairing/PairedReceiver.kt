@@ -28,7 +28,10 @@ public data class PairedReceiver(val name: String, val fingerprint: Fingerprint,
  * The one of those that [load] reads that announces itself, wherever it is now; as long as none does, the one paired
  * last, where it was then.
  */
-internal class KnownReceiver(private val load: () -> List<PairedReceiver>, private val browser: ReceiverBrowser) :
+internal class PairedReceiverLocator(
+    private val load: () -> List<PairedReceiver>,
+    private val browser: ReceiverBrowser,
+) :
     Receiver {
     /** @throws NotPairedException when there is none. */
     override suspend fun locate(): ReceiverAddress {

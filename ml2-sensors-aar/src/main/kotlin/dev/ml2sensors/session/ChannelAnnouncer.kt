@@ -10,7 +10,7 @@ import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 
 /** The channels that the receiver of a session knows; PROTOCOL.md, Streams. Safe for use by several coroutines. */
-internal class Announcements(private val streams: StreamControl, private val control: ControlLane) {
+internal class ChannelAnnouncer(private val streams: StreamControl, private val control: ControlLane) {
     private val announcing = Mutex()
     private val announced = HashSet<Int>()
 
@@ -20,7 +20,7 @@ internal class Announcements(private val streams: StreamControl, private val con
     private var openRequest: Long? = null
 
     /** Before CONFIGURED of a [request]: what it configures is announced, all else ends. */
-    suspend fun follow(request: Long): Unit = announcing.withLock {
+    suspend fun announceConfigured(request: Long): Unit = announcing.withLock {
         val channels = streams.channels()
         endAllBut(channels)
         announce(channels)
@@ -29,12 +29,12 @@ internal class Announcements(private val streams: StreamControl, private val con
     }
 
     /** What has come to be that nobody configured. */
-    suspend fun add(): Unit = announcing.withLock {
+    suspend fun announceAdditions(): Unit = announcing.withLock {
         if (openRequest != null) announce(streams.channels().filter { it.lane == SessionLanes.SENSORS })
     }
 
     /** What is there no more ends. */
-    suspend fun withdraw(): Unit = announcing.withLock { endAllBut(streams.channels()) }
+    suspend fun endRemoved(): Unit = announcing.withLock { endAllBut(streams.channels()) }
 
     /** The ids that the receiver knew when it sent [start], which has to be of the last request. */
     suspend fun knownAt(start: Start): Set<Int> = announcing.withLock {

@@ -25,19 +25,19 @@ import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
 /** What is said on control between WELCOME and BYE: requests and their answers, and reports. */
-internal class Conversation(
+internal class ControlHandler(
     private val control: ControlLane,
     private val lanes: SessionLanes,
     private val streams: StreamControl,
     private val hostClock: HostClock,
 ) {
-    private val announcements = Announcements(streams, control)
+    private val announcer = ChannelAnnouncer(streams, control)
 
     /**
      * Hears the receiver until it closes the connection after our BYE. Its requests are handled in order beside that,
      * once the first lanes are joined by [joining]: a request that takes long delays no PONG, and is no silence.
      */
-    suspend fun listen(joining: Job): Unit = coroutineScope {
+    suspend fun handleFrames(joining: Job): Unit = coroutineScope {
         val requests = Channel<Frame>(MOST_REQUESTS)
         launch {
             joining.join()
@@ -60,7 +60,7 @@ internal class Conversation(
             FrameKind.CONFIGURE -> configure(ControlJson.decode(frame.body))
 
             FrameKind.START -> {
-                val known = announcements.knownAt(ControlJson.decode<Start>(frame.body))
+                val known = announcer.knownAt(ControlJson.decode<Start>(frame.body))
                 lanes.startSending()
                 streams.start(known)
             }
@@ -79,20 +79,20 @@ internal class Conversation(
     private suspend fun configure(wanted: Configure) {
         val answers = streams.configure(wanted.streams, wanted.framePrefix)
         lanes.join(streams.channels().map { it.lane }.toSet())
-        announcements.follow(wanted.request)
+        announcer.announceConfigured(wanted.request)
         control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
     }
 
     /** Announces channels that come to be while it runs. */
     suspend fun reportAdditions() {
-        for (addition in streams.additions) announcements.add()
+        for (addition in streams.additions) announcer.announceAdditions()
     }
 
     suspend fun reportFailures() {
         for (failure in streams.failures) {
             val message = "stream ${failure.stream} ended${failure.ago()}: ${failure.reason}"
             control.write(FrameKind.ERROR, ErrorBody.of(ErrorCode.SOURCE, message, fatal = false))
-            announcements.withdraw()
+            announcer.endRemoved()
         }
     }
 
@@ -100,10 +100,10 @@ internal class Conversation(
     suspend fun reportEvents(drained: Deferred<Unit>) {
         while (true) {
             val event = select {
-                streams.events.waiting.onReceive { it }
+                streams.events.pending.onReceive { it }
                 drained.onAwait { null }
             }
-            control.write(FrameKind.EVENT, streams.events.told(event ?: return))
+            control.write(FrameKind.EVENT, streams.events.toEvent(event ?: return))
         }
     }
 

@@ -28,26 +28,26 @@ import kotlin.time.TimeSource
 /** The control connection of a session: who spoke when, and orderly ends. Read by one coroutine, written by any. */
 internal class ControlLane(private val connection: Connection) {
     @Volatile
-    private var lastHeard: TimeMark = TimeSource.Monotonic.markNow()
+    private var lastReceived: TimeMark = TimeSource.Monotonic.markNow()
 
     @Volatile
-    private var lastSpoke: TimeMark = lastHeard
+    private var lastSent: TimeMark = lastReceived
 
-    private val speaking = Mutex()
+    private val writing = Mutex()
 
     /** True once [finish] has begun: how connections end no longer matters. */
     @Volatile
-    var saidBye = false
+    var byeWritten = false
         private set
 
     suspend inline fun <reified T> write(kind: FrameKind, body: T): Unit = write(kind, ControlJson.encode(body))
 
     /** Writes a frame; nothing is written after BYE. */
     suspend fun write(kind: FrameKind, body: ByteArray = EMPTY): Unit =
-        speaking.withLock { if (!saidBye) writeNow(kind, body) }
+        writing.withLock { if (!byeWritten) writeNow(kind, body) }
 
     private suspend fun writeNow(kind: FrameKind, body: ByteArray) {
-        lastSpoke = TimeSource.Monotonic.markNow()
+        lastSent = TimeSource.Monotonic.markNow()
         // An interrupted write closes the connection, and the receiver could not be told why the session ends
         withContext(NonCancellable) {
             withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.writer.write(kind, body) } }
@@ -69,8 +69,8 @@ internal class ControlLane(private val connection: Connection) {
             }
         }
         val frame = result.getOrThrow()
-        if (frame == null && !saidBye) throw EOFException("the receiver closed the connection")
-        lastHeard = TimeSource.Monotonic.markNow()
+        if (frame == null && !byeWritten) throw EOFException("the receiver closed the connection")
+        lastReceived = TimeSource.Monotonic.markNow()
         return frame
     }
 
@@ -78,17 +78,17 @@ internal class ControlLane(private val connection: Connection) {
     suspend fun keepAlive(timeouts: Welcome.Timeouts) {
         while (true) {
             delay(TICK)
-            val silence = lastHeard.elapsedNow()
+            val silence = lastReceived.elapsedNow()
             if (silence > timeouts.deadSeconds.seconds) {
                 throw ProtocolException(ErrorCode.TIMEOUT, "nothing heard from the receiver for $silence")
             }
-            if (lastSpoke.elapsedNow() >= timeouts.pingSeconds.seconds) write(FrameKind.PING)
+            if (lastSent.elapsedNow() >= timeouts.pingSeconds.seconds) write(FrameKind.PING)
         }
     }
 
     /** Says goodbye: nothing more will be written. */
-    suspend fun finish(reason: String): Unit = speaking.withLock {
-        saidBye = true
+    suspend fun finish(reason: String): Unit = writing.withLock {
+        byeWritten = true
         writeNow(FrameKind.BYE, ControlJson.encode(Bye.of(reason)))
         withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.shutdownOutput() } }
     }
@@ -96,7 +96,7 @@ internal class ControlLane(private val connection: Connection) {
     /** Tells the peer why the session ends. Best effort: the connection may be what failed. */
     suspend fun tell(error: ProtocolException) {
         try {
-            withTimeoutOrNull(FAREWELL_LIMIT) {
+            withTimeoutOrNull(CLOSING_LIMIT) {
                 write(FrameKind.ERROR, ErrorBody.of(error.code, error.message.orEmpty(), fatal = true))
                 blockingIo {
                     connection.shutdownOutput()
@@ -110,7 +110,7 @@ internal class ControlLane(private val connection: Connection) {
 
     companion object {
         /** How long the peer is listened to after the last word, PROTOCOL.md. */
-        val FAREWELL_LIMIT = 1.seconds
+        val CLOSING_LIMIT = 1.seconds
         private val EMPTY = ByteArray(0)
         private val TICK = 250.milliseconds
         private val WRITE_LIMIT = 2.seconds

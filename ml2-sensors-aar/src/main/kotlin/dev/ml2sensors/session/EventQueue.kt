@@ -9,31 +9,31 @@ import kotlin.time.TimeMark
 import kotlin.time.TimeSource
 
 /**
- * What users are to be told, until there is a receiver to tell it to: the latest [MOST_WAITING] events. Safe for use by
+ * What users are to be toEvent, until there is a receiver to tell it to: the latest [MAX_PENDING] events. Safe for use by
  * several threads.
  */
 internal class EventQueue {
-    /** An event that happened [at] an instant, and has yet to be told. */
-    class Waiting(val event: Event, val at: TimeMark = TimeSource.Monotonic.markNow())
+    /** An event that happened [at] an instant, and has yet to be toEvent. */
+    class Pending(val event: Event, val at: TimeMark = TimeSource.Monotonic.markNow())
 
     private val dropped = AtomicInteger()
-    private val queue = Channel<Waiting>(MOST_WAITING, BufferOverflow.DROP_OLDEST) { dropped.incrementAndGet() }
+    private val queue = Channel<Pending>(MAX_PENDING, BufferOverflow.DROP_OLDEST) { dropped.incrementAndGet() }
 
-    /** To be told by [told]. */
-    val waiting: ReceiveChannel<Waiting> get() = queue
+    /** To be toEvent by [toEvent]. */
+    val pending: ReceiveChannel<Pending> get() = queue
 
     fun add(event: Event) {
-        queue.trySend(Waiting(event))
+        queue.trySend(Pending(event))
     }
 
     /** What is said of [next] now: how long ago it was, and whether events before it are missing. */
-    fun told(next: Waiting): Event {
+    fun toEvent(next: Pending): Event {
         val missing = dropped.getAndSet(0)
         val note = if (missing > 0) " ($missing events before this one were dropped)" else ""
         return Event(next.event.event, next.event.text + note, next.at.elapsedNow().inWholeMilliseconds / 1000.0)
     }
 
     private companion object {
-        const val MOST_WAITING = 64
+        const val MAX_PENDING = 64
     }
 }

@@ -12,35 +12,35 @@ import kotlinx.coroutines.flow.first
  * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
  * session lends it one through [sendThrough].
  *
- * When the queue is full the oldest frame whose writing has not begun is dropped; a lane that [waits], for sources that
+ * When the queue is full the oldest frame whose writing has not begun is dropped; a lane that [suspendsWhenFull], for sources that
  * can, suspends its producers instead, also while there is no session. Safe for use by several producers.
  */
-internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolean) {
-    private val isLinked = MutableStateFlow(false)
+internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenFull: Boolean) {
+    private val hasSession = MutableStateFlow(false)
 
     private val queue =
         Channel<OutgoingFrame>(spec.capacityFrames, onUndeliveredElement = { it.drop(DropReason.LINK_DOWN) })
 
     /** Takes over [frame]: it will be sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
-        if (waits) awaitLinkFor(frame)
-        offerIfLinked(frame)
+        if (suspendsWhenFull) awaitSessionFor(frame)
+        offerIfInSession(frame)
     }
 
     /** As [offer], without waiting for a session. */
-    suspend fun offerIfLinked(frame: OutgoingFrame): Unit =
-        ifLinked(frame) { if (waits) queue.send(frame) else enqueue(frame) }
+    suspend fun offerIfInSession(frame: OutgoingFrame): Unit =
+        ifInSession(frame) { if (suspendsWhenFull) queue.send(frame) else enqueue(frame) }
 
     /** As [offer], without ever waiting. */
-    fun offerNow(frame: OutgoingFrame): Unit = ifLinked(frame) { enqueue(frame) }
+    fun offerNow(frame: OutgoingFrame): Unit = ifInSession(frame) { enqueue(frame) }
 
-    private inline fun ifLinked(frame: OutgoingFrame, enqueue: () -> Unit) {
-        if (!isLinked.value) return frame.drop(DropReason.LINK_DOWN)
+    private inline fun ifInSession(frame: OutgoingFrame, enqueue: () -> Unit) {
+        if (!hasSession.value) return frame.drop(DropReason.LINK_DOWN)
         try {
             enqueue()
         } finally {
             // The link may have gone after the look at it, and with it whoever empties the queue
-            if (!isLinked.value) dropQueued()
+            if (!hasSession.value) dropQueued()
         }
     }
 
@@ -55,9 +55,9 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
         }
     }
 
-    private suspend fun awaitLinkFor(frame: OutgoingFrame) {
+    private suspend fun awaitSessionFor(frame: OutgoingFrame) {
         try {
-            awaitLink()
+            awaitSession()
         } catch (e: CancellationException) {
             frame.drop(DropReason.LINK_DOWN)
             throw e
@@ -65,17 +65,17 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
     }
 
     /** Waits until [sendThrough] has begun. */
-    suspend fun awaitLink() {
-        isLinked.first { it }
+    suspend fun awaitSession() {
+        hasSession.first { it }
     }
 
     /** Sends what is offered through [writer] until the lane is finished; fails when the connection does. */
     suspend fun sendThrough(writer: FrameWriter) {
-        isLinked.value = true
+        hasSession.value = true
         try {
             for (frame in queue) send(frame, writer)
         } finally {
-            isLinked.value = false
+            hasSession.value = false
             dropQueued()
         }
     }
@@ -85,7 +85,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val waits: Boolea
         queue.close()
     }
 
-    /** Drops what waits in the queue. */
+    /** Drops what suspendsWhenFull in the queue. */
     fun dropQueued() {
         while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
     }

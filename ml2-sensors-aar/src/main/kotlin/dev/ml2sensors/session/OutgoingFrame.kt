@@ -12,18 +12,18 @@ import java.nio.ByteBuffer
  * @property data the rest of the payload, in memory borrowed from [sample].
  */
 internal class OutgoingFrame(
-    private val account: ChannelAccount,
+    private val counters: ChannelCounters,
     val head: ByteBuffer,
     val data: ByteBuffer?,
     private val sample: ImageSample?,
 ) {
     fun sent() {
-        account.sent()
+        counters.countSent()
         sample?.release()
     }
 
     fun drop(reason: DropReason) {
-        account.drop(reason)
+        counters.countDropped(reason)
         sample?.release()
     }
 }

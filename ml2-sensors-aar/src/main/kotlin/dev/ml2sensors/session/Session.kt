@@ -49,44 +49,44 @@ internal class Session(
         try {
             val control = ControlLane(unlessStopped(stop) { open(urgent = true) } ?: return)
             try {
-                val welcome = unlessStopped(stop) { greet(control, hello) } ?: return
-                streams.linkUp(welcome.received)
+                val welcome = unlessStopped(stop) { exchangeHello(control, hello) } ?: return
+                streams.beginSession(welcome.received)
                 onWelcome(welcome.name)
-                converse(control, welcome, stop)
+                runParts(control, welcome, stop)
             } catch (e: ProtocolException) {
                 if (!e.isPeers) control.tell(e)
                 throw e
             }
         } finally {
-            hostClock.linkDown()
+            hostClock.endSession()
             connections.forEach(Connection::close)
         }
     }
 
-    private suspend fun greet(control: ControlLane, hello: Hello): Welcome {
+    private suspend fun exchangeHello(control: ControlLane, hello: Hello): Welcome {
         control.write(FrameKind.HELLO, hello)
         val frame = handshake("WELCOME", FIRST_LIMIT) { control.read(setOf(FrameKind.WELCOME)) }
         val welcome = ControlJson.decode<Welcome>(frame.body)
         if (welcome.version !in hello.versions) {
             throw ProtocolException(ErrorCode.VERSION, "expected one of ${hello.versions}, found ${welcome.version}")
         }
-        welcome.flaw()?.let { throw ProtocolException(ErrorCode.MALFORMED, "WELCOME with $it") }
+        welcome.violation()?.let { throw ProtocolException(ErrorCode.MALFORMED, "WELCOME with $it") }
         return welcome
     }
 
-    private suspend fun converse(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
-        val lanes = SessionLanes(welcome, ::open, streams::lane) { part(control, it) }
-        val conversation = Conversation(control, lanes, streams, hostClock)
-        part(control) { control.keepAlive(welcome.timeouts) }
+    private suspend fun runParts(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
+        val lanes = SessionLanes(welcome, ::open, streams::lane) { launchPart(control, it) }
+        val handler = ControlHandler(control, lanes, streams, hostClock)
+        launchPart(control) { control.keepAlive(welcome.timeouts) }
         val joining = async { lanes.joinTime().also { lanes.join(setOf(SessionLanes.SENSORS)) } }
-        val listening = part(control) { conversation.listen(joining) }
+        val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock)
-        part(control) { timeLane.run() }
-        part(control) { conversation.reportFailures() }
-        part(control) { conversation.reportAdditions() }
+        launchPart(control) { timeLane.run() }
+        launchPart(control) { handler.reportFailures() }
+        launchPart(control) { handler.reportAdditions() }
         val drained = CompletableDeferred<Unit>()
-        val telling = part(control) { conversation.reportEvents(drained) }
-        val statusing = part(control) { conversation.reportStatus(drained) }
+        val telling = launchPart(control) { handler.reportEvents(drained) }
+        val statusing = launchPart(control) { handler.reportStatus(drained) }
         val reason = stop.await()
         streams.stopSources()
         lanes.finish(streams.drainLimit)
@@ -94,7 +94,7 @@ internal class Session(
         telling.join()
         statusing.join()
         control.finish(reason)
-        withTimeoutOrNull(ControlLane.FAREWELL_LIMIT) { listening.join() }
+        withTimeoutOrNull(ControlLane.CLOSING_LIMIT) { listening.join() }
         coroutineContext.cancelChildren()
     }
 
@@ -114,10 +114,10 @@ internal class Session(
 }
 
 /** Runs [block] on a thread that may block; after our BYE it does not matter how it ends. */
-private fun CoroutineScope.part(control: ControlLane, block: suspend () -> Unit): Job = launch(Dispatchers.IO) {
+private fun CoroutineScope.launchPart(control: ControlLane, block: suspend () -> Unit): Job = launch(Dispatchers.IO) {
     try {
         block()
     } catch (e: IOException) {
-        if (!control.saidBye) throw e
+        if (!control.byeWritten) throw e
     }
 }

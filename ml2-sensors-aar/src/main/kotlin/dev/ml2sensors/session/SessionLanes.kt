@@ -62,7 +62,7 @@ internal class SessionLanes(
         for ((name, connection) in connections) {
             if (name in senders) continue
             senders[name] = launch { lane(name).sendThrough(connection.writer) }
-            lane(name).awaitLink()
+            lane(name).awaitSession()
         }
     }
 

@@ -26,7 +26,7 @@ internal interface StreamControl {
     val drainLimit: Duration
 
     /** A session began; the peer has [received] so many messages per topic of this instance, null when it cannot know. */
-    fun linkUp(received: Map<String, Long>?)
+    fun beginSession(received: Map<String, Long>?)
 
     /** Makes [requested] what is to run, in frames whose ids begin with [framePrefix], and stops all else. */
     suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer>

@@ -26,7 +26,7 @@ internal suspend fun <T : Any> unlessStopped(stop: Deferred<*>, exchange: suspen
     }
 
 /** What PROTOCOL.md does not allow in it, null when it is sound. */
-internal fun Welcome.flaw(): String? {
+internal fun Welcome.violation(): String? {
     val missing = listOf(SessionLanes.TIME, SessionLanes.SENSORS) - tickets.keys
     val isInTime = timeouts.handshakeSeconds > 0 && timeouts.pingSeconds > 0 && timeouts.deadSeconds > 0
     val counts = received.orEmpty().values + limits.dataBytes

@@ -8,7 +8,7 @@ import kotlinx.coroutines.flow.Flow
  * [headset] with the streams that are made of others: `imu_*` of both halves of a unit, and `tf`, whose samples are the
  * head's poses; and `custom`, which the app makes and that has no samples.
  */
-internal class ComposedHeadset(private val headset: Headset) : Headset by headset {
+internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by headset {
     /** As the headset answers; a source that fails to has refused, and costs nothing but its own stream. */
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
         answer(stream, requested)

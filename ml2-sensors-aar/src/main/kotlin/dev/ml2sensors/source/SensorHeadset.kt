@@ -7,7 +7,7 @@ import kotlinx.coroutines.flow.Flow
  * A live headset made of [sources], which it owns. A stream is served by the backend that its values name, else by the
  * first in the stream table's order that some source offers.
  */
-public class SourcedHeadset(
+public class SensorHeadset(
     override val identity: Headset.Identity,
     override val clock: DeviceClock,
     private val sources: List<SensorSource>,

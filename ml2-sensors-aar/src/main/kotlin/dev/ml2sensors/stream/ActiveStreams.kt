@@ -6,7 +6,7 @@ import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.SourceFailure
 import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.ComposedHeadset
+import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
@@ -50,15 +50,15 @@ internal class ActiveStreams(
         val job: Job,
     )
 
-    private val headset = ComposedHeadset(headset)
+    private val headset = DerivedStreamsHeadset(headset)
     private val streams = StreamStates(this.headset)
-    private val waits = headset.timeline == Headset.Timeline.RECORDED
-    private val outgoing = OutgoingChannels(waits)
+    private val isRecording = headset.timeline == Headset.Timeline.RECORDED
+    private val outgoing = TopicChannels(isRecording)
     private val custom = CustomTopics(outgoing, clock.stamps)
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private var frameIds = FrameIds()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val tree = TransformTree(clock.stamps, isLive = !waits) { events.add(it) }
+    private val tree = TransformTree(clock.stamps, isLive = !isRecording) { events.add(it) }
 
     private val local = LocalStreams(this.headset, scope, ::tell)
     private var isConfigured = false
@@ -84,7 +84,7 @@ internal class ActiveStreams(
 
     override val additions: ReceiveChannel<Unit> get() = custom.additions
 
-    override val drainLimit: Duration = if (waits) Duration.INFINITE else 2.seconds
+    override val drainLimit: Duration = if (isRecording) Duration.INFINITE else 2.seconds
 
     override val timestampBases: Map<String, String>
         get() = headset.timestampBases.mapValues { (_, base) -> base.wireName }
@@ -99,9 +99,9 @@ internal class ActiveStreams(
 
     override fun refuse(channel: Int, reason: String): Unit = custom.refuse(channel, reason)
 
-    override fun linkUp(received: Map<String, Long>?) {
-        custom.linkUp()
-        if (received != null) outgoing.settle(received)
+    override fun beginSession(received: Map<String, Long>?) {
+        custom.beginSession()
+        if (received != null) outgoing.reconcile(received)
     }
 
     override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
@@ -127,7 +127,7 @@ internal class ActiveStreams(
             }
             custom.refusal = answers[StreamTable.custom.id].customRefusal()
             streams.answered(answers, running.keys)
-            if (!waits) asking = scope.launch { askAgain(requested.filterKeys { answers[it] is Answer.Refused }) }
+            if (!isRecording) asking = scope.launch { askAgain(requested.filterKeys { answers[it] is Answer.Refused }) }
         }
         return answers
     }
@@ -167,7 +167,7 @@ internal class ActiveStreams(
             accepted.flatMap { (spec, values) -> channels(spec, values).map { it.describe(spec, frameIds) } }
         }
 
-    private fun channels(spec: StreamSpec, values: StreamValues): List<OutgoingChannel> =
+    private fun channels(spec: StreamSpec, values: StreamValues): List<TopicChannel> =
         if (spec == StreamTable.custom) custom.channels() else outgoing.of(spec, values)
 
     override fun lane(name: String): Lane = outgoing.lane(name)
@@ -178,7 +178,7 @@ internal class ActiveStreams(
         scope.launch {
             warming?.join()
             clock.awaitStamps()
-            if (waits) clock.freeze()
+            if (isRecording) clock.freeze()
             changes.withLock {
                 // What was configured in the meantime has a START of its own
                 val fresh = wanted.filter { (spec, values) -> accepted[spec] == values && spec !in running }
@@ -224,8 +224,8 @@ internal class ActiveStreams(
         frameIds: FrameIds,
     ) {
         if (spec == StreamTable.custom) return custom.run()
-        if (waits) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
-        Supervisor { tell(spec, it) }.run({ headset.samples(spec, values) }) {
+        if (isRecording) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
+        StreamSupervisor { tell(spec, it) }.run({ headset.samples(spec, values) }) {
             pipeline(spec, values, frameIds, it)
         }
     }

@@ -23,7 +23,7 @@ import kotlinx.coroutines.flow.Flow
  */
 internal class CameraPipeline(
     private val spec: StreamSpec,
-    private val channels: List<OutgoingChannel>,
+    private val channels: List<TopicChannel>,
     private val stamps: StampMap,
     private val tree: TransformTree,
     private val frameIds: FrameIds,
@@ -35,7 +35,7 @@ internal class CameraPipeline(
         samples.collect { sample ->
             when (sample) {
                 is ImageSample -> publish(sample)
-                is LostSamples -> channels.forEach { it.account.lose(sample.count, sample.reason) }
+                is LostSamples -> channels.forEach { it.counters.countLost(sample.count, sample.reason) }
                 else -> error("$spec is a camera, but delivered $sample")
             }
         }
@@ -44,7 +44,7 @@ internal class CameraPipeline(
     private suspend fun publish(sample: ImageSample) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
         if (stampNanos == null) {
-            channels.forEach { it.account.lose(1, stamps.lossReason(sample.captureNanos)) }
+            channels.forEach { it.counters.countLost(1, stamps.lossReason(sample.captureNanos)) }
         } else {
             val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
             for (channel in channels) publish(channel, sample, header, stampNanos)
@@ -53,7 +53,7 @@ internal class CameraPipeline(
     }
 
     private suspend fun publish(
-        channel: OutgoingChannel,
+        channel: TopicChannel,
         sample: ImageSample,
         header: Header,
         stampNanos: Long,

@@ -14,7 +14,7 @@ internal fun Answer?.customRefusal(): String? = when (this) {
 }
 
 /** The topics that the app names itself, and which of them the receiver takes at present. Any thread. */
-internal class CustomTopics(private val outgoing: OutgoingChannels, private val stamps: StampMap) {
+internal class CustomTopics(private val outgoing: TopicChannels, private val stamps: StampMap) {
     private val publishers = LinkedHashMap<String, TopicPublisher>()
 
     /** Why the receiver takes none of them; null when it does, and before it has said what it wants. */
@@ -49,11 +49,11 @@ internal class CustomTopics(private val outgoing: OutgoingChannels, private val 
     }
 
     @Synchronized
-    fun channels(): List<OutgoingChannel> = publishers.values.map { it.channel }
+    fun channels(): List<TopicChannel> = publishers.values.map { it.channel }
 
     /** A session began: its receiver has yet to learn of all. */
     @Synchronized
-    fun linkUp() {
+    fun beginSession() {
         link++
         refusal = null
         publishers.values.forEach { it.reset() }

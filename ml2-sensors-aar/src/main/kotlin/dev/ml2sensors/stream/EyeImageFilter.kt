@@ -7,10 +7,10 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.transport.TransportSecurity
 
 /** This headset, without images of the wearer's eyes where [security] does not protect them. */
-internal fun Headset.sparingEyes(security: TransportSecurity): Headset =
-    if (security is TransportSecurity.Insecure && !security.allowsEyeImages) SparedEyes(this) else this
+internal fun Headset.withoutUnprotectedEyeImages(security: TransportSecurity): Headset =
+    if (security is TransportSecurity.Insecure && !security.allowsEyeImages) EyeImageFilter(this) else this
 
-private class SparedEyes(private val headset: Headset) : Headset by headset {
+private class EyeImageFilter(private val headset: Headset) : Headset by headset {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
         if (EYE_IMAGES in stream.permissions) Answer.Refused(REFUSAL) else headset.negotiate(stream, requested)
 

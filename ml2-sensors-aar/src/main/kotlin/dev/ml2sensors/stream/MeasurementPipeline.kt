@@ -27,7 +27,7 @@ import kotlinx.serialization.SerializationStrategy
 internal class MeasurementPipeline(
     private val spec: StreamSpec,
     private val values: StreamValues,
-    private val channel: OutgoingChannel,
+    private val channel: TopicChannel,
     private val stamps: StampMap,
     private val frameIds: FrameIds,
 ) {
@@ -53,7 +53,7 @@ internal class MeasurementPipeline(
                     imu(it, sample.angularVelocity, sample.linearAcceleration)
                 }
 
-                is LostSamples -> channel.account.lose(sample.count, sample.reason)
+                is LostSamples -> channel.counters.countLost(sample.count, sample.reason)
 
                 else -> error("$spec delivered $sample")
             }
@@ -88,7 +88,7 @@ internal class MeasurementPipeline(
         message: (Header) -> T,
     ) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
-            ?: return channel.account.lose(1, stamps.lossReason(sample.captureNanos))
+            ?: return channel.counters.countLost(1, stamps.lossReason(sample.captureNanos))
         channel.publish(serializer, message(Header(Time.ofNanos(stampNanos), frameIds.of(spec))), stampNanos)
     }
 

@@ -49,7 +49,7 @@ public class Ml2Streamer(
     private val failing = CoroutineExceptionHandler { _, error -> fail(error) }
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.Default + failing)
     private val hostClock = HostClock(headset.clock)
-    private val active = ActiveStreams(headset.sparingEyes(security), hostClock, scope)
+    private val active = ActiveStreams(headset.withoutUnprotectedEyeImages(security), hostClock, scope)
     private val stopReason = CompletableDeferred<String>()
     private val mutableState = MutableStateFlow<StreamerState>(StreamerState.Connecting(reason = null))
     private val instanceId = UUID.randomUUID().toString()

@@ -20,7 +20,7 @@ import kotlin.time.TimeSource
  * @param tell is given [StreamState.Waiting] or [StreamState.Refused] when the stream stops and whenever the reason
  * changes, and null when it delivers again.
  */
-internal class Supervisor(
+internal class StreamSupervisor(
     private val time: TimeSource = TimeSource.Monotonic,
     private val tell: suspend (StreamState?) -> Unit,
 ) {

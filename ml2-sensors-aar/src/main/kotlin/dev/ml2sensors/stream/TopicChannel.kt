@@ -1,7 +1,7 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.cdr.PayloadEncoder
-import dev.ml2sensors.session.ChannelAccount
+import dev.ml2sensors.session.ChannelCounters
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.OutgoingFrame
 import dev.ml2sensors.source.ImageSample
@@ -14,12 +14,12 @@ import kotlinx.serialization.SerializationStrategy
 import java.nio.ByteBuffer
 
 /** One topic on its way out: message -> payload -> frame -> lane. Used by one coroutine at a time. */
-internal class OutgoingChannel(
+internal class TopicChannel(
     val id: Int,
     val topic: TopicSpec,
     val lane: Lane,
 ) {
-    val account = ChannelAccount()
+    val counters = ChannelCounters()
     private val encoder = PayloadEncoder()
 
     /**
@@ -37,11 +37,11 @@ internal class OutgoingChannel(
 
     /** The next frame of this channel, with a copy of [payload], a whole message, from position to limit. */
     fun frame(payload: ByteBuffer, stampNanos: Long): OutgoingFrame {
-        val header = FrameHeader(FrameKind.DATA.code, payload.remaining(), id, account.produce(), stampNanos)
+        val header = FrameHeader(FrameKind.DATA.code, payload.remaining(), id, counters.nextSequence(), stampNanos)
         val head = ByteBuffer.allocate(FrameHeader.BYTES + payload.remaining())
         header.writeTo(head)
         head.put(payload.duplicate()).flip()
-        return OutgoingFrame(account, head, data = null, sample = null)
+        return OutgoingFrame(counters, head, data = null, sample = null)
     }
 
     /** The next frame of this channel; it is to be offered to a lane, or else sent or dropped. */
@@ -52,14 +52,14 @@ internal class OutgoingChannel(
         sample: ImageSample?,
     ): OutgoingFrame {
         val payload = encoder.encode(serializer, message)
-        val header = FrameHeader(FrameKind.DATA.code, payload.size, id, account.produce(), stampNanos)
+        val header = FrameHeader(FrameKind.DATA.code, payload.size, id, counters.nextSequence(), stampNanos)
         // The prefix is the encoder's until it encodes again, and several frames may be queued.
         val head = ByteBuffer.allocate(FrameHeader.BYTES + payload.prefix.remaining())
         header.writeTo(head)
         head.put(payload.prefix).flip()
         val borrowed = if (payload.data == null) null else sample
         borrowed?.retain()
-        return OutgoingFrame(account, head, payload.data, borrowed)
+        return OutgoingFrame(counters, head, payload.data, borrowed)
     }
 
     /** How CHANNEL announces it, as a topic of [spec]. */

@@ -9,7 +9,7 @@ import java.nio.ByteBuffer
  *
  * Any thread.
  */
-public class TopicPublisher internal constructor(internal val channel: OutgoingChannel, private val stamps: StampMap) {
+public class TopicPublisher internal constructor(internal val channel: TopicChannel, private val stamps: StampMap) {
     @Volatile
     private var isOpen = false
 
@@ -51,7 +51,7 @@ public class TopicPublisher internal constructor(internal val channel: OutgoingC
         if (!isOpen) return false
         val stampNanos = stamps.stampNanos(captureNanos)
         if (stampNanos == null) {
-            channel.account.lose(1, stamps.lossReason(captureNanos))
+            channel.counters.countLost(1, stamps.lossReason(captureNanos))
             return false
         }
         channel.lane.offerNow(channel.frame(payload, stampNanos))

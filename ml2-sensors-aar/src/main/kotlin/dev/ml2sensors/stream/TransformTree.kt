@@ -49,12 +49,12 @@ internal class TransformTree(
     private val lastStamps = HashMap<String, RecentStamps>()
 
     @Volatile
-    private var dynamic: OutgoingChannel? = null
-    private var static: OutgoingChannel? = null
+    private var dynamic: TopicChannel? = null
+    private var static: TopicChannel? = null
     private var staticStampNanos = 0L
     private var frameIds = FrameIds()
 
-    suspend fun begin(channels: List<OutgoingChannel>, frameIds: FrameIds): Unit = mutex.withLock {
+    suspend fun begin(channels: List<TopicChannel>, frameIds: FrameIds): Unit = mutex.withLock {
         this.frameIds = frameIds
         dynamic = channels.single { it.topic.role == "tf" }
         static = channels.singleOrNull { it.topic.role == "tf_static" }
@@ -73,7 +73,7 @@ internal class TransformTree(
     /** A sample of the head's. */
     suspend fun head(sample: Sample) {
         when (sample) {
-            is PoseSample -> whenLinked {
+            is PoseSample -> inSession {
                 if (stamps.isFuture(sample.captureNanos)) return lose(1, stamps.lossReason(sample.captureNanos))
                 trackingEvents.add(sample)
                 track.add(sample)
@@ -92,7 +92,7 @@ internal class TransformTree(
 
     /** The [pose] of a camera at one of its captures; [stampNanos] is null when that is withheld. */
     suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long?, pose: Transform): Unit =
-        whenLinked {
+        inSession {
             if (dynamic == null) return
             if (stamps.isFuture(captureNanos)) return lose(1, stamps.lossReason(captureNanos))
             if (!isLive) return publish(captureNanos, stampNanos, framesOf(spec, pose))
@@ -108,14 +108,14 @@ internal class TransformTree(
      * Runs [block] with the lock; in a recording, which waits for its reader, not before there is a session. With the
      * lock it must not wait for one: a receiver that is back configures the streams before it starts them.
      */
-    private suspend inline fun whenLinked(block: () -> Unit) {
-        if (!isLive) awaitLink()
+    private suspend inline fun inSession(block: () -> Unit) {
+        if (!isLive) awaitSession()
         mutex.withLock { block() }
     }
 
-    private suspend fun awaitLink() {
+    private suspend fun awaitSession() {
         try {
-            dynamic?.lane?.awaitLink()
+            dynamic?.lane?.awaitSession()
         } catch (e: CancellationException) {
             lose(1, DropReason.LINK_DOWN)
             throw e
@@ -123,7 +123,7 @@ internal class TransformTree(
     }
 
     private fun lose(count: Int, reason: DropReason) {
-        dynamic?.account?.lose(count, reason)
+        dynamic?.counters?.countLost(count, reason)
     }
 
     /** A camera stopped: its pose is no longer composed. */
@@ -173,7 +173,7 @@ internal class TransformTree(
         val fresh = frames.filter { (child, _) -> lastStamps.getOrPut(child, ::RecentStamps).add(stampNanos) }
         if (fresh.isEmpty()) return
         val message = TFMessage(fresh.map { (child, transform) -> TransformStamped(header, child, transform) })
-        dynamic?.let { it.lane.offerIfLinked(it.frame(TFMessage.serializer(), message, stampNanos, sample = null)) }
+        dynamic?.let { it.lane.offerIfInSession(it.frame(TFMessage.serializer(), message, stampNanos, sample = null)) }
     }
 
     private suspend fun sendMountings() {

@@ -3,9 +3,9 @@ package dev.ml2sensors.capture
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
 
-class ScheduleTest {
+class PeriodicTimerTest {
     private var nanos = 50L
-    private val schedule = Schedule(periodNanos = 10, { nanos }, { nanos += it })
+    private val schedule = PeriodicTimer(periodNanos = 10, { nanos }, { nanos += it })
 
     @Test
     fun instantsAreAPeriodApart() {

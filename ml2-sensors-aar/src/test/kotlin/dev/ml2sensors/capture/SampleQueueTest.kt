@@ -18,46 +18,46 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 
 @Timeout(60)
-class HandOverTest {
-    private val handOver = HandOver(2)
+class SampleQueueTest {
+    private val queue = SampleQueue(2)
     private val released = mutableListOf<Long>()
 
     @Test
     fun theOldestMakesRoomAndIsReportedBeforeTheNext() = runBlocking<Unit> {
-        for (number in 1L..5L) handOver.offer(image(number))
-        handOver.close(cause = null)
+        for (number in 1L..5L) queue.offer(image(number))
+        queue.close(cause = null)
         assertEquals(listOf("3 source_late", "4", "5"), describe(samples()))
         assertEquals(listOf(1L, 2L, 3L, 4L, 5L), released)
     }
 
     @Test
     fun lossesThatMakeRoomAreStillCounted() = runBlocking<Unit> {
-        repeat(3) { handOver.offer(LostSamples(it.toLong(), 1, DropReason.NO_BUFFER)) }
-        handOver.offer(image(4))
-        handOver.close(cause = null)
+        repeat(3) { queue.offer(LostSamples(it.toLong(), 1, DropReason.NO_BUFFER)) }
+        queue.offer(image(4))
+        queue.close(cause = null)
         assertEquals(listOf("2 no_buffer", "1 no_buffer", "4"), describe(samples()))
     }
 
     @Test
     fun whatWaitsIsDeliveredBeforeTheFailure() = runBlocking<Unit> {
-        handOver.offer(image(1))
-        handOver.close(CaptureException.VendorFailure("it broke"))
+        queue.offer(image(1))
+        queue.close(CaptureException.VendorFailure("it broke"))
         val received = mutableListOf<Sample>()
-        val failure = assertFailsWith<CaptureException.VendorFailure> { handOver.deliverTo(received::add) }
+        val failure = assertFailsWith<CaptureException.VendorFailure> { queue.deliverTo(received::add) }
         assertEquals(listOf("1") to "it broke", describe(received) to failure.message)
         assertEquals(listOf(1L), released)
     }
 
     @Test
     fun lossesAfterTheLastSampleAreReportedBeforeTheEnd() = runBlocking<Unit> {
-        handOver.offer(image(1))
-        handOver.lose(2, DropReason.UNUSABLE)
-        handOver.close(CaptureException.VendorFailure("it broke"))
+        queue.offer(image(1))
+        queue.countLost(2, DropReason.UNUSABLE)
+        queue.close(CaptureException.VendorFailure("it broke"))
         val received = mutableListOf<Sample>()
         assertFailsWith<CaptureException.VendorFailure> {
-            handOver.deliverTo { sample ->
+            queue.deliverTo { sample ->
                 received += sample
-                if (sample is ImageSample) handOver.lose(3, DropReason.UNUSABLE)
+                if (sample is ImageSample) queue.countLost(3, DropReason.UNUSABLE)
             }
         }
         assertEquals(listOf("2 unusable", "1", "3 unusable"), describe(received))
@@ -65,56 +65,56 @@ class HandOverTest {
 
     @Test
     fun whatNobodyTakesIsReleasedOnce() = runBlocking<Unit> {
-        handOver.offer(image(1))
-        handOver.offer(image(2))
-        flow { handOver.deliverTo(this) }.take(1).toList()
-        handOver.offer(image(3))
+        queue.offer(image(1))
+        queue.offer(image(2))
+        flow { queue.deliverTo(this) }.take(1).toList()
+        queue.offer(image(3))
         assertEquals(listOf(1L, 2L, 3L), released.sorted())
     }
 
     @Test
     fun aCollectorThatEndsAtTheReportOfALossLeavesNothing() = runBlocking<Unit> {
-        handOver.lose(1, DropReason.NO_BUFFER)
-        handOver.offer(image(1))
-        assertEquals(listOf("1 no_buffer"), describe(flow { handOver.deliverTo(this) }.take(1).toList()))
+        queue.countLost(1, DropReason.NO_BUFFER)
+        queue.offer(image(1))
+        assertEquals(listOf("1 no_buffer"), describe(flow { queue.deliverTo(this) }.take(1).toList()))
         assertEquals(listOf(1L), released)
     }
 
     @Test
     fun aCollectorThatIsCancelledWhileItWaitsLeavesNothing() = runBlocking<Unit> {
-        val collector = launch(start = CoroutineStart.UNDISPATCHED) { handOver.deliverTo { } }
-        handOver.offer(image(1))
+        val collector = launch(start = CoroutineStart.UNDISPATCHED) { queue.deliverTo { } }
+        queue.offer(image(1))
         collector.cancel()
         collector.join()
-        handOver.offer(image(2))
+        queue.offer(image(2))
         assertEquals(listOf(1L, 2L), released.sorted())
     }
 
     @Test
     fun lossesAfterTheLastSampleAreReportedWithoutAnother() = runBlocking<Unit> {
         val reported = Channel<Sample>(Channel.UNLIMITED)
-        val collector = launch(start = CoroutineStart.UNDISPATCHED) { handOver.deliverTo(reported::send) }
-        handOver.lose(2, DropReason.NO_BUFFER)
+        val collector = launch(start = CoroutineStart.UNDISPATCHED) { queue.deliverTo(reported::send) }
+        queue.countLost(2, DropReason.NO_BUFFER)
         assertEquals(listOf("2 no_buffer"), describe(listOf(reported.receive())))
         collector.cancel()
     }
 
     @Test
     fun lossesAreReportedBeforeTheEnd() = runBlocking<Unit> {
-        handOver.offer(image(1))
-        handOver.close(CaptureException.VendorFailure("it broke"))
-        handOver.lose(3, DropReason.SOURCE_LATE)
+        queue.offer(image(1))
+        queue.close(CaptureException.VendorFailure("it broke"))
+        queue.countLost(3, DropReason.SOURCE_LATE)
         val received = mutableListOf<Sample>()
         val failure = assertFailsWith<CaptureException.VendorFailure> {
-            handOver.deliverTo { sample ->
+            queue.deliverTo { sample ->
                 received += sample
-                if (sample is ImageSample) handOver.lose(2, DropReason.NO_BUFFER)
+                if (sample is ImageSample) queue.countLost(2, DropReason.NO_BUFFER)
             }
         }
         assertEquals(listOf("3 source_late", "1", "2 no_buffer") to "it broke", describe(received) to failure.message)
     }
 
-    private suspend fun samples() = flow { handOver.deliverTo(this) }.toList()
+    private suspend fun samples() = flow { queue.deliverTo(this) }.toList()
 
     private fun describe(samples: List<Sample>) = samples.map {
         if (it is LostSamples) "${it.count} ${it.reason.wireName}" else "${(it as ImageSample).frameNumber}"

@@ -98,7 +98,7 @@ class HostClockTest {
     @Test
     fun theEstimateIsHeldWithoutALinkAndGetsLessCertain() {
         exchange(30)
-        clock.linkDown()
+        clock.endSession()
         assertEquals(HostClock.State.HOLDOVER, clock.status.state)
         val before = clock.status.uncertaintyNanos
         now += 100 * SECOND
@@ -122,7 +122,7 @@ class HostClockTest {
     @Test
     fun aLinkThatBreaksBeforeTheFirstEstimateLeavesItWaiting() {
         exchange(3)
-        clock.linkDown()
+        clock.endSession()
         assertEquals(HostClock.State.WAITING, clock.status.state)
     }
 
@@ -137,7 +137,7 @@ class HostClockTest {
         now += 10 * SECOND
         assertEquals(now + OFFSET, clock.stamps.stampNanos(now))
         assertNotEquals(OFFSET, clock.status.offsetNanos)
-        clock.linkDown()
+        clock.endSession()
         assertEquals(HostClock.State.FROZEN, clock.status.state)
     }
 

@@ -48,7 +48,7 @@ class HourTest {
         }
         while (time.now < end) {
             time.run(time.now + random.nextLong(10 * SECOND, 100 * SECOND), linked = true, capture)
-            time.clock.linkDown()
+            time.clock.endSession()
             time.run(time.now + random.nextLong(20 * SECOND), linked = false, capture)
             time.linkUp()
         }

@@ -3,7 +3,7 @@ package dev.ml2sensors.message
 import org.junit.jupiter.api.Test
 import kotlin.random.Random
 
-class FramesTest {
+class AxesTest {
     /** Axes of the headset (x right, y up, z backward) to REP-103 (x forward, y left, z up). */
     private val c = Matrix.rotation(0, 0, -1, -1, 0, 0, 0, 1, 0)
 

@@ -24,7 +24,7 @@ import kotlin.time.Duration.Companion.seconds
  */
 internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : StreamControl {
     private val lanes = ConcurrentHashMap<String, Lane>()
-    private val accounts = ConcurrentHashMap<String, ChannelAccount>()
+    private val countersByTopic = ConcurrentHashMap<String, ChannelCounters>()
     private val ids = listOf("world_left", "color", "depth").flatMap { listOf("$it/image", "$it/info") }
     private val accepted = CopyOnWriteArrayList<String>()
 
@@ -46,9 +46,9 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
     override val failures = Channel<SourceFailure>(Channel.UNLIMITED)
     override val events = EventQueue()
 
-    override fun linkUp(received: Map<String, Long>?) {
-        call("linkUp $received")
-        if (received != null) accounts.forEach { (topic, account) -> account.settle(received[topic] ?: 0) }
+    override fun beginSession(received: Map<String, Long>?) {
+        call("beginSession $received")
+        if (received != null) countersByTopic.forEach { (topic, counters) -> counters.reconcile(received[topic] ?: 0) }
     }
 
     override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
@@ -71,7 +71,9 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
         return ChannelBody(ids.indexOf(topic) + 1, stream, role, topic, "some/msg/Type", "image", "frame", lane)
     }
 
-    override fun lane(name: String): Lane = lanes.computeIfAbsent(name) { Lane(it, QueueSpec(100), waits = false) }
+    override fun lane(name: String): Lane = lanes.computeIfAbsent(name) {
+        Lane(it, QueueSpec(100), suspendsWhenFull = false)
+    }
 
     override suspend fun start(known: Set<Int>) {
         call("start")
@@ -97,14 +99,14 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
         call("stopSources")
     }
 
-    override fun counts(): Map<String, Status.ChannelCounts> = accounts.mapValues { (_, it) -> it.counts() }
+    override fun counts(): Map<String, Status.ChannelCounts> = countersByTopic.mapValues { (_, it) -> it.snapshot() }
 
     suspend fun offer(topic: String, payloadBytes: Int = 8) {
-        val account = accounts.computeIfAbsent(topic) { ChannelAccount() }
+        val counters = countersByTopic.computeIfAbsent(topic) { ChannelCounters() }
         val head = ByteBuffer.allocate(FrameHeader.BYTES + payloadBytes)
-        FrameHeader(FrameKind.DATA.code, payloadBytes, ids.indexOf(topic) + 1, account.produce()).writeTo(head)
+        FrameHeader(FrameKind.DATA.code, payloadBytes, ids.indexOf(topic) + 1, counters.nextSequence()).writeTo(head)
         head.put(byteArrayOf(0, 1, 0, 0)).rewind()
         val lane = if (topic.endsWith("/info")) "sensors" else topic.substringBefore('/')
-        lane(lane).offer(OutgoingFrame(account, head, data = null, sample = null))
+        lane(lane).offer(OutgoingFrame(counters, head, data = null, sample = null))
     }
 }

@@ -26,15 +26,15 @@ import kotlin.test.assertNotNull
 
 @Timeout(30)
 class LaneTest {
-    private val account = ChannelAccount()
+    private val counters = ChannelCounters()
     private val pool = BufferPool(bufferBytes = 4, count = 64)
     private val kernel = FakeKernel()
-    private val lane = Lane("test", QueueSpec(4), waits = false)
-    private val waitingLane = Lane("test", QueueSpec(4), waits = true)
+    private val lane = Lane("test", QueueSpec(4), suspendsWhenFull = false)
+    private val waitingLane = Lane("test", QueueSpec(4), suspendsWhenFull = true)
 
     @AfterEach
     fun everythingIsCountedAndGivenBack() {
-        val counts = account.counts()
+        val counts = counters.snapshot()
         assertEquals(counts.produced, counts.sent + counts.dropped.values.sum())
         assertEquals(0, pool.outstanding)
     }
@@ -42,7 +42,7 @@ class LaneTest {
     @Test
     fun framesWithoutASessionAreDroppedAsLinkDown() = runBlocking<Unit> {
         repeat(3) { lane.offer(frame()) }
-        assertEquals(mapOf("link_down" to 3L), account.counts().dropped)
+        assertEquals(mapOf("link_down" to 3L), counters.snapshot().dropped)
     }
 
     @Test
@@ -56,7 +56,7 @@ class LaneTest {
         lane.finish()
         sender.join()
         assertEquals((0..9).toList(), kernel.sequences)
-        assertEquals(10, account.counts().sent)
+        assertEquals(10, counters.snapshot().sent)
     }
 
     @Test
@@ -65,7 +65,7 @@ class LaneTest {
         lane.offer(frame())
         kernel.awaitEntered()
         repeat(6) { lane.offer(frame()) }
-        assertEquals(mapOf("queue_full" to 2L), account.counts().dropped)
+        assertEquals(mapOf("queue_full" to 2L), counters.snapshot().dropped)
         assertEquals(5, pool.outstanding, "memory of what was dropped is free at once")
         kernel.open(5)
         lane.finish()
@@ -82,7 +82,7 @@ class LaneTest {
         lane.finish()
         kernel.open(5)
         sender.join()
-        assertEquals(5, account.counts().sent)
+        assertEquals(5, counters.snapshot().sent)
     }
 
     @Test
@@ -96,7 +96,7 @@ class LaneTest {
         kernel.breakDown()
         sender.await()
         lane.offer(frame())
-        assertEquals(mapOf("link_down" to 6L), account.counts().dropped)
+        assertEquals(mapOf("link_down" to 6L), counters.snapshot().dropped)
     }
 
     @Test
@@ -112,7 +112,7 @@ class LaneTest {
             sender.cancelAndJoin()
         }
         assertEquals(listOf(0, 2, 4), kernel.sequences)
-        assertEquals(mapOf("link_down" to 3L), account.counts().dropped)
+        assertEquals(mapOf("link_down" to 3L), counters.snapshot().dropped)
     }
 
     @Test
@@ -126,7 +126,7 @@ class LaneTest {
         waitingLane.finish()
         sender.join()
         assertEquals((0..49).toList(), kernel.sequences)
-        assertEquals(50, account.counts().sent)
+        assertEquals(50, counters.snapshot().sent)
     }
 
     @Test
@@ -138,14 +138,14 @@ class LaneTest {
         producer.join()
         waitingLane.finish()
         sender.join()
-        assertEquals(1, account.counts().sent)
+        assertEquals(1, counters.snapshot().sent)
     }
 
     @Test
     fun aProducerCancelledWhileItWaitsLosesNoFrameUncounted() = runBlocking<Unit> {
         val unlinked = launch(start = CoroutineStart.UNDISPATCHED) { waitingLane.offer(frame()) }
         unlinked.cancelAndJoin()
-        assertEquals(mapOf("link_down" to 1L), account.counts().dropped)
+        assertEquals(mapOf("link_down" to 1L), counters.snapshot().dropped)
         val sender = send(waitingLane)
         waitingLane.offer(frame())
         kernel.awaitEntered()
@@ -156,7 +156,7 @@ class LaneTest {
         kernel.open(5)
         waitingLane.finish()
         sender.join()
-        assertEquals(5, account.counts().sent)
+        assertEquals(5, counters.snapshot().sent)
     }
 
     @Test
@@ -165,7 +165,7 @@ class LaneTest {
         repeat(2_000) {
             val any = if (it % 2 == 0) lane else waitingLane
             val link = launch(Dispatchers.IO) { any.sendThrough(FakeKernel(open = true).writer()) }
-            any.awaitLink()
+            any.awaitSession()
             val producers = List(3) { launch(Dispatchers.Default) { repeat(10) { any.offer(frame()) } } }
             repeat(random.nextInt(2_000)) { Thread.onSpinWait() }
             link.cancelAndJoin()
@@ -191,7 +191,7 @@ class LaneTest {
             listOf(ImageSample.Plane(ImageSample.IMAGE, memory)),
         ) { pool.giveBack(memory) }
         val head = ByteBuffer.allocate(FrameHeader.BYTES)
-        FrameHeader(FrameKind.DATA.code, 4, 1, account.produce()).writeTo(head)
-        return OutgoingFrame(account, head.flip(), assertNotNull(sample.plane(ImageSample.IMAGE)), sample)
+        FrameHeader(FrameKind.DATA.code, 4, 1, counters.nextSequence()).writeTo(head)
+        return OutgoingFrame(counters, head.flip(), assertNotNull(sample.plane(ImageSample.IMAGE)), sample)
     }
 }

@@ -15,7 +15,7 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
     }
 
     private val channels = HashMap<Int, Channel>()
-    private var saidBye = false
+    private var byeWritten = false
 
     /** What may still come of filler; null when nothing was asked for. */
     private var fillerBytes: Int? = null
@@ -31,13 +31,13 @@ internal class ProtocolJudge(private val host: ScriptedHost) {
     }
 
     fun judge(frame: HostFrame) {
-        if (frame.lane == "control" && frame.kind != HostFrame.END && saidBye) host.breach("after BYE: $frame")
+        if (frame.lane == "control" && frame.kind != HostFrame.END && byeWritten) host.breach("after BYE: $frame")
         when (frame.kind) {
             HostFrame.CHANNEL -> announce(frame)
             HostFrame.CHANNEL_END -> end(frame)
             HostFrame.DATA -> carry(frame)
             HostFrame.FILLER -> fill(frame)
-            HostFrame.BYE -> saidBye = true
+            HostFrame.BYE -> byeWritten = true
         }
     }
 

@@ -51,7 +51,8 @@ class SessionHandshakeTest {
         assertEquals(listOf(HostFrame.CHANNEL, HostFrame.CHANNEL, HostFrame.CONFIGURED), control)
         session.start(7)
         fixture.await("start")
-        val calls = listOf("linkUp {world_left/image=3}", "welcome scripted", "configure [world_left, absent]", "start")
+        val calls =
+            listOf("beginSession {world_left/image=3}", "welcome scripted", "configure [world_left, absent]", "start")
         assertEquals(calls, fixture.streams.calls.value)
         fixture.offer("world_left/image")
         session.awaitData("world_left/image")

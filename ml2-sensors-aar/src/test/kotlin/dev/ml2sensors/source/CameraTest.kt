@@ -13,7 +13,7 @@ import kotlin.test.assertFailsWith
 
 class CameraTest {
     private val source = OneCamera()
-    private val headset = SourcedHeadset(Headset.Identity("id", "name"), { 0L }, listOf(source))
+    private val headset = SensorHeadset(Headset.Identity("id", "name"), { 0L }, listOf(source))
 
     @Test
     fun framesAreTheImagesOfTheFirstModeUnlessAnotherIsAskedFor() = runTest {

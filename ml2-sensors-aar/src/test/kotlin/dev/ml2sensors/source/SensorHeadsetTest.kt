@@ -11,11 +11,11 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertTrue
 
-class SourcedHeadsetTest {
+class SensorHeadsetTest {
     private val sdk = FakeSource("sdk", setOf(StreamTable.worldLeft), captureNanos = 1)
     private val openxr = FakeSource("openxr", setOf(StreamTable.worldLeft, StreamTable.gaze), captureNanos = 2)
     private val headset =
-        SourcedHeadset(Headset.Identity("id", "name"), { 0L }, listOf(openxr, sdk)) { mapOf("CAMERA" to false) }
+        SensorHeadset(Headset.Identity("id", "name"), { 0L }, listOf(openxr, sdk)) { mapOf("CAMERA" to false) }
 
     @Test
     fun theFirstBackendOfTheTableServesUnlessAnotherIsNamed() = runTest {

@@ -19,7 +19,7 @@ import kotlin.test.assertTrue
 
 /** produced = received + gaps, and gaps = sum of drops by reason, whatever the link does. */
 @Timeout(60)
-class AccountingTest {
+class CountersTest {
     private val fixture = StreamFixture(receiveBufferBytes = 16_384)
     private val headset = fixture.headset
 

@@ -9,13 +9,13 @@ import kotlin.test.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 
-class SparedEyesTest {
+class EyeImageFilterTest {
     private val headset = FakeHeadset()
     private val eyeImages = StreamTable.all.filter { it.id.startsWith("eye_temple") || it.id.startsWith("eye_nasal") }
 
     @Test
     fun imagesOfEyesAreRefusedInPlaintextAndNothingElseIs() {
-        val spared = headset.sparingEyes(TransportSecurity.Insecure())
+        val spared = headset.withoutUnprotectedEyeImages(TransportSecurity.Insecure())
         assertEquals(4, eyeImages.size)
         for (stream in eyeImages) {
             val answer = assertIs<Answer.Refused>(spared.negotiate(stream, StreamValues()))
@@ -31,7 +31,7 @@ class SparedEyesTest {
     fun theyAreSentWhereTheyAreProtectedOrAllowed() {
         val paired = TransportSecurity.Paired(TestIdentity.device, emptySet())
         for (security in listOf(paired, TransportSecurity.Insecure(allowsEyeImages = true))) {
-            assertEquals(headset, headset.sparingEyes(security))
+            assertEquals(headset, headset.withoutUnprotectedEyeImages(security))
         }
     }
 }

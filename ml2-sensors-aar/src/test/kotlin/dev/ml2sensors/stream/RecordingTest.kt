@@ -19,7 +19,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 
-/** A recording waits for its reader, keeps its intervals, and ends by itself. */
+/** A recording suspendsWhenFull for its reader, keeps its intervals, and ends by itself. */
 @Timeout(60)
 class RecordingTest {
     private val fixture = StreamFixture(Headset.Timeline.RECORDED, receiveBufferBytes = 16_384)
@@ -45,7 +45,7 @@ class RecordingTest {
             headset.end(StreamTable.gyroLeft, null)
         }
         session.await(HostFrame.STATUS)
-        assertFalse(player.isCompleted, "the recording waits for the reader")
+        assertFalse(player.isCompleted, "the recording suspendsWhenFull for the reader")
         session.release("world_left")
         session.release("sensors")
         session.await(HostFrame.BYE)

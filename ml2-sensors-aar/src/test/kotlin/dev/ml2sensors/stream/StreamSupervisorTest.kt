@@ -31,7 +31,7 @@ import kotlin.time.Duration.Companion.seconds
 
 /** In virtual time. */
 @OptIn(ExperimentalCoroutinesApi::class)
-class SupervisorTest {
+class StreamSupervisorTest {
     private val told = ArrayList<StreamState?>()
     private val begins = ArrayList<Duration>()
     private var collected = 0
@@ -146,7 +146,7 @@ class SupervisorTest {
             begins += currentTime.milliseconds
             source(begins.size)
         }
-        Supervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
+        StreamSupervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
             samples.collect { collected++ }
         }
     }

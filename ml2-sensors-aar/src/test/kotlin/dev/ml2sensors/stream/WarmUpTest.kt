@@ -18,7 +18,7 @@ class WarmUpTest {
     fun messagesOfEveryTopicOfACameraAnInertialUnitAndTheHeadAreWritten() = runBlocking {
         val channels = HashSet<Int>()
         warmUp(WrittenTo { channels += FrameHeader.read(it).channel }, Duration.INFINITE)
-        val outgoing = OutgoingChannels(waits = false)
+        val outgoing = TopicChannels(suspendsWhenFull = false)
         val streams = listOf(StreamTable.worldLeft, StreamTable.color, StreamTable.imuLeft, StreamTable.tf)
         assertEquals(streams.flatMap { outgoing.of(it, it.defaultValues()) }.map { it.id }.toSet(), channels)
     }

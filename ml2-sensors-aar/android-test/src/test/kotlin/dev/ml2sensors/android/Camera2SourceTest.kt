@@ -61,7 +61,7 @@ class Camera2SourceTest {
     private val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
     private val poses = FakePoses()
     private val encoder = FakeEncoder()
-    private val source = Camera2Source(cameraManager, poses, device.clocks, bases, Workers(WORKERS), encoder)
+    private val source = Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(WORKERS), encoder)
     private val values = StreamValues(stream = 0, width = 640, height = 480, rateHz = 30, format = "jpeg")
 
     @After

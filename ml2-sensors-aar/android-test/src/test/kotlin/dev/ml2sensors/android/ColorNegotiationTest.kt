@@ -37,7 +37,7 @@ class ColorNegotiationTest {
     }
     private val speed by lazy { EncoderSpeed(encoder) { nowNanos.toLong() } }
     private val source by lazy {
-        Camera2Source(cameraManager, { null }, workers = Workers(2), encoder = encoder, encoderSpeed = speed)
+        Camera2Source(cameraManager, { null }, workers = EncoderThreads(2), encoder = encoder, encoderSpeed = speed)
     }
     private val wanted = StreamValues(stream = 0, width = 1920, height = 1080, rateHz = 30, format = "jpeg")
 

@@ -29,7 +29,7 @@ import kotlin.test.assertSame
 class PermissionsTest {
     private val app: Application = RuntimeEnvironment.getApplication()
     private val failing = FailingSource()
-    private val source = PermittedSource(app, failing)
+    private val source = PermissionCheckedSource(app, failing)
 
     @Test
     fun aStreamIsRefusedWithThePermissionThatIsMissing() {

@@ -34,7 +34,7 @@ class YuvImageTest {
     @Test
     fun theJpegShowsTheImage() {
         val target = ByteBuffer.allocateDirect(WIDTH * HEIGHT * 4)
-        assertTrue(JpegEncoder.ANDROID.encode(nv21, WIDTH, HEIGHT, BufferStream(target)))
+        assertTrue(JpegEncoder.ANDROID.encode(nv21, WIDTH, HEIGHT, ByteBufferOutputStream(target)))
         val bytes = ByteArray(target.flip().remaining()).also(target::get)
         val decoded = ImageIO.read(ByteArrayInputStream(bytes))
         assertEquals(WIDTH to HEIGHT, decoded.width to decoded.height)
@@ -44,14 +44,14 @@ class YuvImageTest {
     @Test
     fun aJpegThatDoesNotFitIsSaidNotTo() {
         val target = ByteBuffer.allocateDirect(100)
-        val stream = BufferStream(target)
+        val stream = ByteBufferOutputStream(target)
         JpegEncoder.ANDROID.encode(nv21, WIDTH, HEIGHT, stream)
         assertTrue(stream.hasOverflowed)
     }
 
     @Test
     fun whatFitsToTheLastByteHasNotOverflowed() {
-        val stream = BufferStream(ByteBuffer.allocate(3))
+        val stream = ByteBufferOutputStream(ByteBuffer.allocate(3))
         stream.write(byteArrayOf(1, 2))
         stream.write(3)
         assertFalse(stream.hasOverflowed)

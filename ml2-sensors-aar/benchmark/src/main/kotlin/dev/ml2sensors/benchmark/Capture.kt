@@ -11,7 +11,7 @@ import dev.ml2sensors.message.Time
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.defaultValues
-import dev.ml2sensors.stream.OutgoingChannel
+import dev.ml2sensors.stream.TopicChannel
 import dev.ml2sensors.stream.toImage
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -75,7 +75,7 @@ private fun capture(framesPerCamera: Int): Cost {
 private suspend fun NativePixelSource.send(camera: StreamSpec, count: Int) = LoopbackSink().use { sink ->
     val writer = FrameWriter(sink.channel) { System.nanoTime() }
     val topic = camera.topics.first()
-    val channel = OutgoingChannel(1, topic, Lane(topic.lane, StreamTable.imageLane, waits = false))
+    val channel = TopicChannel(1, topic, Lane(topic.lane, StreamTable.imageLane, suspendsWhenFull = false))
     samples(camera, camera.defaultValues()).filterIsInstance<ImageSample>().take(count).collect { sample ->
         val image = sample.toImage(Header(Time.ofNanos(1), camera.frameId), "mono8", sample.pixels)
         val frame = channel.frame(Image.serializer(), image, stampNanos = 1, sample)

@@ -7,7 +7,7 @@ import dev.ml2sensors.session.Lane
 import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ImageSample
-import dev.ml2sensors.stream.OutgoingChannel
+import dev.ml2sensors.stream.TopicChannel
 import dev.ml2sensors.stream.toImage
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.FrameWriter
@@ -24,7 +24,7 @@ import java.nio.ByteBuffer
 public open class SenderBenchmark {
     private lateinit var sink: LoopbackSink
     private lateinit var writer: FrameWriter
-    private lateinit var channel: OutgoingChannel
+    private lateinit var channel: TopicChannel
     private lateinit var sample: ImageSample
     private lateinit var bareHead: ByteBuffer
     private lateinit var barePieces: Array<ByteBuffer>
@@ -34,7 +34,7 @@ public open class SenderBenchmark {
         sink = LoopbackSink()
         writer = FrameWriter(sink.channel) { System.nanoTime() }
         val topic = StreamTable.worldLeft.topics.first()
-        channel = OutgoingChannel(1, topic, Lane(topic.lane, StreamTable.imageLane, waits = false))
+        channel = TopicChannel(1, topic, Lane(topic.lane, StreamTable.imageLane, suspendsWhenFull = false))
         val pool = BufferPool(SIDE * SIDE, count = 1)
         val pixels = checkNotNull(pool.acquire())
         val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))

@@ -12,7 +12,7 @@ import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
-import dev.ml2sensors.source.SourcedHeadset
+import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -38,7 +38,7 @@ private fun openHeadset(): Headset {
     val cameras = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
     val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) }
     val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
-    return SourcedHeadset(Headset.Identity("sample", "Sample"), NativeHeadsetClock, sources + head)
+    return SensorHeadset(Headset.Identity("sample", "Sample"), NativeHeadsetClock, sources + head)
 }
 
 private fun firstFrame(headset: Headset, stream: StreamSpec): String =

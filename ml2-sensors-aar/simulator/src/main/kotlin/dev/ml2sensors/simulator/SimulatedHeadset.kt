@@ -16,8 +16,8 @@ import dev.ml2sensors.simulator.simulated.sensorManagerSignals
 import dev.ml2sensors.simulator.testsignal.battery
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.SensorSource
-import dev.ml2sensors.source.SourcedHeadset
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -84,7 +84,7 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
                 NativeBundle.load()
                 val changed = SimulatedKey.all().filter { it.value != it.default }.associate { it.name to it.default }
                 val identity = Headset.Identity("simulated-$seed", "Simulated headset, seed $seed")
-                val headset = SimulatedHeadset(SourcedHeadset(identity, NativeHeadsetClock, sources()))
+                val headset = SimulatedHeadset(SensorHeadset(identity, NativeHeadsetClock, sources()))
                 (changed + ("seed" to "$seed") + settings).forEach(headset::set)
                 return headset
             } catch (e: Throwable) {
