@@ -42,7 +42,7 @@ internal object AndroidKeys {
         throw failed(e)
     }
 
-    private fun failed(cause: Exception) = IOException("Android's Keystore gives no key: ${cause.message}", cause)
+    private fun failed(cause: Exception) = IOException("Android's Keystore returned no key: ${cause.message}", cause)
 
     /** TLS signs digests that it has made itself, pairing has SHA-256 made. */
     private fun make() {

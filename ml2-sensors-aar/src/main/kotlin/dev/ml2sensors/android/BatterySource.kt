@@ -17,7 +17,7 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 
-/** The state of the battery: at once, and whenever Android says that it has changed. */
+/** Delivers the state of the battery when collection begins, and whenever Android reports a change. */
 internal class BatterySource(
     private val context: Context,
     private val clock: DeviceClock,
@@ -65,7 +65,7 @@ internal class BatterySource(
     private fun Intent.number(extra: String): Float =
         getIntExtra(extra, UNKNOWN).let { if (it == UNKNOWN) Float.NaN else it.toFloat() }
 
-    /** Android's sign is that of [BatterySample]: negative when discharging. */
+    /** Android has the sign of [BatterySample]: negative when discharging. */
     private fun currentAmperes(): Float {
         val microamperes = battery.getLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW)
         return if (microamperes == Long.MIN_VALUE) Float.NaN else microamperes / MICROAMPERES_PER_AMPERE

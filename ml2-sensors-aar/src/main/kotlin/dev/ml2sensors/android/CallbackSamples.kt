@@ -7,9 +7,9 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 
 /**
- * What a callback of the platform delivers while it is collected, and until [closed].
+ * Returns the samples that a platform callback puts into a queue, while the flow is collected and until [closed].
  *
- * @param register starts the callback and answers with what stops it.
+ * @param register registers the callback, and returns what unregisters it.
  */
 internal fun callbackSamples(closed: Job, register: (SampleQueue) -> AutoCloseable): Flow<Sample> =
     flow {
@@ -25,5 +25,5 @@ internal fun callbackSamples(closed: Job, register: (SampleQueue) -> AutoCloseab
         }
     }
 
-/** Over a second of the fastest sensor. */
+/** More than one second of the fastest sensor. */
 private const val QUEUED_READINGS = 256

@@ -24,14 +24,14 @@ import kotlinx.coroutines.flow.update
 import java.util.Locale
 
 /**
- * The colour camera, alone or with what the headset shows (mixed reality), through Camera2, as JPEGs: the camera's own
- * where they hold up no other frame, else encoded here.
+ * Captures the colour camera, alone or with what the headset shows (mixed reality), as JPEGs through Camera2. The
+ * camera encodes the JPEGs if that delays no other frame; otherwise this library does.
  *
- * `color` is camera 1 or 0, as [StreamValues.cameraId] says, and the other one where that is not listed: both are views
- * of the same sensor. While camera 1 is open, the headset tracks no markers. Mixed reality of any app takes camera 0
- * away. `mixed_reality` is camera 3. Ids and their meaning are the vendor's.
+ * `color` is camera 1 or 0, as [StreamValues.cameraId] says, or the other one if that is not listed: both show the same
+ * sensor. While camera 1 is open, the headset tracks no markers. When any app uses mixed reality, camera 0 is closed.
+ * `mixed_reality` is camera 3. The vendor defines these ids.
  *
- * @param foundBases is told the clock behind the timestamps of each stream whose frames only Camera2 dates.
+ * @param foundBases receives the clock behind the timestamps of each stream that has no vendor timestamps.
  */
 internal class Camera2Source(
     private val cameraManager: CameraManager,
@@ -92,7 +92,7 @@ internal class Camera2Source(
             )
             ColorCamera(id, cameraManager.getCameraCharacteristics(id), encoderSpeed, workers.count)
         } catch (e: CameraAccessException) {
-            throw SourceException("Android does not tell of its cameras: ${e.message}", e)
+            throw SourceException("Android cannot list its cameras: ${e.message}", e)
         }
 
     private fun ColorCamera.answer(stream: StreamSpec, requested: StreamValues): Answer {
@@ -114,7 +114,7 @@ internal class Camera2Source(
         }
     }
 
-    /** Says so where camera [id] serves because the one asked for is not listed. */
+    /** Adds a reason if camera [id] is used because the requested one is not listed. */
     private fun Answer.namingCamera(id: String, requested: StreamValues): Answer {
         val asked = requested.cameraId ?: return this
         val values = acceptedValues ?: return this
@@ -125,7 +125,7 @@ internal class Camera2Source(
     }
 
     private companion object {
-        /** By stream, the one that serves where none is asked for first. */
+        /** The camera ids of each stream, the default one first. */
         val CAMERAS = mapOf(StreamTable.color to listOf("1", "0"), StreamTable.mixedReality to listOf("3"))
         const val COLOR_TAGS = "com.amd.control"
         const val MIXED_REALITY_TAGS = "com.ml.control"
@@ -137,7 +137,7 @@ private val StreamValues.size: Size
 
 private val StreamValues.hz: Int get() = requireNotNull(rateHz) { "no update_rate" }
 
-/** The rates that the table allows for the resolution asked for. */
+/** Returns the rates that the table allows for the requested resolution. */
 private fun StreamSpec.ratesHz(requested: StreamValues): List<Int> =
     modes.filter { it.stream == requested.stream && requested.width to requested.height in it.resolutions }
         .flatMap { it.rates }

@@ -12,7 +12,7 @@ import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.withContext
 
-/** A camera from opening to closing; everything happens on the thread of [handler], which outlives [close]. */
+/** One camera from opening to closing. Everything runs on the thread of [handler], which outlives [close]. */
 internal class CameraConnection(
     private val cameraManager: CameraManager,
     private val id: String,
@@ -24,13 +24,13 @@ internal class CameraConnection(
     private var isRequested = false
     private var device: CameraDevice? = null
 
-    /** Fails when the camera does; completes when there is no more to be had of it. */
+    /** Completes when the camera was closed, and fails when the camera fails. */
     val end: CompletableDeferred<Unit> = CompletableDeferred()
 
     /**
-     * Opens the camera and lets it deliver to [surface], as [request] says.
+     * Opens the camera and starts the repeating [request], whose images go to [surface].
      *
-     * @throws SourceException when it cannot be had.
+     * @throws SourceException when the camera cannot be opened.
      */
     suspend fun start(
         surface: Surface,
@@ -45,14 +45,14 @@ internal class CameraConnection(
         accessing { session.setRepeatingRequest(request(device), results, handler) }
     }
 
-    /** Ends everything with [cause]. */
+    /** Fails everything that waits for this camera with [cause]. */
     fun fail(cause: Exception) {
         opened.completeExceptionally(cause)
         configured.completeExceptionally(cause)
         end.completeExceptionally(cause)
     }
 
-    /** Returns when the last callback has been. */
+    /** Closes the camera, and returns after its last callback. */
     suspend fun close(): Unit = withContext(NonCancellable) {
         if (!isRequested) return@withContext
         // The answer comes in any case
@@ -103,6 +103,6 @@ internal class CameraConnection(
         }
 
         override fun onConfigureFailed(session: CameraCaptureSession) =
-            fail(SourceException("camera $id does not take the configuration"))
+            fail(SourceException("camera $id refused the capture configuration"))
     }
 }

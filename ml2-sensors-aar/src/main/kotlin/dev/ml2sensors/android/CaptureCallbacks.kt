@@ -8,25 +8,25 @@ import android.media.ImageReader
 import dev.ml2sensors.source.DropReason
 
 /**
- * Makes samples of what a running camera calls back with. Used by the camera's thread only.
+ * Pairs images with capture results as the camera delivers them. Used by the camera's thread only.
  *
- * @param deliver takes an image on its way to become a sample, in order of capture.
- * @param lost is told of images that will not be delivered.
- * @param fail is told why nothing more can be delivered.
+ * @param deliver receives an image with its exposure, in order of capture.
+ * @param lost receives the reason for each image that will not be delivered.
+ * @param fail receives the error after which nothing more is delivered.
  */
 internal class CaptureCallbacks(
-    private val intake: ImageCopier,
+    private val copier: ImageCopier,
     private val exposures: ExposureReader,
     private val deliver: (image: CopiedImage, exposure: Exposure, captureNanos: Long) -> Unit,
     private val lost: (DropReason) -> Unit,
     private val fail: (Exception) -> Unit,
 ) : CameraCaptureSession.CaptureCallback(),
     ImageReader.OnImageAvailableListener {
-    private val pairing = TimestampPairing<CopiedImage, Exposure>(::pair, ::giveUp)
+    private val pairing = TimestampPairing<CopiedImage, Exposure>(::pair, ::discard)
 
     override fun onImageAvailable(reader: ImageReader) = guarded {
         reader.acquireNextImage()?.use { image ->
-            intake.take(image)?.let { pairing.image(image.timestamp, it) }
+            copier.copy(image)?.let { pairing.image(image.timestamp, it) }
         }
     }
 
@@ -39,16 +39,16 @@ internal class CaptureCallbacks(
     }
 
     private fun pair(image: CopiedImage, exposure: Exposure) {
-        val captureNanos = exposure.captureNanos ?: return giveUp(image)
+        val captureNanos = exposure.captureNanos ?: return discard(image)
         deliver(image, exposure, captureNanos)
     }
 
-    private fun giveUp(image: CopiedImage) {
-        image.giveUp()
+    private fun discard(image: CopiedImage) {
+        image.discard()
         lost(DropReason.SOURCE_LATE)
     }
 
-    /** What is thrown here would end the app. */
+    /** Reports exceptions to [fail]: one that leaves a camera callback would end the app. */
     private inline fun guarded(callback: () -> Unit) {
         try {
             callback()

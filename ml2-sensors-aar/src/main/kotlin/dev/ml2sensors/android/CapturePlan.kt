@@ -4,12 +4,12 @@ import android.graphics.ImageFormat
 import android.util.Size
 
 /**
- * How a camera is to be run.
+ * The settings of one camera run.
  *
- * @property format [ImageFormat.JPEG], or [ImageFormat.YUV_420_888] to be encoded here.
- * @property sustainedHz what camera and encoder can do in this way.
+ * @property format [ImageFormat.JPEG], or [ImageFormat.YUV_420_888] if this library encodes.
+ * @property sustainedHz the highest rate that camera and encoder sustain.
  */
 internal class CapturePlan(val format: Int, val size: Size, val sustainedHz: Double) {
-    /** Durations are told in whole nanoseconds. */
+    /** Returns true if [rateHz] can be sustained; Android rounds durations to whole nanoseconds. */
     fun sustains(rateHz: Int): Boolean = sustainedHz > rateHz - 0.01
 }

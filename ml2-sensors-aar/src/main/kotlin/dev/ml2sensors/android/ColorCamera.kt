@@ -6,7 +6,7 @@ import android.hardware.camera2.params.StreamConfigurationMap
 import android.util.Range
 import android.util.Size
 
-/** Camera [id] and what it can do, with [workers] threads that encode. */
+/** The capabilities of camera [id], with [workers] threads that encode. */
 internal class ColorCamera(
     val id: String,
     private val characteristics: CameraCharacteristics,
@@ -15,12 +15,15 @@ internal class ColorCamera(
 ) {
     private val map: StreamConfigurationMap? = characteristics[CameraCharacteristics.SCALER_STREAM_CONFIGURATION_MAP]
 
-    /** Whether Android promises timestamps of CLOCK_BOOTTIME. */
+    /** True if Android documents this camera's timestamps as CLOCK_BOOTTIME. */
     val stampsBootTime: Boolean
         get() = characteristics[CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE] ==
             CameraCharacteristics.SENSOR_INFO_TIMESTAMP_SOURCE_REALTIME
 
-    /** The camera's own JPEGs only where they hold up no other frame, and only if they are as fast as asked for. */
+    /**
+     * Returns how to capture [size] at [rateHz], or null if the camera has no images of that size. The camera's own
+     * JPEGs are used only if they delay no other frame and are fast enough.
+     */
     fun plan(size: Size, rateHz: Int): CapturePlan? {
         val jpeg = map?.takeIf { size in it.sizes(ImageFormat.JPEG) }?.let { map ->
             val stallNanos = map.getOutputStallDuration(ImageFormat.JPEG, size)
@@ -34,17 +37,17 @@ internal class ColorCamera(
         return listOfNotNull(jpeg, yuv).maxByOrNull { it.sustainedHz }
     }
 
-    /** Why there is no plan for [size]. */
+    /** Returns the error message for a [size] that has no plan. */
     fun lacks(size: Size): String {
         val sizes = map?.sizes(ImageFormat.YUV_420_888).orEmpty()
         return "camera $id has no images of $size; it has: ${sizes.joinToString()}"
     }
 
-    /** What to ask automatic exposure for: the steadiest range with [rateHz] at its top. */
+    /** Returns the frame rate range for automatic exposure: the narrowest one that ends at [rateHz]. */
     fun fpsRange(rateHz: Int): Range<Int> =
         fpsRanges.filter { it.upper == rateHz }.maxByOrNull { it.lower } ?: Range(rateHz, rateHz)
 
-    /** Whether automatic exposure has this rate; a camera that lists none is believed to. */
+    /** Returns true if automatic exposure offers [rateHz], or if the camera lists no rates at all. */
     fun offers(rateHz: Int): Boolean = fpsRanges.isEmpty() || fpsRanges.any { it.upper == rateHz }
 
     private val fpsRanges: List<Range<Int>>
@@ -52,6 +55,6 @@ internal class ColorCamera(
 
     private fun StreamConfigurationMap.sizes(format: Int) = getOutputSizes(format).orEmpty().toList()
 
-    /** Infinite where the camera does not say. */
+    /** Returns the highest rate, or infinity if the camera does not list one. */
     private fun StreamConfigurationMap.rateHz(format: Int, size: Size) = 1e9 / getOutputMinFrameDuration(format, size)
 }

@@ -35,8 +35,8 @@ import kotlinx.coroutines.withContext
 import java.util.concurrent.Executor
 
 /**
- * One run of a camera for one collector: images are copied out on a thread of the camera's, become JPEGs on those of
- * [workers], and are delivered in order of capture. Ends with [closed].
+ * One run of a camera for one collector. A camera thread copies the images, [workers] encode them to JPEG, and the
+ * collector receives them in order of capture. It ends with [closed].
  */
 internal class ColorCapture(
     private val cameraManager: CameraManager,
@@ -52,16 +52,16 @@ internal class ColorCapture(
     private val width = plan.size.width
     private val height = plan.size.height
 
-    /** At quality 90 even noise takes less than a byte per pixel. */
+    /** Buffers of one byte per pixel: at quality 90 even noise takes less. */
     private val pool = BufferPool(bufferBytes = width * height, JPEGS)
-    private val intake =
+    private val copier =
         if (plan.format == ImageFormat.JPEG) {
             JpegCopier(pool, ::lose)
         } else {
             YuvCopier(width, height, encoder, workers.count, pool, ::lose)
         }
 
-    /** In order of capture; what is on its way is bounded by what [intake] takes. */
+    /** The samples in order of capture. [copier] bounds their number. */
     private val samples = Channel<Deferred<Sample>>(Channel.UNLIMITED)
     private val queue = SampleQueue(QUEUED_FRAMES)
 
@@ -90,7 +90,7 @@ internal class ColorCapture(
     private suspend fun capture(scope: CoroutineScope, handler: Handler, poses: ColorPoses) =
         trackerOf(poses).use { capture(scope, handler, exposures(it)) }
 
-    /** Null where the vendor's library fails: the images are worth more than their poses. */
+    /** Returns null if the vendor's library fails: images are delivered without poses then. */
     private fun trackerOf(poses: ColorPoses): ColorPoses.Tracker? =
         try {
             poses.open()
@@ -106,7 +106,7 @@ internal class ColorCapture(
             samples.trySend(scope.async(workers.dispatcher) { sample(image, exposure, captureNanos) })
             Unit
         }
-        val run = CaptureCallbacks(intake, exposures, deliver, ::lose, connection::fail)
+        val run = CaptureCallbacks(copier, exposures, deliver, ::lose, connection::fail)
         try {
             reader.setOnImageAvailableListener(run, handler)
             connection.start(reader.surface, run) { request(it, reader) }
@@ -127,8 +127,8 @@ internal class ColorCapture(
 
     private fun sample(image: CopiedImage, exposure: Exposure, captureNanos: Long): Sample {
         val jpeg = image.jpeg
-        if (!image.finish()) {
-            pool.giveBack(jpeg)
+        if (!image.encode()) {
+            pool.release(jpeg)
             return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
         }
         return ImageSample(
@@ -142,7 +142,7 @@ internal class ColorCapture(
             // Android's sensitivity is no gain: what of it is analog, and over which base, it does not say
             CaptureSettings(exposure.exposureNanos, stampSource = exposure.stampSource),
             listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
-        ) { pool.giveBack(jpeg) }
+        ) { pool.release(jpeg) }
     }
 
     private fun lose(reason: DropReason) {
@@ -150,16 +150,16 @@ internal class ColorCapture(
     }
 
     private companion object {
-        /** One that is copied, and what arrives meanwhile. */
+        /** One image that is copied, and those that arrive meanwhile. */
         const val CAMERA_IMAGES = 3
         const val QUEUED_FRAMES = 2
 
-        /** Those of the image lane and of [QUEUED_FRAMES], one that is sent, and one being made. */
+        /** The queue of the image lane, [QUEUED_FRAMES], one that is sent and one that is encoded. */
         const val JPEGS = 8
     }
 }
 
-/** [count] threads that encode; by default half as many as there are processors: others capture and send. */
+/** [count] encoder threads; by default half of the processors, since others capture and send. */
 internal class EncoderThreads(val count: Int = maxOf(1, Runtime.getRuntime().availableProcessors() / 2)) {
     val dispatcher: CoroutineDispatcher = Dispatchers.Default.limitedParallelism(count)
 }

@@ -8,10 +8,10 @@ import dev.ml2sensors.source.Intrinsics
 import dev.ml2sensors.source.SourceException
 
 /**
- * What a camera tells of one capture.
+ * The capture result of one image.
  *
- * @property captureNanos null when it could not be told on the device timebase.
- * @property stampSource what [captureNanos] comes from, as [CaptureSettings.stampSource].
+ * @property captureNanos the capture time on the device timebase, null if the clock is not known yet.
+ * @property stampSource the origin of [captureNanos], as [CaptureSettings.stampSource].
  */
 internal class Exposure(
     val frameNumber: Long,
@@ -23,12 +23,12 @@ internal class Exposure(
 )
 
 /**
- * Reads results, at once when they arrive. With the vendor's tags the capture time is the centre of exposure, and the
- * pose is the camera's at that time; without, or where the vendor's library fails, the time is the start of exposure by
- * Camera2's clock and half the exposure time. A pose that cannot be had costs the pose alone.
+ * Reads capture results as soon as they arrive. With the vendor's tags the capture time is the centre of exposure, and
+ * the pose is the camera's at that time. Without them, or if the vendor's library fails, the time is Camera2's start of
+ * exposure plus half the exposure time. If the pose is not available, the image is delivered without one.
  *
- * @param poses null where the vendor's library is not available.
- * @param toCaptureNanos takes Camera2's timestamps to the device timebase.
+ * @param poses null if the vendor's library is not available.
+ * @param toCaptureNanos converts Camera2's timestamps to the device timebase.
  */
 internal class ExposureReader(
     private val width: Int,
@@ -51,7 +51,7 @@ internal class ExposureReader(
         )
     }
 
-    /** Null where the vendor's library fails: the image is worth more than its pose. */
+    /** Returns null if the vendor's library fails: the image is delivered without a pose then. */
     private inline fun <T> orNull(ask: () -> T?): T? =
         try {
             ask()

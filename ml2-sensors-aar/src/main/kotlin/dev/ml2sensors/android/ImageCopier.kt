@@ -7,26 +7,29 @@ import dev.ml2sensors.source.SourceException
 import java.nio.ByteBuffer
 import java.util.concurrent.ArrayBlockingQueue
 
-/** Copies images out of the camera's memory, so that the camera never waits for what is done with them. */
+/** Copies images out of the camera's memory, so that the camera never waits for the encoder. */
 internal interface ImageCopier {
-    /** The caller then closes [image]. Null where there is no memory for it, which is told. Only by one thread. */
-    fun take(image: Image): CopiedImage?
+    /**
+     * Copies [image], which the caller then closes. Returns null and reports the loss if no buffer is free. Called by
+     * one thread only.
+     */
+    fun copy(image: Image): CopiedImage?
 }
 
-/** An image on its way to become [jpeg], memory of a pool; ended by one call of [finish] or [giveUp]. */
+/** A copied image that becomes a JPEG in [jpeg], a buffer of a pool. One call of [encode] or [discard] ends it. */
 internal interface CopiedImage {
     val jpeg: ByteBuffer
 
-    /** Whether all of the JPEG found room in [jpeg], which the caller gives back in any case. Takes long. */
-    fun finish(): Boolean
+    /** Encodes, which takes long. Returns true if the JPEG fits into [jpeg]; the caller releases [jpeg] in any case. */
+    fun encode(): Boolean
 
-    /** Gives everything back. */
-    fun giveUp()
+    /** Discards the image and releases all buffers. */
+    fun discard()
 }
 
-/** Images that the camera itself makes JPEGs of: one copy into [pool]. */
+/** Copies JPEGs that the camera encoded into [pool]. */
 internal class JpegCopier(private val pool: BufferPool, private val lose: (DropReason) -> Unit) : ImageCopier {
-    override fun take(image: Image): CopiedImage? {
+    override fun copy(image: Image): CopiedImage? {
         val jpeg = pool.acquire() ?: return null.also { lose(DropReason.NO_BUFFER) }
         val source = image.planes.single().buffer
         val fits = source.remaining() <= jpeg.remaining()
@@ -34,14 +37,14 @@ internal class JpegCopier(private val pool: BufferPool, private val lose: (DropR
         return object : CopiedImage {
             override val jpeg = jpeg
 
-            override fun finish() = fits
+            override fun encode() = fits
 
-            override fun giveUp() = pool.giveBack(jpeg)
+            override fun discard() = pool.release(jpeg)
         }
     }
 }
 
-/** YUV_420_888 images, of which [encoder] makes JPEGs in [pool] on [workers] threads at a time. */
+/** Copies YUV_420_888 images, which [encoder] encodes into [pool] on [workers] threads at a time. */
 internal class YuvCopier(
     private val width: Int,
     private val height: Int,
@@ -52,14 +55,14 @@ internal class YuvCopier(
 ) : ImageCopier {
     private val nv21 = Nv21(width, height)
 
-    /** One that each worker has, and one that waits for a worker. */
+    /** One buffer for each worker, and one that waits for a worker. */
     private val free = ArrayBlockingQueue<ByteArray>(workers + 1)
 
     init {
         repeat(workers + 1) { free.add(ByteArray(nv21.sizeBytes)) }
     }
 
-    override fun take(image: Image): CopiedImage? {
+    override fun copy(image: Image): CopiedImage? {
         val pixels = free.poll() ?: return null.also { lose(DropReason.ENCODER_BUSY) }
         val jpeg = pool.acquire()
         if (jpeg == null) {
@@ -72,7 +75,7 @@ internal class YuvCopier(
     }
 
     private inner class Encoding(private val pixels: ByteArray, override val jpeg: ByteBuffer) : CopiedImage {
-        override fun finish(): Boolean {
+        override fun encode(): Boolean {
             val stream = ByteBufferOutputStream(jpeg)
             val isEncoded = encoder.encode(pixels, width, height, stream)
             free.add(pixels)
@@ -81,9 +84,9 @@ internal class YuvCopier(
             return !stream.hasOverflowed
         }
 
-        override fun giveUp() {
+        override fun discard() {
             free.add(pixels)
-            pool.giveBack(jpeg)
+            pool.release(jpeg)
         }
     }
 }

@@ -7,9 +7,9 @@ import dev.ml2sensors.source.SourceException
 import java.io.OutputStream
 import java.nio.ByteBuffer
 
-/** Makes a JPEG of an NV21 image. Called by several threads. */
+/** Encodes NV21 images as JPEG. Called by several threads. */
 internal fun interface JpegEncoder {
-    /** @return whether the platform could. */
+    /** Returns true if the platform encoded the image into [target]. */
     fun encode(nv21: ByteArray, width: Int, height: Int, target: OutputStream): Boolean
 
     companion object {
@@ -22,7 +22,7 @@ internal fun interface JpegEncoder {
     }
 }
 
-/** Writes into [target] as long as there is room. What comes then is left out: Android hides an exception here. */
+/** Writes into [target] while there is room, and drops the rest: Android swallows exceptions here. */
 internal class ByteBufferOutputStream(private val target: ByteBuffer) : OutputStream() {
     var hasOverflowed: Boolean = false
         private set
@@ -35,14 +35,14 @@ internal class ByteBufferOutputStream(private val target: ByteBuffer) : OutputSt
     }
 }
 
-/** How fast [encoder] is here: measured once, on a picture with more detail than most. */
+/** Measures once how fast [encoder] is on this device, with a picture of more detail than most. */
 internal class EncoderSpeed(private val encoder: JpegEncoder, private val nowNanos: () -> Long = System::nanoTime) {
     private val pixelsPerSecond by lazy {
         val picture = ByteArray(WIDTH * HEIGHT * 3 / 2) { ((it * it / 7) % 251).toByte() }
         WIDTH * HEIGHT * 1e9 / List(RUNS) { encodeNanos(picture) }.min().coerceAtLeast(1)
     }
 
-    /** Images of this size that [workers] threads encode per second. */
+    /** Returns how many images of this size [workers] threads encode per second. */
     fun rateHz(width: Int, height: Int, workers: Int): Double = workers * pixelsPerSecond / (width * height)
 
     private fun encodeNanos(picture: ByteArray): Long {
@@ -59,4 +59,4 @@ internal class EncoderSpeed(private val encoder: JpegEncoder, private val nowNan
     }
 }
 
-internal const val ENCODING_FAILED = "Android does not encode a JPEG"
+internal const val ENCODING_FAILED = "Android failed to encode a JPEG"

@@ -31,10 +31,10 @@ import java.security.MessageDigest
 /** The headset that this app runs on. */
 public object Ml2Sensors {
     /**
-     * Every sensor of the headset. Nothing is started, and what is missing (a library, a sensor, a permission) only
-     * refuses the streams that need it. To be closed when no longer needed.
+     * Opens every sensor of the headset. No stream starts. A missing library, sensor or permission refuses only the
+     * streams that need it. Close the result when it is no longer needed.
      *
-     * OpenXR is reached as [dev.ml2sensors.capture.NativeLibrary.useOpenXr] was told, and not at all without.
+     * OpenXR is used only after a call of [dev.ml2sensors.capture.NativeLibrary.useOpenXr].
      */
     public fun open(context: Context): AndroidHeadset {
         val app = context.applicationContext
@@ -55,10 +55,10 @@ public object Ml2Sensors {
     }
 
     /**
-     * Pairs this headset with the receiver that shows [uri], text or QR code of `ml2-receiver pair`: once, then
-     * [connect] finds it.
+     * Pairs this headset with the receiver that shows [uri], the text or QR code of `ml2-receiver pair`. Needed once;
+     * then [connect] finds the receiver.
      *
-     * @throws IllegalArgumentException for a text that is no such URI, spaces around it aside.
+     * @throws IllegalArgumentException if [uri] is not a pairing URI; surrounding spaces are ignored.
      * @throws java.io.IOException as [DeviceKeys.pair] does.
      */
     public suspend fun pair(context: Context, uri: String): PairedReceiver {
@@ -67,19 +67,19 @@ public object Ml2Sensors {
     }
 
     /**
-     * The receivers that this headset is paired with, the last one last. Not on the main thread.
+     * Returns the receivers that this headset is paired with, the latest one last. Do not call it on the main thread.
      *
-     * @throws java.io.IOException when what is known of them cannot be read.
+     * @throws java.io.IOException when the list of receivers cannot be read.
      */
     public fun receivers(context: Context): List<PairedReceiver> = AndroidKeys.of(context.applicationContext).receivers
 
     /**
-     * A streamer of [headset], not yet started, to a receiver that this headset is paired with: without [receiver] the
-     * one that announces itself, else the last one where it was paired. While it is paired with none,
-     * [Ml2Streamer.state] says so.
+     * Returns a streamer of [headset], not yet started, to a paired receiver. Without [receiver] it connects to the
+     * paired receiver that announces itself, or else to the last known address of the latest one. While this headset is
+     * not paired, [Ml2Streamer.state] says so.
      *
      * @param receiver a name or `HOST:PORT`, as [Receiver.parse] takes it.
-     * @throws IllegalArgumentException for a [receiver] that is neither.
+     * @throws IllegalArgumentException if [receiver] is neither.
      */
     public fun connect(context: Context, headset: Headset, receiver: String = ""): Ml2Streamer {
         val app = context.applicationContext
@@ -89,7 +89,7 @@ public object Ml2Sensors {
         return Ml2Streamer(headset, wanted, keys.security())
     }
 
-    /** The id is Android's for this app, user and device, and tells nothing else of any of them. */
+    /** Derives the device id from Android's id for this app, user and device; the hash reveals neither. */
     @SuppressLint("HardwareIds")
     private fun identityOf(context: Context): Headset.Identity {
         val androidId = Settings.Secure.getString(context.contentResolver, Settings.Secure.ANDROID_ID).orEmpty()
@@ -104,9 +104,7 @@ public object Ml2Sensors {
     private const val ID_BYTES = 16
 }
 
-/**
- * An opened headset; [Headset.clock] is CLOCK_BOOTTIME.
- */
+/** An opened headset. Its [Headset.clock] is CLOCK_BOOTTIME. */
 public class AndroidHeadset internal constructor(
     headset: SensorHeadset,
     private val native: List<NativeSource>,
@@ -115,12 +113,12 @@ public class AndroidHeadset internal constructor(
 ) : Headset by headset {
     override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
 
-    /** Android's numbers are the order of [Thermal]. */
+    /** [Thermal] has the order of Android's numbers. */
     override val thermal: Thermal? get() = Thermal.entries.getOrNull(power.currentThermalStatus)
 
-    /** Gives the cameras and trackers back to the device while the app is not in front; their flows deliver nothing. */
+    /** Releases cameras and trackers while the app is in the background; their flows deliver nothing. */
     public fun pause(): Unit = native.forEach(NativeSource::pause)
 
-    /** Takes them again; flows fail where that fails. */
+    /** Opens cameras and trackers again; a flow whose sensor cannot be opened fails. */
     public fun resume(): Unit = native.forEach(NativeSource::resume)
 }

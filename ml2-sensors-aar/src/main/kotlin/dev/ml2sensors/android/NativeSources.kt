@@ -9,7 +9,10 @@ import dev.ml2sensors.capture.PixelSensor
 import dev.ml2sensors.capture.PoseSensor
 import dev.ml2sensors.table.StreamTable
 
-/** Every sensor of libml2sensors.so by every way to it; null where this device has no such library, as on another ABI. */
+/**
+ * Returns every sensor of libml2sensors.so with every backend, or null if the device has no such library, as on another
+ * ABI.
+ */
 internal fun loadNativeSources(): List<NativeSource>? {
     try {
         NativeLibrary.load()
@@ -24,7 +27,7 @@ internal fun loadNativeSources(): List<NativeSource>? {
     return pixels + poses
 }
 
-/** What stands in for them. */
+/** Returns sources that refuse all streams of the missing library. */
 internal fun absentNativeSources(): List<UnavailableSource> = NativeBackend.entries.map { backend ->
     val streams = StreamTable.all.filterTo(LinkedHashSet()) { backend.id in it.backends }
     UnavailableSource(backend.id, streams, "not available: libml2sensors.so")

@@ -21,13 +21,13 @@ import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
 /**
- * The receiver that announces itself by [name] on the headset's network, without a name the only one there is; as the
- * other `discover`, by Android's means.
+ * Returns the receiver that announces itself as [name] on the headset's network; without a name, the only one there is.
+ * As the other `discover`, with Android's NsdManager.
  */
 public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver =
     discover(nsdBrowser(context), name)
 
-/** Android is asked for an NsdManager only when a search begins. */
+/** Returns a browser that gets an NsdManager only when a search begins. */
 internal fun nsdBrowser(context: Context): ReceiverBrowser {
     val app = context.applicationContext
     // A context keeps its NsdManager, so another one needs another context.
@@ -36,11 +36,11 @@ internal fun nsdBrowser(context: Context): ReceiverBrowser {
 }
 
 /**
- * Looks with Android's NsdManager, as of API 29. There, a resolution may never be answered, and then that manager
- * answers no later one either. So a resolution has [resolutionLimit]; after it a fresh manager begins the search again,
- * and the address that the receiver last had stands for it meanwhile.
+ * Finds receivers with Android's NsdManager, as of API 29. A resolution may never be answered, and then that manager
+ * answers no later one either. So each resolution has a [resolutionLimit]. After it the search continues with a new
+ * manager, and the receiver's last known address is used meanwhile.
  *
- * @param wifi null where there is no filter of multicast to lift.
+ * @param wifi null if no multicast lock is needed.
  */
 internal class NsdBrowser(
     private val newManager: () -> NsdManager,
@@ -58,17 +58,17 @@ internal class NsdBrowser(
         }
     }
 
-    /** Returns when the manager no longer answers. */
+    /** Searches, and returns when the manager no longer answers. */
     private suspend fun FlowCollector<Map<String, ReceiverAddress>>.searchUntilStuck() {
         val nsd = newManager()
         val search = Search()
         try {
             nsd.discoverServices(ReceiverBrowser.SERVICE_TYPE, NsdManager.PROTOCOL_DNS_SD, search)
             var found = emptyMap<String, ReceiverAddress>()
-            for (sight in search.sights) {
-                val name = sight.service.serviceName
+            for (sighting in search.sightings) {
+                val name = sighting.service.serviceName
                 // One at a time: NsdManager refuses a second one meanwhile.
-                val resolution = if (sight.isLost) null else resolve(nsd, sight.service)
+                val resolution = if (sighting.isLost) null else resolve(nsd, sighting.service)
                 val isStuck = resolution != null && !resolution.address.isCompleted
                 val address = if (isStuck) lastKnown[name] else resolution?.address?.await()
                 if (address != null) lastKnown[name] = address
@@ -81,7 +81,7 @@ internal class NsdBrowser(
         }
     }
 
-    /** Its address is not completed when Android has not answered in time. */
+    /** Resolves [service]; the address is not completed if Android has not answered in time. */
     private suspend fun resolve(nsd: NsdManager, service: NsdServiceInfo): Resolution {
         val resolution = Resolution()
         nsd.resolveService(service, resolution)
@@ -89,27 +89,27 @@ internal class NsdBrowser(
         return resolution
     }
 
-    private class Sight(val service: NsdServiceInfo, val isLost: Boolean)
+    private class Sighting(val service: NsdServiceInfo, val isLost: Boolean)
 
-    /** Called back by a thread of NsdManager. */
+    /** Receives the callbacks of one search, on a thread of NsdManager. */
     private class Search : NsdManager.DiscoveryListener {
-        val sights = Channel<Sight>(MOST_SIGHTS)
+        val sightings = Channel<Sighting>(MAX_SIGHTINGS)
 
         @Volatile
         var hasFailed = false
             private set
 
         override fun onServiceFound(service: NsdServiceInfo) {
-            sights.trySend(Sight(service, isLost = false))
+            sightings.trySend(Sighting(service, isLost = false))
         }
 
         override fun onServiceLost(service: NsdServiceInfo) {
-            sights.trySend(Sight(service, isLost = true))
+            sightings.trySend(Sighting(service, isLost = true))
         }
 
         override fun onStartDiscoveryFailed(type: String, code: Int) {
             hasFailed = true
-            sights.close(IOException("Android cannot look for receivers, NsdManager error $code"))
+            sightings.close(IOException("Android cannot look for receivers, NsdManager error $code"))
         }
 
         override fun onDiscoveryStarted(type: String) = Unit
@@ -120,7 +120,7 @@ internal class NsdBrowser(
     }
 
     private class Resolution : NsdManager.ResolveListener {
-        /** Null for a receiver that has gone meanwhile; the next search asks again. */
+        /** The address, or null if the receiver has gone meanwhile; the next search resolves it again. */
         val address = CompletableDeferred<ReceiverAddress?>()
 
         override fun onServiceResolved(service: NsdServiceInfo) {
@@ -140,10 +140,10 @@ internal class NsdBrowser(
     private companion object {
         const val LOCK = "ml2sensors"
 
-        /** More receivers than any network has; a search that is flooded misses the rest. */
-        const val MOST_SIGHTS = 256
+        /** More than the receivers of any network; further ones are missed. */
+        const val MAX_SIGHTINGS = 256
 
-        /** RFC 6762, 6: answers come within 120 ms. A search of three seconds has room for another manager. */
+        /** RFC 6762, 6: answers arrive within 120 ms. A search of three seconds leaves time for a second manager. */
         val RESOLUTION_LIMIT = 1.seconds
     }
 }

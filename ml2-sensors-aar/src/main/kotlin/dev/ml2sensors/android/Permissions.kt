@@ -12,17 +12,17 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.catch
 import kotlinx.coroutines.flow.onStart
 
-/** The user does not, or no longer, allow [permission]. */
+/** The user has not granted, or has revoked, [permission]. */
 public class PermissionDeniedException internal constructor(override val permission: String, cause: Throwable? = null) :
     SourceException(denial(permission), cause)
 
-/** Those Android permissions that [stream] needs and this app does not have, as the stream table says. */
+/** Returns the Android permissions that [stream] needs and this app lacks. */
 internal fun Context.missingPermissions(stream: StreamSpec): List<String> =
     stream.permissions.filter { checkSelfPermission(it) != PackageManager.PERMISSION_GRANTED }
 
 /**
- * [source] as far as the user allows it: a stream without its permission is refused, and one that ends because the
- * permission was taken away fails with [PermissionDeniedException].
+ * Checks permissions before [source]: a stream without its permission is refused, and one whose permission is revoked
+ * fails with [PermissionDeniedException].
  */
 internal class PermissionCheckedSource(private val context: Context, private val source: SensorSource) :
     SensorSource by source {

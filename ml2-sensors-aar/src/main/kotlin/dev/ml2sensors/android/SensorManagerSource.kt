@@ -25,13 +25,13 @@ import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.update
 
 /**
- * Inertial units, magnetometers, barometers and light, through Android's SensorManager: at the fastest rate the device
- * allows, unbatched, with the time the hardware stamped. Axes are the sensor's own. A magnetometer is the calibrated
- * one where the device lists it, else the uncalibrated, whose field includes the bias of the device.
+ * Reads inertial units, magnetometers, barometers and the light sensor through Android's SensorManager: at the fastest
+ * rate the device allows, unbatched, stamped by the hardware, in the sensor's own axes. A magnetometer is the
+ * calibrated one if the device lists it, else the uncalibrated one, whose field includes the bias of the device.
  *
- * Readings arrive on a thread of this source. Those that a collector is too slow for are lost, and told as such.
+ * Readings arrive on a thread of this source. Those that a slow collector misses are counted as lost.
  *
- * @param foundBases is told the clock behind the timestamps of each stream that runs.
+ * @param foundBases receives the clock behind the timestamps of each stream that runs.
  */
 internal class SensorManagerSource(
     private val sensorManager: SensorManager,

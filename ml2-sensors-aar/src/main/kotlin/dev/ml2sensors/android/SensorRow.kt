@@ -8,10 +8,10 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
 /**
- * Which of Android's sensors a stream is, and what its readings are in SI units.
+ * Maps one of Android's sensors to a stream, and its values to SI units.
  *
  * @property type one of the constants of [Sensor].
- * @property name part of the sensor's name; several have the same type, and the order they are listed in means nothing.
+ * @property name part of the sensor's name: several sensors have the same type, in no defined order.
  */
 internal class SensorRow(
     val stream: StreamSpec,
@@ -26,8 +26,8 @@ internal class SensorRow(
         private const val TESLA_PER_MICROTESLA = 1e-6
 
         /**
-         * Surest first where a stream has several. Source of the names: the vendor's documentation of generic sensors.
-         * The uncalibrated magnetometer's field includes what Android estimates to be its own bias.
+         * The sensors of each stream, the preferred one first. Source of the names: the vendor's documentation of
+         * generic sensors. The uncalibrated magnetometer's field includes the bias that Android estimates.
          */
         val ALL: List<SensorRow> = listOf(
             SensorRow(StreamTable.accelLeft, Sensor.TYPE_ACCELEROMETER, "Headset Left Accelerometer", vector()),

@@ -11,8 +11,9 @@ internal class SystemClocks(
 )
 
 /**
- * How far [SystemClocks.boot] is ahead of [SystemClocks.monotonic]: constant but for a step at each suspension. The
- * tightest bracket of two readings is kept until one contradicts it. Used by one thread.
+ * Measures how far [SystemClocks.boot] is ahead of [SystemClocks.monotonic]. The difference changes only when the
+ * device was suspended. Keeps the tightest bracket of two readings until a measurement contradicts it. Used by one
+ * thread.
  */
 internal class MonotonicOffset(private val clocks: SystemClocks) {
     private var offsetNanos = 0L

@@ -4,15 +4,15 @@ import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.SourceException
 
 /**
- * Takes the timestamps of one sensor to the device timebase. Called by the thread they arrive on, at arrival. Android
- * promises [ClockDomain.BOOTTIME] for sensor events; nobody has confirmed it for this headset, so the clock is found out
- * from the timestamps themselves.
+ * Converts the timestamps of one sensor to the device timebase. Called when a reading arrives, by the thread that it
+ * arrives on. Android documents [ClockDomain.BOOTTIME] for sensor events, which is unconfirmed for this headset, so the
+ * clock is determined from the timestamps.
  *
- * A timestamp can be of a clock when by that clock its age is in [PLAUSIBLE_AGE_NANOS]: some drivers stamp a little ahead. If it can be of both, the
- * younger reading decides. Clocks that are less than [INDISTINGUISHABLE_NANOS] apart count as one, [ClockDomain.BOOTTIME]; the
- * error is at most that.
+ * A clock is possible if the reading's age by that clock is in [PLAUSIBLE_AGE_NANOS]; some drivers stamp slightly
+ * ahead. If both clocks are possible, the one with the smaller age is chosen. Clocks less than
+ * [INDISTINGUISHABLE_NANOS] apart count as [ClockDomain.BOOTTIME]; that difference bounds the error.
  *
- * @param onFound is told the base, once.
+ * @param onFound receives the clock, once.
  */
 internal class TimestampConverter(private val clocks: SystemClocks, private val onFound: (ClockDomain) -> Unit = {}) {
     private val offset = MonotonicOffset(clocks)
@@ -20,9 +20,9 @@ internal class TimestampConverter(private val clocks: SystemClocks, private val 
     private var undecided = 0
 
     /**
-     * The capture time of a reading, null while its clock is not known: then it cannot be stamped and is lost.
+     * Returns the capture time of a reading, or null while its clock is unknown: such a reading is counted as lost.
      *
-     * @throws SourceException after [UNDECIDED_LIMIT] timestamps that can be of neither clock.
+     * @throws SourceException after [UNDECIDED_LIMIT] timestamps that fit neither clock.
      */
     fun captureNanos(timestamp: Long): Long? {
         val known = base ?: find(timestamp)?.also {

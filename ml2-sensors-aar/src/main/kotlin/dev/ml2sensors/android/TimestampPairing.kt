@@ -1,24 +1,24 @@
 package dev.ml2sensors.android
 
 /**
- * Brings images and results of the same timestamp together. Each kind comes in order, but neither before the other, and
- * some do not come at all: what is overtaken stays alone. Used by one thread.
+ * Pairs images and results of the same timestamp. Each kind arrives in order; either may arrive first, and some are
+ * missing. An image is unmatched when a later result arrives. Used by one thread.
  *
- * @param alone is told an image that stays alone; a result without an image is a frame that the device dropped.
+ * @param unmatched receives each unmatched image. A result without an image is a frame that the device dropped.
  */
-internal class TimestampPairing<I, R>(private val pair: (I, R) -> Unit, private val alone: (I) -> Unit) {
+internal class TimestampPairing<I, R>(private val pair: (I, R) -> Unit, private val unmatched: (I) -> Unit) {
     private val images = ArrayDeque<Pair<Long, I>>()
     private val results = ArrayDeque<Pair<Long, R>>()
 
     fun image(timestamp: Long, image: I) {
         images += timestamp to image
-        if (images.size > MOST_WAITING) alone(images.removeFirst().second)
+        if (images.size > MAX_WAITING) unmatched(images.removeFirst().second)
         match()
     }
 
     fun result(timestamp: Long, result: R) {
         results += timestamp to result
-        if (results.size > MOST_WAITING) results.removeFirst()
+        if (results.size > MAX_WAITING) results.removeFirst()
         match()
     }
 
@@ -27,14 +27,14 @@ internal class TimestampPairing<I, R>(private val pair: (I, R) -> Unit, private 
             val order = images.first().first.compareTo(results.first().first)
             when {
                 order == 0 -> pair(images.removeFirst().second, results.removeFirst().second)
-                order < 0 -> alone(images.removeFirst().second)
+                order < 0 -> unmatched(images.removeFirst().second)
                 else -> results.removeFirst()
             }
         }
     }
 
     private companion object {
-        /** More than any camera's pipeline is deep. */
-        const val MOST_WAITING = 16
+        /** More images than any camera keeps in flight. */
+        const val MAX_WAITING = 16
     }
 }

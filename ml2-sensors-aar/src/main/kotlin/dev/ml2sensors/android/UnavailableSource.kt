@@ -9,7 +9,7 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 
-/** Stands for a [backend] that this device has not, and says why. */
+/** Refuses all streams of a [backend] that this device does not have, for a [reason]. */
 internal class UnavailableSource(
     override val backend: String,
     override val streams: Set<StreamSpec>,

@@ -5,7 +5,7 @@ import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.Intrinsics
 
 /**
- * What the vendor adds to the results of a camera. Source of names and layouts: the vendor's ml_camera_vendor_tags.h.
+ * The vendor's tags in capture results. Source of names and layouts: the vendor's ml_camera_vendor_tags.h.
  *
  * @param prefix `com.amd.control` for cameras 0 and 1, `com.ml.control` for camera 3.
  */
@@ -13,14 +13,16 @@ internal class VendorTags(prefix: String) {
     private val timestamps = VendorTag("$prefix.cvip_timestamps", LongArray::class.java)
     private val intrinsics = VendorTag("$prefix.intrinsics", FloatArray::class.java)
 
-    /** MLTime of the centre of exposure, null where the camera does not tell; it tells 0 where it does not know. */
+    /** Returns the MLTime of the centre of exposure, or null if the camera does not report it; 0 means unknown. */
     fun exposureCentreNanos(result: CaptureResult): Long? =
         timestamps.of(result)?.getOrNull(CENTRE)?.takeIf { it != 0L }
 
-    /** For images of [width] x [height], null where the camera tells none of their shape. */
+    /**
+     * Returns the intrinsics for images of [width] x [height], or null if the camera reports none of that aspect ratio.
+     */
     fun intrinsics(result: CaptureResult, width: Int, height: Int): Intrinsics? {
-        val told = intrinsics.of(result)?.asList()?.chunked(FLOATS_PER_SIZE)?.filter { it.size == FLOATS_PER_SIZE }
-        val all = told.orEmpty().map { it.toIntrinsics() }
+        val reported = intrinsics.of(result)?.asList()?.chunked(FLOATS_PER_SIZE)?.filter { it.size == FLOATS_PER_SIZE }
+        val all = reported.orEmpty().map { it.toIntrinsics() }
         return all.firstOrNull { it.width == width && it.height == height }
             ?: all.firstOrNull { it.width * height == it.height * width }?.scaledTo(width, height)
     }
@@ -46,7 +48,7 @@ internal class VendorTags(prefix: String) {
     }
 }
 
-/** A tag that not every camera knows. */
+/** A capture result tag that some cameras do not have. */
 private class VendorTag<T>(name: String, type: Class<T>) {
     private val key = CaptureResult.Key(name, type)
     private var isKnown = true

@@ -2,7 +2,7 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.SourceException
 
-/** Why a sensor of the device cannot be used, or no longer; the message names what was missing or what failed. */
+/** A sensor of the device cannot be used, or no longer. The message names what is missing or what failed. */
 public sealed class CaptureException(message: String) : SourceException(message) {
     /** A library or symbol is missing, or the device has no such sensor. */
     public class NotAvailable internal constructor(message: String) : CaptureException(message)
@@ -13,9 +13,9 @@ public sealed class CaptureException(message: String) : SourceException(message)
         override val permission: String? = null,
     ) : CaptureException(message)
 
-    /** Somebody in this process uses the sensor in a way that excludes this one. */
+    /** Another use in this process excludes this one. */
     public class InUse internal constructor(message: String) : CaptureException(message)
 
-    /** A call of the vendor's failed. */
+    /** A call of the vendor's API failed. */
     public class VendorFailure internal constructor(message: String) : CaptureException(message)
 }

@@ -14,14 +14,16 @@ import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamTable
 import java.nio.ByteBuffer
 
-/** The ml2s_frames of one poll, written by C into [memory] and read here by the offsets that C tells. */
+/** The ml2s_frames of one poll. C writes them into [memory]; they are read here by the offsets that C reports. */
 internal class FrameBlock(capacity: Int) {
     val memory: ByteBuffer = structMemory(capacity, FrameLayout.sizeBytes)
 
-    /** A view that is valid until the next poll. */
+    /** Returns a view of frame [index], valid until the next poll. */
     operator fun get(index: Int): NativeFrame = NativeFrame(memory, index * FrameLayout.sizeBytes)
 
-    /** Lends [take] the sample of each of [count] polled frames. Whatever fails, every lease ends. */
+    /**
+     * Passes the sample of each of [count] polled frames to [take], and ends every lease, also when something fails.
+     */
     fun deliver(count: Int, take: (index: Int, frame: NativeFrame, sample: Sample) -> Unit) {
         var next = 0
         try {
@@ -41,7 +43,7 @@ internal class FrameBlock(capacity: Int) {
     }
 }
 
-/** Where the fields of an ml2s_frame are, in bytes. */
+/** The offsets of the fields of ml2s_frame, in bytes. */
 private object FrameLayout {
     private val offsets = Offsets(Native.frameLayout())
     val sizeBytes = offsets.next()
@@ -85,20 +87,20 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
     val width: Int get() = int(FrameLayout.width)
     val height: Int get() = int(FrameLayout.height)
 
-    /** How many odd frames of the stream were skipped, beside this one or for want of a usable one. */
+    /** The number of unusable frames of the stream that were skipped before this one. */
     val skipped: Int get() = int(FrameLayout.skipped)
 
-    /** Whether the device gave a usable frame, in a slot or lost for want of one. */
+    /** True if the device delivered a usable frame, even if no slot was free for it. */
     val isUsable: Boolean get() = width > 0
 
-    /** Where the camera was at the capture, null when not known. */
+    /** The pose of the camera at the capture, null if unknown. */
     var pose: MlPose?
         get() = if (has(HAS_POSE)) memory.mlPose(base + FrameLayout.position, base + FrameLayout.rotation) else null
         private set(pose) = set(HAS_POSE, pose) {
             memory.putMlPose(base + FrameLayout.position, base + FrameLayout.rotation, it)
         }
 
-    /** Where the head was at the capture, null when not known. */
+    /** The pose of the head at the capture, null if unknown. */
     var headPose: MlPose?
         get() {
             if (!has(HAS_HEAD_POSE)) return null
@@ -129,12 +131,12 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
             if (has(HAS_ILLUMINATION)) ILLUMINATION[int(FrameLayout.illumination)] else null,
         )
 
-    /** Ends its lease, if it has one. */
+    /** Ends the lease of the frame's slot, if there is one. */
     fun release() {
         if (slot != NO_SLOT) SlotPool.release(StreamTable.all[stream], slot)
     }
 
-    /** In the slot's memory, which the sample gives back; or lost. */
+    /** Returns the image in its slot, which the sample's release gives back, or what was lost instead. */
     fun toSample(): Sample {
         if (!isUsable) return LostSamples(captureNanos, skipped, DropReason.UNUSABLE)
         if (slot == NO_SLOT) return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
@@ -156,14 +158,14 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         )
     }
 
-    /** Makes it one of [sizeBytes] from the start of [slot]. */
+    /** Sets the slot of this frame, whose [sizeBytes] begin at the start of [slot]. */
     fun place(stream: Int, slot: Int, sizeBytes: Int) {
         memory.putInt(base + FrameLayout.stream, stream)
         memory.putInt(base + FrameLayout.slot, slot)
         memory.putInt(base + plane(IMAGE) + FrameLayout.planeSize, sizeBytes)
     }
 
-    /** Makes it the picture of [sample]. */
+    /** Sets size, time, pose and intrinsics to those of [sample]. */
     fun fill(sample: ImageSample) {
         memory.putLong(base + FrameLayout.frameNumber, sample.frameNumber)
         memory.putLong(base + FrameLayout.captureNanos, sample.captureNanos)
@@ -174,15 +176,15 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         intrinsics = sample.intrinsics
     }
 
-    /** Makes it the readings up to [sample]. */
+    /** Sets the time to that of [sample], the latest reading. */
     fun fill(sample: VectorSample) {
         memory.putLong(base + FrameLayout.captureNanos, sample.captureNanos)
     }
 
-    /** From one row to the next of a plane by its ml2s_plane_role. */
+    /** Returns the distance between rows of the plane [role], an ml2s_plane_role. */
     fun strideBytes(role: Int): Int = int(plane(role) + FrameLayout.planeStride)
 
-    /** Where a plane is in its slot, null when it is absent. */
+    /** Returns the bytes of the plane [role] in its slot, or null if it is absent. */
     fun rangeOf(role: Int): IntRange? {
         val offset = int(plane(role) + FrameLayout.planeOffset)
         val size = int(plane(role) + FrameLayout.planeSize)
@@ -214,7 +216,7 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
         putDoubles(FrameLayout.distortion, *values.toDoubleArray())
     }
 
-    /** Stores [value] with [put] and says so in `has`; null is absent. */
+    /** Writes [value] with [put] and sets [bit] in `has`; a null value clears the bit. */
     private inline fun <T : Any> set(bit: Int, value: T?, put: (T) -> Unit) {
         val others = int(FrameLayout.has) and bit.inv()
         memory.putInt(base + FrameLayout.has, if (value == null) others else others or bit)
@@ -258,7 +260,7 @@ internal class NativeFrame(private val memory: ByteBuffer, private val base: Int
     }
 }
 
-/** Three and four floats at these places. */
+/** Reads a pose of three floats at [position] and four at [rotation]. */
 internal fun ByteBuffer.mlPose(position: Int, rotation: Int): MlPose {
     fun float(offset: Int, index: Int) = getFloat(offset + index * Float.SIZE_BYTES).toDouble()
     return MlPose(

@@ -11,15 +11,15 @@ import dev.ml2sensors.table.StreamTable
 import java.nio.ByteBuffer
 
 /**
- * Frames for readers of the same process beside Kotlin, such as a game engine, which lease the latest one by
- * `ml2s_acquire_latest` of native/sdk/ml2s.h. Frames of the library's own sensors are in its slots already; others are
- * copied into them. A reader that keeps its leases costs itself new frames, not the sensor. Any thread.
+ * Publishes frames for native readers in the same process, such as a game engine, which lease the latest one with
+ * `ml2s_acquire_latest` of native/sdk/ml2s.h. Frames of the library's own sensors are already in its slots; others are
+ * copied into slots. A reader that holds its leases misses new frames, but does not block the sensor. Thread-safe.
  */
 internal object LocalFrames {
     private class View {
         var isOn = false
 
-        /** For frames that are copied. */
+        /** The slots for copied frames. */
         var slots: SlotPool? = null
         val frames by lazy { FrameBlock(1) }
         val readings by lazy { LatestReadings() }
@@ -29,8 +29,8 @@ internal object LocalFrames {
     private val views = StreamTable.all.associateWith { View() }
 
     /**
-     * Whether running streams publish their frames; the stream itself is run by others. Nothing is published and nothing
-     * is copied for a [stream] that is not viewed, and no frame of it is the latest any more.
+     * Enables or disables publishing of [stream]; it does not start or stop the stream. While it is disabled, no frame
+     * is published or copied, and none is the latest.
      */
     fun view(stream: StreamSpec, isOn: Boolean) {
         check(NativeLibrary.isLoaded) { "frames are read from libml2sensors.so, which is not loaded" }
@@ -45,7 +45,7 @@ internal object LocalFrames {
         }
     }
 
-    /** Adds the head's pose, which frames of its time are published with. */
+    /** Adds a pose of the head; frames are published with the head's pose at their capture. */
     internal fun addHead(sample: PoseSample): Unit = synchronized(head) { head.add(sample) }
 
     /** Forgets the head's poses: the next one is not connected to them. */
@@ -61,12 +61,14 @@ internal object LocalFrames {
     private fun headPoseAt(captureNanos: Long): MlPose? =
         (synchronized(head) { head.at(captureNanos) } as? HeadPose.Tracked)?.pose?.let(MlPose::ofBody)
 
-    /** Copies [sample], of a sensor that is not the library's; unless all slots are leased. */
+    /** Copies and publishes [sample], unless all slots are leased. */
     internal fun copy(stream: StreamSpec, sample: ImageSample): Unit = ifViewed(stream) { view ->
         copy(stream, view, sample.pixels) { fill(sample) }
     }
 
-    /** Adds [sample] to the latest readings of a vector sensor, which are one frame together: see [LatestReadings]. */
+    /**
+     * Adds [sample] to the latest readings of a vector sensor, which are published as one frame: see [LatestReadings].
+     */
     internal fun copy(stream: StreamSpec, sample: VectorSample): Unit = ifViewed(stream) { view ->
         copy(stream, view, view.readings.add(sample)) { fill(sample) }
     }
@@ -92,7 +94,7 @@ internal object LocalFrames {
         }
     }
 
-    /** The next power of two, so that slots keep their memory though no JPEG has the size of the one before. */
+    /** Rounds up to a power of two, so that slots keep their memory although the size of JPEGs varies. */
     private fun roomFor(sizeBytes: Int) = Integer.highestOneBit(sizeBytes - 1).coerceAtLeast(LEAST_BYTES) * 2
 
     private const val LEAST_BYTES = 1 shl 11

@@ -3,11 +3,11 @@ package dev.ml2sensors.capture
 import java.nio.ByteBuffer
 
 /**
- * The functions of native/sdk/ml2s.h, one to one: threads, ownership and units are stated there. Registered by
- * JNI_OnLoad of libml2sensors.so, which [NativeLibrary] loads.
+ * The functions of native/sdk/ml2s.h, which documents threads, ownership and units. JNI_OnLoad of libml2sensors.so,
+ * which [NativeLibrary] loads, registers them.
  *
- * What ml2s.h calls an error is thrown: a [CaptureException], or IllegalStateException for a closed handle or another
- * thread than the handle's, or IllegalArgumentException.
+ * An error of ml2s.h is thrown as [CaptureException]. A closed handle, or one of another thread, throws
+ * IllegalStateException; other misuse throws IllegalArgumentException.
  */
 internal object Native {
     @JvmStatic
@@ -39,54 +39,60 @@ internal object Native {
     @JvmStatic
     external fun configure(handle: Long, settings: ByteBuffer)
 
-    /** How many of the ml2s_frame in [frames], a direct buffer, were filled; 0 after the timeout. */
+    /**
+     * Waits for frames and fills the ml2s_frames in [frames], a direct buffer. Returns how many were filled; 0 after
+     * the timeout.
+     */
     @JvmStatic
     external fun poll(handle: Long, timeoutNanos: Long, frames: ByteBuffer): Int
 
-    /** How many of the ml2s_pose in [poses], a direct buffer, were filled. */
+    /** Fills the ml2s_poses in [poses], a direct buffer. Returns how many were filled. */
     @JvmStatic
     external fun pollPoses(handle: Long, poses: ByteBuffer): Int
 
-    /** Whether the pose was known and is in [pose], a direct buffer of one ml2s_pose. */
+    /** Fills [pose], a direct buffer of one ml2s_pose. Returns true if the pose was known. */
     @JvmStatic
     external fun colorPose(handle: Long, deviceNanos: Long, pose: ByteBuffer): Boolean
 
-    /** In Hz, of an open depth camera. */
+    /** Returns the rates in Hz that an open depth camera offers. */
     @JvmStatic
     external fun listRates(handle: Long): IntArray
 
-    /** A failure of the device is logged: the handle is closed in any case. */
+    /** Closes the handle in any case; a failure of the device is logged. */
     @JvmStatic
     external fun close(handle: Long)
 
-    /** Slots of [stream] until [retire], whose memory is mapped when frames need it. See native/sources/slots.h. */
+    /**
+     * Reserves the slots of [stream] until [retire]. Their memory is mapped when frames need it. See
+     * native/sources/slots.h.
+     */
     @JvmStatic
     external fun reserve(stream: Int)
 
     @JvmStatic
     external fun retire(stream: Int)
 
-    /** A free slot to write a frame of [sizeBytes] into; [NativeFrame.NO_SLOT] when all are leased. */
+    /** Takes a free slot for a frame of [sizeBytes]; returns [NativeFrame.NO_SLOT] if all are leased. */
     @JvmStatic
     external fun take(stream: Int, sizeBytes: Int): Int
 
-    /** Part of a leased slot, which must not be touched after the lease. */
+    /** Returns part of a leased slot. It must not be used after the lease. */
     @JvmStatic
     external fun bytes(stream: Int, slot: Int, offset: Int, sizeBytes: Int): ByteBuffer
 
-    /** Memory outside of Java's heap, until [unmap]; null when the system has none. */
+    /** Maps memory outside of Java's heap until [unmap]; returns null if the system has none. */
     @JvmStatic
     external fun map(sizeBytes: Int): ByteBuffer?
 
-    /** Ends the whole of a [buffer] of [map], which must not be touched any more. */
+    /** Unmaps a whole [buffer] of [map]. It must not be used any more. */
     @JvmStatic
     external fun unmap(buffer: ByteBuffer)
 
-    /** What is mapped now: slots, buffers of [map], and what OpenXR's frames pass through. */
+    /** Returns how many bytes are mapped now: slots, buffers of [map], and buffers for OpenXR's frames. */
     @JvmStatic
     external fun mappedBytes(): Long
 
-    /** Number [index] of the ml2s_frame in [frames], a direct buffer. */
+    /** Publishes ml2s_frame [index] in [frames], a direct buffer. */
     @JvmStatic
     external fun publish(frames: ByteBuffer, index: Int)
 

@@ -3,7 +3,10 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.ColorPoses
 
-/** By the vendor's SDK. Fails with [CaptureException], but for a device without it. */
+/**
+ * Tracks the colour camera with the vendor's SDK. [open] fails with [CaptureException], and returns null on a device
+ * without the SDK.
+ */
 public object NativeColorPoses : ColorPoses {
     override fun open(): ColorPoses.Tracker? =
         try {

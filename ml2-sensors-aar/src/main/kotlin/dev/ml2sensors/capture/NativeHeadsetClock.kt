@@ -2,7 +2,7 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.DeviceClock
 
-/** CLOCK_BOOTTIME, read where the stamps of frames are made. Any thread. */
+/** CLOCK_BOOTTIME, read by the library that stamps frames. Thread-safe. */
 public object NativeHeadsetClock : DeviceClock {
     override fun nowNanos(): Long = Native.now()
 }

@@ -7,14 +7,16 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 
 /**
- * The streams of one camera, or of cameras that are opened together, by one way to them. Samples are
- * [ImageSample]s, and [LostSamples] where a collector was too slow (`SOURCE_LATE`) or kept all memory (`NO_BUFFER`).
- * Streams that exclude each other, such as depth and infra, cannot be collected at a time.
+ * The streams of one camera, or of cameras that are opened together, with one backend. Samples are [ImageSample]s, and
+ * [LostSamples] if a collector was too slow (`SOURCE_LATE`) or held all memory (`NO_BUFFER`). Streams that exclude each
+ * other, such as depth and infra, cannot be collected at the same time.
  */
 public class NativePixelSource(private val sensor: PixelSensor, private val sensorBackend: NativeBackend) :
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_FRAMES) {
     init {
-        require(sensor != PixelSensor.COLOR || sensorBackend == NativeBackend.OPENXR) { "$sensor is for OpenXR only" }
+        require(sensor != PixelSensor.COLOR || sensorBackend == NativeBackend.OPENXR) {
+            "$sensor needs the backend openxr"
+        }
     }
 
     private val depthRates =

@@ -9,21 +9,21 @@ import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamTable
 
 /**
- * The poses of one tracked thing by one way to them, 60 times a second, each stamped with the instant it is for, in
+ * The poses of one tracked object with one backend, 60 times a second, each stamped with the time that it is for, in
  * body axes. Samples are [PoseSample]s, or [PosesSample]s of hands.
  *
- * A pose that is not tracked is null. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order; those
- * that are not tracked are NaN.
+ * A pose is null while it is not tracked. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order;
+ * joints that are not tracked are NaN.
  */
 public class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
-    /** None of a stream's values is the tracker's: the transform tree and the head's own stream share it. */
+    /** Never conflicts: no value of a stream changes the tracker, which `tf` and `head_pose` share. */
     override fun conflict(subscription: Subscription, other: Subscription): String? = null
 
     override fun open(subscriptions: List<Subscription>): OpenSensor = OpenTracker(sensor, sensorBackend, subscriptions)
 
     private companion object {
-        /** A quarter of a second. */
+        /** One quarter of a second. */
         const val QUEUED_POSES = 16
     }
 }

@@ -3,7 +3,7 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
-/** The ways to a sensor that the native library knows: ml2s_backend. [id] is its name in the stream table. */
+/** The backends of the native library: ml2s_backend. [id] is the name in the stream table. */
 public enum class NativeBackend(public val id: String, internal val code: Int) {
     /** The vendor's C SDK. */
     SDK("sdk", 0),
@@ -13,9 +13,9 @@ public enum class NativeBackend(public val id: String, internal val code: Int) {
 }
 
 /**
- * What is opened as one: ml2s_sensor.
+ * The cameras that are opened together: ml2s_sensor.
  *
- * @property hasOneStream whether only one of its streams can run at a time.
+ * @property hasOneStream true if only one of its streams can run at a time.
  */
 public enum class PixelSensor(
     internal val code: Int,
@@ -44,12 +44,12 @@ public enum class PixelSensor(
     COLOR(5, setOf(StreamTable.color, StreamTable.mixedReality), hasOneStream = true),
 }
 
-/** What is opened as one and gives poses: ml2s_sensor. */
+/** The tracked objects: ml2s_sensor. */
 public enum class PoseSensor(internal val code: Int, internal val streams: Set<StreamSpec>) {
-    /** Of the headset in the world. */
+    /** The headset in the world. */
     HEAD(4, setOf(StreamTable.headPose)),
 
-    /** Where both eyes look together. */
+    /** The common gaze of both eyes. */
     GAZE(6, setOf(StreamTable.gaze)),
 
     /** The joints of both hands. */

@@ -35,7 +35,7 @@ internal data class NativeSettings(
         const val WANT_FLAGS = 2
         const val WANT_RADIAL = 4
 
-        /** Of a camera; its size and rate are one for all its streams in the stream table. */
+        /** Returns the settings of a camera. All its streams in the stream table share size and rate. */
         fun of(sensor: PixelSensor, backend: NativeBackend, subscriptions: List<Subscription>): NativeSettings {
             val values = subscriptions.first().values
             return NativeSettings(

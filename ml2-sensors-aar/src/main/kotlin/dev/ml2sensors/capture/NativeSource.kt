@@ -13,12 +13,11 @@ import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.withContext
 
 /**
- * A sensor of the native library as a source of samples. One thread of its own opens it when the first flow is
- * collected and closes it when the last one has ended; a flow returns after that. A collector that is too slow loses
- * samples, which are counted, and holds up neither the sensor nor other collectors. Flows fail with
- * [CaptureException].
+ * A sensor of the native library as a source of samples. A thread of its own opens the sensor when the first flow is
+ * collected, and closes it after the last one has ended; only then does a flow return. A slow collector loses samples,
+ * which are counted, and delays neither the sensor nor other collectors. Flows fail with [CaptureException].
  *
- * A process has one of each sensor and backend at work. All methods may be called from any thread.
+ * Create only one source for each sensor and backend in a process. Thread-safe.
  */
 public sealed class NativeSource(
     private val sensorCode: Int,
@@ -32,7 +31,7 @@ public sealed class NativeSource(
     override val backend: String get() = sensorBackend.id
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
-        require(stream in streams) { "$stream is not of this source" }
+        require(stream in streams) { "this source has no stream $stream" }
         return try {
             Native.check(sensorCode, sensorBackend.code)
             stream.answer(requested)
@@ -42,7 +41,7 @@ public sealed class NativeSource(
     }
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
-        require(stream in streams) { "$stream is not of this source" }
+        require(stream in streams) { "this source has no stream $stream" }
         return flow {
             val subscription = Subscription(stream, values, SampleQueue(queuedSamples))
             thread.subscribe(subscription) { others -> admit(subscription, others) }
@@ -61,10 +60,10 @@ public sealed class NativeSource(
             CaptureException.PermissionDenied(message.orEmpty(), stream.permissions.firstOrNull())
         }
 
-    /** Gives the sensor back to the device while the app is not in front, at once; flows go on and deliver nothing. */
+    /** Releases the sensor at once, while the app is in the background. Flows continue and deliver nothing. */
     public fun pause(): Unit = thread.pause(true)
 
-    /** Takes the sensor again; if that fails, it is the flows that fail. */
+    /** Opens the sensor again; if that fails, the flows fail. */
     public fun resume(): Unit = thread.pause(false)
 
     override fun close(): Unit = thread.close()
@@ -77,7 +76,7 @@ public sealed class NativeSource(
         }
     }
 
-    /** Why [subscription] cannot run beside [other], null when it can. */
+    /** Returns why [subscription] cannot run together with [other], or null if it can. */
     internal abstract fun conflict(subscription: Subscription, other: Subscription): String?
 
     internal abstract fun open(subscriptions: List<Subscription>): OpenSensor

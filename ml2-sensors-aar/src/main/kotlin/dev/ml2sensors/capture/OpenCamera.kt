@@ -6,7 +6,7 @@ import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
-/** The open handle of a [PixelSensor]; of the thread that makes it. */
+/** The open handle of a [PixelSensor]; used by the thread that makes it. */
 internal class OpenCamera(
     private val sensor: PixelSensor,
     private val backend: NativeBackend,
@@ -45,7 +45,9 @@ internal class OpenCamera(
         }
     }
 
-    /** Frames of the same stream that the device captured and nobody fetched in time; its numbers may begin anew. */
+    /**
+     * Returns how many frames of the stream the device captured and nobody fetched in time; its numbers may restart.
+     */
     private fun missedBefore(frame: NativeFrame): Int {
         val last = lastNumbers[frame.stream]
         if (!frame.isUsable) {
@@ -65,23 +67,26 @@ internal class OpenCamera(
         }
     }
 
-    /** Runs [action], after which the streams of [subscriptions] have slots and others do not; as before if it fails. */
+    /**
+     * Runs [action] with slots for the streams of [subscriptions], and releases other slots afterwards; restores the
+     * previous slots if it fails.
+     */
     private inline fun <T> withSlots(subscriptions: List<Subscription>, action: () -> T): T {
-        val wanted = subscriptions.map { it.stream }.toSet()
+        val streams = subscriptions.map { it.stream }.toSet()
         val before = slots.keys.toSet()
         try {
-            (wanted - before).forEach { slots[it] = SlotPool(it) }
-            return action().also { giveUp(before - wanted) }
+            (streams - before).forEach { slots[it] = SlotPool(it) }
+            return action().also { releaseSlots(before - streams) }
         } catch (e: Throwable) {
-            giveUp(slots.keys - before)
+            releaseSlots(slots.keys - before)
             throw e
         }
     }
 
-    private fun giveUp(streams: Set<StreamSpec>) = streams.forEach { slots.remove(it)?.close() }
+    private fun releaseSlots(streams: Set<StreamSpec>) = streams.forEach { slots.remove(it)?.close() }
 
     private companion object {
-        /** How late a change of the subscriptions can be noticed. */
+        /** The longest delay until a change of the subscriptions takes effect. */
         const val POLL_NANOS = 100_000_000L
     }
 }

@@ -2,7 +2,7 @@ package dev.ml2sensors.capture
 
 import java.util.concurrent.locks.LockSupport
 
-/** Instants [periodNanos] apart by the clock [now], from now on. Used by one thread. */
+/** Waits for instants [periodNanos] apart by the clock [now]. Used by one thread. */
 internal class PeriodicTimer(
     private val periodNanos: Long,
     private val now: () -> Long,
@@ -10,7 +10,7 @@ internal class PeriodicTimer(
 ) {
     private var nextNanos = now()
 
-    /** Waits for the next instant; returns how many have passed since the last one without being waited for. */
+    /** Waits for the next instant. Returns how many instants were missed since the last one. */
     fun awaitNext(): Int {
         val missed = ((now() - nextNanos) / periodNanos).coerceIn(0, Int.MAX_VALUE.toLong())
         nextNanos += missed * periodNanos

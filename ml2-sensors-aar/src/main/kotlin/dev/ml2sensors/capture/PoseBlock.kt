@@ -3,15 +3,15 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.MlPose
 import java.nio.ByteBuffer
 
-/** The ml2s_poses of one poll, written by C into [memory] and read here by the offsets that C tells. */
+/** The ml2s_poses of one poll. C writes them into [memory]; they are read here by the offsets that C reports. */
 internal class PoseBlock(capacity: Int) {
     val memory: ByteBuffer = structMemory(capacity, PoseLayout.sizeBytes)
 
-    /** A view that is valid until the next poll. */
+    /** Returns a view of pose [index], valid until the next poll. */
     operator fun get(index: Int): TrackedPose = TrackedPose(memory, index * PoseLayout.sizeBytes)
 }
 
-/** Where the fields of an ml2s_pose are, in bytes. */
+/** The offsets of the fields of ml2s_pose, in bytes. */
 private object PoseLayout {
     private val offsets = Offsets(Native.poseLayout())
     val sizeBytes = offsets.next()
@@ -32,7 +32,7 @@ internal class TrackedPose(private val memory: ByteBuffer, private val base: Int
     val stream: Int get() = memory.getInt(base + PoseLayout.stream)
     val captureNanos: Long get() = memory.getLong(base + PoseLayout.captureNanos)
 
-    /** Null while it is not tracked. */
+    /** The pose, null while it is not tracked. */
     val pose: MlPose?
         get() = if (memory.getInt(base + PoseLayout.isTracked) == 0) {
             null
@@ -40,7 +40,7 @@ internal class TrackedPose(private val memory: ByteBuffer, private val base: Int
             memory.mlPose(base + PoseLayout.position, base + PoseLayout.rotation)
         }
 
-    /** Whether poses from before mean nothing in the world of this one. */
+    /** True if the world has a new origin, so that earlier poses no longer apply. */
     val isInNewWorld: Boolean
         get() = memory.getInt(base + PoseLayout.events) and (TRACKING_RECOVERY_FAILED or TRACKING_NEW_SESSION) != 0
 

@@ -11,9 +11,9 @@ import kotlinx.coroutines.selects.select
 import java.util.concurrent.atomic.AtomicIntegerArray
 
 /**
- * Between the thread of a sensor, which never waits, and one collector. When [capacity] samples wait, the oldest makes
- * room and is counted as [DropReason.SOURCE_LATE]. Losses are reported before the next sample, without one, and before
- * the end. Images that nobody will take are released.
+ * The queue between a sensor's thread, which never waits, and one collector. When [capacity] samples wait, the oldest
+ * is dropped and counted as [DropReason.SOURCE_LATE]. Losses are reported before the next sample and before the end.
+ * Images that are not collected are released.
  */
 internal class SampleQueue(capacity: Int) {
     private val lost = AtomicIntegerArray(DropReason.entries.size)
@@ -21,24 +21,27 @@ internal class SampleQueue(capacity: Int) {
     private val samples = Channel(capacity, BufferOverflow.DROP_OLDEST, ::drop)
     private var lastCaptureNanos = 0L
 
-    /** Takes over one use of an image. Only by the sensor's thread. */
+    /** Adds a sample and takes over one reference of an image. Called by the sensor's thread only. */
     fun offer(sample: Sample) {
         if (samples.trySend(sample).isFailure) (sample as? ImageSample)?.release()
     }
 
-    /** Counts samples that will not come. Any thread. */
+    /** Counts samples that will not be delivered. Thread-safe. */
     fun countLost(count: Int, reason: DropReason) {
         if (count == 0) return
         lost.addAndGet(reason.ordinal, count)
         losses.trySend(Unit)
     }
 
-    /** What waits is still delivered; then the collector ends, with [cause] if there is one. Any thread. */
+    /**
+     * Ends the queue: waiting samples are still delivered, then the collector ends, with [cause] if there is one.
+     * Thread-safe.
+     */
     fun close(cause: Throwable?) {
         samples.close(cause)
     }
 
-    /** Until closed; images are lent until [collector] returns. */
+    /** Passes samples to [collector] until the queue is closed. An image is valid until [collector] returns. */
     suspend fun deliverTo(collector: FlowCollector<Sample>) {
         try {
             while (true) {

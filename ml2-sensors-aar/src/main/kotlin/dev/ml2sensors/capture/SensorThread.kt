@@ -10,27 +10,27 @@ import kotlin.concurrent.withLock
 /** One collector of one stream. */
 internal class Subscription(val stream: StreamSpec, val values: StreamValues, val queue: SampleQueue)
 
-/** An opened sensor as its thread sees it; ended by [close]. */
+/** An open sensor, used by its [SensorThread] and ended by [close]. */
 internal interface OpenSensor {
-    /** Other [subscriptions]; the old ones go on when it throws. */
+    /** Switches to [subscriptions]; if it throws, the previous ones continue. */
     fun configure(subscriptions: List<Subscription>)
 
-    /** Waits for the next capture, a tenth of a second at most, and hands it to [subscriptions]. */
+    /** Waits for the next capture, for 0.1 s at most, and delivers it to [subscriptions]. */
     fun deliver(subscriptions: List<Subscription>)
 
     fun close()
 }
 
 /**
- * The one thread that owns a sensor, as its handle demands: opens it for the first subscription, configures it as they
- * come and go, closes it after the last one or for a pause, and sleeps meanwhile. What fails ends the subscriptions it
- * was done for. Its methods may be called from any other thread.
+ * The thread that owns one sensor, since native handles belong to a thread. It opens the sensor for the first
+ * subscription, configures it as subscriptions come and go, and closes it after the last one or for a pause. A failure
+ * ends the subscriptions that it occurred for. Its methods may be called from any other thread.
  */
 internal class SensorThread(
     name: String,
     private val open: (List<Subscription>) -> OpenSensor,
 ) : AutoCloseable {
-    private class Wanted(
+    private class DesiredState(
         val version: Long = 0,
         val subscriptions: List<Subscription> = emptyList(),
         val isPaused: Boolean = false,
@@ -43,7 +43,7 @@ internal class SensorThread(
     private val changed = lock.newCondition()
     private val thread = Thread(::run, name).apply { isDaemon = true }
     private val appliedVersion = MutableStateFlow(0L)
-    private var wanted = Wanted()
+    private var desired = DesiredState()
 
     // Of the thread alone
     private var sensor: OpenSensor? = null
@@ -52,37 +52,37 @@ internal class SensorThread(
     /** @param admit throws when [subscription] cannot run beside the others. */
     fun subscribe(subscription: Subscription, admit: (others: List<Subscription>) -> Unit) {
         lock.withLock {
-            check(!wanted.isClosed) { "${thread.name} is closed" }
-            admit(wanted.subscriptions)
-            change { Wanted(it.version + 1, it.subscriptions + subscription, it.isPaused) }
+            check(!desired.isClosed) { "${thread.name} is closed" }
+            admit(desired.subscriptions)
+            change { DesiredState(it.version + 1, it.subscriptions + subscription, it.isPaused) }
         }
     }
 
     /** Returns when the sensor runs, or is closed, without [subscription]. */
     suspend fun unsubscribe(subscription: Subscription) {
-        val version = change { Wanted(it.version + 1, it.subscriptions - subscription, it.isPaused) }
+        val version = change { DesiredState(it.version + 1, it.subscriptions - subscription, it.isPaused) }
         appliedVersion.first { it >= version }
     }
 
     fun pause(isPaused: Boolean) {
-        change { Wanted(it.version + 1, it.subscriptions, isPaused) }
+        change { DesiredState(it.version + 1, it.subscriptions, isPaused) }
     }
 
     /** Ends all subscriptions and returns when the sensor is closed. */
     override fun close() {
         lock.withLock {
-            wanted.subscriptions.forEach { it.queue.close(cause = null) }
-            change { Wanted(it.version + 1, isClosed = true) }
+            desired.subscriptions.forEach { it.queue.close(cause = null) }
+            change { DesiredState(it.version + 1, isClosed = true) }
         }
         thread.join()
     }
 
-    /** Returns the version that it makes; a closed thread changes no more. */
-    private fun change(next: (Wanted) -> Wanted): Long = lock.withLock {
-        if (!wanted.isClosed) wanted = next(wanted)
+    /** Applies [next], unless the thread is closed; returns the new version. */
+    private fun change(next: (DesiredState) -> DesiredState): Long = lock.withLock {
+        if (!desired.isClosed) desired = next(desired)
         if (thread.state == Thread.State.NEW) thread.start()
         changed.signal()
-        wanted.version
+        desired.version
     }
 
     private fun run() {
@@ -98,12 +98,12 @@ internal class SensorThread(
         } while (!next.isClosed)
     }
 
-    private fun awaitWork(): Wanted = lock.withLock {
-        while (sensor == null && wanted.version == appliedVersion.value) changed.await()
-        wanted
+    private fun awaitWork(): DesiredState = lock.withLock {
+        while (sensor == null && desired.version == appliedVersion.value) changed.await()
+        desired
     }
 
-    private fun apply(next: Wanted) {
+    private fun apply(next: DesiredState) {
         val newcomers = next.running - running.toSet()
         try {
             switchTo(next.running)
@@ -127,7 +127,7 @@ internal class SensorThread(
     }
 
     private fun end(subscriptions: List<Subscription>, cause: Throwable) {
-        change { Wanted(it.version + 1, it.subscriptions - subscriptions.toSet(), it.isPaused) }
+        change { DesiredState(it.version + 1, it.subscriptions - subscriptions.toSet(), it.isPaused) }
         subscriptions.forEach { it.queue.close(cause) }
     }
 }

@@ -5,8 +5,9 @@ import java.nio.ByteBuffer
 import java.nio.ByteOrder
 
 /**
- * A use of the slots of [stream], of which a process has one set. A slot has the memory of the frames that the stream
- * runs with. After the last use of a stream each slot's memory goes with its last lease. Any thread.
+ * One use of the slots of [stream]; a process has one set for each stream. The size of a slot is that of the frames
+ * that the stream runs with. After the last use of a stream, the memory of each slot is freed with its last lease.
+ * Thread-safe.
  */
 internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
     init {
@@ -16,10 +17,13 @@ internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
     override fun close(): Unit = Native.retire(stream.number)
 
     companion object {
-        /** ML2S_MAX_SLOTS: four queued for the network, one on its way, one at the collector, two handed over. */
+        /**
+         * ML2S_MAX_SLOTS: four are queued for the network, one is being sent, one is at the collector, two wait in its
+         * queue.
+         */
         const val SLOTS = 8
 
-        /** The bytes [range] of the leased slot [index], from position to limit, little endian. */
+        /** Returns the bytes [range] of the leased slot [index], from position to limit, little endian. */
         fun bytes(stream: StreamSpec, index: Int, range: IntRange): ByteBuffer =
             Native.bytes(stream.number, index, range.first, range.last + 1 - range.first).order(ByteOrder.LITTLE_ENDIAN)
 

@@ -3,11 +3,11 @@ package dev.ml2sensors.capture
 import java.nio.ByteBuffer
 import java.nio.ByteOrder
 
-/** Direct memory for [count] C structures of [sizeBytes] each. */
+/** Allocates direct memory for [count] C structures of [sizeBytes] each. */
 internal fun structMemory(count: Int, sizeBytes: Int): ByteBuffer =
     ByteBuffer.allocateDirect(count * sizeBytes).order(ByteOrder.nativeOrder())
 
-/** The next offsets of a layout, in the order that its C function writes them. */
+/** Reads the offsets of a layout one after the other, in the order in which its C function writes them. */
 internal class Offsets(private val layout: IntArray) {
     private var next = 0
 

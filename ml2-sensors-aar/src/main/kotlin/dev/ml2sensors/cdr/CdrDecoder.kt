@@ -16,7 +16,7 @@ import java.nio.ByteBuffer
 internal class CdrDecoder(private val reader: CdrReader) : AbstractDecoder() {
     override val serializersModule: SerializersModule get() = Cdr.serializersModule
 
-    /** Of the property about to be decoded; null for a sequence. */
+    /** The annotation of the property that is decoded next; null for a sequence. */
     private var fixedLength: FixedLength? = null
 
     override fun decodeSequentially(): Boolean = true

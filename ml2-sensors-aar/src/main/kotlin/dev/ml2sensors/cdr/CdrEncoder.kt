@@ -15,11 +15,11 @@ internal class CdrEncoder(private val writer: CdrWriter, private val borrowsByte
     AbstractEncoder() {
     override val serializersModule: SerializersModule get() = Cdr.serializersModule
 
-    /** The byte sequence that ended the message, if one did and it was not to be copied. */
+    /** The byte sequence at the end of the message, if it was borrowed instead of copied. */
     var borrowed: ByteBuffer? = null
         private set
 
-    /** Of the property about to be encoded; null for a sequence. */
+    /** The annotation of the property that is encoded next; null for a sequence. */
     private var fixedLength: FixedLength? = null
 
     fun reset() {

@@ -12,7 +12,7 @@ internal class CdrWriter private constructor(private val allocate: (Int) -> Byte
         reset()
     }
 
-    /** Begins another message over the last one. */
+    /** Starts a new message and discards the last one. */
     fun reset() {
         buffer.clear()
         buffer.order(ByteOrder.BIG_ENDIAN).putInt(CDR_LE).order(ByteOrder.LITTLE_ENDIAN)
@@ -92,5 +92,8 @@ internal const val CDR_LE = 0x00_01_00_00
 
 internal const val NUL = '\u0000'
 
-/** [position] includes the encapsulation header; alignment is counted from its end. */
+/**
+ * Returns the padding before a number of [size] bytes. [position] includes the encapsulation header; alignment is
+ * counted from its end.
+ */
 internal fun paddingBefore(position: Int, size: Int): Int = (Int.SIZE_BYTES - position) and (size - 1)

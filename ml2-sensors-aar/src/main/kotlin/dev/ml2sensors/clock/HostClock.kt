@@ -6,8 +6,8 @@ import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.withTimeoutOrNull
 
 /**
- * What the device knows of the host's clock over all sessions: takes exchanges in, keeps the [stamps] map steered, and
- * tells its state. Safe for use by several threads.
+ * The device's estimate of the host's clock over all sessions. It takes time exchanges, steers the [stamps] map and
+ * reports its state. Thread-safe.
  */
 internal class HostClock(private val deviceClock: DeviceClock) {
     val stamps: StampMap = StampMap(deviceClock)
@@ -24,18 +24,19 @@ internal class HostClock(private val deviceClock: DeviceClock) {
 
         SYNCHRONISED("synchronised"),
 
-        /** No exchange for [HOLDOVER_AFTER_NANOS], or no link: the last estimate goes on at its rate. */
+        /** No exchange for [HOLDOVER_AFTER_NANOS], or no session: the last estimate is extrapolated. */
         HOLDOVER("holdover"),
 
-        /** A recording is stamped, by a map that no longer follows. */
+        /** A recording is stamped with a constant offset. */
         FROZEN("frozen"),
     }
 
     /**
-     * The present state, and the estimate as of now; zeros before there is one.
+     * The state and the estimate at present; zeros before there is an estimate.
      *
-     * @property uncertaintyNanos of stamps made now: of the estimate, and what the map has not yet slewed.
-     * @property steps of the host's clock, seen so far.
+     * @property uncertaintyNanos of stamps made now: the uncertainty of the estimate plus what the map still has to
+     * slew.
+     * @property steps how often the host's clock has jumped.
      */
     class Status(
         val state: State,
@@ -71,7 +72,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
         else -> State.SYNCHRONISED
     }
 
-    /** No link: the last estimate is held. */
+    /** Holds the last estimate until the next exchange. */
     @Synchronized
     fun endSession() {
         lastExchangeNanos = Long.MIN_VALUE / 2
@@ -107,7 +108,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
         stamps.steerTo(System.currentTimeMillis() * NANOS_PER_MILLI - nowNanos, nowNanos)
     }
 
-    /** Fixes the map at its present offset for good. */
+    /** Fixes the map at its present offset permanently. */
     @Synchronized
     fun freeze() {
         if (frozen) return
@@ -115,7 +116,7 @@ internal class HostClock(private val deviceClock: DeviceClock) {
         frozen = true
     }
 
-    /** The present ROS time by the latest estimate, 0 before there is one. */
+    /** Returns the present ROS time by the latest estimate, or 0 before there is one. */
     fun rosNowNanos(): Long {
         val now = deviceClock.nowNanos()
         return estimate.value?.let { now + it.offsetNanos(now) } ?: 0

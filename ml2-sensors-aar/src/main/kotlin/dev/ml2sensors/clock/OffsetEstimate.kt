@@ -21,7 +21,7 @@ internal class OffsetEstimate(
     fun uncertaintyNanos(deviceNanos: Long): Long =
         uncertaintyNanos + elapsed(maxOf(deviceNanos, atNanos), driftPpb)
 
-    /** True if no offset within the uncertainty can have made [exchange]. */
+    /** Returns true if no offset within the uncertainty can explain [exchange]. */
     fun isContradictedBy(exchange: TimeExchange): Boolean {
         val offset = offsetNanos(exchange.t4)
         val uncertainty = uncertaintyNanos(exchange.t4)

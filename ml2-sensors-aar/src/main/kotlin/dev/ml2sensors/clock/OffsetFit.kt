@@ -5,19 +5,20 @@ import kotlin.math.ceil
 import kotlin.math.roundToLong
 
 /**
- * What bounds on the offset say of it at [nowNanos], if it grows at a steady rate.
+ * Estimates offset and skew at [nowNanos] from bounds on the offset, which is assumed to grow at a steady rate.
  *
- * The bounds from above and from below are two clouds of points over time, and queueing only moves points away from the
- * line of the true offset. As in the lower envelope of Moon, Skelly and Towsley (Estimation and removal of clock skew
- * from network delay measurements, INFOCOM 1999), but for both directions at once: the skew is that of the widest
- * straight corridor between the clouds, and the offset its middle. With ages a_i at now, in seconds, and skew s:
+ * Upper and lower bounds are two clouds of points over time; queueing moves points only away from the true offset. As
+ * with the lower envelope of Moon, Skelly and Towsley (Estimation and removal of clock skew from network delay
+ * measurements, INFOCOM 1999), but for both directions: the skew is that of the widest straight corridor between the
+ * clouds, and the offset is its middle. With the ages a_i in seconds and the skew s:
  *
- *     above(s) = min (most_i + (s + W) a_i)     below(s) = max (least_i + (s - W) a_i)
+ *     above(s) = min (most_i + (s + W) a_i)
+ *     below(s) = max (least_i + (s - W) a_i)
  *     skew = argmax (above(s) - below(s) - P |s - likely|)
  *     offset = (above(skew) + below(skew)) / 2
  *
- * The uncertainty assumes nothing of the delays: it reaches to the ends that the offset can have with any rate that
- * passes between all bounds, [slowestPpb] to [fastestPpb]. It is never below half the least round trip (RFC 5905, 4).
+ * The uncertainty makes no assumption about the delays: it covers every offset with any rate that passes between all
+ * bounds, [slowestPpb] to [fastestPpb]. It is at least half the least round trip (RFC 5905, 4).
  *
  * @param bounds in order of time, not empty.
  */
@@ -35,7 +36,11 @@ internal class OffsetFit(private val bounds: List<TightestBounds>, private val n
         for (i in most.indices) for (j in least.indices) narrowSkew(i, j)
     }
 
-    /** @param likelySkewPpb is kept to until bounds far enough apart say otherwise. */
+    /**
+     * Returns the estimate at [nowNanos].
+     *
+     * @param likelySkewPpb the skew that is used until bounds far enough apart contradict it.
+     */
     fun fit(likelySkewPpb: Long): OffsetEstimate {
         val skew = skewPpb(likelySkewPpb)
         val offset = (above(skew) + below(skew)) / 2
@@ -52,7 +57,7 @@ internal class OffsetFit(private val bounds: List<TightestBounds>, private val n
         )
     }
 
-    /** The rates at which the offset stays below bound [i] and above bound [j], whichever is the later. */
+    /** Narrows the range of rates to those at which the offset stays below bound [i] and above bound [j]. */
     private fun narrowSkew(i: Int, j: Int) {
         val room = most[i] - least[j] + WANDER_PPB * (mostAge[i] + leastAge[j])
         val apart = leastAge[j] - mostAge[i]
@@ -66,7 +71,7 @@ internal class OffsetFit(private val bounds: List<TightestBounds>, private val n
     private fun below(skewPpb: Double): Double =
         least.indices.maxOf { least[it] + (skewPpb - WANDER_PPB) * leastAge[it] }
 
-    /** By ternary search: the width is concave. */
+    /** Finds the skew by ternary search: the width is concave. */
     private fun skewPpb(likelyPpb: Long): Double {
         val likely = likelyPpb.toDouble()
         fun score(ppb: Double) = above(ppb) - below(ppb) - LIKELY_SECONDS * abs(ppb - likely)

@@ -5,21 +5,21 @@ import dev.ml2sensors.source.DropReason
 import kotlin.math.abs
 
 /**
- * The one map of the whole device from capture time to ROS time, a pure function: every message of one capture, and
- * two sensors exposed together, get the same stamp.
+ * The map from capture time to ROS time, one for the whole device. It is a pure function: every message of one capture,
+ * and sensors exposed together, get the same stamp.
  *
- * [steerTo] changes the map for captures later than any asked for before only. What is off by no more than
- * [OffsetEstimator.STEP_NANOS] is slewed, by at most [MAX_SLEW_PPB]. A step back by at most [LONGEST_WAIT_NANOS] leaves
- * captures without a stamp until ROS time has passed all earlier stamps; any other step begins a new [epoch]. So within
- * an epoch the stamps of captures at least 2 ns apart grow. A capture in the future, whose stamp would keep the map from
- * being steered until then, is given none. Safe for use by several threads.
+ * [steerTo] changes the map only for captures later than every one stamped so far. An error of at most
+ * [OffsetEstimator.STEP_NANOS] is slewed away, by at most [MAX_SLEW_PPB]. After a backward step of at most
+ * [LONGEST_WAIT_NANOS], captures get no stamp until ROS time has passed all earlier stamps. Any other step starts a new
+ * [epoch]. So within an epoch, the stamps of captures at least 2 ns apart increase. A capture in the future gets no
+ * stamp, since it would block steering until then. Thread-safe.
  */
 internal class StampMap(private val deviceClock: DeviceClock) {
     private var segments: List<Segment> = emptyList()
     private var latestCaptureNanos = Long.MIN_VALUE
     private var frozen = false
 
-    /** How often stamps have jumped, by a new epoch each. */
+    /** The number of jumps of the stamps. */
     var epoch = 0L
         @Synchronized get
         private set
@@ -27,7 +27,9 @@ internal class StampMap(private val deviceClock: DeviceClock) {
     /** False until the first offset is known. */
     val isSet: Boolean @Synchronized get() = segments.isNotEmpty()
 
-    /** ROS time in ns of a capture on the device timebase, null when [lossReason] withholds it. The map must be set. */
+    /**
+     * Returns the ROS time in ns of a capture on the device timebase, or null for a [lossReason]. The map must be set.
+     */
     @Synchronized
     fun stampNanos(captureNanos: Long): Long? {
         if (isFuture(captureNanos)) return null
@@ -36,20 +38,23 @@ internal class StampMap(private val deviceClock: DeviceClock) {
         return (captureNanos + segment.offsetNanos(captureNanos)).takeIf { it > segment.floorNanos }
     }
 
-    /** Whether a capture is later than any can be; a recording's, which a frozen map stamps, may be at any time. */
+    /**
+     * Returns true if a capture is more than [MOST_AHEAD_NANOS] ahead of the clock. Always false once the map is
+     * frozen, since a recording's captures may be at any time.
+     */
     @Synchronized
     fun isFuture(captureNanos: Long): Boolean = !frozen && captureNanos > deviceClock.nowNanos() + MOST_AHEAD_NANOS
 
-    /** Why there is no stamp for a capture. */
+    /** Returns why a capture has no stamp. */
     fun lossReason(captureNanos: Long): DropReason =
         if (isFuture(captureNanos)) DropReason.FUTURE_CAPTURE else DropReason.CLOCK_STEP
 
-    /** How far the map is from [offsetNanos] at a device time. The map must be set. */
+    /** Returns the difference between the map and [offsetNanos] at a device time. The map must be set. */
     @Synchronized
     fun errorNanos(offsetNanos: Long, deviceNanos: Long): Long =
         abs(segmentOf(deviceNanos).offsetNanos(deviceNanos) - offsetNanos)
 
-    /** Sets the first offset, or steers to [offsetNanos], growing by [skewPpb], as of [nowNanos], device time. */
+    /** Sets the first offset, or steers to [offsetNanos] at the device time [nowNanos], growing by [skewPpb]. */
     @Synchronized
     fun steerTo(offsetNanos: Long, nowNanos: Long, skewPpb: Long = 0) {
         if (frozen) return
@@ -90,7 +95,7 @@ internal class StampMap(private val deviceClock: DeviceClock) {
         return listOf(slewing, Segment(end, slewing.offsetNanos(end), skewPpb, last.floorNanos))
     }
 
-    /** Makes the present offset the constant of all captures, earlier ones too: a recording keeps its intervals. */
+    /** Applies the present offset to all captures, earlier ones too: a recording keeps its intervals. */
     @Synchronized
     fun freeze(nowNanos: Long) {
         segments = listOf(Segment(nowNanos, segmentOf(nowNanos).offsetNanos(nowNanos), 0, Long.MIN_VALUE))
@@ -102,7 +107,7 @@ internal class StampMap(private val deviceClock: DeviceClock) {
         return segments.lastOrNull { it.startNanos <= captureNanos } ?: segments.first()
     }
 
-    /** Offset [offsetNanos] at [startNanos], growing by [skewPpb]; stamps up to [floorNanos] are not given. */
+    /** The offset [offsetNanos] at [startNanos], growing by [skewPpb]; stamps up to [floorNanos] are withheld. */
     private class Segment(
         val startNanos: Long,
         val offsetNanos: Long,
@@ -125,13 +130,13 @@ internal class StampMap(private val deviceClock: DeviceClock) {
         /** Small errors are slewed away until the next steering. */
         const val SLEWS_PER_SECOND = 4L
 
-        /** DESIGN, Time: whoever waits longer is told of a new epoch instead. */
+        /** The longest time without stamps; a larger step starts a new epoch. */
         const val LONGEST_WAIT_NANOS = 2_000_000_000L
 
         /** More than any pose is predicted ahead. */
         const val MOST_AHEAD_NANOS = 1_000_000_000L
 
-        /** Enough for captures that are delivered half a minute late at four updates of two segments per second. */
+        /** Covers captures that are delivered half a minute late, at four updates of two segments per second. */
         const val KEPT_SEGMENTS = 256
     }
 }

@@ -1,22 +1,22 @@
 package dev.ml2sensors.message
 
 /**
- * A pose in the headset's own axes, as its interfaces give it: x right, y up, z backward (RUB), for the world as for
- * what is in it, metres. A type of its own so that it cannot be mistaken for one in the axes of ROS.
+ * A pose in the headset's own axes: x right, y up, z backward (RUB), for the world and for the object in it, metres. It
+ * is a separate type so that it cannot be mistaken for a pose in the axes of ROS.
  *
- * That the poses of the world and depth cameras have these axes is inferred, not yet seen on a device.
+ * It is inferred, not confirmed on a device, that the poses of the world and depth cameras have these axes.
  *
- * @property position Of the thing in the world.
- * @property rotation From the axes of the thing to those of the world; need not be normalised.
+ * @property position The object's position in the world.
+ * @property rotation From the object's axes to those of the world; need not be normalised.
  */
 internal data class MlPose(val position: Vector3, val rotation: Quaternion) {
-    /** The same in REP-103 body axes, x forward, y left, z up (FLU), for the world as for the thing. */
+    /** Converts to REP-103 body axes, x forward, y left, z up (FLU), for the world and the object. */
     fun toBody(): Transform = Transform(
         Vector3(-position.z, -position.x, position.y),
         Quaternion(-rotation.z, -rotation.x, rotation.y, rotation.w).normalized(),
     )
 
-    /** The same for a camera in optical axes, z forward, x right, y down (RDF), in a world with body axes. */
+    /** Converts a camera's pose to optical axes, z forward, x right, y down (RDF), in a world with body axes. */
     fun toOptical(): Transform = toBody() * OPTICAL_IN_BODY
 
     companion object {
@@ -32,5 +32,5 @@ internal data class MlPose(val position: Vector3, val rotation: Quaternion) {
     }
 }
 
-/** An optical frame (RDF) in the body frame (FLU) of the same camera. Source: REP-103, suffix frames. */
+/** The pose of an optical frame (RDF) in the body frame (FLU) of the same camera. Source: REP-103, suffix frames. */
 public val OPTICAL_IN_BODY: Transform = Transform(Vector3.ZERO, Quaternion(-0.5, 0.5, -0.5, 0.5))

@@ -8,7 +8,7 @@ import kotlinx.serialization.Serializable
 @SerialName("geometry_msgs/msg/Vector3")
 public data class Vector3(val x: Double, val y: Double, val z: Double) {
     public companion object {
-        /** Of no length. */
+        /** The zero vector. */
         public val ZERO: Vector3 = Vector3(0.0, 0.0, 0.0)
     }
 }
@@ -26,7 +26,7 @@ public data class Point(val x: Double, val y: Double, val z: Double)
 @SerialName("geometry_msgs/msg/Quaternion")
 public data class Quaternion(val x: Double, val y: Double, val z: Double, val w: Double) {
     public companion object {
-        /** Turns nothing. */
+        /** No rotation. */
         public val IDENTITY: Quaternion = Quaternion(0.0, 0.0, 0.0, 1.0)
     }
 }
@@ -47,8 +47,8 @@ public data class PoseStamped(val header: Header, val pose: Pose)
 public data class PoseArray(val header: Header, val poses: List<Pose>)
 
 /**
- * Where a child frame is in its parent: takes coordinates in the child to coordinates in the parent, rotation first.
- * Source: geometry_msgs/msg/Transform, Jazzy.
+ * The pose of a child frame in its parent. It converts coordinates in the child to coordinates in the parent, rotation
+ * first. Source: geometry_msgs/msg/Transform, Jazzy.
  *
  * @property translation The child's origin in the parent, metres.
  * @property rotation The child's axes in the parent.
@@ -57,7 +57,7 @@ public data class PoseArray(val header: Header, val poses: List<Pose>)
 @SerialName("geometry_msgs/msg/Transform")
 public data class Transform(val translation: Vector3, val rotation: Quaternion) {
     public companion object {
-        /** The child is the parent. */
+        /** No translation and no rotation. */
         public val IDENTITY: Transform = Transform(Vector3.ZERO, Quaternion.IDENTITY)
     }
 }

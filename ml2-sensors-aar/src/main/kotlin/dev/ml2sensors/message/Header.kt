@@ -4,7 +4,7 @@ import kotlinx.serialization.KSerializer
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 
-/** The ROS 2 type of a message class of this package, such as `sensor_msgs/msg/Image`: its serial name. */
+/** The ROS 2 type of a message class, such as `sensor_msgs/msg/Image`: its serial name. */
 internal val KSerializer<*>.rosType: String get() = descriptor.serialName
 
 /**
@@ -16,16 +16,16 @@ internal val KSerializer<*>.rosType: String get() = descriptor.serialName
 @Serializable
 @SerialName("builtin_interfaces/msg/Time")
 public data class Time(val sec: Int, val nanosec: UInt) {
-    /** Nanoseconds since the Unix epoch. */
+    /** Returns nanoseconds since the Unix epoch. */
     public fun toNanos(): Long = sec * NANOS_PER_SECOND + nanosec.toLong()
 
     public companion object {
         private const val NANOS_PER_SECOND = 1_000_000_000L
 
         /**
-         * Of [nanos] since the Unix epoch.
+         * Returns the time [nanos] nanoseconds after the Unix epoch.
          *
-         * @throws IllegalArgumentException if their seconds do not fit 32 bits.
+         * @throws IllegalArgumentException if the seconds do not fit 32 bits.
          */
         public fun ofNanos(nanos: Long): Time {
             val sec = Math.floorDiv(nanos, NANOS_PER_SECOND)

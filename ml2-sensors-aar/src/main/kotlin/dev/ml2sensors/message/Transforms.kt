@@ -7,7 +7,7 @@ import kotlin.math.pow
 import kotlin.math.sin
 import kotlin.math.sqrt
 
-/** The rotation that does [other] first, then this. Both are unit quaternions, and so is the result. */
+/** Returns the rotation by [other] first, then by this. Both and the result are unit quaternions. */
 public operator fun Quaternion.times(other: Quaternion): Quaternion = Quaternion(
     w * other.x + x * other.w + y * other.z - z * other.y,
     w * other.y - x * other.z + y * other.w + z * other.x,
@@ -15,23 +15,27 @@ public operator fun Quaternion.times(other: Quaternion): Quaternion = Quaternion
     w * other.w - x * other.x - y * other.y - z * other.z,
 ).normalized()
 
-/** The opposite rotation. */
+/** Returns the opposite rotation. */
 public fun Quaternion.inverse(): Quaternion = Quaternion(-x, -y, -z, w)
 
-/** @throws IllegalArgumentException if the norm is zero or not finite, so that there is no rotation to speak of. */
+/**
+ * Returns the unit quaternion of the same rotation.
+ *
+ * @throws IllegalArgumentException if the norm is zero or not finite.
+ */
 public fun Quaternion.normalized(): Quaternion {
     val norm = sqrt(x * x + y * y + z * z + w * w)
     require(norm > 0 && norm.isFinite()) { "Expected a rotation, but found $this" }
     return Quaternion(x / norm, y / norm, z / norm, w / norm)
 }
 
-/** The angle in rad of the rotation from this to [other], 0 to pi. Both are unit quaternions. */
+/** Returns the angle in rad of the rotation from this to [other], 0 to pi. Both are unit quaternions. */
 internal fun Quaternion.angleTo(other: Quaternion): Double {
     val (x, y, z, w) = inverse() * other
     return 2 * atan2(sqrt(x * x + y * y + z * z), abs(w))
 }
 
-/** [vector] turned by this unit quaternion. */
+/** Returns [vector] rotated by this unit quaternion. */
 public fun Quaternion.rotate(vector: Vector3): Vector3 {
     // v + w t + u x t, with u = (x, y, z) and t = 2 u x v
     val tx = 2 * (y * vector.z - z * vector.y)
@@ -44,7 +48,7 @@ public fun Quaternion.rotate(vector: Vector3): Vector3 {
     )
 }
 
-/** The rotation [fraction] of the shorter way from this to [other], at constant angular velocity. */
+/** Returns the rotation [fraction] of the shorter way from this to [other], at constant angular velocity. */
 internal fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
     val dot = x * other.x + y * other.y + z * other.z + w * other.w
     val angle = acos(abs(dot).coerceAtMost(1.0))
@@ -60,30 +64,32 @@ internal fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
     ).normalized()
 }
 
-/** The pose in the grandparent of what has pose [child] in the frame that has this pose. */
+/** Returns the pose in the grandparent frame, for a [child] pose in the frame that has this pose. */
 public operator fun Transform.times(child: Transform): Transform =
     Transform(map(child.translation), rotation * child.rotation)
 
-/** The pose of the parent in the child. */
+/** Returns the pose of the parent in the child. */
 public fun Transform.inverse(): Transform {
     val back = rotation.inverse()
     val (x, y, z) = back.rotate(translation)
     return Transform(Vector3(-x, -y, -z), back)
 }
 
-/** From the one origin to the other, metres. */
+/** Returns the distance between both origins in metres. */
 internal fun Transform.distanceTo(other: Transform): Double {
     val (x, y, z) = other.translation
     return sqrt((x - translation.x).pow(2) + (y - translation.y).pow(2) + (z - translation.z).pow(2))
 }
 
-/** Where the point at [point] in the child is in the parent, metres. */
+/** Converts [point] from the child to the parent, metres. */
 public fun Transform.map(point: Vector3): Vector3 {
     val (x, y, z) = rotation.rotate(point)
     return Vector3(x + translation.x, y + translation.y, z + translation.z)
 }
 
-/** The pose [fraction] of the way from this to [other]: on a straight line, turning evenly the shorter way. */
+/**
+ * Returns the pose [fraction] of the way from this to [other], on a straight line and rotating evenly the shorter way.
+ */
 public fun Transform.interpolate(other: Transform, fraction: Double): Transform {
     require(fraction in 0.0..1.0) { "Expected a fraction of 0 to 1, but found $fraction" }
     val translation =
@@ -95,5 +101,5 @@ public fun Transform.interpolate(other: Transform, fraction: Double): Transform 
     return Transform(translation, rotation.slerp(other.rotation, fraction))
 }
 
-/** The child's place, as a pose in the parent. */
+/** Returns the same pose as a [Pose]. */
 public fun Transform.toPose(): Pose = Pose(Point(translation.x, translation.y, translation.z), rotation)

@@ -14,43 +14,47 @@ import java.io.File
 import java.io.IOException
 
 /**
- * What a device has to be let in: who it is, and the receivers it is paired with. Any thread; files and key stores are
- * read when they are needed, by [identity] and [receivers] on the caller's thread, else on one that may block.
+ * The device's identity and the receivers that it is paired with. Thread-safe. Files and key stores are read when
+ * needed: by [identity] and [receivers] on the caller's thread, otherwise on a thread that may block.
  *
- * @param receiversFile keeps the receivers; nothing in it is secret. May not exist yet.
+ * @param receiversFile stores the receivers and nothing secret; need not exist yet.
  */
 public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, receiversFile: File) {
     public constructor(identity: DeviceIdentity, receiversFile: File) : this(lazyOf(identity), receiversFile)
 
     private val store = ReceiverStore(receiversFile)
 
-    /** @throws IOException when the platform's key store fails. */
+    /**
+     * The identity of this device.
+     *
+     * @throws IOException when the platform's key store fails.
+     */
     public val identity: DeviceIdentity by identity
 
     /**
-     * The receivers that this device is paired with, the last one last.
+     * The receivers that this device is paired with, the latest one last.
      *
      * @throws IOException when the file cannot be read or is damaged.
      */
     public val receivers: List<PairedReceiver> get() = store.load()
 
-    /** TLS with those [receivers] that there are when the first connection is made. */
+    /** Returns TLS with the [receivers] that are known when the first connection is made. */
     public fun security(): TransportSecurity.Paired =
         TransportSecurity.Paired { TlsClient(identity, receivers.map { it.fingerprint }.toSet()) }
 
     /**
-     * One of the [receivers] that there are when a connection is made: one that announces itself, else the last one
-     * where it was paired. While there is none, it is not found.
+     * Returns a receiver that resolves, for each connection, to a paired one that announces itself, or else to the last
+     * known address of the latest one. While the device is not paired, resolving fails.
      */
     public fun receiver(browser: ReceiverBrowser): Receiver = PairedReceiverLocator(store::load, browser)
 
     /**
-     * Pairs with the receiver that showed [uri], and remembers it. Blocks no thread of the caller's.
+     * Pairs with the receiver that showed [uri], and stores it. Does not block the caller's thread.
      *
-     * @param device as what the receiver will know this one.
+     * @param device the id and name under which the receiver stores this device.
      * @throws PairingException when the receiver refuses or does not answer.
      * @throws TransportException when another machine answers, or without TLS 1.3.
-     * @throws IOException when the key store fails, or it cannot be remembered.
+     * @throws IOException when the key store fails, or the receiver cannot be stored.
      */
     public suspend fun pair(uri: PairingUri, device: Headset.Identity): PairedReceiver {
         val identity = withContext(Dispatchers.IO) { identity }

@@ -18,22 +18,27 @@ import kotlin.time.Duration.Companion.milliseconds
 /**
  * A receiver that this device is paired with.
  *
- * @property name as it announces itself.
+ * @property name the name that it announces.
  * @property fingerprint of its certificate.
  * @property address where it served sessions when they were paired, with its fingerprint.
  */
 public data class PairedReceiver(val name: String, val fingerprint: Fingerprint, val address: ReceiverAddress)
 
 /**
- * The one of those that [load] reads that announces itself, wherever it is now; as long as none does, the one paired
- * last, where it was then.
+ * Locates the paired receiver that announces itself; if none does, uses the address at which the latest one was paired.
+ *
+ * @param load reads the paired receivers.
  */
 internal class PairedReceiverLocator(
     private val load: () -> List<PairedReceiver>,
     private val browser: ReceiverBrowser,
 ) :
     Receiver {
-    /** @throws NotPairedException when there is none. */
+    /**
+     * Returns its present address.
+     *
+     * @throws NotPairedException when the device is not paired.
+     */
     override suspend fun locate(): ReceiverAddress {
         val paired = withContext(Dispatchers.IO) { load() }
         if (paired.isEmpty()) throw NotPairedException("any receiver")

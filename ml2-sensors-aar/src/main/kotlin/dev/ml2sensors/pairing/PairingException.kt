@@ -2,6 +2,6 @@ package dev.ml2sensors.pairing
 
 import java.io.IOException
 
-/** The receiver did not pair: the code is wrong, used or too old, or `ml2-receiver pair` is over. */
+/** Pairing failed: the code is wrong, used or expired, or `ml2-receiver pair` no longer runs. */
 public class PairingException internal constructor(message: String, cause: Throwable? = null) :
     IOException(message, cause)

@@ -58,10 +58,12 @@ internal class PairingExchange(private val identity: DeviceIdentity, private val
     }
 
     private inline fun <reified T> Connection.await(kind: FrameKind): T =
-        ControlJson.decode((read(setOf(kind)) ?: throw EOFException("it closed the connection before $kind")).body)
+        ControlJson.decode(
+            (read(setOf(kind)) ?: throw EOFException("the receiver closed the connection before $kind")).body,
+        )
 
     private companion object {
-        /** A person waits. */
+        /** The time that a user waits at most. */
         val LIMIT = 10.seconds
     }
 }

@@ -4,15 +4,15 @@ import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.transport.Fingerprint
 
 /**
- * What `ml2-receiver pair` shows: `ml2s://HOST:PORT?fp=FINGERPRINT&token=TOKEN`, an IPv6 address in brackets.
+ * The URI that `ml2-receiver pair` shows: `ml2s://HOST:PORT?fp=FINGERPRINT&token=TOKEN`, an IPv6 address in brackets.
  *
- * @property receiver where it waits for the device, with the fingerprint it must have.
- * @property token pairs one device, once; to be kept secret until then.
+ * @property receiver the address of the pairing service, with the fingerprint that its certificate must have.
+ * @property token pairs one device, once; secret until then.
  */
 public class PairingUri private constructor(public val receiver: ReceiverAddress, internal val token: String) {
     internal val fingerprint: Fingerprint get() = checkNotNull(receiver.fingerprint)
 
-    /** Without the token. */
+    /** Returns the URI without the token. */
     override fun toString(): String = "ml2s://$receiver?fp=$fingerprint"
 
     public companion object {
@@ -21,7 +21,12 @@ public class PairingUri private constructor(public val receiver: ReceiverAddress
                 """\?fp=([0-9a-f]{64})&token=([0-9a-f]{32})""",
         )
 
-        /** @throws IllegalArgumentException for anything else, in words that do not repeat it: it may be secret. */
+        /**
+         * Parses [text].
+         *
+         * @throws IllegalArgumentException if it is not a pairing URI; the message does not repeat it, since it may be
+         * secret.
+         */
         public fun parse(text: String): PairingUri {
             val (bracketed, plain, port, fingerprint, token) = requireNotNull(FORM.matchEntire(text)) {
                 "expected ml2s://HOST:PORT?fp=64_HEX_DIGITS&token=32_HEX_DIGITS, as ml2-receiver pair shows it, " +

@@ -8,14 +8,14 @@ import kotlinx.serialization.Serializable
 import java.io.File
 import java.io.IOException
 
-/** The receivers a device is paired with, in a JSON [file]. Any thread; one process. */
+/** Stores the paired receivers of a device in a JSON [file]. Thread-safe; for one process. */
 internal class ReceiverStore(private val file: File) {
     @Serializable
     private class Content(val receivers: List<Row>)
 
     @Serializable
     private class Row(val name: String, val fingerprint: String, val host: String, val port: Int) {
-        /** Misuse in a file is a damaged file. */
+        /** Throws IllegalArgumentException for values that are not legal, which means a damaged file. */
         fun toReceiver() = Fingerprint(fingerprint).let { PairedReceiver(name, it, ReceiverAddress(host, port, it)) }
     }
 
@@ -37,7 +37,7 @@ internal class ReceiverStore(private val file: File) {
     private fun damaged(cause: Exception) =
         DamagedException("$file is damaged; run ml2-receiver pair, which replaces it: ${cause.message}", cause)
 
-    /** In place of what was known of the same one, or of a damaged file. */
+    /** Adds [receiver], replacing an entry with the same fingerprint, or a damaged file. */
     fun add(receiver: PairedReceiver): Unit = synchronized(WRITING) {
         val known = try {
             load()
@@ -49,7 +49,7 @@ internal class ReceiverStore(private val file: File) {
         write(ControlJson.encode(Content(rows)))
     }
 
-    /** Whole or not at all, also when the power fails. */
+    /** Replaces the file atomically, also when the power fails. */
     private fun write(content: ByteArray) {
         val written = File.createTempFile(file.name, null, file.absoluteFile.parentFile)
         try {
@@ -64,7 +64,7 @@ internal class ReceiverStore(private val file: File) {
     }
 
     private companion object {
-        /** Of all stores, since several may have the same file. */
+        /** One lock for all stores, since several may have the same file. */
         val WRITING = Any()
     }
 }

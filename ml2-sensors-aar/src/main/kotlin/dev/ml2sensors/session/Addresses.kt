@@ -7,7 +7,7 @@ import java.net.InetAddress
 import java.net.InetSocketAddress
 import java.net.UnknownHostException
 
-/** The addresses of [host], a name or an address, as the system has them. */
+/** Resolves [host], a name or an address. */
 internal fun addressesOf(host: String): List<InetAddress> = try {
     InetAddress.getAllByName(host).toList()
 } catch (e: UnknownHostException) {
@@ -15,12 +15,11 @@ internal fun addressesOf(host: String): List<InetAddress> = try {
 }
 
 /**
- * What [connect] makes of the first of [addresses] where it succeeds. It is given a limit for the TCP connection in ms,
- * so that an address that does not answer leaves time for the others; 0, none, for the last. IPv6 and IPv4 take turns, as
- * in RFC 8305, 4, beginning with the first one's.
+ * Calls [connect] with one of [addresses] after the other, and returns the first result. [connect] gets a time limit
+ * for the TCP connection in ms, so that an address that does not answer leaves time for the others; 0 means no limit,
+ * for the last one. IPv6 and IPv4 alternate as in RFC 8305, 4, beginning with the family of the first address.
  *
- * @throws IOException when there is none: the error of the only one, or of one where no such receiver answered, or what
- * happened at each.
+ * @throws IOException if all fail: the only error, or the one of a machine that is not the receiver, or a summary.
  */
 internal fun <T> firstThatAnswers(
     receiver: ReceiverAddress,
@@ -53,6 +52,6 @@ private fun inTurn(addresses: List<InetAddress>): List<InetAddress> {
     }
 }
 
-/** Together with [ATTEMPT_LIMIT_MILLIS] this leaves the last one two of the five seconds that a connection may take. */
+/** With [ATTEMPT_LIMIT_MILLIS] this leaves the last address two of the five seconds for a connection. */
 private const val MOST_ADDRESSES = 4
 private const val ATTEMPT_LIMIT_MILLIS = 1_000

@@ -9,17 +9,17 @@ import dev.ml2sensors.wire.Start
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 
-/** The channels that the receiver of a session knows; PROTOCOL.md, Streams. Safe for use by several coroutines. */
+/** Announces channels to the receiver of a session; PROTOCOL.md, Streams. Safe for use by several coroutines. */
 internal class ChannelAnnouncer(private val streams: StreamControl, private val control: ControlLane) {
     private val announcing = Mutex()
     private val announced = HashSet<Int>()
 
-    /** All CHANNELs that were written, in their order, and how many before the last CONFIGURED. */
+    /** The ids of all CHANNELs sent, in order. */
     private val written = ArrayList<Int>()
     private var writtenBeforeAnswer = 0
     private var openRequest: Long? = null
 
-    /** Before CONFIGURED of a [request]: what it configures is announced, all else ends. */
+    /** Announces the channels of [request] and ends all others, before CONFIGURED. */
     suspend fun announceConfigured(request: Long): Unit = announcing.withLock {
         val channels = streams.channels()
         endAllBut(channels)
@@ -28,15 +28,15 @@ internal class ChannelAnnouncer(private val streams: StreamControl, private val 
         openRequest = request
     }
 
-    /** What has come to be that nobody configured. */
+    /** Announces channels that the app has added. */
     suspend fun announceAdditions(): Unit = announcing.withLock {
         if (openRequest != null) announce(streams.channels().filter { it.lane == SessionLanes.SENSORS })
     }
 
-    /** What is there no more ends. */
+    /** Ends channels that no longer exist. */
     suspend fun endRemoved(): Unit = announcing.withLock { endAllBut(streams.channels()) }
 
-    /** The ids that the receiver knew when it sent [start], which has to be of the last request. */
+    /** Returns the ids that the receiver knew when it sent [start], which must answer the last request. */
     suspend fun knownAt(start: Start): Set<Int> = announcing.withLock {
         if (start.request != openRequest) {
             val message = "expected START of request $openRequest, found ${start.request}"

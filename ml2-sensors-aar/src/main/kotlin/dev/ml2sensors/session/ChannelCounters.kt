@@ -6,15 +6,15 @@ import java.util.concurrent.atomic.AtomicLong
 import java.util.concurrent.atomic.AtomicLongArray
 
 /**
- * The books of one channel over the life of the app instance: produced = sent + dropped + queued. Sequence numbers are
- * given here, so a message that is dropped later leaves a gap. Safe for use by several threads.
+ * The counters of one channel over the life of the app instance: produced = sent + dropped + queued. Sequence numbers
+ * are given here, so a message that is dropped later leaves a gap. Thread-safe.
  */
 internal class ChannelCounters {
     private val produced = AtomicLong()
     private val sent = AtomicLong()
     private val dropped = AtomicLongArray(DropReason.entries.size)
 
-    /** Enters one message that is produced; its sequence number, modulo 2^32. */
+    /** Counts one produced message and returns its sequence number, modulo 2^32. */
     fun nextSequence(): Int = produced.getAndIncrement().toInt()
 
     fun countSent() {
@@ -25,15 +25,15 @@ internal class ChannelCounters {
         dropped.incrementAndGet(reason.ordinal)
     }
 
-    /** Enters [count] messages that a source could not deliver. */
+    /** Counts [count] messages that a source could not deliver. */
     fun countLost(count: Int, reason: DropReason) {
         produced.addAndGet(count.toLong())
         dropped.addAndGet(reason.ordinal, count.toLong())
     }
 
     /**
-     * Between two sessions: [received] arrived. Others that were sent went down with the link, and some that were under
-     * way when it broke did arrive.
+     * Corrects the counters between two sessions, when the receiver reports that [received] messages arrived: some that
+     * were sent are lost, and some that were counted as lost may have arrived.
      */
     fun reconcile(received: Long) {
         val missing = (sent.get() - received).coerceAtLeast(-dropped.get(DropReason.LINK_DOWN.ordinal))

@@ -24,9 +24,10 @@ import java.nio.ByteBuffer
 import java.nio.channels.SocketChannel
 
 /**
- * Frames over one blocking connection to the receiver: one thread reads it, any may write. Interrupts close it.
+ * Reads and writes frames over one blocking connection to the receiver. One thread reads, any may write; interrupting a
+ * thread closes the connection.
  *
- * @property address the one of the receiver's that answered.
+ * @property address the receiver's address that answered.
  */
 internal class Connection private constructor(
     private val channel: TransportChannel,
@@ -37,10 +38,10 @@ internal class Connection private constructor(
     val writer: FrameWriter = FrameWriter(channel, rosNowNanos)
 
     /**
-     * Waits for the next frame of one of the kinds [allowed]; null at the end of the stream. An ERROR that is not fatal
-     * is passed over.
+     * Waits for the next frame of one of the [allowed] kinds, and returns null at the end of the stream. Skips an ERROR
+     * that is not fatal, unless it is allowed.
      *
-     * @throws ProtocolException also when the frame is a fatal ERROR: with the peer's code and words.
+     * @throws ProtocolException also when the frame is a fatal ERROR, with the peer's code and message.
      */
     fun read(allowed: Set<FrameKind>): Frame? {
         while (true) {
@@ -53,7 +54,7 @@ internal class Connection private constructor(
         }
     }
 
-    /** Reads what still arrives, and throws it away. */
+    /** Reads and discards input until the end of the stream. */
     fun discard() {
         val sink = ByteBuffer.allocate(DISCARD_BYTES)
         do sink.clear() while (channel.read(sink) >= 0)
@@ -62,13 +63,13 @@ internal class Connection private constructor(
     private fun decodeError(body: ByteArray): ErrorBody = try {
         ControlJson.decode(body)
     } catch (e: ProtocolException) {
-        throw ProtocolException(e.code, "the receiver's ERROR is none: ${e.message}", isPeers = true)
+        throw ProtocolException(e.code, "the receiver sent an ERROR with an invalid body: ${e.message}", isPeers = true)
     }
 
-    /** Ends the input, so that a thread that waits in [read] finds the end of the stream. */
+    /** Ends the input: a thread in [read] finds the end of the stream. */
     fun shutdownInput(): Unit = channel.shutdownInput()
 
-    /** Tells the peer that nothing more will come, unless it is closed; blocks while the peer does not read. */
+    /** Ends the output, unless the connection is closed. Blocks while the peer does not read. */
     fun shutdownOutput(): Unit = channel.shutdownOutput()
 
     override fun close(): Unit = channel.close()
@@ -84,11 +85,12 @@ internal class Connection private constructor(
 
         /**
          * Connects to the first of the receiver's addresses that answers. An [urgent] connection is marked DSCP CS6, so
-         * that an access point may let it pass images; of any other the kernel holds little, so that images do not grow
-         * stale there.
+         * that an access point can prefer it to images. For any other, the kernel's send buffer is small, so that
+         * images do not become stale there.
          *
-         * @param resolve gives the addresses of a host.
-         * @throws TransportException when what answers is not the receiver that [security] and the address ask for.
+         * @param resolve returns the addresses of a host.
+         * @throws TransportException when the machine that answers is not the receiver that [security] and the address
+         * require.
          */
         fun open(
             receiver: ReceiverAddress,
@@ -121,8 +123,8 @@ internal class Connection private constructor(
 }
 
 /**
- * Runs [block], which may block on connections, where it may. Cancelling closes a connection that it waits for; that
- * this then fails is no failure.
+ * Runs [block], which may block on connections, on a thread for that. Cancelling closes the connection that it waits
+ * for; the resulting failure is not reported.
  */
 internal suspend fun <T> blockingIo(block: () -> T): T = try {
     runInterruptible(Dispatchers.IO, block)

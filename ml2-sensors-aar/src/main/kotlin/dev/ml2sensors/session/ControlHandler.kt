@@ -24,7 +24,7 @@ import java.io.IOException
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
-/** What is said on control between WELCOME and BYE: requests and their answers, and reports. */
+/** Handles the control connection between WELCOME and BYE: requests with their answers, and reports. */
 internal class ControlHandler(
     private val control: ControlLane,
     private val lanes: SessionLanes,
@@ -34,8 +34,9 @@ internal class ControlHandler(
     private val announcer = ChannelAnnouncer(streams, control)
 
     /**
-     * Hears the receiver until it closes the connection after our BYE. Its requests are handled in order beside that,
-     * once the first lanes are joined by [joining]: a request that takes long delays no PONG, and is no silence.
+     * Reads frames until the receiver closes the connection after our BYE. Requests are handled in order by another
+     * coroutine, after [joining] has joined the first lanes: a slow request delays no PONG and does not count as
+     * silence.
      */
     suspend fun handleFrames(joining: Job): Unit = coroutineScope {
         val requests = Channel<Frame>(MOST_REQUESTS)
@@ -83,7 +84,7 @@ internal class ControlHandler(
         control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
     }
 
-    /** Announces channels that come to be while it runs. */
+    /** Announces channels that the app adds. */
     suspend fun reportAdditions() {
         for (addition in streams.additions) announcer.announceAdditions()
     }
@@ -96,7 +97,7 @@ internal class ControlHandler(
         }
     }
 
-    /** Until all is [drained], and with it the events, which come first when both are there. */
+    /** Sends events until all data is [drained]; pending events are sent first. */
     suspend fun reportEvents(drained: Deferred<Unit>) {
         while (true) {
             val event = select {
@@ -107,7 +108,7 @@ internal class ControlHandler(
         }
     }
 
-    /** Once a second, and when the state of a stream changes; when all is [drained] for the last time. */
+    /** Sends STATUS once a second and when the state of a stream changes; the final one when all data is [drained]. */
     suspend fun reportStatus(drained: Deferred<Unit>) {
         while (!drained.isCompleted) {
             withTimeoutOrNull(STATUS_INTERVAL) {
@@ -139,7 +140,7 @@ internal class ControlHandler(
     private companion object {
         val STATUS_INTERVAL = 1.seconds
 
-        /** A receiver that asks for more before it is answered waits, as if the device had not read on. */
+        /** If a receiver sends more requests before an answer, reading pauses. */
         const val MOST_REQUESTS = 64
         val IN_SESSION =
             setOf(

@@ -25,7 +25,7 @@ import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeMark
 import kotlin.time.TimeSource
 
-/** The control connection of a session: who spoke when, and orderly ends. Read by one coroutine, written by any. */
+/** The control connection of a session, with keep-alive and an orderly end. Read by one coroutine, written by any. */
 internal class ControlLane(private val connection: Connection) {
     @Volatile
     private var lastReceived: TimeMark = TimeSource.Monotonic.markNow()
@@ -35,7 +35,7 @@ internal class ControlLane(private val connection: Connection) {
 
     private val writing = Mutex()
 
-    /** True once [finish] has begun: how connections end no longer matters. */
+    /** True once [finish] has begun; from then on errors of connections do not matter. */
     @Volatile
     var byeWritten = false
         private set
@@ -55,8 +55,8 @@ internal class ControlLane(private val connection: Connection) {
     }
 
     /**
-     * Waits for the next frame of one of the kinds [allowed]; null when the receiver closed the connection after our
-     * BYE. Cancelling ends the input only: the receiver can still be told why the session ends.
+     * Waits for the next frame of one of the [allowed] kinds; returns null when the receiver closed the connection
+     * after our BYE. Cancelling ends the input only, so the receiver can still be told why the session ends.
      */
     suspend fun read(allowed: Set<FrameKind>): Frame? {
         val result = coroutineScope {
@@ -74,27 +74,27 @@ internal class ControlLane(private val connection: Connection) {
         return frame
     }
 
-    /** Pings when we were silent; fails when the peer is. */
+    /** Sends PING when nothing was sent for a while; fails when the receiver is silent. */
     suspend fun keepAlive(timeouts: Welcome.Timeouts) {
         while (true) {
             delay(TICK)
             val silence = lastReceived.elapsedNow()
             if (silence > timeouts.deadSeconds.seconds) {
-                throw ProtocolException(ErrorCode.TIMEOUT, "nothing heard from the receiver for $silence")
+                throw ProtocolException(ErrorCode.TIMEOUT, "no frame from the receiver for $silence")
             }
             if (lastSent.elapsedNow() >= timeouts.pingSeconds.seconds) write(FrameKind.PING)
         }
     }
 
-    /** Says goodbye: nothing more will be written. */
+    /** Sends BYE; nothing is written afterwards. */
     suspend fun finish(reason: String): Unit = writing.withLock {
         byeWritten = true
         writeNow(FrameKind.BYE, ControlJson.encode(Bye.of(reason)))
         withTimeoutOrNull(WRITE_LIMIT) { blockingIo { connection.shutdownOutput() } }
     }
 
-    /** Tells the peer why the session ends. Best effort: the connection may be what failed. */
-    suspend fun tell(error: ProtocolException) {
+    /** Sends [error] to the peer, if the connection still works. */
+    suspend fun sendError(error: ProtocolException) {
         try {
             withTimeoutOrNull(CLOSING_LIMIT) {
                 write(FrameKind.ERROR, ErrorBody.of(error.code, error.message.orEmpty(), fatal = true))
@@ -109,7 +109,7 @@ internal class ControlLane(private val connection: Connection) {
     }
 
     companion object {
-        /** How long the peer is listened to after the last word, PROTOCOL.md. */
+        /** How long input is read after the last frame was sent, PROTOCOL.md. */
         val CLOSING_LIMIT = 1.seconds
         private val EMPTY = ByteArray(0)
         private val TICK = 250.milliseconds

@@ -9,7 +9,7 @@ import java.io.IOException
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.seconds
 
-/** The receiver called [name], or the only one. */
+/** Finds the receiver [name] with [browser], or without a name the only one. */
 internal class DiscoveredReceiver(private val browser: ReceiverBrowser, private val name: String?) : Receiver {
     @OptIn(FlowPreview::class)
     override suspend fun locate(): ReceiverAddress {
@@ -23,7 +23,7 @@ internal class DiscoveredReceiver(private val browser: ReceiverBrowser, private 
     }
 
     private fun failure(found: List<String>): String = when {
-        found.isEmpty() -> "no receiver announces itself here; its address reaches it without"
+        found.isEmpty() -> "no receiver announces itself on this network; connect by its address instead"
         name == null -> "several receivers announce themselves, choose one by its name: ${found.joinToString()}"
         else -> "no receiver announces itself as '$name', only ${found.joinToString()}"
     }
@@ -31,7 +31,7 @@ internal class DiscoveredReceiver(private val browser: ReceiverBrowser, private 
     override fun toString(): String = if (name == null) "any receiver" else "receiver '$name'"
 
     private companion object {
-        /** Sees one that starts meanwhile; then the failure is told. */
+        /** How long a search waits for a receiver that is just starting. */
         val PATIENCE = 3.seconds
 
         /** RFC 6762, 6: answers come within 120 ms. */

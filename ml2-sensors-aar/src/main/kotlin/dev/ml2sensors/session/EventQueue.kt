@@ -8,25 +8,22 @@ import java.util.concurrent.atomic.AtomicInteger
 import kotlin.time.TimeMark
 import kotlin.time.TimeSource
 
-/**
- * What users are to be toEvent, until there is a receiver to tell it to: the latest [MAX_PENDING] events. Safe for use by
- * several threads.
- */
+/** The latest [MAX_PENDING] events until they can be sent to a receiver. Thread-safe. */
 internal class EventQueue {
-    /** An event that happened [at] an instant, and has yet to be toEvent. */
+    /** An event that happened [at] an instant and was not sent yet. */
     class Pending(val event: Event, val at: TimeMark = TimeSource.Monotonic.markNow())
 
     private val dropped = AtomicInteger()
     private val queue = Channel<Pending>(MAX_PENDING, BufferOverflow.DROP_OLDEST) { dropped.incrementAndGet() }
 
-    /** To be toEvent by [toEvent]. */
+    /** The events to send, each with [toEvent]. */
     val pending: ReceiveChannel<Pending> get() = queue
 
     fun add(event: Event) {
         queue.trySend(Pending(event))
     }
 
-    /** What is said of [next] now: how long ago it was, and whether events before it are missing. */
+    /** Returns the event to send now, with its age and a note if earlier events were dropped. */
     fun toEvent(next: Pending): Event {
         val missing = dropped.getAndSet(0)
         val note = if (missing > 0) " ($missing events before this one were dropped)" else ""

@@ -10,10 +10,10 @@ import kotlinx.coroutines.flow.first
 
 /**
  * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
- * session lends it one through [sendThrough].
+ * session passes one to [sendThrough].
  *
- * When the queue is full the oldest frame whose writing has not begun is dropped; a lane that [suspendsWhenFull], for sources that
- * can, suspends its producers instead, also while there is no session. Safe for use by several producers.
+ * When the queue is full, the oldest frame that is not being written is dropped. With [suspendsWhenFull], for
+ * recordings, producers are suspended instead, also while there is no session. Safe for use by several producers.
  */
 internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenFull: Boolean) {
     private val hasSession = MutableStateFlow(false)
@@ -21,17 +21,17 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
     private val queue =
         Channel<OutgoingFrame>(spec.capacityFrames, onUndeliveredElement = { it.drop(DropReason.LINK_DOWN) })
 
-    /** Takes over [frame]: it will be sent or dropped, and counted. */
+    /** Takes over [frame], which is sent or dropped, and counted. */
     suspend fun offer(frame: OutgoingFrame) {
         if (suspendsWhenFull) awaitSessionFor(frame)
         offerIfInSession(frame)
     }
 
-    /** As [offer], without waiting for a session. */
+    /** As [offer], but drops the frame if there is no session. */
     suspend fun offerIfInSession(frame: OutgoingFrame): Unit =
         ifInSession(frame) { if (suspendsWhenFull) queue.send(frame) else enqueue(frame) }
 
-    /** As [offer], without ever waiting. */
+    /** As [offer], but never waits. */
     fun offerNow(frame: OutgoingFrame): Unit = ifInSession(frame) { enqueue(frame) }
 
     private inline fun ifInSession(frame: OutgoingFrame, enqueue: () -> Unit) {
@@ -69,7 +69,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         hasSession.first { it }
     }
 
-    /** Sends what is offered through [writer] until the lane is finished; fails when the connection does. */
+    /** Sends queued frames through [writer] until the lane is finished; fails when the connection does. */
     suspend fun sendThrough(writer: FrameWriter) {
         hasSession.value = true
         try {
@@ -80,7 +80,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         }
     }
 
-    /** Nothing more will be offered: [sendThrough] returns when the queue is empty. */
+    /** Takes no more frames: [sendThrough] returns when the queue is empty. */
     fun finish() {
         queue.close()
     }

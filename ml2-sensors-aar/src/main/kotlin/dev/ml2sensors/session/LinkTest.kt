@@ -15,7 +15,7 @@ import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
 /**
- * Sends the receiver filler to time, one test at a time; PROTOCOL.md, Link test. Called by one coroutine.
+ * Sends filler frames that the receiver times, one test at a time; PROTOCOL.md, Link test. Called by one coroutine.
  *
  * @param launch runs a part of the session on a thread that may block.
  * @param join opens the lane, for the first test.
@@ -36,7 +36,7 @@ internal class LinkTest(
     @Volatile
     private var isEnding = false
 
-    /** Begins to send [bytes] of filler; does not wait for it. */
+    /** Starts to send [bytes] of filler; does not wait for the end. */
     fun begin(bytes: Int) {
         if (isEnding) return
         if (isRunning) throw ProtocolException(ErrorCode.UNEXPECTED, "expected one LINK_TEST at a time")
@@ -47,7 +47,7 @@ internal class LinkTest(
         }
     }
 
-    /** Ends a test that runs, between two frames if that takes no longer than [limit], and begins no other. */
+    /** Ends a running test, between two frames if that takes no longer than [limit], and starts no other. */
     suspend fun finish(limit: Duration) {
         isEnding = true
         withTimeoutOrNull(limit) { test?.join() }
@@ -67,7 +67,7 @@ internal class LinkTest(
         Filler(0).write(writer)
     }
 
-    /** One frame that can be written again and again. */
+    /** One filler frame that can be written repeatedly. */
     private class Filler(val bytes: Int) {
         private val head = ByteBuffer.allocate(FrameHeader.BYTES).also {
             FrameHeader(FrameKind.FILLER.code, bytes).writeTo(it)
@@ -82,7 +82,7 @@ internal class LinkTest(
         val LIMIT = 2.seconds
         val WHOLE_BYTES = FrameKind.FILLER.maxLength
 
-        /** What nothing on the way compresses. */
+        /** Random bytes, which cannot be compressed on the way. */
         val NOISE: ByteBuffer by lazy {
             ByteBuffer.allocateDirect(WHOLE_BYTES).put(Random.nextBytes(WHOLE_BYTES)).flip()
         }

@@ -5,11 +5,10 @@ import dev.ml2sensors.source.ImageSample
 import java.nio.ByteBuffer
 
 /**
- * One DATA frame between production and socket. Exactly one of [sent] and [drop] is called, once; either gives back the
- * borrowed memory.
+ * One DATA frame between production and socket. [sent] or [drop] is called exactly once; either releases the image.
  *
  * @property head header and the first bytes of the payload.
- * @property data the rest of the payload, in memory borrowed from [sample].
+ * @property data the rest of the payload, in memory of [sample].
  */
 internal class OutgoingFrame(
     private val counters: ChannelCounters,

@@ -2,28 +2,28 @@ package dev.ml2sensors.session
 
 import java.io.IOException
 
-/** A receiver to stream to: a [ReceiverAddress], or one that is looked for by name. */
+/** A receiver to stream to: a [ReceiverAddress], or one that is found by name. */
 public interface Receiver {
     /**
-     * Where it listens now; asked anew for every connection, from any thread.
+     * Returns the address on which it listens now; called for every connection, from any thread.
      *
-     * @throws IOException when it is not found, with what was found instead.
+     * @throws IOException when it is not found; the message says what was found instead.
      */
     public suspend fun locate(): ReceiverAddress
 
     public companion object {
         /**
-         * The receiver that announces itself by [name], as [browser] sees it; without a name the only one there is.
-         * Several make a nameless search fail, with their names.
+         * Returns the receiver that announces itself as [name], found with [browser]; without a name, the only one. A
+         * search without a name fails if there are several, and lists them.
          */
         public fun discover(browser: ReceiverBrowser, name: String? = null): Receiver =
             DiscoveredReceiver(browser, name)
 
         /**
-         * The receiver that a person writes as a name or as `HOST:PORT`, an IPv6 address in brackets; an empty [text] is
-         * the only one there is.
+         * Parses a name or `HOST:PORT`, an IPv6 address in brackets; an empty [text] means the only receiver.
          *
-         * @throws IllegalArgumentException for anything else, in words that do not repeat a pairing URI, which is secret.
+         * @throws IllegalArgumentException for anything else; the message does not repeat a pairing URI, which is
+         * secret.
          */
         public fun parse(text: String, browser: ReceiverBrowser): Receiver = when {
             text.isEmpty() -> discover(browser)

@@ -3,11 +3,11 @@ package dev.ml2sensors.session
 import dev.ml2sensors.transport.Fingerprint
 
 /**
- * Where a receiver listens.
+ * The address of a receiver.
  *
- * @property host name, or address without brackets.
+ * @property host a name, or an address without brackets.
  * @property port 1 to 65535.
- * @property fingerprint of the certificate it must have there; null for any that this device is paired with.
+ * @property fingerprint the fingerprint that its certificate must have; null for any that this device is paired with.
  */
 public data class ReceiverAddress(val host: String, val port: Int, val fingerprint: Fingerprint? = null) : Receiver {
     init {

@@ -2,11 +2,11 @@ package dev.ml2sensors.session
 
 import kotlinx.coroutines.flow.Flow
 
-/** Looks for receivers on the local networks: DNS-SD over mDNS, in the platform's way. */
+/** Finds receivers on the local networks: DNS-SD over mDNS, implemented by the platform. */
 public fun interface ReceiverBrowser {
     /**
-     * The receivers there are, by name, whenever that changes, with the fingerprints they announce. Every collection
-     * looks anew, and looks no longer when it ends. Fails with an [java.io.IOException] where looking is impossible.
+     * Emits the present receivers by name, with the fingerprints that they announce, whenever they change. Each
+     * collection starts a search and ends it. Fails with a [java.io.IOException] if searching is impossible.
      */
     public fun receivers(): Flow<Map<String, ReceiverAddress>>
 

@@ -25,8 +25,8 @@ import java.util.concurrent.ConcurrentLinkedQueue
 import kotlin.time.Duration.Companion.seconds
 
 /**
- * One session from HELLO to its end, on the device's side; PROTOCOL.md, Connecting. Owns the session's connections; the
- * lanes and streams that use them outlive it.
+ * One session from HELLO to its end, on the device's side; PROTOCOL.md, Connecting. Owns the session's connections;
+ * lanes and streams outlive it.
  */
 internal class Session(
     private val receiver: ReceiverAddress,
@@ -39,10 +39,10 @@ internal class Session(
     private val connections = ConcurrentLinkedQueue<Connection>()
 
     /**
-     * Runs the session until [stop] completes, then ends it in order: everything offered is sent, then the final STATUS,
+     * Runs the session until [stop] completes, then ends it in order: all queued data is sent, then the final STATUS,
      * then BYE.
      *
-     * @param onWelcome is told the receiver's name.
+     * @param onWelcome receives the receiver's name.
      * @throws IOException when the session is refused or lost; nothing of it is left running.
      */
     suspend fun run(hello: Hello, stop: Deferred<String>, onWelcome: (String) -> Unit) {
@@ -54,7 +54,7 @@ internal class Session(
                 onWelcome(welcome.name)
                 runParts(control, welcome, stop)
             } catch (e: ProtocolException) {
-                if (!e.isPeers) control.tell(e)
+                if (!e.isPeers) control.sendError(e)
                 throw e
             }
         } finally {
@@ -70,7 +70,7 @@ internal class Session(
         if (welcome.version !in hello.versions) {
             throw ProtocolException(ErrorCode.VERSION, "expected one of ${hello.versions}, found ${welcome.version}")
         }
-        welcome.violation()?.let { throw ProtocolException(ErrorCode.MALFORMED, "WELCOME with $it") }
+        welcome.violation()?.let { throw ProtocolException(ErrorCode.MALFORMED, "invalid WELCOME: $it") }
         return welcome
     }
 
@@ -85,14 +85,14 @@ internal class Session(
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }
         val drained = CompletableDeferred<Unit>()
-        val telling = launchPart(control) { handler.reportEvents(drained) }
-        val statusing = launchPart(control) { handler.reportStatus(drained) }
+        val events = launchPart(control) { handler.reportEvents(drained) }
+        val status = launchPart(control) { handler.reportStatus(drained) }
         val reason = stop.await()
         streams.stopSources()
         lanes.finish(streams.drainLimit)
         drained.complete(Unit)
-        telling.join()
-        statusing.join()
+        events.join()
+        status.join()
         control.finish(reason)
         withTimeoutOrNull(ControlLane.CLOSING_LIMIT) { listening.join() }
         coroutineContext.cancelChildren()
@@ -104,16 +104,16 @@ internal class Session(
         }
     }
 
-    /** Where control has found the receiver, the other lanes find it too. */
+    /** Resolves once for all lanes: to the address that answered the control connection. */
     private fun addresses(host: String) = connections.peek()?.let { listOf(it.address) } ?: resolve(host)
 
     private companion object {
-        /** Patience before WELCOME tells the receiver's. */
+        /** The time limit until WELCOME, which has the receiver's own limits. */
         val FIRST_LIMIT = 5.seconds
     }
 }
 
-/** Runs [block] on a thread that may block; after our BYE it does not matter how it ends. */
+/** Runs [block] on a thread that may block. After our BYE its I/O errors are ignored. */
 private fun CoroutineScope.launchPart(control: ControlLane, block: suspend () -> Unit): Job = launch(Dispatchers.IO) {
     try {
         block()

@@ -19,7 +19,7 @@ import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
 /**
- * The data lanes a session has joined, each with the connection it lends and the job that sends through it.
+ * The data lanes of a session, each with its connection and the job that sends through it.
  *
  * @param launch runs a part of the session on a thread that may block.
  */
@@ -36,7 +36,7 @@ internal class SessionLanes(
         connect(LINK_TEST, urgent = false).also { launch { watch(it) } }.writer
     }
 
-    /** Opens those of the lanes [names] that are not open, beside each other. */
+    /** Opens those of the lanes [names] that are not open yet, concurrently. */
     suspend fun join(names: Set<String>) {
         val opened = coroutineScope {
             (names - connections.keys).map { async { it to connect(it, urgent = it == SENSORS) } }.awaitAll()
@@ -45,7 +45,7 @@ internal class SessionLanes(
         opened.forEach { (_, connection) -> launch { watch(connection) } }
     }
 
-    /** Nothing but an ERROR may come; why a lane ends is for the control lane to say. */
+    /** Waits for an ERROR, the only frame that may arrive. Other ends of a lane are reported on the control lane. */
     private suspend fun watch(connection: Connection) {
         try {
             blockingIo { connection.read(emptySet()) }
@@ -57,7 +57,7 @@ internal class SessionLanes(
     /** Opens the time lane, which carries no data. */
     suspend fun joinTime(): Connection = connect(TIME, urgent = true)
 
-    /** Begins to send what is offered to the lanes that are open; returns when none of it can miss its link. */
+    /** Starts to send on all open lanes; returns when they accept frames. */
     suspend fun startSending() {
         for ((name, connection) in connections) {
             if (name in senders) continue
@@ -67,9 +67,9 @@ internal class SessionLanes(
     }
 
     /**
-     * Sends what is queued, for at most [limit], and ends the lanes; what is left is dropped and counted. Frames under
-     * way may take [limit] again, since the receiver takes the end of a lane inside a frame for a loss. Lanes end
-     * together, since it takes one that ends long before BYE for a loss too.
+     * Sends queued frames for at most [limit] and ends the lanes; the rest is dropped and counted. A frame that is
+     * being written may take [limit] again, since the receiver counts the end of a lane inside a frame as a loss. All
+     * lanes end together: one that ends long before BYE would count as a loss too.
      */
     suspend fun finish(limit: Duration) {
         linkTest.finish(limit)

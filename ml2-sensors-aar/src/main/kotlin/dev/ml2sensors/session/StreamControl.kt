@@ -9,61 +9,64 @@ import kotlin.time.Duration
 import kotlin.time.TimeSource
 
 /**
- * What a session does to the device's streams. Called by one coroutine at a time, but for [channels], [refuse] and
+ * The control of the device's streams by a session. Called by one coroutine at a time, except [channels], [refuse] and
  * [counts].
  */
 internal interface StreamControl {
     /** Ids of the streams that can be configured. */
     val capabilities: List<String>
 
-    /** By stream id, the clock its captures were found to be stamped with, as STATUS names it. */
+    /** The clock that stamps each stream's captures, by stream id, as in STATUS. */
     val timestampBases: Map<String, String>
 
-    /** How hot the device is, as STATUS names it; null where it does not know. */
+    /** The thermal state as in STATUS, null if unknown. */
     val thermal: String?
 
-    /** How long what is still queued after [stopSources] may take to be sent. */
+    /** The time limit for sending queued data after [stopSources]. */
     val drainLimit: Duration
 
-    /** A session began; the peer has [received] so many messages per topic of this instance, null when it cannot know. */
+    /**
+     * Starts a session. [received] is the number of messages per topic that the peer has received from this instance,
+     * null if it cannot know.
+     */
     fun beginSession(received: Map<String, Long>?)
 
-    /** Makes [requested] what is to run, in frames whose ids begin with [framePrefix], and stops all else. */
+    /** Configures the [requested] streams, with frame ids that begin with [framePrefix], and stops all others. */
     suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer>
 
-    /** Channels of what is configured and has not failed, and the lanes they use. */
+    /** Returns the channels of all configured streams that have not failed. */
     suspend fun channels(): List<ChannelBody>
 
     fun lane(name: String): Lane
 
     /**
-     * Begins what is configured now and does not run yet, as soon as stamps can be made; does not wait for them. Of
-     * the channels the receiver knows those with the ids [known].
+     * Starts the configured streams that do not run yet, as soon as stamps can be made; does not wait for that. The
+     * receiver knows the channels [known].
      */
     suspend fun start(known: Set<Int>)
 
-    /** The receiver does not publish [channel], for a [reason]. */
+    /** Records that the receiver does not publish [channel], for a [reason]. */
     fun refuse(channel: Int, reason: String)
 
-    /** Told when [channels] of the lane `sensors` have come to be that nobody configured. */
+    /** Receives an element when the app has added [channels] on the lane `sensors`. */
     val additions: ReceiveChannel<Unit>
 
-    /** How each stream that was asked for stands, by id, as STATUS names it. */
+    /** The state of each requested stream by id, as in STATUS. */
     val streamStates: Map<String, Status.Stream>
 
-    /** Told when [streamStates] has changed. */
+    /** Receives an element when [streamStates] has changed. */
     val stateChanges: ReceiveChannel<Unit>
 
-    /** Streams that ended because their source failed for good, as it happens. */
+    /** The streams that ended because their source failed permanently. */
     val failures: ReceiveChannel<SourceFailure>
 
-    /** What a user wants to read, as it happens. */
+    /** The events for users. */
     val events: EventQueue
 
     /** Stops all sources; returns when the last message has been offered. */
     suspend fun stopSources()
 
-    /** The books by topic. */
+    /** Returns the counters by topic. */
     fun counts(): Map<String, Status.ChannelCounts>
 }
 
@@ -71,6 +74,6 @@ internal interface StreamControl {
 internal class SourceFailure(val stream: String, val reason: String) {
     private val at = TimeSource.Monotonic.markNow()
 
-    /** For people who read it later: how long ago it was, empty for what has just happened. */
+    /** Returns how long ago it was, as text; empty if it has just happened. */
     fun ago(): String = at.elapsedNow().inWholeSeconds.let { if (it > 0) " $it s ago" else "" }
 }

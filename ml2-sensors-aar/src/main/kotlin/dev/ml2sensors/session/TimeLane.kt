@@ -9,13 +9,13 @@ import kotlinx.coroutines.delay
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.TimeSource
 
-/** Asks the host for its time over a connection of its own: a dense burst first, then steadily. */
+/** Requests the host's time over a connection of its own: a dense burst first, then at a steady rate. */
 internal class TimeLane(
     private val connection: Connection,
     private val deviceClock: DeviceClock,
     private val hostClock: HostClock,
 ) {
-    /** Runs until the connection ends, or fails with it; why it ends is for the control lane to say. */
+    /** Runs until the connection ends or fails; the control lane reports why. */
     suspend fun run() {
         val joined = TimeSource.Monotonic.markNow()
         while (true) {

@@ -10,12 +10,12 @@ import kotlinx.coroutines.selects.select
 import kotlinx.coroutines.withTimeoutOrNull
 import kotlin.time.Duration
 
-/** What [exchange] gives, which must not take longer than [limit]. */
+/** Returns the result of [exchange], or fails with [ErrorCode.TIMEOUT] after [limit]. */
 internal suspend fun <T : Any> handshake(awaited: String, limit: Duration, exchange: suspend () -> T?): T =
     withTimeoutOrNull(limit) { exchange() }
         ?: throw ProtocolException(ErrorCode.TIMEOUT, "expected $awaited within $limit")
 
-/** What [exchange] gives, null when [stop] completes before. */
+/** Returns the result of [exchange], or null if [stop] completes first. */
 internal suspend fun <T : Any> unlessStopped(stop: Deferred<*>, exchange: suspend () -> T): T? =
     coroutineScope {
         val result = async { exchange() }
@@ -25,14 +25,14 @@ internal suspend fun <T : Any> unlessStopped(stop: Deferred<*>, exchange: suspen
         }.also { result.cancel() }
     }
 
-/** What PROTOCOL.md does not allow in it, null when it is sound. */
+/** Returns how it violates PROTOCOL.md, or null if it is valid. */
 internal fun Welcome.violation(): String? {
     val missing = listOf(SessionLanes.TIME, SessionLanes.SENSORS) - tickets.keys
     val isInTime = timeouts.handshakeSeconds > 0 && timeouts.pingSeconds > 0 && timeouts.deadSeconds > 0
     val counts = received.orEmpty().values + limits.dataBytes
     return when {
         missing.isNotEmpty() -> "no tickets for $missing"
-        !isInTime -> "timeouts that are not above 0"
+        !isInTime -> "timeouts of 0 or less"
         counts.any { it < 0 } -> "counts below 0"
         else -> null
     }

@@ -8,10 +8,9 @@ import java.util.concurrent.ArrayBlockingQueue
 import java.util.concurrent.atomic.AtomicInteger
 
 /**
- * At most [count] direct buffers of [bufferBytes] each, allocated when they are first needed.
+ * A pool of at most [count] direct buffers of [bufferBytes] each, allocated when first needed.
  *
- * Any thread may acquire and give back. The memory lives as long as the pool is reachable: it is never unmapped
- * under a reader.
+ * Thread-safe. The memory lives as long as the pool is reachable, so no reader loses it.
  */
 public class BufferPool(public val bufferBytes: Int, public val count: Int) {
     private val free = ArrayBlockingQueue<ByteBuffer>(count)
@@ -20,18 +19,21 @@ public class BufferPool(public val bufferBytes: Int, public val count: Int) {
         Collections.newSetFromMap(IdentityHashMap()),
     )
 
-    /** Buffers that are in use. */
+    /** The number of buffers in use. */
     internal val outstanding: Int get() = inUse.size
 
-    /** A cleared buffer, or null when all are in use: then the caller delivers [LostSamples], [DropReason.NO_BUFFER]. */
+    /**
+     * Returns a cleared buffer, or null if all are in use. The caller then delivers [LostSamples] with
+     * [DropReason.NO_BUFFER].
+     */
     public fun acquire(): ByteBuffer? = (free.poll() ?: allocate())?.clear()?.also(inUse::add)
 
-    /** A cleared buffer, after waiting for one when all are in use; blocks, for sources that can wait. */
-    public fun take(): ByteBuffer = acquire() ?: free.take().clear().also(inUse::add)
+    /** Returns a cleared buffer, and blocks while all are in use; for sources that can wait. */
+    public fun acquireBlocking(): ByteBuffer = acquire() ?: free.take().clear().also(inUse::add)
 
-    /** Gives back a buffer of this pool; the caller no longer touches it. */
-    public fun giveBack(buffer: ByteBuffer) {
-        check(inUse.remove(buffer)) { "a buffer is given back that is not in use, or not of this pool" }
+    /** Returns a buffer to the pool; the caller must not use it any more. */
+    public fun release(buffer: ByteBuffer) {
+        check(inUse.remove(buffer)) { "the buffer is not in use, or belongs to another pool" }
         free.add(buffer)
     }
 

@@ -7,7 +7,7 @@ import kotlinx.coroutines.flow.emitAll
 import kotlinx.coroutines.flow.filterIsInstance
 import kotlinx.coroutines.flow.flow
 
-/** The camera behind a stream, such as [WorldCamera.LEFT] or `StreamTable.color`. */
+/** Returns the camera of [stream], such as [WorldCamera.LEFT] or `StreamTable.color`. */
 public fun Headset.camera(stream: StreamSpec): Camera = Camera(this, stream)
 
 /** One of a headset's cameras. */
@@ -17,8 +17,8 @@ public class Camera internal constructor(private val headset: Headset, private v
     }
 
     /**
-     * Its images as [Headset.samples] has them, without what was lost. Values that the headset adjusts are taken as
-     * they come.
+     * Returns the images of [Headset.samples] without reports of losses. If the headset adjusts [values], the adjusted
+     * ones are used.
      *
      * @param values of one mode of the camera; the default is its first.
      * @throws RefusedException on collection, when the headset refuses.
@@ -30,33 +30,33 @@ public class Camera internal constructor(private val headset: Headset, private v
     }
 }
 
-/** A headset refused [stream] as [answer] says. */
+/** A headset refused [stream]; [answer] has the reason. */
 public class RefusedException internal constructor(public val stream: StreamSpec, public val answer: Answer.Refused) :
     SourceException("$stream: ${answer.reason}")
 
 /** The tracking cameras. */
 public object WorldCamera {
-    /** On the wearer's left. */
+    /** The camera on the wearer's left. */
     public val LEFT: StreamSpec get() = StreamTable.worldLeft
 
-    /** On the wearer's right. */
+    /** The camera on the wearer's right. */
     public val RIGHT: StreamSpec get() = StreamTable.worldRight
 
-    /** Above the nose. */
+    /** The camera above the nose. */
     public val CENTER: StreamSpec get() = StreamTable.worldCenter
 }
 
 /** The eye cameras, two for each eye; they need the permission `EYE_CAMERA`. */
 public object EyeCamera {
-    /** Of the left eye, beside the nose. */
+    /** The nasal camera of the left eye. */
     public val NASAL_LEFT: StreamSpec get() = StreamTable.eyeNasalLeft
 
-    /** Of the right eye, beside the nose. */
+    /** The nasal camera of the right eye. */
     public val NASAL_RIGHT: StreamSpec get() = StreamTable.eyeNasalRight
 
-    /** Of the left eye, beside the temple. */
+    /** The temporal camera of the left eye. */
     public val TEMPLE_LEFT: StreamSpec get() = StreamTable.eyeTempleLeft
 
-    /** Of the right eye, beside the temple. */
+    /** The temporal camera of the right eye. */
     public val TEMPLE_RIGHT: StreamSpec get() = StreamTable.eyeTempleRight
 }

@@ -30,8 +30,8 @@ public enum class ClockDomain(public val wireName: String) {
     MLTIME("mltime"),
 
     /**
-     * CLOCK_REALTIME of the host, ROS time: set and slewed by whoever runs the host. Reached by time exchanges, accurate
-     * to the `uncertainty_ns` that STATUS tells, which is never below half the least round trip.
+     * CLOCK_REALTIME of the host, ROS time, set by the host's administrator. Known through time exchanges, accurate to
+     * the `uncertainty_ns` of STATUS, which is at least half the least round trip.
      */
     REALTIME("realtime"),
 }

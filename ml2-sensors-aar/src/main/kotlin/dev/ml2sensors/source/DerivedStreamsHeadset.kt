@@ -5,11 +5,11 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.Flow
 
 /**
- * [headset] with the streams that are made of others: `imu_*` of both halves of a unit, and `tf`, whose samples are the
- * head's poses; and `custom`, which the app makes and that has no samples.
+ * Adds derived streams to [headset]: `imu_*` of both sensors of a unit, `tf` of the head's poses, and `custom`, whose
+ * messages the app makes.
  */
 internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by headset {
-    /** As the headset answers; a source that fails to has refused, and costs nothing but its own stream. */
+    /** Negotiates with the headset; a source that throws refuses only its own stream. */
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
         answer(stream, requested)
     } catch (e: Exception) {
@@ -32,7 +32,7 @@ internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by 
 
     private fun custom(requested: StreamValues): Answer = when (timeline) {
         Headset.Timeline.LIVE -> Answer.Applied(requested)
-        Headset.Timeline.RECORDED -> Answer.Refused("nothing is added to a recording")
+        Headset.Timeline.RECORDED -> Answer.Refused("a recording takes no topics from apps")
     }
 
     override val holds: Map<String, String>
@@ -48,11 +48,11 @@ internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by 
         return if (parts.size == 2) pairInertial(parts[0], parts[1]) else parts.single()
     }
 
-    /** Null for a sensor's own stream. */
+    /** Returns the streams that [stream] is derived from, or null for a sensor's own stream. */
     private fun partsOf(stream: StreamSpec): List<StreamSpec>? =
         if (stream == StreamTable.tf) {
             listOf(StreamTable.headPose)
         } else {
-            ImuUnit.entries.firstOrNull { it.united == stream }?.let { listOf(it.gyroscope, it.accelerometer) }
+            ImuUnit.entries.firstOrNull { it.combined == stream }?.let { listOf(it.gyroscope, it.accelerometer) }
         }
 }

@@ -2,6 +2,6 @@ package dev.ml2sensors.source
 
 /** The device timebase in nanoseconds: never goes back, counts while suspended (Android: CLOCK_BOOTTIME). */
 public fun interface DeviceClock {
-    /** Of this instant; any thread. */
+    /** Returns the present time; thread-safe. */
     public fun nowNanos(): Long
 }

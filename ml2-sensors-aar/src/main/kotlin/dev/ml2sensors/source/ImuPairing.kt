@@ -8,9 +8,9 @@ import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.produceIn
 
 /**
- * Every reading of [gyroscope], in order and none merged, with the acceleration interpolated to its instant. It is never
- * extrapolated: the pairs begin with the first acceleration, and a reading after the last one is lost, as
- * [DropReason.SOURCE_LATE]. Elements are [InertialSample]s, and the [LostSamples] of either half.
+ * Pairs every reading of [gyroscope], in order, with the acceleration interpolated to its time. Accelerations are never
+ * extrapolated: pairs begin with the first one, and a reading after the last one is lost as [DropReason.SOURCE_LATE].
+ * Elements are [InertialSample]s, and the [LostSamples] of both sensors.
  */
 internal fun pairInertial(
     gyroscope: Flow<Sample>,
@@ -37,7 +37,7 @@ internal fun pairInertial(
         }
     }
 
-/** The two accelerations around an instant that only grows; what is lost of them goes to [lose]. */
+/** The two accelerations around a time that only increases; losses go to [lose]. */
 private class Bracket(
     private val accelerations: ReceiveChannel<Sample>,
     private val lose: suspend (LostSamples) -> Unit,
@@ -45,11 +45,11 @@ private class Bracket(
     private var before: VectorSample? = null
     private var after: VectorSample? = null
 
-    /** Whether the instant is later than the last acceleration. */
+    /** True if the time is later than the last acceleration. */
     var isOver = false
         private set
 
-    /** The acceleration at [nanos], null outside of what was measured. */
+    /** Returns the acceleration at [nanos], or null outside of the measured range. */
     suspend fun at(nanos: Long): VectorSample? {
         while ((after?.captureNanos ?: Long.MIN_VALUE) < nanos) {
             before = after
@@ -85,5 +85,5 @@ private fun interpolate(
     )
 }
 
-/** Enough for either sensor to run ahead by what an operating system delivers in one batch. */
+/** Covers what an operating system delivers in one batch, so that either sensor can run ahead. */
 private const val READ_AHEAD = 64

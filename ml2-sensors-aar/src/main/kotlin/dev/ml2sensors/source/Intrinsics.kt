@@ -13,7 +13,7 @@ public data class Intrinsics(
     val cy: Double,
     val distortion: Distortion,
 ) {
-    /** The same camera for another image size: K scales, distortion does not. */
+    /** Returns the intrinsics for another image size: K scales, distortion does not. */
     public fun scaledTo(width: Int, height: Int): Intrinsics {
         val sx = width.toDouble() / this.width
         val sy = height.toDouble() / this.height
@@ -23,7 +23,7 @@ public data class Intrinsics(
 
 /** Lens distortion; [name] is CameraInfo.distortion_model, where ROS has that model. */
 public sealed class Distortion(public val name: String) {
-    /** In the order of CameraInfo.d. */
+    /** The coefficients in the order of CameraInfo.d. */
     public abstract val coefficients: List<Double>
 
     /** Brown-Conrady: radial [k1], [k2], [k3], tangential [p1], [p2] (sensor_msgs/distortion_models). */

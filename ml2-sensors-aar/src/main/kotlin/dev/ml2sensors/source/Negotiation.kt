@@ -3,7 +3,7 @@ package dev.ml2sensors.source
 import dev.ml2sensors.table.Mode
 import dev.ml2sensors.table.StreamSpec
 
-/** What a source answers that has every mode of the stream in the table. */
+/** Returns the answer of a source that supports every mode of the stream in the table. */
 public fun StreamSpec.answer(requested: StreamValues): Answer {
     var fitting = modes
     for ((key, value, legal) in requested.cameraKeys()) {
@@ -14,7 +14,7 @@ public fun StreamSpec.answer(requested: StreamValues): Answer {
         }
     }
     val delivered = fitting.firstOrNull()?.delivers?.get(requested.rateHz) ?: return Answer.Applied(requested)
-    val reason = "update_rate ${requested.rateHz} is taken and delivers $delivered"
+    val reason = "update_rate ${requested.rateHz} is accepted and delivers $delivered"
     return Answer.Adjusted(requested.copy(rateHz = delivered), reason)
 }
 

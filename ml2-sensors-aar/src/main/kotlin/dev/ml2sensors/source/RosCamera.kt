@@ -4,11 +4,11 @@ import kotlin.math.hypot
 import kotlin.math.pow
 
 /**
- * The camera [device] in a model that ROS knows.
+ * The camera [device] in a lens model of ROS.
  *
- * @property intrinsics for CameraInfo: [device] itself, or where its model is the device's own, the `equidistant` lens
- *   with the same K that is nearest to it over the image in the sense of least squares.
- * @property maxResidualPx how far the two are apart at most in the image, in pixels; null when they are the same.
+ * @property intrinsics for CameraInfo: [device] itself, or, if ROS does not have its model, the `equidistant` lens with
+ * the same K that fits it best over the image by least squares.
+ * @property maxResidualPx the largest difference between both in the image, in pixels; null if they are equal.
  */
 internal class RosCamera(val device: Intrinsics) {
     val intrinsics: Intrinsics
@@ -34,9 +34,11 @@ internal class RosCamera(val device: Intrinsics) {
     }
 }
 
-/** At one pixel: the angle from the optical axis, where outward is, and where the tangential terms move the point. */
+/**
+ * The tangential shift of one pixel: the angle from the optical axis, the outward direction, and the shift in pixels.
+ */
 private class Shift(val theta: Double, val outXPx: Double, val outYPx: Double, val xPx: Double, val yPx: Double) {
-    /** How much further out the image of this angle is, in focal lengths, per unit of k1 to k4. */
+    /** Returns the outward change of a pixel at this angle, in focal lengths, per unit of k1 to k4. */
     fun basis(index: Int): Double = theta.pow(2 * index + 3)
 
     fun distancePx(change: DoubleArray): Double {
@@ -45,7 +47,7 @@ private class Shift(val theta: Double, val outXPx: Double, val outYPx: Double, v
     }
 }
 
-/** Over a grid from the first to the last row and column. */
+/** Returns the shifts over a grid from the first to the last row and column. */
 private fun Intrinsics.tangentialShifts(lens: Distortion.FisheyeTangential): List<Shift> = buildList {
     for (row in 0..GRID_CELLS) {
         for (column in 0..GRID_CELLS) {
@@ -56,7 +58,7 @@ private fun Intrinsics.tangentialShifts(lens: Distortion.FisheyeTangential): Lis
     }
 }
 
-/** At the point ([x], [y]), in focal lengths; null at the centre, where nothing moves and no direction is outward. */
+/** Returns the shift at the point ([x], [y]), in focal lengths; null at the centre, where nothing shifts. */
 private fun Intrinsics.shift(lens: Distortion.FisheyeTangential, x: Double, y: Double): Shift? {
     var dx = 0.0
     var dy = 0.0
@@ -72,7 +74,10 @@ private fun Intrinsics.shift(lens: Distortion.FisheyeTangential, x: Double, y: D
     return Shift(lens.theta(radius), fx * (x - dx) / radius, fy * (y - dy) / radius, fx * dx, fy * dy)
 }
 
-/** The angle whose image is [radius] focal lengths from the centre before the tangential terms, by Newton's method. */
+/**
+ * Returns the angle that is imaged [radius] focal lengths from the centre before the tangential terms, by Newton's
+ * method.
+ */
 private fun Distortion.FisheyeTangential.theta(radius: Double): Double {
     var theta = radius
     repeat(NEWTON_STEPS) {

@@ -7,10 +7,9 @@ import dev.ml2sensors.message.Transform
 import kotlin.Double.Companion.NaN
 
 /**
- * What a source delivers: one reading of one sensor.
+ * One reading of one sensor.
  *
- * [captureNanos] is the instant of the reading (centre of exposure for cameras) on the device timebase,
- * [DeviceClock].
+ * [captureNanos] is its time (centre of exposure for cameras) on the device timebase, [DeviceClock].
  */
 public sealed interface Sample {
     public val captureNanos: Long
@@ -24,7 +23,7 @@ public class VectorSample(
     public val z: Double,
 ) : Sample
 
-/** [angularVelocity], rad/s, and [linearAcceleration], m/s^2, at the instant of the gyroscope's reading. */
+/** The [angularVelocity] in rad/s and the [linearAcceleration] in m/s^2 at the time of the gyroscope's reading. */
 public class InertialSample(
     public val angularVelocity: VectorSample,
     public val linearAcceleration: VectorSample,
@@ -38,8 +37,8 @@ public class ScalarSample(override val captureNanos: Long, public val value: Dou
 /**
  * A pose in the world frame, `magicleap_world` (REP-103: x forward, y left, z up; metres).
  *
- * [pose] is null while it is not tracked. [isInNewWorld]: earlier poses mean nothing in the world of this one and of
- * those that follow.
+ * [pose] is null while it is not tracked. [isInNewWorld] means that the world has a new origin, so earlier poses no
+ * longer apply.
  */
 public class PoseSample(
     override val captureNanos: Long,
@@ -48,12 +47,12 @@ public class PoseSample(
 ) : Sample
 
 /**
- * The joints of a hand: [poses] in the world frame, always the 26 of OpenXR's XrHandJointEXT in its order.
- * Those that are not tracked are [UNTRACKED].
+ * The joints of a hand: [poses] in the world frame, always the 26 of OpenXR's XrHandJointEXT in its order. Joints that
+ * are not tracked are [UNTRACKED].
  */
 public class PosesSample(override val captureNanos: Long, public val poses: List<Pose>) : Sample {
     public companion object {
-        /** All NaN. */
+        /** A pose of NaN. */
         public val UNTRACKED: Pose = Pose(Point(NaN, NaN, NaN), Quaternion(NaN, NaN, NaN, NaN))
     }
 }
@@ -76,7 +75,7 @@ public class BatterySample(
     public val temperature: Float = Float.NaN,
 ) : Sample
 
-/** What happens to the charge of a battery; the numbers are those of sensor_msgs/BatteryState, power_supply_status. */
+/** The charging state of a battery; the numbers are power_supply_status of sensor_msgs/BatteryState. */
 public enum class ChargeStatus(internal val rosNumber: UByte) {
     /** The device does not know. */
     UNKNOWN(0u),
@@ -94,14 +93,14 @@ public enum class ChargeStatus(internal val rosNumber: UByte) {
     FULL(4u),
 }
 
-/** [count] readings that a source knows it could not deliver, for this [reason]. */
+/** [count] readings that a source could not deliver, for this [reason]. */
 public class LostSamples(
     override val captureNanos: Long,
     public val count: Int,
     public val reason: DropReason,
 ) : Sample
 
-/** Why a message was produced but not sent; [wireName] as in PROTOCOL.md, Accounting. */
+/** The reason why a message was produced but not sent; [wireName] as in PROTOCOL.md, Accounting. */
 public enum class DropReason(public val wireName: String) {
     /** The lane's queue was full, and this was the oldest message in it. */
     QUEUE_FULL("queue_full"),
@@ -112,7 +111,7 @@ public enum class DropReason(public val wireName: String) {
     /** The encoder was behind. */
     ENCODER_BUSY("encoder_busy"),
 
-    /** There was no session, or it broke on the way. */
+    /** There was no session, or it ended before the message arrived. */
     LINK_DOWN("link_down"),
 
     /** Withheld after a backward step of ROS time. */
@@ -121,9 +120,11 @@ public enum class DropReason(public val wireName: String) {
     /** The source missed its own schedule. */
     SOURCE_LATE("source_late"),
 
-    /** Its capture time was more than a second ahead of the device's clock. */
+    /** The capture time was more than a second ahead of the device's clock. */
     FUTURE_CAPTURE("future_capture"),
 
-    /** The device gave no usable picture: a damaged one, one too many, of another size or of no known camera. */
+    /**
+     * The device delivered no usable picture: a damaged one, a duplicate, one of another size or of an unknown camera.
+     */
     UNUSABLE("unusable"),
 }

@@ -4,8 +4,8 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 
 /**
- * A live headset made of [sources], which it owns. A stream is served by the backend that its values name, else by the
- * first in the stream table's order that some source offers.
+ * A live headset made of [sources], which it owns. The backend of a stream is the one that its values name, else the
+ * first one in the stream table that some source offers.
  */
 public class SensorHeadset(
     override val identity: Headset.Identity,
@@ -22,7 +22,10 @@ public class SensorHeadset(
         val offered = sources.filter { stream in it.streams }.map { it.backend }
         return when {
             offered.isEmpty() -> Answer.Refused("this headset has no $stream")
-            else -> Answer.Refused("no backend ${requested.backend} for $stream here, only ${offered.joinToString()}")
+
+            else -> Answer.Refused(
+                "this headset has no backend ${requested.backend} for $stream, only ${offered.joinToString()}",
+            )
         }
     }
 

@@ -4,11 +4,11 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 
 /**
- * The streams that one interface of the platform can serve: the vendor's SDK, OpenXR, Camera2, SensorManager, or a
- * simulation of one. A [Headset] is made of several.
+ * The streams of one interface of the platform: the vendor's SDK, OpenXR, Camera2, SensorManager, or a simulation of
+ * one. A [Headset] is made of several.
  *
  * @property backend its name in the stream table, such as `sdk` or `openxr`.
- * @property streams those it knows, whether or not they can run now.
+ * @property streams all that it knows, whether or not they can run now.
  */
 public interface SensorSource : AutoCloseable {
     public val backend: String

@@ -2,7 +2,7 @@ package dev.ml2sensors.source
 
 import java.io.IOException
 
-/** A source cannot deliver, or no longer: the device, the platform or the user stands against it. Ends its flow. */
+/** A source cannot deliver, or no longer, because of the device, the platform or the user. Ends its flow. */
 public open class SourceException(message: String, cause: Throwable? = null) : IOException(message, cause) {
     /** The Android permission to request for it, null when that is not what is missing. */
     public open val permission: String? get() = null

@@ -1,29 +1,29 @@
 package dev.ml2sensors.source
 
-/** How hot a headset is, as Android grades it, coolest first; [wireName] as in PROTOCOL.md, STATUS. */
+/** The thermal state of a headset by Android's grades, coolest first; [wireName] as in PROTOCOL.md, STATUS. */
 public enum class Thermal {
-    /** No throttling. */
+    /** Not throttled. */
     NONE,
 
-    /** Throttled without being noticed. */
+    /** Throttled, which users do not notice. */
     LIGHT,
 
-    /** Throttled noticeably. */
+    /** Throttled, which users may notice. */
     MODERATE,
 
-    /** Throttled so that use suffers. */
+    /** Throttled, which impairs use. */
     SEVERE,
 
-    /** The platform has done what it can to cool down. */
+    /** Throttled as far as the platform can. */
     CRITICAL,
 
-    /** Parts of the device are being shut down. */
+    /** The device shuts down parts of itself. */
     EMERGENCY,
 
-    /** It has to be shut down at once. */
+    /** The device must shut down at once. */
     SHUTDOWN,
     ;
 
-    /** Lower case. */
+    /** The name in lower case. */
     public val wireName: String get() = name.lowercase()
 }

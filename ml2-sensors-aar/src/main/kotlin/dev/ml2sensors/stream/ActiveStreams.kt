@@ -35,9 +35,9 @@ import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
 /**
- * The streams of one app instance over all its sessions: what is configured, what runs, and the books.
+ * The streams of one app instance over all its sessions: what is configured, what runs, and the counters.
  *
- * @param scope the pipelines' own.
+ * @param scope runs the pipelines.
  */
 internal class ActiveStreams(
     headset: Headset,
@@ -60,18 +60,18 @@ internal class ActiveStreams(
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
     private val tree = TransformTree(clock.stamps, isLive = !isRecording) { events.add(it) }
 
-    private val local = LocalStreams(this.headset, scope, ::tell)
+    private val local = LocalStreams(this.headset, scope, ::setState)
     private var isConfigured = false
-    private var asking: Job? = null
+    private var rechecking: Job? = null
 
-    /** Is awaited before the first stream begins. */
+    /** The warm-up of the library, which [start] waits for. */
     var warming: Job? = null
 
     private val changes = Mutex()
     private val delivered = HashSet<StreamSpec>()
     private val isOver = CompletableDeferred<Unit>()
 
-    /** What became of each stream asked for, by id. */
+    /** The state of each requested stream, by id. */
     val states: StateFlow<Map<String, StreamState>> get() = streams.flow
 
     override val streamStates: Map<String, Status.Stream> get() = streams.toBodies()
@@ -107,11 +107,11 @@ internal class ActiveStreams(
     override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
         val answers = requested.mapValues { (id, values) ->
             StreamTable.byId(id)?.let { headset.negotiate(it, values) }
-                ?: Answer.Refused("this headset knows no stream $id")
+                ?: Answer.Refused("this headset has no stream $id")
         }
         changes.withLock {
             isConfigured = true
-            asking?.cancelAndJoin()
+            rechecking?.cancelAndJoin()
             local.end()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
@@ -123,20 +123,26 @@ internal class ActiveStreams(
             val changed = running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }
             changed.forEach { (spec, it) ->
                 it.job.cancelAndJoin()
-                forget(spec)
+                remove(spec)
             }
             custom.refusal = answers[StreamTable.custom.id].customRefusal()
-            streams.answered(answers, running.keys)
-            if (!isRecording) asking = scope.launch { askAgain(requested.filterKeys { answers[it] is Answer.Refused }) }
+            streams.setAnswers(answers, running.keys)
+            if (!isRecording) {
+                rechecking =
+                    scope.launch { recheckRefused(requested.filterKeys { answers[it] is Answer.Refused }) }
+            }
         }
         return answers
     }
 
-    /** What was [refused], as for want of a permission, may be allowed later: then the receiver is to ask again. */
-    private suspend fun askAgain(refused: Map<String, StreamValues>) {
+    /**
+     * Asks again once a second for [refused] streams, which a new permission may allow. Those that would be accepted
+     * are `available` in STATUS, and the receiver configures again.
+     */
+    private suspend fun recheckRefused(refused: Map<String, StreamValues>) {
         val known = refused.mapNotNull { (id, values) -> StreamTable.byId(id)?.let { it to values } }
         while (known.isNotEmpty()) {
-            delay(ASK_AGAIN)
+            delay(RECHECK_INTERVAL)
             streams.available = known.filter { (spec, it) -> isAccepted(spec, it) }.map { (spec) -> spec.id }.toSet()
         }
     }
@@ -147,19 +153,19 @@ internal class ActiveStreams(
         false
     }
 
-    /** Runs [wanted] without sending it anywhere, until the first CONFIGURE of this instance. */
-    suspend fun runLocally(wanted: Map<String, StreamValues>): Unit = changes.withLock {
-        if (!isConfigured && streams.flow.value.isEmpty()) streams.begun(local.begin(wanted))
+    /** Runs [configured] without sending anything, until the first CONFIGURE of this instance. */
+    suspend fun runLocally(configured: Map<String, StreamValues>): Unit = changes.withLock {
+        if (!isConfigured && streams.flow.value.isEmpty()) streams.setStates(local.begin(configured))
     }
 
-    /** With the lock, or what is being begun would say that it runs; null is as it was answered. */
-    private suspend fun tell(spec: StreamSpec, state: StreamState?): Unit = changes.withLock {
-        streams.turned(spec.id, state)
+    /** Sets the state of a stream under the lock, so that it is not set before its start is; null means as answered. */
+    private suspend fun setState(spec: StreamSpec, state: StreamState?): Unit = changes.withLock {
+        streams.setStopped(spec.id, state)
     }
 
-    private suspend fun forget(spec: StreamSpec) {
+    private suspend fun remove(spec: StreamSpec) {
         running.remove(spec)
-        if (spec == StreamTable.tf) tree.end() else tree.forget(spec)
+        if (spec == StreamTable.tf) tree.end() else tree.remove(spec)
     }
 
     override suspend fun channels(): List<ChannelBody> =
@@ -174,18 +180,18 @@ internal class ActiveStreams(
 
     override suspend fun start(known: Set<Int>) {
         val link = custom.link
-        val wanted = changes.withLock { accepted.toMap() }
+        val configured = changes.withLock { accepted.toMap() }
         scope.launch {
             warming?.join()
             clock.awaitStamps()
             if (isRecording) clock.freeze()
             changes.withLock {
                 // What was configured in the meantime has a START of its own
-                val fresh = wanted.filter { (spec, values) -> accepted[spec] == values && spec !in running }
+                val new = configured.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it, and nothing that is new is said twice
-                val (tf, others) = fresh.entries.partition { it.key == StreamTable.tf }
+                val (tf, others) = new.entries.partition { it.key == StreamTable.tf }
                 tf.forEach { (spec, values) -> begin(spec, values) }
-                tree.repeat()
+                tree.resendMountings()
                 others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
             }
@@ -204,7 +210,7 @@ internal class ActiveStreams(
     override suspend fun stopSources(): Unit =
         changes.withLock {
             isConfigured = true
-            asking?.cancelAndJoin()
+            rechecking?.cancelAndJoin()
             local.end()
             accepted.clear()
             running.values.forEach { it.job.cancelAndJoin() }
@@ -212,7 +218,7 @@ internal class ActiveStreams(
 
     override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
 
-    /** Waits until all that a recording holds has been delivered; live sensors never end. */
+    /** Waits until a recording has been delivered completely; returns the reason. Live sensors never end. */
     suspend fun awaitEnd(): String {
         isOver.await()
         return "the recording is over"
@@ -225,12 +231,15 @@ internal class ActiveStreams(
     ) {
         if (spec == StreamTable.custom) return custom.run()
         if (isRecording) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
-        StreamSupervisor { tell(spec, it) }.run({ headset.samples(spec, values) }) {
+        StreamSupervisor { setState(spec, it) }.run({ headset.samples(spec, values) }) {
             pipeline(spec, values, frameIds, it)
         }
     }
 
-    /** What fails in a recording fails for good; it is over when all that is wanted of it has come to its end. */
+    /**
+     * Plays a stream of a recording. A failure is permanent. The recording is over when all its accepted streams have
+     * ended.
+     */
     private suspend fun playToItsEnd(spec: StreamSpec, play: suspend () -> Unit) {
         try {
             play()
@@ -239,8 +248,8 @@ internal class ActiveStreams(
         } catch (e: Exception) {
             changes.withLock {
                 accepted.remove(spec)
-                forget(spec)
-                streams.turned(spec.id, StreamState.Failed(e.words()))
+                remove(spec)
+                streams.setStopped(spec.id, StreamState.Failed(e.words()))
             }
             failures.send(SourceFailure(spec.id, e.words()))
         }
@@ -271,9 +280,9 @@ internal class ActiveStreams(
     }
 
     private companion object {
-        val ASK_AGAIN = 1.seconds
+        val RECHECK_INTERVAL = 1.seconds
 
-        /** More than there are streams: each fails once before it is asked for again, which takes a receiver. */
+        /** More than the number of streams: each fails once until it is requested again. */
         const val MOST_FAILURES = 64
     }
 }

@@ -6,9 +6,9 @@ import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
 /**
- * How often to try again: attempts that fail begin at least a period apart, which doubles from [shortest] up to
- * [longest]. So one that took longer, as the search for a receiver or a session that was lost, is followed by the next
- * at once. Confined to one coroutine.
+ * The pauses between attempts. Failed attempts begin at least one period apart, which doubles from [shortest] up to
+ * [longest]. So the next attempt follows at once after one that took longer, such as a search or a lost session. Used
+ * by one coroutine.
  */
 internal class BackOff(
     private val time: TimeSource = TimeSource.Monotonic,
@@ -18,17 +18,17 @@ internal class BackOff(
     private var period = shortest
     private var began = time.markNow()
 
-    /** An attempt begins. */
+    /** Marks the start of an attempt. */
     fun begin() {
         began = time.markNow()
     }
 
-    /** The attempt has succeeded, whatever becomes of it. */
+    /** Marks the attempt as successful: the next pause is short again. */
     fun succeeded() {
         period = shortest
     }
 
-    /** The attempt is over; how long to wait before the next. */
+    /** Marks the end of the attempt and returns how long to wait before the next. */
     fun pause(): Duration {
         val pause = (period - began.elapsedNow()).coerceAtLeast(Duration.ZERO)
         period = minOf(period * 2, longest)

@@ -4,7 +4,7 @@ import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.source.BatterySample
 
-/** sensor_msgs/BatteryState: what the headset does not tell is NaN, empty or UNKNOWN. */
+/** Returns sensor_msgs/BatteryState; values that the headset does not report are NaN, empty or UNKNOWN. */
 internal fun BatterySample.toMessage(header: Header): BatteryState =
     BatteryState(
         header,

@@ -14,7 +14,7 @@ import kotlinx.serialization.Serializable
 import kotlinx.serialization.json.Json
 import java.nio.ByteBuffer
 
-/** The plane [pixels] of this sample as it is, in [encoding] of image_encodings.hpp. */
+/** Returns the plane [pixels] of this sample as an image with [encoding] of image_encodings.hpp. */
 internal fun ImageSample.toImage(
     header: Header,
     encoding: String,
@@ -30,7 +30,10 @@ internal fun ImageSample.toImage(
         data = rows(pixels),
     )
 
-/** What sensor_msgs/Image has of a plane: whole rows of its stride, and nothing after the last. Copies only to pad it. */
+/**
+ * Returns the rows of a plane for sensor_msgs/Image: whole rows of its stride, and nothing after the last. Copies only
+ * if the last row needs padding.
+ */
 private fun ImageSample.rows(plane: ByteBuffer): ByteBuffer {
     val size = Math.multiplyExact(strideBytes, height)
     val rows = plane.duplicate().order(plane.order())
@@ -44,13 +47,13 @@ private fun ImageSample.rows(plane: ByteBuffer): ByteBuffer {
     }
 }
 
-/** The JPEG of this sample; [format] as image_transport has it. */
+/** Returns the JPEG of this sample; [format] as image_transport has it. */
 internal fun ImageSample.toCompressedImage(
     header: Header,
     format: String,
 ): CompressedImage = CompressedImage(header, format, pixels)
 
-/** R = identity, P = [K | 0], no binning, whole image. */
+/** Returns the camera's CameraInfo: R = identity, P = [K | 0], no binning, whole image. */
 internal fun RosCamera.toCameraInfo(header: Header): CameraInfo =
     with(intrinsics) {
         CameraInfo(
@@ -68,7 +71,10 @@ internal fun RosCamera.toCameraInfo(header: Header): CameraInfo =
         )
     }
 
-/** What the device says of this capture, as JSON with a stable schema; what it does not say is absent. */
+/**
+ * Returns the metadata of this capture as JSON with a stable schema, without the values that the device does not
+ * report.
+ */
 internal fun ImageSample.toMetadata(header: Header, camera: RosCamera?): StringMessage {
     val metadata =
         Metadata(
@@ -89,10 +95,10 @@ internal fun ImageSample.toMetadata(header: Header, camera: RosCamera?): StringM
 private val metadataJson = Json { explicitNulls = false }
 
 /**
- * Schema of the metadata topics; lengths in pixels.
+ * The schema of the metadata topics; lengths in pixels.
  *
- * @property intrinsics the device's own, also where CameraInfo cannot express their model.
- * @property cameraInfoMaxResidualPx how far CameraInfo is off them in the image; absent where it is not.
+ * @property intrinsics the device's own, also if CameraInfo cannot express their model.
+ * @property cameraInfoMaxResidualPx the largest difference of CameraInfo to them in the image; absent if there is none.
  */
 @Serializable
 private class Metadata(

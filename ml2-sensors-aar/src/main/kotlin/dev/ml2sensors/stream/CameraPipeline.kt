@@ -16,10 +16,10 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 
 /**
- * A running camera stream: gives each capture one stamp, and puts image, camera_info, metadata and pose on their way.
+ * Publishes a camera stream: gives each capture one stamp and sends image, camera_info, metadata and pose.
  *
- * @param channels of the topics that are switched on.
- * @param tree where poses go.
+ * @param channels of the enabled topics.
+ * @param tree receives the poses.
  */
 internal class CameraPipeline(
     private val spec: StreamSpec,
@@ -84,7 +84,7 @@ internal class CameraPipeline(
         }
     }
 
-    /** Fitted again only when the device's intrinsics change. */
+    /** Returns the camera in a ROS model; fits it only when the device's intrinsics change. */
     private fun camera(sample: ImageSample): RosCamera? {
         if (camera?.device != sample.intrinsics) camera = sample.intrinsics?.let(::RosCamera)
         return camera

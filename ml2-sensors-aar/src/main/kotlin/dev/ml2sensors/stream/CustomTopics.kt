@@ -6,18 +6,21 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.channels.Channel
 
-/** Why a receiver that gets this answer, null when it did not ask, takes no topics of the app. */
+/**
+ * Returns why a receiver with this answer accepts no topics from the app, or null if it does. A null answer means that
+ * it did not request them.
+ */
 internal fun Answer?.customRefusal(): String? = when (this) {
-    null -> "the receiver takes no topics of apps: custom.enabled is false in its configuration; set it to true"
+    null -> "the receiver accepts no topics from apps: custom.enabled is false in its configuration; set it to true"
     is Answer.Refused -> reason
     else -> null
 }
 
-/** The topics that the app names itself, and which of them the receiver takes at present. Any thread. */
+/** The topics that the app defines, and which of them the receiver accepts at present. Thread-safe. */
 internal class CustomTopics(private val outgoing: TopicChannels, private val stamps: StampMap) {
     private val publishers = LinkedHashMap<String, TopicPublisher>()
 
-    /** Why the receiver takes none of them; null when it does, and before it has said what it wants. */
+    /** The reason why the receiver accepts none of them; null if it does, and before its first CONFIGURE. */
     @get:Synchronized
     var refusal: String? = null
         @Synchronized set(value) {
@@ -25,10 +28,10 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
             publishers.values.forEach { it.allRefusal = value }
         }
 
-    /** Told of new ones. */
+    /** Receives an element when a topic was added. */
     val additions: Channel<Unit> = Channel(Channel.CONFLATED)
 
-    /** Counts sessions. */
+    /** The number of the present session. */
     var link: Int = 0
         @Synchronized get
         private set
@@ -51,7 +54,7 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
     @Synchronized
     fun channels(): List<TopicChannel> = publishers.values.map { it.channel }
 
-    /** A session began: its receiver has yet to learn of all. */
+    /** Starts a session: its receiver does not know any topic yet. */
     @Synchronized
     fun beginSession() {
         link++
@@ -59,7 +62,7 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
         publishers.values.forEach { it.reset() }
     }
 
-    /** The receiver takes messages of the channels [ids], unless this was before another session than [link]. */
+    /** Opens the channels [ids], unless session [link] is over. */
     @Synchronized
     fun open(link: Int, ids: Set<Int>) {
         if (link == this.link) publishers.values.filter { it.channel.id in ids }.forEach { it.open() }
@@ -70,7 +73,7 @@ internal class CustomTopics(private val outgoing: TopicChannels, private val sta
         publishers.values.firstOrNull { it.channel.id == channel }?.refuse(reason)
     }
 
-    /** Lets them be open until cancelled. */
+    /** Runs until cancelled, then closes all topics. */
     suspend fun run() {
         try {
             awaitCancellation()

@@ -6,7 +6,7 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.transport.TransportSecurity
 
-/** This headset, without images of the wearer's eyes where [security] does not protect them. */
+/** Returns this headset without eye images, unless [security] protects or allows them. */
 internal fun Headset.withoutUnprotectedEyeImages(security: TransportSecurity): Headset =
     if (security is TransportSecurity.Insecure && !security.allowsEyeImages) EyeImageFilter(this) else this
 

@@ -6,7 +6,9 @@ import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.source.VectorSample
 
-/** A reading of a gyroscope, an accelerometer, or both, in the sensor's own axes; variances 0 mean unknown. */
+/**
+ * Returns a reading of a gyroscope, an accelerometer or both, in the sensor's own axes; a variance of 0 means unknown.
+ */
 internal fun imuMessage(
     header: Header,
     angularVelocity: VectorSample?,
@@ -26,7 +28,7 @@ internal fun imuMessage(
 
 internal fun VectorSample.toVector3(): Vector3 = Vector3(x, y, z)
 
-/** sensor_msgs/Imu: an element that is not measured has -1 as the first of its covariance. */
+/** In sensor_msgs/Imu, -1 as the first element of the covariance marks a value that is not measured. */
 private val NOT_MEASURED = DoubleArray(9).also { it[0] = -1.0 }
 
 private fun diagonal(variance: Double) = doubleArrayOf(variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance)

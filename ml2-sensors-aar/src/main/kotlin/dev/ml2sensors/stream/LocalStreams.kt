@@ -14,31 +14,31 @@ import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.launch
 
 /**
- * Streams that run without a receiver, for who reads their frames on the headset itself. Not thread-safe.
+ * Runs streams without a receiver, for readers on the headset itself. Not thread-safe.
  *
- * @param tell is told how a stream stands when that changes.
+ * @param onState receives the state of a stream when it changes.
  */
 internal class LocalStreams(
     private val headset: Headset,
     private val scope: CoroutineScope,
-    private val tell: suspend (StreamSpec, StreamState) -> Unit,
+    private val onState: suspend (StreamSpec, StreamState) -> Unit,
 ) {
     private val running = ArrayList<Job>()
 
-    /** Runs [wanted], by ids, with the values named or else the stream's default ones. */
+    /** Runs the streams [wanted], by id; empty values mean the stream's defaults. */
     fun begin(wanted: Map<String, StreamValues>): Map<String, StreamState> = wanted.mapValues { (id, values) ->
-        val spec = StreamTable.byId(id) ?: return@mapValues StreamState.Refused("this headset knows no stream $id")
+        val spec = StreamTable.byId(id) ?: return@mapValues StreamState.Refused("this headset has no stream $id")
         val requested = values.takeIf { StreamValues() != it } ?: spec.defaultValues()
         val answer = headset.negotiate(spec, requested)
         running += scope.launch { run(spec, requested, answer) }
         answer.toState()
     }
 
-    /** Asks again before each run: what was refused may be allowed by then. */
+    /** Runs one stream, and negotiates again before each attempt: it may be accepted by then. */
     private suspend fun run(spec: StreamSpec, requested: StreamValues, first: Answer): Nothing {
         var next: Answer? = first
         var answer = first
-        StreamSupervisor { tell(spec, it ?: answer.toState()) }.run({
+        StreamSupervisor { onState(spec, it ?: answer.toState()) }.run({
             answer = next ?: headset.negotiate(spec, requested)
             next = null
             (answer as? Answer.Refused)?.let { throw RefusedException(spec, it) }

@@ -23,7 +23,7 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 import kotlinx.serialization.SerializationStrategy
 
-/** A running stream of one small message per sample, on one channel. */
+/** Publishes a stream with one small message per sample, on one channel. */
 internal class MeasurementPipeline(
     private val spec: StreamSpec,
     private val values: StreamValues,

@@ -32,13 +32,13 @@ import java.util.concurrent.atomic.AtomicBoolean
 import kotlin.time.Duration.Companion.seconds
 
 /**
- * Streams what the receiver asks of [headset] to [receiver], and connects again whenever the link is lost, until
- * stopped. One streamer is one instance in the sense of PROTOCOL.md: it is started once. All methods may be called from
- * any thread; nothing runs on the caller's.
+ * Streams the sensors of [headset] that the receiver requests to [receiver], and reconnects whenever the connection is
+ * lost, until stopped. One streamer is one instance in the sense of PROTOCOL.md and is started once. Thread-safe; it
+ * runs on threads of its own.
  *
  * @param security of all connections; [TransportSecurity.Insecure] refuses eye images unless it allows them.
- * @param localDefaults by stream id, what runs on the headset, for readers there, from the first attempt that finds no
- * receiver until one says what it wants; empty values are the stream's default ones.
+ * @param localDefaults streams by id that run for readers on the headset, after the first attempt without a receiver
+ * until one sends its configuration; empty values mean the stream's defaults.
  */
 public class Ml2Streamer(
     private val headset: Headset,
@@ -55,41 +55,42 @@ public class Ml2Streamer(
     private val instanceId = UUID.randomUUID().toString()
     private var running: Job? = null
 
-    /** Where the streamer is between start and end. */
+    /** The state of the connection. */
     public val state: StateFlow<StreamerState> = mutableState.asStateFlow()
 
-    /** What became of each stream the receiver asked for, by the ids of the stream table. */
+    /** The state of each stream that the receiver requested, by the ids of the stream table. */
     public val streams: StateFlow<Map<String, StreamState>> = active.states
 
     /**
-     * The app's own topic `custom/[name]`, for messages of a ROS [type] such as `std_msgs/msg/Float32`; the same one
-     * for the same name. It may be made before and after [start], and lives as long as the streamer.
+     * Returns the publisher of the app's own topic `custom/[name]` with messages of a ROS [type] such as
+     * `std_msgs/msg/Float32`; the same one for the same name. Topics can be added before and after [start], and exist
+     * as long as the streamer.
      *
-     * @throws IllegalArgumentException for what ROS does not allow, or a name that has another type.
-     * @throws IllegalStateException when there are as many as a run of the app can have, 32.
+     * @throws IllegalArgumentException if ROS does not allow the name or type, or the topic has another type.
+     * @throws IllegalStateException if there are already 32, the most for one run of the app.
      */
     public fun publisher(name: String, type: String): TopicPublisher = active.publisher(name, type)
 
     /**
-     * ROS time, ns, of what was captured at [captureNanos] on the headset's clock: for the header of a message, the
-     * same that all messages of that instant have. Null while it is not known, while ROS time stepped back, and for an
-     * instant more than a second ahead.
+     * Returns the ROS time in ns of what was captured at [captureNanos] on the headset's clock, for the header of a
+     * message; all messages of that time have the same stamp. Null while it is unknown, after a backward step of ROS
+     * time, and for a time more than a second ahead.
      */
     public fun stampNanos(captureNanos: Long): Long? =
         if (hostClock.stamps.isSet) hostClock.stamps.stampNanos(captureNanos) else null
 
-    /** How it stands now; [receiver] is what the user calls the receiver as long as it does not tell its name. */
+    /** Returns the present status; [receiver] names the receiver until its own name is known. */
     public fun status(receiver: String = ""): StreamerStatus = StreamerStatus.of(this, receiver)
 
-    /** The books of now, as STATUS has them. */
+    /** Returns the current counters, as in STATUS. */
     internal fun counts(): Map<String, Status.ChannelCounts> = active.counts()
 
     internal fun clock(): Status.Clock = hostClock.toBody(active.timestampBases)
 
-    /** Begins to connect. */
+    /** Starts connecting. */
     @Synchronized
     public fun start() {
-        check(running == null) { "a streamer is started once" }
+        check(running == null) { "this streamer was started before; make a new one to start again" }
         if (isWarm.compareAndSet(false, true)) active.warming = scope.launch { warmUp() }
         running = scope.launch {
             val ending = launch { stopReason.complete(active.awaitEnd()) }
@@ -104,14 +105,14 @@ public class Ml2Streamer(
         }
     }
 
-    /** What nobody expects ends the streamer with a reason, and never the app. */
+    /** Ends the streamer with [error] as the reason; an unexpected exception never ends the app. */
     private fun fail(error: Throwable) {
         stopReason.complete("failed: ${error.javaClass.simpleName}: ${error.message}")
     }
 
     /**
-     * Stops the sources, sends what they have delivered, tells the receiver [reason], and returns when all has ended;
-     * after [STOP_LIMIT] it ends without.
+     * Stops the sources, sends what they have delivered, sends [reason] to the receiver, and returns when everything
+     * has ended, after [STOP_LIMIT] at most.
      */
     public suspend fun stop(reason: String = "stopped") {
         stopReason.complete(reason)
@@ -158,24 +159,24 @@ public class Ml2Streamer(
     private companion object {
         val STOP_LIMIT = 8.seconds
 
-        /** Of this process. */
+        /** True once this process has warmed up. */
         val isWarm = AtomicBoolean()
     }
 }
 
-/** Where a streamer is. */
+/** The state of a streamer. */
 public sealed interface StreamerState {
-    /** No session; [reason] is why the last one failed or ended, null before the first. */
+    /** There is no session. [reason] says why the last one failed or ended; null before the first. */
     public data class Connecting(
         val reason: String?,
     ) : StreamerState
 
-    /** In a session with the receiver that calls itself [receiverName]. */
+    /** There is a session with the receiver [receiverName]. */
     public data class Connected(
         val receiverName: String,
     ) : StreamerState
 
-    /** Over, for this [reason]: it was stopped, a recording has come to its end, or the library has failed. */
+    /** The streamer has ended for this [reason]: it was stopped, a recording is over, or the library failed. */
     public data class Ended(
         val reason: String,
     ) : StreamerState

@@ -9,22 +9,23 @@ import dev.ml2sensors.message.normalized
 import java.util.Locale
 
 /**
- * Where one camera sits on the head, from its latest [WINDOW] frames: their median in each component, which a few wrong
- * frames do not move. Stable once nine in ten of them lie within [SPREAD_METRES] and [SPREAD_RADIANS] of it; then it
- * stays until a stable median has moved by more than that. Used by one thread at a time.
+ * Estimates the pose of one camera on the head from its latest [WINDOW] frames: the median of each component, which a
+ * few wrong frames do not move. The estimate is stable once nine in ten frames lie within [SPREAD_METRES] and
+ * [SPREAD_RADIANS] of it. It then changes only when a new stable median differs by more than that. Used by one thread
+ * at a time.
  */
 internal class SensorMounting {
     private val frames = ArrayDeque<Transform>()
 
-    /** The estimate so far; from the first frame on. */
+    /** The present estimate, from the first frame on. */
     var latest: Transform = Transform.IDENTITY
         private set
 
-    /** The estimate to rely on, null while there is none. */
+    /** The stable estimate, null while there is none. */
     var stable: Transform? = null
         private set
 
-    /** Takes the mounting that one frame shows; when [stable] changes because of it, how far the frames are from it. */
+    /** Adds the mounting of one frame; returns the residual of the frames if [stable] changes because of it. */
     fun add(frame: Transform): Residual? {
         frames.addLast(frame)
         if (frames.size > WINDOW) frames.removeFirst()
@@ -41,7 +42,7 @@ internal class SensorMounting {
     private fun Transform.isNear(other: Transform) =
         distanceTo(other) <= SPREAD_METRES && rotation.angleTo(other.rotation) <= SPREAD_RADIANS
 
-    /** How far frames are from a rigid mounting, in metres and radians, ascending. */
+    /** The distances of frames from a rigid mounting, in metres and radians, ascending. */
     class Residual private constructor(private val metres: List<Double>, private val radians: List<Double>) {
         val isSmall: Boolean get() = ninth(metres) <= SPREAD_METRES && ninth(radians) <= SPREAD_RADIANS
 

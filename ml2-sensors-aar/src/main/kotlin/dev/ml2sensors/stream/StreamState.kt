@@ -3,19 +3,19 @@ package dev.ml2sensors.stream
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 
-/** What became of a stream the receiver asked for. */
+/** The state of a stream that the receiver requested. */
 public sealed interface StreamState {
-    /** Runs with [values]; [adjusted] says why they are not those asked for, null when they are. */
+    /** The stream runs with [values]; [adjusted] says why they differ from the requested ones, null if they do not. */
     public data class Accepted(
         val values: StreamValues,
         val adjusted: String?,
     ) : StreamState
 
     /**
-     * Does not run.
+     * The stream does not run.
      *
      * @property reason for people: what was expected and found.
-     * @property permission the Android permission to request for it, null when that is not what is missing.
+     * @property permission the Android permission to request for it, null if that is not what is missing.
      */
     public data class Refused(
         val reason: String,
@@ -23,17 +23,18 @@ public sealed interface StreamState {
     ) : StreamState
 
     /**
-     * Was accepted and does not run now: its source failed or ended. It is opened again until it runs.
+     * The stream was accepted and does not run now, because its source failed or ended. It is opened again until it
+     * runs.
      *
      * @property reason for people: what happened.
-     * @property permission the Android permission to request for it, null when that is not what is missing.
+     * @property permission the Android permission to request for it, null if that is not what is missing.
      */
     public data class Waiting(
         val reason: String,
         val permission: String? = null,
     ) : StreamState
 
-    /** Ran until its source failed for good, for this [reason]; only recordings do. */
+    /** The stream's source failed permanently, for this [reason]; only recordings do. */
     public data class Failed(
         val reason: String,
     ) : StreamState

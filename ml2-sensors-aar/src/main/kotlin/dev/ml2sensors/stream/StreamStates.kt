@@ -8,7 +8,7 @@ import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.StateFlow
 
-/** How each stream that was asked for stands: as it was answered, unless it has stopped. Changed under one lock. */
+/** The state of each requested stream: as it was setAnswers, unless it has stopped. Changed under one lock. */
 internal class StreamStates(private val headset: Headset) {
     private val mutableFlow = MutableStateFlow<Map<String, StreamState>>(emptyMap())
     private var answered = emptyMap<String, StreamState>()
@@ -16,10 +16,10 @@ internal class StreamStates(private val headset: Headset) {
 
     val flow: StateFlow<Map<String, StreamState>> get() = mutableFlow
 
-    /** Told when [toBodies] may have changed. */
+    /** Receives an element when [toBodies] may have changed. */
     val changes: Channel<Unit> = Channel(Channel.CONFLATED)
 
-    /** Ids of streams that were refused, and would be accepted now. */
+    /** The ids of streams that were refused and would be accepted now. */
     @Volatile
     var available: Set<String> = emptySet()
         set(ids) {
@@ -28,20 +28,20 @@ internal class StreamStates(private val headset: Headset) {
             changes.trySend(Unit)
         }
 
-    /** A receiver was given [answers], beside which [running] goes on as it stands. */
-    fun answered(answers: Map<String, Answer>, running: Set<StreamSpec>) {
+    /** Sets the states to [answers]; streams that are [running] keep theirs. */
+    fun setAnswers(answers: Map<String, Answer>, running: Set<StreamSpec>) {
         stopped.keys.retainAll(running.map { it.id }.toSet())
         available = emptySet()
-        begun(answers.mapValues { (_, answer) -> answer.toState() })
+        setStates(answers.mapValues { (_, answer) -> answer.toState() })
     }
 
-    fun begun(states: Map<String, StreamState>) {
+    fun setStates(states: Map<String, StreamState>) {
         answered = states
         publish()
     }
 
-    /** The stream [id] has stopped, as [state] says, or when that is null runs again. */
-    fun turned(id: String, state: StreamState?) {
+    /** Sets the stopped [state] of the stream [id]; null means that it runs again. */
+    fun setStopped(id: String, state: StreamState?) {
         if (state == null) stopped -= id else stopped[id] = state
         publish()
         changes.trySend(Unit)
@@ -51,7 +51,7 @@ internal class StreamStates(private val headset: Headset) {
         mutableFlow.value = answered + stopped
     }
 
-    /** As STATUS has them. */
+    /** Returns the states as in STATUS. */
     fun toBodies(): Map<String, Status.Stream> {
         val held = headset.holds
         return mutableFlow.value.mapValues { (id, state) -> state.toBody(held[id], id in available) }

@@ -14,22 +14,22 @@ import kotlin.time.TimeMark
 import kotlin.time.TimeSource
 
 /**
- * Keeps one live stream running: a run that fails, or ends, is followed by the next after a pause. Pauses grow to 5 s;
- * they are short again once a run has delivered for as long. Confined to one coroutine.
+ * Keeps one live stream running: restarts it after a pause when it fails or ends. Pauses grow to 5 s, and are short
+ * again once a run has delivered for that long. Used by one coroutine.
  *
- * @param tell is given [StreamState.Waiting] or [StreamState.Refused] when the stream stops and whenever the reason
+ * @param onState receives [StreamState.Waiting] or [StreamState.Refused] when the stream stops and when the reason
  * changes, and null when it delivers again.
  */
 internal class StreamSupervisor(
     private val time: TimeSource = TimeSource.Monotonic,
-    private val tell: suspend (StreamState?) -> Unit,
+    private val onState: suspend (StreamState?) -> Unit,
 ) {
     private val backOff = BackOff(time, SHORTEST, LONGEST)
     private var outage: StreamState? = null
     private var deliversSince: TimeMark? = null
     private var isSettled = false
 
-    /** Makes samples with [open] and has them collected by [collect], until cancelled. */
+    /** Collects the samples of [open] with [collect], again and again until cancelled. */
     suspend fun run(open: () -> Flow<Sample>, collect: suspend (Flow<Sample>) -> Unit): Nothing {
         while (true) {
             deliversSince = null
@@ -42,7 +42,7 @@ internal class StreamSupervisor(
                 currentCoroutineContext().ensureActive() // else it is this stream that was stopped
                 e
             }
-            tellOf(cause.toState())
+            report(cause.toState())
             delay(backOff.pause())
         }
     }
@@ -50,15 +50,15 @@ internal class StreamSupervisor(
     private suspend fun delivered() {
         if (isSettled) return
         val since = deliversSince ?: time.markNow().also { deliversSince = it }
-        tellOf(null)
+        report(null)
         if (since.elapsedNow() < LONGEST) return
         isSettled = true
         backOff.succeeded()
     }
 
-    private suspend fun tellOf(now: StreamState?) {
+    private suspend fun report(now: StreamState?) {
         if (now == outage) return
-        tell(now)
+        onState(now)
         outage = now
     }
 
@@ -74,8 +74,8 @@ private fun Throwable.toState(): StreamState = when (this) {
     else -> StreamState.Waiting(words())
 }
 
-/** What is wrong, as a user reads it. */
+/** Returns the reason for a user. */
 internal fun Throwable.words(): String {
-    val told = message
-    return if (this is SourceException && told != null) told else "${javaClass.simpleName}: $told"
+    val text = message
+    return if (this is SourceException && text != null) text else "${javaClass.simpleName}: $text"
 }

@@ -5,13 +5,13 @@ import dev.ml2sensors.wire.Status
 import kotlinx.serialization.Serializable
 
 /**
- * All that is known of a streamer at one instant, for people and as JSON.
+ * The status of a streamer at one time, for people and as JSON.
  *
  * @property state `connecting`, `connected` or `ended`.
- * @property receiver by its name, empty while it is not known.
+ * @property receiver its name, empty while unknown.
  * @property reason why it is not connected; may be empty.
- * @property streams what became of each stream the receiver asked for, by id.
- * @property channels the books by topic.
+ * @property streams the state of each stream that the receiver requested, by id.
+ * @property channels the counters by topic.
  * @property clock how well ROS time is known; null before the first exchange with a receiver.
  */
 @Serializable
@@ -24,12 +24,12 @@ public class StreamerStatus(
     public val clock: Status.Clock? = null,
 ) {
     /**
-     * What became of one stream.
+     * The state of one stream.
      *
      * @property state `accepted`, `waiting` (opened again until it runs), `refused` or `failed`.
-     * @property reason for the latter three, or why [values] are not those asked for; may be empty.
-     * @property values that it runs with; null where it does not.
-     * @property permission the Android permission that it lacks; null when that is not what is missing.
+     * @property reason of the latter three, or why [values] differ from the requested ones; may be empty.
+     * @property values that it runs with; null if it does not run.
+     * @property permission the missing Android permission; null if that is not what is missing.
      */
     @Serializable
     public class Stream(
@@ -40,7 +40,7 @@ public class StreamerStatus(
     )
 
     internal companion object {
-        /** [receiver] is what it is called as long as it does not tell its name. */
+        /** Returns the status; [receiver] names the receiver until its own name is known. */
         fun of(streamer: Ml2Streamer, receiver: String): StreamerStatus {
             val state = streamer.state.value
             return StreamerStatus(

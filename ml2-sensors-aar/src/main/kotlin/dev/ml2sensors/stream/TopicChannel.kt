@@ -13,7 +13,7 @@ import dev.ml2sensors.wire.FrameKind
 import kotlinx.serialization.SerializationStrategy
 import java.nio.ByteBuffer
 
-/** One topic on its way out: message -> payload -> frame -> lane. Used by one coroutine at a time. */
+/** Encodes the messages of one topic as frames and passes them to its lane. Used by one coroutine at a time. */
 internal class TopicChannel(
     val id: Int,
     val topic: TopicSpec,
@@ -23,8 +23,8 @@ internal class TopicChannel(
     private val encoder = PayloadEncoder()
 
     /**
-     * Encodes and queues a message captured at [stampNanos], ROS time. Memory that the payload borrows from [sample] is
-     * kept until it is sent or dropped.
+     * Encodes and queues a message captured at [stampNanos], ROS time. Memory of [sample] in the payload is retained
+     * until the frame is sent or dropped.
      */
     suspend fun <T> publish(
         serializer: SerializationStrategy<T>,
@@ -35,7 +35,7 @@ internal class TopicChannel(
         lane.offer(frame(serializer, message, stampNanos, sample))
     }
 
-    /** The next frame of this channel, with a copy of [payload], a whole message, from position to limit. */
+    /** Returns the next frame of this channel with a copy of [payload], a whole message from position to limit. */
     fun frame(payload: ByteBuffer, stampNanos: Long): OutgoingFrame {
         val header = FrameHeader(FrameKind.DATA.code, payload.remaining(), id, counters.nextSequence(), stampNanos)
         val head = ByteBuffer.allocate(FrameHeader.BYTES + payload.remaining())
@@ -44,7 +44,7 @@ internal class TopicChannel(
         return OutgoingFrame(counters, head, data = null, sample = null)
     }
 
-    /** The next frame of this channel; it is to be offered to a lane, or else sent or dropped. */
+    /** Returns the next frame of this channel. The caller offers it to a lane, or calls its `sent` or `drop`. */
     fun <T> frame(
         serializer: SerializationStrategy<T>,
         message: T,
@@ -62,7 +62,7 @@ internal class TopicChannel(
         return OutgoingFrame(counters, head, payload.data, borrowed)
     }
 
-    /** How CHANNEL announces it, as a topic of [spec]. */
+    /** Returns the body of CHANNEL for this topic of [spec]. */
     fun describe(spec: StreamSpec, frameIds: FrameIds): ChannelBody =
         ChannelBody(id, spec.id, topic.role, topic.name, topic.type, topic.qos, frameIds.of(spec), topic.lane)
 }

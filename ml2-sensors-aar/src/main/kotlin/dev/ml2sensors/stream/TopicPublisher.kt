@@ -4,16 +4,14 @@ import dev.ml2sensors.clock.StampMap
 import java.nio.ByteBuffer
 
 /**
- * A topic of the app's own beside the headset's, made by [Ml2Streamer.publisher]. Its messages go to ROS through the
- * same session, whenever there is one whose receiver lets the app publish (`custom.enabled`).
- *
- * Any thread.
+ * Publishes messages on a topic of the app's own, made by [Ml2Streamer.publisher]. They go to ROS through the
+ * streamer's session while its receiver accepts them (`custom.enabled`). Thread-safe.
  */
 public class TopicPublisher internal constructor(internal val channel: TopicChannel, private val stamps: StampMap) {
     @Volatile
     private var isOpen = false
 
-    /** Why the receiver takes none at all. */
+    /** The reason why the receiver accepts no topics from the app. */
     @Volatile
     internal var allRefusal: String? = null
 
@@ -21,24 +19,24 @@ public class TopicPublisher internal constructor(internal val channel: TopicChan
     private var ownRefusal: String? = null
 
     /**
-     * Why this receiver does not publish it, such as `custom.enabled` being false or a type that it does not have; null
-     * as long as it does, and while there is no receiver.
+     * The reason why this receiver does not publish the topic, such as `custom.enabled: false` or a type that it does
+     * not have; null if it does, and while there is no receiver.
      */
     public val refusal: String? get() = ownRefusal ?: allRefusal
 
-    /** Relative to the receiver's prefix: `custom/NAME`. */
+    /** The topic relative to the receiver's prefix: `custom/NAME`. */
     public val topic: String get() = channel.topic.name
 
-    /** Of its messages, as ROS 2 writes it: `PACKAGE/msg/NAME`. */
+    /** The type of its messages, as ROS 2 writes it: `PACKAGE/msg/NAME`. */
     public val type: String get() = channel.topic.type
 
     /**
-     * Sends one message, captured at [captureNanos] on the headset's clock: not more than a second ahead of it, as wall
-     * clock time would be, or the message is dropped as `future_capture`. The book `produced` has it only if a receiver
-     * takes the topic at present; what is lost on the way from here is counted too.
+     * Sends one message, captured at [captureNanos] on the headset's clock. A time more than a second ahead of it, such
+     * as wall clock time, drops the message as `future_capture`. The counter `produced` includes the message only if a
+     * receiver accepts the topic; messages lost afterwards are counted too.
      *
-     * @param payload the whole message as plain little-endian CDR behind `00 01 00 00`, from position to limit; copied.
-     * @return whether it was handed over, which is false without a receiver that takes it, and for a dropped message.
+     * @param payload the whole message as plain little-endian CDR after `00 01 00 00`, from position to limit; copied.
+     * @return true if it was queued; false without a receiver that accepts it, and for a dropped message.
      */
     @Synchronized
     public fun publish(payload: ByteBuffer, captureNanos: Long): Boolean {
@@ -46,7 +44,7 @@ public class TopicPublisher internal constructor(internal val channel: TopicChan
             "a message has ${ENCAPSULATION.size} to $MAX_BYTES bytes, not ${payload.remaining()}"
         }
         require(ENCAPSULATION.indices.all { payload[payload.position() + it] == ENCAPSULATION[it] }) {
-            "a message begins with 00 01 00 00, plain little-endian CDR"
+            "a message must begin with 00 01 00 00, plain little-endian CDR"
         }
         if (!isOpen) return false
         val stampNanos = stamps.stampNanos(captureNanos)
@@ -75,7 +73,7 @@ public class TopicPublisher internal constructor(internal val channel: TopicChan
     private companion object {
         val ENCAPSULATION = byteArrayOf(0, 1, 0, 0)
 
-        /** Of DATA on the lane `sensors`. */
+        /** The limit of DATA on the lane `sensors`. */
         const val MAX_BYTES = 64 * 1024
     }
 }

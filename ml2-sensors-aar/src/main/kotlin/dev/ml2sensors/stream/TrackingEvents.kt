@@ -8,14 +8,19 @@ internal class TrackingEvents(private val report: (Event) -> Unit) {
     /** Null before the head was ever tracked. */
     private var isTracked: Boolean? = null
 
-    /** Takes the head's next [sample]. */
+    /** Adds the head's next [sample]. */
     fun add(sample: PoseSample) {
         val wasTracked = isTracked
         val isNow = sample.pose != null
         if (wasTracked != null || isNow) isTracked = isNow
         if (wasTracked == null) return
         if (sample.isInNewWorld) {
-            report(Event(Event.TRACKING_NEW_SESSION, "head tracking begins anew: the world is another one"))
+            report(
+                Event(
+                    Event.TRACKING_NEW_SESSION,
+                    "head tracking has restarted with a new world origin: earlier poses no longer apply",
+                ),
+            )
         }
         if (wasTracked && !isNow) {
             report(Event(Event.TRACKING_LOST, "head tracking is lost: no transforms until it is recovered"))

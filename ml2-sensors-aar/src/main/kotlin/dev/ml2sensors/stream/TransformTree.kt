@@ -22,15 +22,15 @@ import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 
 /**
- * What goes out on `/tf` and `/tf_static`: transforms at 60 Hz, and one stamped exactly like each image. Called by any
- * stream; [begin] and [end] say when it runs.
+ * Publishes `/tf` and `/tf_static`: transforms at 60 Hz, and one with the exact stamp of each image. Any stream may
+ * call it; it runs between [begin] and [end].
  *
- * Flat, every frame is a child of the world, and the sensors' poses at 60 Hz are the head's composed with their
- * mountings. Rigged, which it is when its channels have the role `tf_static`, only the head moves; sensors stand on it,
- * and give its pose at their images, as soon as their mountings are stable.
+ * In the flat layout every frame is a child of the world. The sensors' poses at 60 Hz are the head's pose composed with
+ * their mountings. In the rig layout, which its channels have if one has the role `tf_static`, only the head moves; the
+ * sensors are its children, and give its pose at their images, once their mountings are stable.
  *
- * While the head is not tracked nothing is sent; a camera's pose, which the device then leaves as it was, waits for the
- * head pose after its capture. At most one transform per child and stamp.
+ * While the head is not tracked nothing is sent. A camera's pose waits for the next head pose, since the device repeats
+ * the old pose while tracking is lost. There is at most one transform per child and stamp.
  *
  * @param isLive false for a recording, whose poses are sent as they are.
  */
@@ -45,7 +45,7 @@ internal class TransformTree(
     private val track = HeadTrack()
     private val trackingEvents = TrackingEvents(report)
     private val mountings = LinkedHashMap<StreamSpec, SensorMounting>()
-    private val waiting = ArrayDeque<CameraPose>()
+    private val pending = ArrayDeque<CameraPose>()
     private val lastStamps = HashMap<String, RecentStamps>()
 
     @Volatile
@@ -64,20 +64,20 @@ internal class TransformTree(
         dynamic = null
         static = null
         track.clear()
-        waiting.clear()
+        pending.clear()
     }
 
-    /** The head's samples begin, perhaps anew: the first has no connection to what was. */
+    /** Starts a new track of the head: the next pose is not connected to earlier ones. */
     suspend fun beginTrack(): Unit = mutex.withLock { track.clear() }
 
-    /** A sample of the head's. */
+    /** Adds a sample of the head. */
     suspend fun head(sample: Sample) {
         when (sample) {
             is PoseSample -> inSession {
                 if (stamps.isFuture(sample.captureNanos)) return lose(1, stamps.lossReason(sample.captureNanos))
                 trackingEvents.add(sample)
                 track.add(sample)
-                settle()
+                processPending()
                 sample.pose?.let { publish(sample.captureNanos, stamps.stampNanos(sample.captureNanos), framesAt(it)) }
             }
 
@@ -90,23 +90,23 @@ internal class TransformTree(
         }
     }
 
-    /** The [pose] of a camera at one of its captures; [stampNanos] is null when that is withheld. */
+    /** Adds the [pose] of a camera at a capture; [stampNanos] is null if the stamp is withheld. */
     suspend fun camera(spec: StreamSpec, captureNanos: Long, stampNanos: Long?, pose: Transform): Unit =
         inSession {
             if (dynamic == null) return
             if (stamps.isFuture(captureNanos)) return lose(1, stamps.lossReason(captureNanos))
             if (!isLive) return publish(captureNanos, stampNanos, framesOf(spec, pose))
-            waiting.addLast(CameraPose(spec, captureNanos, stampNanos, pose))
-            settle()
-            if (waiting.size > MOST_WAITING) {
-                waiting.removeFirst()
+            pending.addLast(CameraPose(spec, captureNanos, stampNanos, pose))
+            processPending()
+            if (pending.size > MAX_PENDING) {
+                pending.removeFirst()
                 lose(1, DropReason.SOURCE_LATE)
             }
         }
 
     /**
-     * Runs [block] with the lock; in a recording, which waits for its reader, not before there is a session. With the
-     * lock it must not wait for one: a receiver that is back configures the streams before it starts them.
+     * Runs [block] with the lock. A recording waits for a session first, but never with the lock: a receiver that
+     * returns configures the streams before it starts them.
      */
     private suspend inline fun inSession(block: () -> Unit) {
         if (!isLive) awaitSession()
@@ -126,29 +126,32 @@ internal class TransformTree(
         dynamic?.counters?.countLost(count, reason)
     }
 
-    /** A camera stopped: its pose is no longer composed. */
-    suspend fun forget(spec: StreamSpec): Unit = mutex.withLock {
-        waiting.removeIf { it.spec == spec }
+    /** Removes a camera that has stopped. */
+    suspend fun remove(spec: StreamSpec): Unit = mutex.withLock {
+        pending.removeIf { it.spec == spec }
         if (mountings.remove(spec)?.stable != null) sendMountings()
     }
 
-    /** Says again what a receiver that is new cannot know. */
-    suspend fun repeat(): Unit = mutex.withLock { if (mountings.values.any { it.stable != null }) sendMountings() }
+    /** Sends the mountings again, for a new receiver. */
+    suspend fun resendMountings(): Unit = mutex.withLock {
+        if (mountings.values.any { it.stable != null }) sendMountings()
+    }
 
-    private suspend fun settle() {
-        val settled = waiting.filter { frame ->
+    private suspend fun processPending() {
+        val processed = pending.filter { frame ->
             val head = track.at(frame.captureNanos)
-            if (head is HeadPose.Tracked) place(frame, head.pose)
+            if (head is HeadPose.Tracked) publishAt(frame, head.pose)
             if (head is HeadPose.Lost) lose(1, DropReason.SOURCE_LATE)
             head != HeadPose.NotYetKnown
         }
-        waiting.removeAll(settled)
+        pending.removeAll(processed)
     }
 
-    private suspend fun place(frame: CameraPose, head: Transform) {
+    private suspend fun publishAt(frame: CameraPose, head: Transform) {
         val mounting = mountings.getOrPut(frame.spec, ::SensorMounting)
         mounting.add(head.inverse() * frame.pose)?.let { residual ->
-            val text = "${frame.spec} is where its last ${SensorMounting.WINDOW} frames have it: $residual"
+            val text =
+                "the mounting of ${frame.spec} is stable over its last ${SensorMounting.WINDOW} frames: $residual"
             report(Event(Event.MOUNTING_STABLE, text))
             staticStampNanos = frame.stampNanos ?: staticStampNanos
             sendMountings()
@@ -195,17 +198,17 @@ internal class TransformTree(
     private companion object {
         val BODY_IN_OPTICAL = OPTICAL_IN_BODY.inverse()
 
-        /** Half a second of five cameras; the next head pose is due in 17 ms. */
-        const val MOST_WAITING = 75
+        /** Half a second of five cameras; the next head pose arrives within 17 ms. */
+        const val MAX_PENDING = 75
     }
 }
 
-/** The latest stamps of one child: enough to see a repetition, since streams deliver in order. */
+/** The latest stamps of one child, enough to detect a repetition, since streams deliver in order. */
 private class RecentStamps {
     private val stamps = LongArray(64) { Long.MIN_VALUE }
     private var next = 0
 
-    /** False when [stampNanos] is among them. */
+    /** Adds [stampNanos]; returns false if it is already there. */
     fun add(stampNanos: Long): Boolean {
         if (stampNanos in stamps) return false
         stamps[next] = stampNanos

@@ -1,17 +1,17 @@
 package dev.ml2sensors.table
 
 /**
- * One row of config/streams.yaml: what is configured, accepted or refused as a whole.
+ * One stream: a row of config/streams.yaml, which is configured, accepted or refused as a whole.
  *
  * @property id also the name of its image lane.
  * @property section of config.yaml.
- * @property topics in the order of the table; channels of the stream.
+ * @property topics its channels, in the order of the table.
  * @property frameId of its messages.
- * @property bodyFrameId the REP-103 frame beside an optical [frameId], null where the stream has no pose.
+ * @property bodyFrameId the REP-103 body frame of an optical [frameId], null if the stream has no pose.
  * @property encoding of its image; for JPEG the format as image_transport has it.
- * @property permissions Android permissions it needs.
- * @property backends that can serve it, surest first; the first is the default.
- * @property modes legal combinations of a camera; empty for other sensors.
+ * @property permissions Android permissions that it needs.
+ * @property backends that can serve it, the default first.
+ * @property modes legal combinations of a camera's values; empty for other sensors.
  */
 public class StreamSpec internal constructor(
     public val id: String,
@@ -49,9 +49,9 @@ public class TopicSpec internal constructor(
 )
 
 /**
- * What the topics have in common that the app names itself.
+ * The common values of topics that the app defines.
  *
- * @property maxTopics in one run of the app.
+ * @property maxTopics the most in one run of the app.
  */
 internal class CustomTopicsSpec(
     val role: String,
@@ -60,10 +60,10 @@ internal class CustomTopicsSpec(
     val maxTopics: Int,
 ) {
     /**
-     * The row of the topic [name], beside [known] others.
+     * Returns the row of the topic [name], with [known] others.
      *
-     * @throws IllegalArgumentException when ROS has no such name or type.
-     * @throws IllegalStateException when there are too many.
+     * @throws IllegalArgumentException if ROS does not allow the name or type.
+     * @throws IllegalStateException if there are too many.
      */
     fun topic(name: String, type: String, known: Int): TopicSpec {
         require(name.length <= MAX_NAME && NAME.matches(name)) { "no topic of ROS can be named '$name'" }
@@ -84,13 +84,13 @@ internal class CustomTopicsSpec(
 }
 
 /**
- * Legal values of a camera that go together.
+ * A legal combination of a camera's values.
  *
  * @property stream the device's number of it: 0 or 1.
  * @property formats of the pixels, such as `jpeg`.
  * @property rates in Hz.
  * @property resolutions width to height, pixels.
- * @property delivers rates the device takes but answers with another, in Hz.
+ * @property delivers rates in Hz that the device accepts, and the rate that it delivers instead.
  */
 public class Mode internal constructor(
     public val stream: Int,
@@ -100,7 +100,7 @@ public class Mode internal constructor(
     public val delivers: Map<Int, Int> = emptyMap(),
 )
 
-/** The queue of a lane: [capacityFrames] frames, and the oldest goes when it is full. */
+/** The queue of a lane: [capacityFrames] frames; a full queue drops the oldest. */
 internal class QueueSpec(
     val capacityFrames: Int,
 )

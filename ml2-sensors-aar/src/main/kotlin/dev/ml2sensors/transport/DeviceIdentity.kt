@@ -7,21 +7,21 @@ import java.security.Signature
 import java.security.cert.X509Certificate
 
 /**
- * Who the device is to its receivers: an EC P-256 key of its own, and a certificate that this key has signed.
+ * The identity of the device: an EC P-256 key of its own and a certificate signed with it.
  *
- * @property certificate of the key, signed by itself.
- * @param privateKey may be one that cannot be read, of a key store; it signs SHA-256 digests and what is one already.
+ * @property certificate the self-signed certificate of the key.
+ * @param privateKey need not be exportable from its key store; it signs SHA-256 digests.
  */
 public class DeviceIdentity(internal val privateKey: PrivateKey, public val certificate: X509Certificate) {
     init {
         require(privateKey.algorithm == "EC") { "a device's key is an EC key, not ${privateKey.algorithm}" }
     }
 
-    /** Of the [certificate]: by it receivers know the device. */
+    /** The fingerprint of the [certificate], by which receivers know the device. */
     public val fingerprint: Fingerprint = Fingerprint.of(certificate)
 
     /**
-     * ECDSA with SHA-256, in DER.
+     * Returns the ECDSA signature with SHA-256 of [message], in DER.
      *
      * @throws IOException when the key store fails.
      */
@@ -32,6 +32,6 @@ public class DeviceIdentity(internal val privateKey: PrivateKey, public val cert
             sign()
         }
     } catch (e: GeneralSecurityException) {
-        throw IOException("the device's key does not sign: ${e.message}", e)
+        throw IOException("signing with the device's key failed: ${e.message}", e)
     }
 }

@@ -2,14 +2,14 @@ package dev.ml2sensors.transport
 
 import java.nio.ByteBuffer
 
-/** Direct buffers that outlive connections, since only a garbage collection frees one. */
+/** A pool of direct buffers that outlive connections, since only garbage collection frees one. */
 internal object DirectBufferPool {
-    /** Three TLS records of the largest size, and a fourth of most. */
+    /** Three TLS records of the largest size, and most of a fourth. */
     const val BUFFER_BYTES: Int = 64 * 1024
 
     private val free = ArrayDeque<ByteBuffer>()
 
-    /** Empty, to be given back by who no longer uses it. */
+    /** Returns a cleared buffer; the caller releases it. */
     @Synchronized
     fun acquire(): ByteBuffer = free.removeLastOrNull()?.also { it.clear() } ?: ByteBuffer.allocateDirect(BUFFER_BYTES)
 

@@ -3,7 +3,7 @@ package dev.ml2sensors.transport
 import java.security.MessageDigest
 import java.security.cert.X509Certificate
 
-/** A certificate by SHA-256 of its DER bytes: [hex], 64 lower-case hexadecimal digits. */
+/** The SHA-256 digest of a certificate's DER bytes: [hex], 64 lower-case hexadecimal digits. */
 public data class Fingerprint(public val hex: String) {
     init {
         require(FORM.matches(hex)) { "a fingerprint is 64 lower-case hexadecimal digits, not '$hex'" }
@@ -19,7 +19,7 @@ public data class Fingerprint(public val hex: String) {
             return Fingerprint(digest.joinToString("") { "%02x".format(it) })
         }
 
-        /** Null for a text that is none. */
+        /** Returns the fingerprint in [text], or null if it is not one. */
         public fun orNull(text: String?): Fingerprint? = text?.takeIf(FORM::matches)?.let(::Fingerprint)
     }
 }

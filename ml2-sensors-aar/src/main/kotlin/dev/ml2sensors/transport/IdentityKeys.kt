@@ -7,7 +7,7 @@ import java.security.cert.X509Certificate
 import javax.net.ssl.SSLEngine
 import javax.net.ssl.X509ExtendedKeyManager
 
-/** Shows [identity] to whoever asks: only a pinned receiver gets that far. */
+/** Presents [identity] to every server that asks: only a pinned receiver gets that far. */
 internal class IdentityKeys(private val identity: DeviceIdentity) : X509ExtendedKeyManager() {
     override fun getCertificateChain(alias: String?): Array<X509Certificate> = arrayOf(identity.certificate)
 

@@ -6,7 +6,7 @@ import java.security.cert.X509Certificate
 import javax.net.ssl.SSLEngine
 import javax.net.ssl.X509ExtendedTrustManager
 
-/** The one rule: a receiver's certificate is one of [pinned]. Names, dates and chains mean nothing. */
+/** Trusts a receiver's certificate if it is one of [pinned]. Names, dates and chains are not checked. */
 internal class PinnedTrust(private val pinned: Set<Fingerprint>) : X509ExtendedTrustManager() {
     override fun checkServerTrusted(chain: Array<X509Certificate>, authType: String) {
         val found = Fingerprint.of(chain.first())
@@ -28,8 +28,8 @@ internal class PinnedTrust(private val pinned: Set<Fingerprint>) : X509ExtendedT
 
     override fun getAcceptedIssuers(): Array<X509Certificate> = emptyArray()
 
-    private fun refuseClients(): Nothing = throw CertificateException("a device is no server")
+    private fun refuseClients(): Nothing = throw CertificateException("a device accepts no clients")
 }
 
-/** The certificate that was [found] is not one that is pinned. */
+/** The server's certificate has the fingerprint [found], which is not pinned. */
 internal class UnpinnedException(val found: Fingerprint) : CertificateException("not pinned: $found")

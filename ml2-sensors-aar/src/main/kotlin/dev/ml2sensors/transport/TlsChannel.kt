@@ -11,12 +11,12 @@ import javax.net.ssl.SSLEngineResult.Status
 import javax.net.ssl.SSLException
 
 /**
- * TLS over a blocking [socket]. What is written is encrypted from the caller's memory into a buffer that goes to the
- * kernel, several records at a time; there is no other copy.
+ * TLS over a blocking [socket]. Data is encrypted from the caller's memory into a buffer that goes to the kernel,
+ * several records at a time; there is no other copy.
  *
- * The end of the stream without a close_notify is an end like any other: frames and BYE tell whether something is missing.
+ * The end of the stream without a close_notify is an ordinary end: frames and BYE show whether something is missing.
  *
- * @param receiver where it is, for people.
+ * @param receiver its address, for messages.
  */
 internal class TlsChannel(
     private val socket: SocketChannel,
@@ -33,18 +33,20 @@ internal class TlsChannel(
     /** Guarded by writing: what goes to the socket. */
     private var outgoing: ByteBuffer? = DirectBufferPool.acquire()
 
-    /** False as long as a refusal of our certificate can still come: TLS 1.3 tells it after the handshake. */
+    /** False as long as the receiver can still refuse our certificate, which TLS 1.3 reports after the handshake. */
     private var hasReceived = false
 
-    /** Android's engine decrypts nothing after our close_notify: what still comes is passed over, to its end. */
+    /** Android's engine decrypts nothing after our close_notify; from then on input is discarded. */
     @Volatile
     private var isOutputShutDown = false
 
     private val empty = ByteBuffer.allocate(0)
 
     /**
-     * @throws TransportException when the peer speaks no TLS.
-     * @throws SSLException when the handshake fails; the peer is told why.
+     * Runs the handshake.
+     *
+     * @throws TransportException when the peer does not use TLS.
+     * @throws SSLException when the handshake fails; the alert is sent to the peer.
      */
     fun handshake() {
         try {
@@ -86,7 +88,7 @@ internal class TlsChannel(
         count
     }
 
-    /** Advances by a record or by what arrives; false at the end of the stream. */
+    /** Decrypts one record or receives more input; returns false at the end of the stream. */
     private fun decrypt(): Boolean {
         val result = try {
             engine.unwrap(requireOpen(incoming), requireOpen(decrypted).clear())
@@ -130,7 +132,7 @@ internal class TlsChannel(
         count
     }
 
-    /** As many records as fit the buffer. */
+    /** Encrypts as many records as fit into the buffer, and sends them. */
     private fun encrypt(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long {
         val target = requireOpen(outgoing).clear()
         var count = 0L
@@ -166,7 +168,7 @@ internal class TlsChannel(
         while (true) (engine.delegatedTask ?: return).run()
     }
 
-    /** Sends the alert that the engine has for [failure]. */
+    /** Sends the engine's alert for [failure]. */
     private fun sendAlert(failure: SSLException) {
         try {
             while (engine.handshakeStatus == HandshakeStatus.NEED_WRAP && !engine.isOutboundDone) wrapEmpty()
@@ -191,7 +193,7 @@ internal class TlsChannel(
 
     override fun isOpen(): Boolean = socket.isOpen
 
-    /** Whoever waits for the socket fails, and only then the buffers are given back. */
+    /** Closes the socket first, so that threads that wait for it fail, and then releases the buffers. */
     override fun close() {
         socket.close()
         synchronized(reading) {

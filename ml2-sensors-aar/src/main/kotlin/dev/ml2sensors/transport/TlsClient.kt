@@ -9,9 +9,9 @@ import javax.net.ssl.SSLEngine
 import javax.net.ssl.SSLException
 
 /**
- * The device's end of TLS 1.3. It keeps the receivers' session tickets, so that the lanes after the first are cheap.
+ * The device's side of TLS 1.3. Keeps the receivers' session tickets, so that lanes after the first connect quickly.
  *
- * @param identity null shows no certificate, as in pairing.
+ * @param identity null presents no certificate, as in pairing.
  * @param pinned the certificates that a receiver may have.
  * @param provider of TLS, null for the platform's.
  */
@@ -26,10 +26,10 @@ internal class TlsClient(
         }
 
     /**
-     * Makes TLS of a connected [socket], which it owns then.
+     * Runs TLS on a connected [socket], which the channel then owns.
      *
-     * @param receiver where that is, for people.
-     * @param expected the one of the pinned certificates it must have; null for any of them.
+     * @param receiver its address, for messages.
+     * @param expected the pinned certificate that it must have; null for any of them.
      * @throws TransportException when this is not such a receiver.
      */
     fun open(socket: SocketChannel, receiver: String, expected: Fingerprint? = null): TransportChannel {
@@ -49,7 +49,7 @@ internal class TlsClient(
         }
     }
 
-    /** The address as a number, since a name would be sent in the clear. */
+    /** Returns an engine for the address as a number, since a name would be sent unencrypted. */
     private fun engine(peer: InetSocketAddress): SSLEngine =
         context.createSSLEngine(peer.address.hostAddress, peer.port).apply {
             useClientMode = true
@@ -59,7 +59,7 @@ internal class TlsClient(
             }
         }
 
-    /** A resumed session has shown no certificate to [PinnedTrust]; it remembers the one of the first. */
+    /** Checks the certificate: a resumed session has shown none to [PinnedTrust], but remembers that of the first. */
     private fun check(engine: SSLEngine, receiver: String, trusted: Set<Fingerprint>) {
         val found = Fingerprint.of(engine.session.peerCertificates.first() as X509Certificate)
         if (found !in trusted || found !in pinned) throw WrongReceiverException(receiver, trusted, found)

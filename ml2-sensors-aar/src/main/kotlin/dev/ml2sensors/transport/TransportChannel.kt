@@ -5,18 +5,18 @@ import java.nio.channels.GatheringByteChannel
 import java.nio.channels.ReadableByteChannel
 import java.nio.channels.SocketChannel
 
-/** A blocking connection: one thread reads, any may write, also at once. Interrupts close it. */
+/** A blocking connection. One thread reads, any may write concurrently; interrupting a thread closes it. */
 internal interface TransportChannel :
     GatheringByteChannel,
     ReadableByteChannel {
-    /** Ends the input, so that a thread that waits for some finds the end of the stream. */
+    /** Ends the input: a thread that waits for input finds the end of the stream. */
     fun shutdownInput()
 
-    /** Tells the peer that nothing more will come. */
+    /** Ends the output: the peer finds the end of the stream. */
     fun shutdownOutput()
 }
 
-/** A connection as it is. */
+/** A plaintext connection. */
 internal class PlaintextChannel(private val socket: SocketChannel) : TransportChannel {
     override fun read(target: ByteBuffer): Int = socket.read(target)
 

@@ -2,14 +2,14 @@ package dev.ml2sensors.transport
 
 import java.io.IOException
 
-/** Why there is no protected connection to a receiver. */
+/** There is no protected connection to a receiver. */
 public sealed class TransportException(message: String, cause: Throwable? = null) : IOException(message, cause)
 
 /**
- * Another machine answers at [receiver], or the receiver has another key.
+ * Another machine answers at the receiver's address, or the receiver has another key.
  *
- * @property expected those that this device is paired with.
- * @property found that of the certificate that was shown.
+ * @property expected the fingerprints that this device is paired with.
+ * @property found the fingerprint of the certificate that was shown.
  */
 public class WrongReceiverException internal constructor(
     receiver: String,
@@ -20,7 +20,7 @@ public class WrongReceiverException internal constructor(
         "(expected fingerprint ${expected.joinToString(" or ")}, found $found); pair again",
 )
 
-/** This device knows no receiver, or the receiver does not, or no longer, know this device's certificate. */
+/** This device is not paired with any receiver, or the receiver does not accept its certificate. */
 public class NotPairedException internal constructor(with: String, cause: Throwable? = null) :
     TransportException("this headset is not paired with $with; run ml2-receiver pair", cause)
 
@@ -30,6 +30,6 @@ public class PlaintextReceiverException internal constructor(receiver: String) :
         "the receiver at $receiver does not encrypt: it was started with --insecure, or is no receiver of this version",
     )
 
-/** There is no common way to encrypt, or the encryption is broken. */
+/** There is no common TLS version, or the encryption is broken. */
 public class TlsException internal constructor(receiver: String, found: String, cause: Throwable? = null) :
     TransportException("expected TLS 1.3 with the receiver at $receiver, found: $found", cause)

@@ -25,11 +25,10 @@ import java.nio.ByteBuffer
 import kotlin.time.Duration.Companion.milliseconds
 
 /**
- * The headset as Unity's package sees it: numbers, texts and JSON, no Kotlin types. Frames do not pass here; C# leases
- * them from the native library, see [view].
+ * The headset for the Unity package: numbers, texts and JSON, no Kotlin types. C# leases frames from the native
+ * library, see [view].
  *
- * Any thread; nothing waits but [close], for half a second at most. Misuse throws IllegalArgumentException or
- * IllegalStateException.
+ * Thread-safe. Only [close] blocks, for at most 0.5 s. Misuse throws IllegalArgumentException or IllegalStateException.
  */
 public class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
     private class Topic(val name: String, val type: String)
@@ -42,7 +41,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     private var isClosed = false
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
-    private val telling = Any()
+    private val notifying = Any()
 
     init {
         scope.launch {
@@ -56,40 +55,39 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     }
 
     /**
-     * Pairs with the receiver that shows [uri], text or QR code of `ml2-receiver pair`; `pairing` of [status] says what
-     * becomes of it. Without effect while another pairing is under way. What was started, and not as insecure, starts
-     * anew when it has succeeded.
+     * Pairs with the receiver that shows [uri], the text or QR code of `ml2-receiver pair`; `pairing` of [status] has
+     * the result. Has no effect while another pairing runs. After success, an encrypted stream is started again.
      */
     @Synchronized
     public fun pair(uri: String) {
-        check(!isClosed) { "it is closed" }
+        check(!isClosed) { "this Ml2Unity is closed; call open again" }
         if (!pairing.begin()) return
         scope.launch {
             changed()
-            if (pairing.run(uri)) startAnew()
+            if (pairing.run(uri)) restart()
             changed()
         }
     }
 
     /**
-     * Streams what [receiver] asks for, instead of to the one before; also to ask anew after a permission was granted.
-     * That this headset is not paired is a reason in [status].
+     * Streams to [receiver] instead of to the previous one; also called again after a permission was granted. If this
+     * headset is not paired, [status] has that as the reason.
      *
-     * @param receiver a name, `HOST:PORT`, or empty for the one that this headset is paired with.
-     * @param defaultsJson `{stream id: {value: ...}}`, what runs on the headset alone as long as no receiver answers;
-     * empty values are the stream's default ones.
-     * @param insecure encrypts nothing and trusts everybody; the receiver must be told, too. Eye images are refused,
-     * and an empty [receiver] is the only one there is.
+     * @param receiver a name, `HOST:PORT`, or empty for the paired receiver.
+     * @param defaultsJson `{stream id: {value: ...}}`, the streams that run on the headset while no receiver answers;
+     * empty values mean the stream's defaults.
+     * @param insecure true for connections without encryption or authentication, which the receiver must allow, too.
+     * Eye images are refused, and an empty [receiver] means the only one on the network.
      */
     @Synchronized
     public fun start(receiver: String, defaultsJson: String, insecure: Boolean) {
-        check(!isClosed) { "it is closed" }
+        check(!isClosed) { "this Ml2Unity is closed; call open again" }
         start(UnityRun.Request(receiver, json.decodeFromString(defaultsJson.ifEmpty { "{}" }), insecure))
-        if (insecure) Log.w(TAG, "insecure: nothing is encrypted, and anybody can pretend to be the receiver")
+        if (insecure) Log.w(TAG, "insecure: nothing is encrypted, and any machine can impersonate the receiver")
     }
 
     @Synchronized
-    private fun startAnew() {
+    private fun restart() {
         run?.request?.takeUnless { it.isInsecure }?.let(::start)
     }
 
@@ -110,7 +108,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
         }
     }
 
-    /** Ends the streams and the session in order; what it takes goes on by itself. */
+    /** Ends streams and session in order, without waiting for it. */
     @Synchronized
     public fun stop() {
         val ended = run ?: return
@@ -122,7 +120,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
         }
     }
 
-    /** Stops, and lets go of the headset for good. */
+    /** Stops, and closes the headset for good. */
     public fun close() {
         val ended = synchronized(this) {
             if (isClosed) return
@@ -135,10 +133,10 @@ public class Ml2Unity private constructor(private val app: Context, private val 
         scope.cancel()
     }
 
-    /** Gives cameras and trackers back to the device while the app is not in front; the session stays. */
+    /** Releases cameras and trackers while the app is in the background; the session stays. */
     public fun pause(): Unit = headset.pause()
 
-    /** Takes them again after [pause]; where that fails, streams wait until it succeeds. */
+    /** Opens them again after [pause]; a stream whose sensor cannot be opened waits until it can. */
     public fun resume(): Unit = headset.resume()
 
     /**
@@ -154,7 +152,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
         return json.encodeToString(status.copy(pairing = pairing.status))
     }
 
-    /** `[{"permission", "reason", "streams": [id]}]`: what the user must yet allow for the streams that are wanted. */
+    /** Returns `[{"permission", "reason", "streams": [id]}]`: the permissions that requested streams still need. */
     public fun permissionsNeeded(): String {
         val wanted = synchronized(this) { run }?.wanted.orEmpty()
         val needing = wanted.flatMap { stream -> app.missingPermissions(stream).map { it to stream.id } }
@@ -165,15 +163,17 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     }
 
     /**
-     * Whether frames of a stream, while it runs, are published into slots of the native library for
-     * `ml2s_acquire_latest`. Costs nothing while off; cameras of Android are copied once, as JPEG, others not at all.
+     * Enables or disables publishing of a running stream's frames into slots of the native library, for
+     * `ml2s_acquire_latest`. Costs nothing while disabled. JPEGs of Android's cameras are copied once, other frames are
+     * not copied.
      */
     public fun view(streamId: String, on: Boolean): Unit = LocalFrames.view(stream(streamId), on)
 
     /**
-     * A topic of the app's own, `custom/[topic]`, of a ROS [type]; it lives as long as this, over starts and stops.
+     * Opens a topic of the app's own, `custom/[topic]`, of a ROS [type]. It exists as long as this object, over starts
+     * and stops.
      *
-     * @return what [publish] takes.
+     * @return the number for [publish].
      */
     @Synchronized
     public fun openPublisher(topic: String, type: String): Int {
@@ -190,23 +190,23 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     }
 
     /**
-     * Sends a message; [payload] is all of it as CDR, behind `00 01 00 00`.
+     * Sends a message; [payload] is all of it as CDR, after `00 01 00 00`.
      *
      * @param captureNanos CLOCK_BOOTTIME, as of `ml2s_now`; not more than a second ahead of it.
-     * @return false while no receiver takes it; [refusal] may say why.
+     * @return false while no receiver accepts it; [refusal] may say why.
      */
     public fun publish(publisher: Int, payload: ByteArray, captureNanos: Long): Boolean =
         synchronized(this) { run }?.publisher(publisher)?.publish(ByteBuffer.wrap(payload), captureNanos) ?: false
 
-    /** Why the receiver does not publish the topic, empty as long as it does. */
+    /** Returns why the receiver does not publish the topic; empty if it does. */
     public fun refusal(publisher: Int): String =
         synchronized(this) { run }?.publisher(publisher)?.refusal.orEmpty()
 
-    /** ROS time, ns, of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while it is not known. */
+    /** Returns the ROS time in ns of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while unknown. */
     public fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
 
-    /** Never while this is locked. */
-    private fun changed(): Unit = synchronized(telling) { listener.changed(status()) }
+    /** Calls the listener; must not be called while this is locked. */
+    private fun changed(): Unit = synchronized(notifying) { listener.changed(status()) }
 
     public companion object {
         private val json = Json {

@@ -1,7 +1,7 @@
 package dev.ml2sensors.unity
 
-/** What Unity's side implements. */
+/** The listener that Unity's side implements. */
 public interface Ml2UnityListener {
-    /** [Ml2Unity.status] is another now. On any thread, one call at a time. */
+    /** Called when [Ml2Unity.status] has changed, on any thread, one call at a time. */
     public fun changed(statusJson: String)
 }

@@ -10,18 +10,22 @@ import kotlinx.coroutines.flow.update
 import kotlinx.coroutines.withContext
 import java.io.IOException
 
-/** Pairs this app with one receiver after another, and knows with which it is paired. Any thread. */
+/** Pairs this app with receivers, and knows with which it is paired. Thread-safe. */
 internal class UnityPairing(private val app: Context) {
     private val mutableStatus = MutableStateFlow(UnityStatus.Pairing())
     val status: UnityStatus.Pairing get() = mutableStatus.value
 
-    /** @throws IOException when the receivers cannot be read. */
+    /**
+     * Reads the paired receivers.
+     *
+     * @throws IOException when they cannot be read.
+     */
     suspend fun load() {
         val receivers = withContext(Dispatchers.IO) { AndroidKeys.of(app).receivers }.map(UnityStatus::Receiver)
         mutableStatus.update { it.copy(receivers = receivers) }
     }
 
-    /** False while a pairing is under way; else [run] is to follow. */
+    /** Starts a pairing, which [run] continues; returns false if one is running. */
     fun begin(): Boolean {
         val before = mutableStatus.getAndUpdate {
             if (it.state == RUNNING) it else it.copy(number = it.number + 1, state = RUNNING, reason = "")
@@ -29,7 +33,7 @@ internal class UnityPairing(private val app: Context) {
         return before.state != RUNNING
     }
 
-    /** Whether this app is paired now with the receiver that shows [uri]; if not, [status] says why. */
+    /** Pairs with the receiver that shows [uri]; returns false if it failed, and [status] says why. */
     suspend fun run(uri: String): Boolean = try {
         Ml2Sensors.pair(app, uri)
         load()

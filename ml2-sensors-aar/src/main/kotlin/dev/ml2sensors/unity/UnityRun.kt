@@ -13,9 +13,9 @@ import kotlinx.coroutines.flow.combine
 import kotlinx.coroutines.flow.first
 import java.util.concurrent.CopyOnWriteArrayList
 
-/** From one start to its stop. Any thread. */
+/** One run of the streamer, from a start to its stop. Thread-safe. */
 internal class UnityRun(headset: Headset, receiver: Receiver, security: TransportSecurity, val request: Request) {
-    /** What [Ml2Unity.start] was asked for. */
+    /** The arguments of [Ml2Unity.start]. */
     class Request(val receiver: String, val defaults: Map<String, StreamValues>, val isInsecure: Boolean)
 
     private val streamer = Ml2Streamer(headset, receiver, security, request.defaults)
@@ -25,7 +25,7 @@ internal class UnityRun(headset: Headset, receiver: Receiver, security: Transpor
     val wanted: List<StreamSpec>
         get() = (request.defaults.keys + streamer.streams.value.keys).mapNotNull(StreamTable::byId)
 
-    /** Streams until stopped, and tells whenever something [changed]. */
+    /** Streams until stopped, and calls [changed] whenever the status changes. */
     suspend fun run(changed: () -> Unit) {
         streamer.start()
         combine(streamer.state, streamer.streams, ::Pair).first { (state, _) ->
@@ -41,7 +41,7 @@ internal class UnityRun(headset: Headset, receiver: Receiver, security: Transpor
 
     fun status(): UnityStatus = UnityStatus(streamer.status(request.receiver), request.isInsecure)
 
-    /** Publishers have numbers in the order in which their names were first given. */
+    /** Opens the publisher of [name]; publishers are numbered in the order of their first opening. */
     fun open(name: String, type: String) {
         publishers.addIfAbsent(streamer.publisher(name, type))
     }

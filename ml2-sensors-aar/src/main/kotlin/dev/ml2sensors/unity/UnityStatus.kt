@@ -5,7 +5,7 @@ import dev.ml2sensors.stream.StreamerStatus
 import dev.ml2sensors.wire.Status
 import kotlinx.serialization.Serializable
 
-/** What [Ml2Unity.status] says, as JSON. */
+/** The JSON of [Ml2Unity.status]. */
 @Serializable
 internal data class UnityStatus(
     val state: String,
@@ -33,7 +33,7 @@ internal data class UnityStatus(
             this(paired.name, paired.fingerprint.hex, "${paired.address}")
     }
 
-    /** What became of the last pairing, of which there were [number], and with whom this app is paired. */
+    /** The result of the last of [number] pairings, and the receivers that this app is paired with. */
     @Serializable
     data class Pairing(
         val number: Int = 0,

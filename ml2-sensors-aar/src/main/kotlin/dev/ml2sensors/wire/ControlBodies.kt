@@ -98,7 +98,7 @@ internal class LinkTestBody(val bytes: Int) {
 
 private const val LINK_TEST_LIMIT = 64 shl 20
 
-/** What a device says of itself once a second: STATUS of PROTOCOL.md. */
+/** The state of a device, once a second: STATUS of PROTOCOL.md. */
 @Serializable
 public class Status internal constructor(
     internal val final: Boolean,
@@ -108,7 +108,7 @@ public class Status internal constructor(
     internal val thermal: String? = null,
     internal val streams: Map<String, Stream> = emptyMap(),
 ) {
-    /** How one stream that was asked for stands. */
+    /** The state of one requested stream. */
     @Serializable
     internal class Stream private constructor(
         val state: String,
@@ -127,7 +127,7 @@ public class Status internal constructor(
         }
     }
 
-    /** Messages of a topic since the device began: [produced], [sent], and [dropped] by reason. */
+    /** The counters of a topic since the device started: messages [produced], [sent], and [dropped] by reason. */
     @Serializable
     public class ChannelCounts(
         public val produced: Long,
@@ -136,16 +136,16 @@ public class Status internal constructor(
     )
 
     /**
-     * How well the device knows ROS time.
+     * The state of the device's estimate of ROS time.
      *
      * @property state `waiting`, `synchronised`, `holdover` or `frozen`.
      * @property offsetNanos ROS time minus device time.
      * @property uncertaintyNanos of a stamp, either way.
      * @property roundTripNanos of the best exchange with the receiver.
      * @property skewPpm by which the receiver's clock gains on the device's.
-     * @property steps of ROS time, since the device began.
+     * @property steps of ROS time, since the device started.
      * @property epoch of the stamps, from 0; counts up whenever they jump.
-     * @property bases by stream id, the clock that the platform stamps it with.
+     * @property bases the clock that stamps each stream, by stream id.
      */
     @Serializable
     public class Clock(

@@ -6,7 +6,7 @@ import kotlinx.serialization.serializer
 import java.nio.ByteBuffer
 import java.nio.charset.CharacterCodingException
 
-/** JSON bodies as PROTOCOL.md wants them, one object in UTF-8; unknown keys are ignored. */
+/** Encodes and decodes JSON bodies as PROTOCOL.md requires: one object in UTF-8; unknown keys are ignored. */
 internal object ControlJson {
     private val json = Json { ignoreUnknownKeys = true }
 

@@ -3,7 +3,7 @@ package dev.ml2sensors.wire
 import java.nio.ByteBuffer
 import java.nio.ByteOrder
 
-/** The 32 bytes before every body. [kindCode] may be one this version does not know, then [kind] is null. */
+/** The 32 bytes before every body. [kind] is null if this version does not know [kindCode]. */
 internal class FrameHeader(
     val kindCode: Int,
     val length: Int,
@@ -30,7 +30,7 @@ internal class FrameHeader(
         private const val MAGIC = 0x324D
         private const val SEND_OFFSET = 24
 
-        /** Puts the send time into a header that stands at [headerStart] of [frame]. */
+        /** Writes the send time into the header at [headerStart] of [frame]. */
         fun patchSendNanos(frame: ByteBuffer, headerStart: Int, sendNanos: Long) {
             val order = frame.order()
             frame.order(ByteOrder.LITTLE_ENDIAN).putLong(headerStart + SEND_OFFSET, sendNanos).order(order)

@@ -30,12 +30,12 @@ internal enum class FrameKind(val code: Int, val maxLength: Int) {
     ;
 
     companion object {
-        /** Bound of kinds this version does not know, which are skipped. */
+        /** The length limit of kinds that this version does not know, which are skipped. */
         const val UNKNOWN_MAX_LENGTH: Int = 64 * KIB
 
         private val byCode = entries.associateBy(FrameKind::code)
 
-        /** Null for a kind this version does not know. */
+        /** Returns the kind, or null if this version does not know it. */
         fun of(code: Int): FrameKind? = byCode[code]
     }
 }

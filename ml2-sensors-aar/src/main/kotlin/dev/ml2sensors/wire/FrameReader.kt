@@ -8,14 +8,14 @@ import java.nio.channels.ReadableByteChannel
 internal class FrameReader(private val source: ReadableByteChannel) {
     private val header = ByteBuffer.allocateDirect(FrameHeader.BYTES)
 
-    /** Frames of unknown kinds that were skipped. */
+    /** The number of skipped frames of unknown kinds. */
     var skipped: Long = 0
         private set
 
     /**
-     * Waits for the next frame of a known kind; null at the end of the stream between two frames.
+     * Waits for the next frame of a known kind; returns null at the end of the stream between two frames.
      *
-     * @param allowed what the peer may say here and now; an ERROR it may always.
+     * @param allowed the kinds that the peer may send now; ERROR is always allowed.
      * @throws ProtocolException when the bytes are not a frame of this version, or of a kind that is not allowed.
      * @throws EOFException when the stream ends inside a frame.
      */
@@ -53,10 +53,10 @@ internal class FrameReader(private val source: ReadableByteChannel) {
     }
 
     private companion object {
-        /** A lying length costs at most this much before its bytes arrive. */
+        /** The most that is allocated for a body before its bytes arrive. */
         const val CHUNK_BYTES = 4096
     }
 }
 
-/** A frame as it arrived. */
+/** A received frame. */
 internal class Frame(val kind: FrameKind, val header: FrameHeader, val body: ByteArray)

@@ -2,7 +2,7 @@ package dev.ml2sensors.wire
 
 import java.io.IOException
 
-/** The peer broke PROTOCOL.md, or, when [isPeers], says in an ERROR that we did; ends the connection. */
+/** The peer violated PROTOCOL.md, or, if [isPeers], its ERROR says that we did. Ends the connection. */
 internal class ProtocolException(val code: ErrorCode, message: String, val isPeers: Boolean = false) :
     IOException(message)
 

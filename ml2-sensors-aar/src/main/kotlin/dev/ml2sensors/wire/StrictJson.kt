@@ -12,18 +12,21 @@ import kotlinx.serialization.json.JsonNull
 import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.JsonPrimitive
 
-/** What PROTOCOL.md asks of JSON beyond what kotlinx.serialization checks; everything here throws SerializationException. */
+/**
+ * Checks JSON for PROTOCOL.md's rules that kotlinx.serialization does not check. Everything here throws
+ * SerializationException.
+ */
 internal object StrictJson {
     private const val MAX_DEPTH = 16
     private val LITERAL = Regex("""-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?|true|false""")
 
-    /** One value of RFC 8259, nested at most [MAX_DEPTH] deep, whose strings are Unicode scalar values. */
+    /** Parses one value of RFC 8259, nested at most [MAX_DEPTH] deep, whose strings are Unicode scalar values. */
     fun parse(text: String): JsonElement {
         checkBrackets(text)
         return Json.parseToJsonElement(text).also(::checkLiterals)
     }
 
-    /** That no value of [element] is of another JSON type than [descriptor] asks for: "7" is no number, 1e2 no integer. */
+    /** Checks that no value of [element] has another JSON type than [descriptor]: "7" is no number, 1e2 no integer. */
     fun checkType(descriptor: SerialDescriptor, element: JsonElement) {
         if (element is JsonNull && descriptor.isNullable) return
         when (descriptor.kind) {

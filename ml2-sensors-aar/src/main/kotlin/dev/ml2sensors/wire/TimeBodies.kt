@@ -13,9 +13,9 @@ internal object TimeBodies {
         ByteBuffer.allocate(REQUEST_BYTES).order(ByteOrder.LITTLE_ENDIAN).putLong(t1).array()
 
     /**
-     * The exchange of [request] that [body] ends, or null when it is not the reply to it or not a possible one.
+     * Returns the exchange that [body] completes, or null if it does not answer [request] or is impossible.
      *
-     * @throws ProtocolException when [body] is no time reply at all.
+     * @throws ProtocolException when [body] is not a time reply.
      */
     fun exchange(request: Long, body: ByteArray, t4: Long): TimeExchange? {
         if (body.size != REPLY_BYTES) {

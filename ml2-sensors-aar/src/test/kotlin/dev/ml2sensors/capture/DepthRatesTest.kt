@@ -49,7 +49,7 @@ class DepthRatesTest {
     fun theReasonSaysWhatTheCameraHas() {
         Simulation.configure("mains_hz", 50)
         assertEquals(
-            "update_rate 30: under the lights here the depth camera has 5, 25, 50",
+            "update_rate 30: in the present mains-powered light the depth camera offers 5, 25, 50",
             assertIs<Answer.Adjusted>(negotiate(rateHz = 30)).reason,
         )
     }

@@ -178,7 +178,7 @@ class LaneTest {
         launch(Dispatchers.IO, CoroutineStart.UNDISPATCHED) { lane.sendThrough(kernel.writer()) }
 
     private fun frame(): OutgoingFrame {
-        val memory = pool.take()
+        val memory = pool.acquireBlocking()
         val sample = ImageSample(
             captureNanos = 0,
             frameNumber = 0,
@@ -189,7 +189,7 @@ class LaneTest {
             intrinsics = null,
             CaptureSettings(),
             listOf(ImageSample.Plane(ImageSample.IMAGE, memory)),
-        ) { pool.giveBack(memory) }
+        ) { pool.release(memory) }
         val head = ByteBuffer.allocate(FrameHeader.BYTES)
         FrameHeader(FrameKind.DATA.code, 4, 1, counters.nextSequence()).writeTo(head)
         return OutgoingFrame(counters, head.flip(), assertNotNull(sample.plane(ImageSample.IMAGE)), sample)

@@ -19,7 +19,7 @@ class BufferPoolTest {
         val lent = List(2) { assertNotNull(pool.acquire()) }
         assertNull(pool.acquire())
         assertEquals(2, pool.outstanding)
-        pool.giveBack(lent[1])
+        pool.release(lent[1])
         assertSame(lent[1], pool.acquire())
     }
 
@@ -32,7 +32,7 @@ class BufferPoolTest {
             assertEquals(ByteOrder.LITTLE_ENDIAN, buffer.order())
             assertEquals(0 to 8, buffer.position() to buffer.limit())
             buffer.putInt(1).flip()
-            pool.giveBack(buffer)
+            pool.release(buffer)
         }
     }
 
@@ -40,8 +40,8 @@ class BufferPoolTest {
     fun aBufferGivenBackTwiceIsMisuseEvenWhileOthersAreInUse() {
         val pool = BufferPool(bufferBytes = 8, count = 3)
         val lent = List(3) { assertNotNull(pool.acquire()) }
-        pool.giveBack(lent[0])
-        assertFailsWith<IllegalStateException> { pool.giveBack(lent[0]) }
+        pool.release(lent[0])
+        assertFailsWith<IllegalStateException> { pool.release(lent[0]) }
         assertEquals(2, pool.outstanding)
     }
 
@@ -49,16 +49,16 @@ class BufferPoolTest {
     fun aBufferOfAnotherPoolIsMisuse() {
         val pool = BufferPool(bufferBytes = 8, count = 1)
         pool.acquire()
-        assertFailsWith<IllegalStateException> { pool.giveBack(ByteBuffer.allocateDirect(8)) }
+        assertFailsWith<IllegalStateException> { pool.release(ByteBuffer.allocateDirect(8)) }
         assertNull(pool.acquire())
     }
 
     @Test
     fun takingWaitsForABufferThatIsGivenBack() {
         val pool = BufferPool(bufferBytes = 8, count = 1)
-        val lent = pool.take()
-        val giver = thread { pool.giveBack(lent) }
-        assertSame(lent, pool.take())
+        val lent = pool.acquireBlocking()
+        val giver = thread { pool.release(lent) }
+        assertSame(lent, pool.acquireBlocking())
         giver.join()
         assertEquals(1, pool.outstanding)
     }
@@ -70,10 +70,10 @@ class BufferPoolTest {
         val users = List(4) {
             thread {
                 repeat(5_000) {
-                    val buffer = pool.take()
+                    val buffer = pool.acquireBlocking()
                     check(inUse.add(System.identityHashCode(buffer)))
                     inUse.remove(System.identityHashCode(buffer))
-                    pool.giveBack(buffer)
+                    pool.release(buffer)
                 }
             }
         }

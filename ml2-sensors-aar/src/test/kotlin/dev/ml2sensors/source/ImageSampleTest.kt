@@ -90,7 +90,7 @@ class ImageSampleTest {
             ImageSample.Plane(role, pixels)
         }
         return ImageSample(1, 2, 2, 4, 2, pose = null, intrinsics = null, CaptureSettings(), planes) {
-            planes.forEach { pool.giveBack(it.pixels) }
+            planes.forEach { pool.release(it.pixels) }
         }
     }
 }

@@ -27,7 +27,7 @@ class NegotiationTest {
     fun depthAt60HzIsTakenAndDelivers30() {
         val answer = assertIs<Answer.Adjusted>(StreamTable.depth.answer(DEPTH.copy(rateHz = 60)))
         assertEquals(DEPTH, answer.values)
-        assertEquals("update_rate 60 is taken and delivers 30", answer.reason)
+        assertEquals("update_rate 60 is accepted and delivers 30", answer.reason)
     }
 
     @Test

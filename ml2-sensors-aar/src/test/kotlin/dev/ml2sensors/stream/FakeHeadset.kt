@@ -149,7 +149,7 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
             ImageSample.Plane(role, pixels)
         }
         return ImageSample(captureNanos, number, rowBytes, height, rowBytes, pose, intrinsics, settings, planes) {
-            planes.forEach { pool.giveBack(it.pixels) }
+            planes.forEach { pool.release(it.pixels) }
         }
     }
 

@@ -376,7 +376,7 @@ class Camera2SourceTest {
             val camera = rig.awaitRunning()
             encoder.fails = true
             camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos, Random(6)))
-            assertEquals("Android does not encode a JPEG", assertIs<SourceException>(awaitError()).message)
+            assertEquals("Android failed to encode a JPEG", assertIs<SourceException>(awaitError()).message)
         }
     }
 

@@ -40,7 +40,7 @@ public open class SenderBenchmark {
         val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))
         sample =
             ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureSettings(), planes) {
-                pool.giveBack(pixels)
+                pool.release(pixels)
             }
         bareHead = ByteBuffer.allocateDirect(frame().head.remaining())
         barePieces = arrayOf(bareHead, sample.pixels)

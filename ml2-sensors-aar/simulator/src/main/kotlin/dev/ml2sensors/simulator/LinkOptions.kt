@@ -47,7 +47,7 @@ internal class LinkOptions : OptionGroup() {
     fun open(warn: (String) -> Unit): Link {
         if (insecureEyeImages && !insecure) throw UsageError("--insecure-eye-images needs --insecure")
         if (insecure) {
-            warn("WARNING: --insecure: nothing is encrypted, and anybody can pretend to be the receiver")
+            warn("WARNING: --insecure: nothing is encrypted, and any machine can impersonate the receiver")
             return Link(
                 receiver ?: Receiver.discover(MulticastBrowser()),
                 TransportSecurity.Insecure(insecureEyeImages),

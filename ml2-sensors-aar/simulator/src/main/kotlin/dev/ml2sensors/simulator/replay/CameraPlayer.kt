@@ -31,7 +31,7 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
             camera.intrinsics,
             CaptureSettings(),
             listOf(ImageSample.Plane(ImageSample.IMAGE, pixels)),
-        ) { pool.giveBack(pixels) }
+        ) { pool.release(pixels) }
     }
 
     private suspend fun pixels(file: File): ByteBuffer {
@@ -39,14 +39,14 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
         var isDecoded = false
         try {
             return runInterruptible(Dispatchers.IO) {
-                pool.take().also {
+                pool.acquireBlocking().also {
                     buffer = it
                     decoder.decode(file, it)
                     it.flip()
                 }
             }.also { isDecoded = true }
         } finally {
-            if (!isDecoded) buffer?.let(pool::giveBack)
+            if (!isDecoded) buffer?.let(pool::release)
         }
     }
 

@@ -75,7 +75,7 @@ internal class Reel(val role: String, private val mark: FrameNumber, private val
         return pixels
     }
 
-    fun giveBack(pixels: ByteBuffer): Unit = pool.giveBack(pixels)
+    fun giveBack(pixels: ByteBuffer): Unit = pool.release(pixels)
 
     private companion object {
         const val POOL_BUFFERS = 8
