@@ -37,3 +37,4 @@ PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_rece
 echo "[12/12] memory: slots and buffers of a headset that sends everything (a minute)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/memory_bench.py 30
 python3 tests/bench/show.py build/bench/*.json
+python3 tests/bench/performance_page.py

@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""Writes docs/performance.md from the results of `make bench` in build/bench.
+
+Run it on the machine that measured, right after `make bench`: the page names the machine and its
+load. A benchmark without results is left out.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "build" / "bench"
+PAGE = ROOT / "docs" / "performance.md"
+
+HEAD = """# Performance
+
+`tests/bench/performance_page.py` generated this page from the results of `make bench`. The sensors
+were simulated or mocked and all programs ran on one machine, so the figures contain no Wi-Fi and no
+headset. CPU time is that of the whole process.
+
+| machine | |
+|---|---|
+"""
+
+
+class Measure(NamedTuple):
+    """One row: a label, the key of the result, and the unit."""
+
+    label: str
+    key: str
+    unit: str
+
+
+class Section(NamedTuple):
+    """The measures of one file of build/bench."""
+
+    file: str
+    title: str
+    text: str
+    measures: list[Measure]
+
+
+SECTIONS = [
+    Section(
+        "receiver",
+        "Receiving an image",
+        "A frame of 1 MB from a socket to a ROS subscriber. The bare loop only receives and "
+        "publishes the same bytes. ROS-TCP-Endpoint receives the same image from the same sender "
+        "and decodes it. Frames are lost where a subscriber's queue overflows.",
+        [
+            Measure("`ml2-receiver`, CPU per frame", "cpu_ms_per_frame", "ms"),
+            Measure("bare loop, CPU per frame", "bare_cpu_ms_per_frame", "ms"),
+            Measure("ROS-TCP-Endpoint, CPU per frame", "endpoint_cpu_ms_per_frame", "ms"),
+            Measure("`ml2-receiver`, rate", "frames_per_s", "frames/s"),
+            Measure("bare loop, rate", "bare_frames_per_s", "frames/s"),
+            Measure("ROS-TCP-Endpoint, rate", "endpoint_frames_per_s", "frames/s"),
+            Measure("`ml2-receiver`, lost", "lost", "frames"),
+            Measure("ROS-TCP-Endpoint, lost", "endpoint_lost", "frames"),
+        ],
+    ),
+    Section(
+        "tls",
+        "Encryption",
+        "A frame of 1 MB from a socket to a sink that discards it.",
+        [
+            Measure("TLS 1.3, CPU per frame", "tls_cpu_ms_per_frame", "ms"),
+            Measure("plaintext, CPU per frame", "plaintext_cpu_ms_per_frame", "ms"),
+            Measure("TLS 1.3, one connection", "tls_gbit_per_s", "Gbit/s"),
+            Measure("plaintext, one connection", "plaintext_gbit_per_s", "Gbit/s"),
+        ],
+    ),
+    Section(
+        "recording",
+        "Recording",
+        "Frames of 1 MB written to a disk.",
+        [
+            Measure("`record`", "mb_per_s", "MB/s"),
+            Measure("`record --compression zstd`", "zstd_mb_per_s", "MB/s"),
+            Measure("bare write of the same bytes", "bare_mb_per_s", "MB/s"),
+            Measure("delay of a lane per frame", "hand_over_us_per_frame", "µs"),
+        ],
+    ),
+    Section(
+        "products",
+        "Products",
+        "CPU time from the messages of one frame to the message that is published.",
+        [
+            Measure("`depth/points`", "points_cpu_ms", "ms"),
+            Measure("`depth/points` with colours of 1920 x 1080", "coloured_points_cpu_ms", "ms"),
+            Measure("`depth/image_rect`", "depth_rectified_cpu_ms", "ms"),
+            Measure("`color/image_rect`, 1920 x 1080", "color_rectified_cpu_ms", "ms"),
+            Measure("`world_left/image_rect`", "world_rectified_cpu_ms", "ms"),
+            Measure("`aligned_depth_to_color`", "depth_to_color_cpu_ms", "ms"),
+            Measure("`aligned_depth_to_world_left`", "depth_to_world_cpu_ms", "ms"),
+        ],
+    ),
+    Section(
+        "lazy_resume",
+        "Lazy streams",
+        "The time from a new subscription to the first image of a paused stream.",
+        [
+            Measure("median", "resume_ms_median", "ms"),
+            Measure("maximum", "resume_ms_max", "ms"),
+        ],
+    ),
+    Section(
+        "memory",
+        "Memory of the headset library",
+        "Every sensor is on, with depth confidence and flags, and RGB at 1920 x 1080.",
+        [
+            Measure("slots and buffers, peak", "peak_mb", "MB"),
+            Measure("Java heap", "heap_mb", "MB"),
+        ],
+    ),
+    *[
+        Section(
+            name,
+            title,
+            "All streams of config/demo.yaml through library, sockets, receiver and a subscriber.",
+            [
+                Measure("messages dropped", "drops", ""),
+                Measure("messages dropped after the start", "drops_after_start", ""),
+                Measure("duration", "duration_s", "s"),
+            ],
+        )
+        for name, title in (("full_load", "Full load"), ("full_load_tls", "Full load with TLS"))
+    ],
+]
+
+
+def main() -> None:
+    PAGE.write_text(HEAD + "\n".join([*_machine(), *_sections(), ""]), "utf-8")
+    print(f"wrote {PAGE.relative_to(ROOT)}")
+
+
+def _machine() -> Iterator[str]:
+    processors = Path("/proc/cpuinfo").read_text().splitlines()
+    model = next((it.partition(":")[2].strip() for it in processors if "model name" in it), "?")
+    memory_gb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+    commit = ["git", "log", "-1", "--format=%cs"]
+    date = subprocess.check_output(commit, cwd=ROOT, text=True).strip()
+    yield f"| processor | {model}, {os.cpu_count()} cores |"
+    yield f"| memory | {memory_gb:.0f} GB |"
+    yield f"| system | {platform.system()} {platform.release().partition('-')[0]}, " + (
+        f"Python {platform.python_version()} |"
+    )
+    yield f"| other load | {_load()} |"
+    yield f"| sources | of {date} |"
+
+
+def _load() -> str:
+    """Returns how many programs competed for the cores, by the load average of 15 minutes."""
+    load = os.getloadavg()[2]
+    return f"load average {load:.1f}" + (", so the machine was busy" if load > 2 else "")
+
+
+def _sections() -> Iterator[str]:
+    for section in SECTIONS:
+        file = RESULTS / f"{section.file}.json"
+        if not file.exists():
+            continue
+        results = json.loads(file.read_text())
+        yield f"\n## {section.title}\n\n{section.text}\n\n| measure | value |\n|---|---|"
+        for label, key, unit in section.measures:
+            if key in results:
+                yield f"| {label} | {_text(results[key])} {unit}".rstrip() + " |"
+
+
+def _text(value: Any) -> str:
+    """Returns a number with the digits that mean something."""
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.0f}" if value >= 100 else f"{value:.2g}"
+
+
+if __name__ == "__main__":
+    main()
