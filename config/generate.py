@@ -20,11 +20,13 @@ from csharp_table import csharp_table  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
 from message_definitions import message_definitions  # noqa: E402
 from ml2_receiver.table.reader import load_table  # noqa: E402
+from sensor_table import with_sensor_table  # noqa: E402
 from unity_metas import unity_metas  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
 PYTHON = ROOT / "host_receiver/ml2_receiver"
 UNITY = ROOT / "unity_package"
+README = ROOT / "README.md"
 
 PYTHON_VERSION = """# Generated from pom.xml by config/generate.py.
 VERSION = "{}"
@@ -46,6 +48,7 @@ def outputs() -> Iterator[tuple[Path, str]]:
     yield UNITY / "Runtime/Table/Generated/StreamTable.cs", csharp_table(table)
     yield UNITY / "Runtime/Messages/Generated/Messages.cs", csharp_messages(table)
     yield ROOT / "docs/configuration.md", configuration_page(table)
+    yield README, with_sensor_table(README.read_text("utf-8"), table)
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
     yield PYTHON / "generated/__init__.py", ""

@@ -26,7 +26,7 @@ def write_contact_sheet(last: dict[str, tuple[str, bytes]], path: Path) -> None:
         path: the PNG to write.
     """
     tiles = [
-        _tile(topic, _decode(message_type, payload))
+        _tile(topic, decoded_image(message_type, payload))
         for topic, (message_type, payload) in sorted(last.items())
         if message_type in _IMAGE_TYPES
     ]
@@ -38,7 +38,7 @@ def write_contact_sheet(last: dict[str, tuple[str, bytes]], path: Path) -> None:
     cv2.imwrite(str(path), np.vstack(rows))
 
 
-def _decode(message_type: str, payload: bytes) -> NDArray[Any]:
+def decoded_image(message_type: str, payload: bytes) -> NDArray[Any]:
     message = deserialize_message(payload, message_class(message_type))
     if message_type.endswith("CompressedImage"):
         return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
