@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from document import indented_blocks, without_spacing
+from document import blocks, without_spacing
 from toolchain import ROOT, Package, java
 
 NATIVE = ROOT / "build" / "native"
@@ -55,7 +55,7 @@ def test_the_examples_of_the_readme_were_compiled(sample: Path) -> None:
     compiled = without_spacing(source.read_text())
     examples = [
         text
-        for text in indented_blocks((library / "README.md").read_text())
+        for text in blocks((library / "README.md").read_text(), "kotlin")
         if "dependencies {" not in text
     ]
     assert len(examples) == 3

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from document import indented_blocks, without_spacing
+from document import blocks, without_spacing
 from toolchain import PACKAGES, ROOT, Package, kotlinc, maven_property, run
 
 SIMULATOR = ROOT / "ml2-sensors-aar" / "simulator"
@@ -55,7 +55,7 @@ def test_the_repository_holds_it_where_gradle_looks() -> None:
 def test_the_example_of_the_readme_was_compiled() -> None:
     example = next(
         text
-        for text in indented_blocks((SIMULATOR / "README.md").read_text())
+        for text in blocks((SIMULATOR / "README.md").read_text(), "kotlin")
         if "SimulatedHeadset.open" in text
     )
     assert without_spacing(example) in without_spacing(SAMPLE.read_text())

@@ -12,7 +12,7 @@ from pathlib import Path
 import yaml
 
 from command_line import with_subcommands
-from document import ROOT, commands, files, indented_blocks
+from document import ROOT, blocks, commands, files
 from ml2_receiver.cli import command_line
 from ml2_receiver.table.reader import load_table
 
@@ -59,7 +59,7 @@ def test_the_targets_of_make_exist() -> None:
     shown = {
         name
         for document in files("*.md")
-        for name in re.findall(r"(?:`| {4})make ([a-z][a-z0-9-]*)", document.read_text())
+        for name in re.findall(r"(?:`|^)make ([a-z][a-z0-9-]*)", document.read_text(), re.M)
     }
     assert len(shown) > 10
     assert shown <= known
@@ -67,8 +67,17 @@ def test_the_targets_of_make_exist() -> None:
 
 def test_the_keys_of_an_excerpt_of_the_configuration_exist() -> None:
     sections = load_table().sections.values()
-    blocks = indented_blocks((ROOT / "host_receiver/README.md").read_text())
-    excerpts = [yaml.safe_load(it) for it in blocks if re.match(r"\w+:\n  \w+: ", it)]
-    keys = {(section, key) for it in excerpts for section, values in it.items() for key in values}
+    documents = [ROOT / "host_receiver/README.md", ROOT / "docs/calibration.md"]
+    excerpts = [
+        yaml.safe_load(it) for document in documents for it in blocks(document.read_text(), "yaml")
+    ]
+    assert len(excerpts) == 2
+    sectioned = [it.get("/ml2_receiver", {"ros__parameters": it}) for it in excerpts]
+    keys = {
+        (section, key)
+        for it in sectioned
+        for section, values in it["ros__parameters"].items()
+        for key in values
+    }
     assert keys
     assert keys <= {(section.id, key) for section in sections for key in section.keys}

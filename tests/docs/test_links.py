@@ -14,7 +14,7 @@ _LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^()\s]+)\)")
 _PLACE = re.compile(r"`([\w/.-]+\.(?:c|cs|h|kt|py|xml|yaml)):([^`\d][^`]*)`")
 # A block of code that names the file from which its lines are.
 _QUOTE = re.compile(r"^```\w+ (\S+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_CODE = re.compile(r"^```.*?^```$|^ {4}.*?$|`[^`\n]+`", re.DOTALL | re.MULTILINE)
+_CODE = re.compile(r"^```.*?^```$|`[^`\n]+`", re.DOTALL | re.MULTILINE)
 
 
 def links() -> Iterator[tuple[Path, str]]:

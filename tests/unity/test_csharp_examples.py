@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from document import ROOT, indented_blocks, without_spacing
+from document import ROOT, blocks, without_spacing
 
 PACKAGE = ROOT / "unity_package"
 
@@ -11,7 +11,6 @@ def test_the_examples_were_compiled() -> None:
     source = PACKAGE / "Tests/Mono~/DocumentedExamples.cs"
     compiled = without_spacing(source.read_text())
     documents = [PACKAGE / "README.md", PACKAGE / "Documentation~/index.md"]
-    examples = [text for document in documents for text in indented_blocks(document.read_text())]
-    code = [text for text in examples if not text.startswith("adb ")]
+    code = [text for document in documents for text in blocks(document.read_text(), "csharp")]
     assert len(code) == 3
     assert [text for text in code if without_spacing(text) not in compiled] == []

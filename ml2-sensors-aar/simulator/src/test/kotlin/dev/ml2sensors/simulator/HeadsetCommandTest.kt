@@ -159,6 +159,6 @@ class HeadsetCommandTest {
 private val URI = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}"
 
 /** In an indented block: the arguments, up to a comment. */
-private val EXAMPLE = Regex("""^ {4}(?:\S*/ml2-headset *|(?=--))(.*?)(?:  .*|#.*)?$""")
+private val EXAMPLE = Regex("""^(?:\S*/ml2-headset *|(?=--[a-z]))(.*?)(?:  .*|#.*)?$""")
 
 private fun words(arguments: String) = arguments.split(' ').filter(String::isNotEmpty)
