@@ -14,6 +14,7 @@ from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.session.server import Server
+from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.fan_out import FanOut
@@ -102,12 +103,10 @@ def record(folder: Path, count: int, compression: str = "none") -> None:
     sink = FakeSink()
     server = Server(
         listen(("127.0.0.1", 0)),
-        load_table(),
-        REQUEST,
+        Everybody(),
         FanOut([sink, recorder]),
-        access=Everybody(),
-        name="test",
-        software="test",
+        REQUEST,
+        ReceiverSettings("test", "test"),
     )
     try:
         with MockDevice(server.address, says_ping=True) as device:

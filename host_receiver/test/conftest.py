@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import bag_scene
-from ml2_receiver.session.context import Limits
+from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
 from ros_processes import Client, Receiver, environment
 from tls_lab import UNLIMITED, Lab

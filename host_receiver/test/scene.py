@@ -5,8 +5,9 @@ from types import MappingProxyType
 
 from fake_sink import FakeSink
 from ml2_receiver.session.connection import Connection
-from ml2_receiver.session.context import Action, Close, Context, Ending, Limits, Send
+from ml2_receiver.session.context import Action, Close, Context, Ending, Send
 from ml2_receiver.session.host import Host
+from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
@@ -70,7 +71,7 @@ class Scene:
         self,
         *,
         is_paused: bool = False,
-        withheld: Mapping[str, str] = MappingProxyType({}),
+        excluded: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self.now_s = 100.0
         self.idle: set[str] = set()
@@ -78,15 +79,11 @@ class Scene:
         self.actions: list[Action] = []
         self._seen = 0
         context = Context(
-            load_table(),
+            ReceiverSettings("host", "test", excluded=excluded),
             self.sink,
-            Limits(),
             self.actions.append,
             lambda: self.now_s,
-            "host",
-            "test",
             lambda: self.idle,
-            withheld=withheld,
         )
         self.host = Host(context, REQUEST, is_paused=is_paused)
         self.welcome: Welcome

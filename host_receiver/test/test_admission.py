@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 from ml2_receiver.session.admission import Admission
-from ml2_receiver.session.context import Limits
+from ml2_receiver.session.settings import Limits
 
 LIMITS = replace(Limits(), connections_per_address=2, failed_attempts=3, failed_attempts_per_s=0.5)
 

@@ -12,8 +12,8 @@ from typing import NoReturn
 
 import pytest
 
-from ml2_receiver.session.context import Limits
 from ml2_receiver.session.report import State
+from ml2_receiver.session.settings import Limits
 from ml2_receiver.wire.frame import Kind, encode_frame
 from ml2_receiver.wire.messages import Error
 from mock_device import MockDevice, Wire

@@ -23,6 +23,7 @@ from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.session.report import State
 from ml2_receiver.session.server import Server
+from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.sink import Sink
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
@@ -45,12 +46,10 @@ def receiving(
     listener = listen(("127.0.0.1", 0))
     server = Server(
         listener,
-        load_table(),
-        request,
+        access or Everybody(),
         sink,
-        access=access or Everybody(),
-        name="test",
-        software="test",
+        request,
+        ReceiverSettings("test", "test"),
     )
     try:
         yield server

@@ -164,7 +164,7 @@ def test_an_answer_to_another_request_than_the_last_is_unexpected() -> None:
 
 
 def test_a_withheld_stream_is_never_asked_for_and_the_reason_is_told_when_it_is_wanted() -> None:
-    scene = Scene(withheld={"eye_nasal_left": "eye images are biometric"})
+    scene = Scene(excluded={"eye_nasal_left": "eye images are biometric"})
     scene.start()
     assert "eye_nasal_left" not in scene.sink.applied[-1].streams
     scene.host.request({**REQUEST, "eye_nasal_left": {"stream": 0}})
@@ -177,6 +177,6 @@ def test_a_withheld_stream_is_never_asked_for_and_the_reason_is_told_when_it_is_
 
 
 def test_only_withheld_streams_leave_nothing_to_ask_for() -> None:
-    scene = Scene(withheld=dict.fromkeys(REQUEST, "not here"))
+    scene = Scene(excluded=dict.fromkeys(REQUEST, "not here"))
     scene.configure()
     assert streams(scene) == [{}]

@@ -11,10 +11,9 @@ import pytest
 
 from fake_sink import FakeSink
 from ml2_receiver.errors import ListenError
-from ml2_receiver.session.context import Limits
 from ml2_receiver.session.report import State
 from ml2_receiver.session.server import Server
-from ml2_receiver.table.reader import load_table
+from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
@@ -28,14 +27,11 @@ INFO = "world_left/camera_info"
 def serve(sink: FakeSink, limits: Limits, *, is_paused: bool = False) -> Server:
     return Server(
         listen(("127.0.0.1", 0)),
-        load_table(),
-        REQUEST,
+        Everybody(),
         sink,
-        access=Everybody(),
-        name="host",
-        software="test",
+        REQUEST,
+        ReceiverSettings("host", "test", limits=limits),
         is_paused=is_paused,
-        limits=limits,
     )
 
 

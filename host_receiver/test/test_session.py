@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.session.connection import Connection
-from ml2_receiver.session.context import Ending, Limits
+from ml2_receiver.session.context import Ending
 from ml2_receiver.session.report import State
+from ml2_receiver.session.settings import Limits
 from ml2_receiver.wire.frame import Kind
 from ml2_receiver.wire.messages import Bye, ChannelStatus, ClockStatus, Error, Event, Status
 from scene import IMAGE, Scene, channel, hello

@@ -159,7 +159,7 @@ def test_a_second_configuration_ends_and_begins_channels() -> None:
     (pose,) = load_table().streams["head_pose"].topics
     scene.announce(pose, 50)
     assert 50 not in scene.lanes["sensors"].routes
-    assert session.streams.refusal(50).code == "unexpected"
+    assert session.streams.data_error(50).code == "unexpected"
     answers = {stream: StreamAnswer("applied", values) for stream, values in wider.items()}
     scene.receive(scene.control, Kind.CONFIGURED, Configured(request + 1, answers))
     assert scene.sent(scene.control)[-1] == (Kind.START, Start(request + 1))

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from fake_sink import FakeSink
 from ml2_receiver.security.paired_devices import PairedDevices
-from ml2_receiver.session.context import Limits
 from ml2_receiver.session.server import Server
-from ml2_receiver.table.reader import load_table
+from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.transport.access import Access, Everybody, PairedOnly
 from ml2_receiver.transport.listener import listen
 from scene import REQUEST
@@ -38,13 +37,10 @@ class Lab:
     def serve(self, access: Access, listening: str = "127.0.0.1") -> tuple[str, int]:
         server = Server(
             listen((listening, 0)),
-            load_table(),
-            REQUEST,
+            access,
             self.sink,
-            access=access,
-            name="host",
-            software="test",
-            limits=self.limits,
+            REQUEST,
+            ReceiverSettings("host", "test", limits=self.limits),
         )
         self.servers.append(server)
         host, _, port = server.address.rpartition(":")

@@ -26,6 +26,7 @@ from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.ros.fastdds import apply_default_profile
 from ml2_receiver.session.server import Server
+from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.sink import Sink
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
@@ -61,12 +62,10 @@ def play_session(keys: str = "") -> None:
 def bench_server(sink: Sink, access: Access) -> Server:
     return Server(
         listen(("127.0.0.1", 0)),
-        load_table(),
-        REQUEST,
+        access,
         sink,
-        access=access,
-        name="bench",
-        software="bench",
+        REQUEST,
+        ReceiverSettings("bench", "bench"),
     )
 
 

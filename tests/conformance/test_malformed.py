@@ -11,11 +11,10 @@ import pytest
 from bodies import CHANNELS, CONFIGURE, STRING_PAYLOAD
 from case_files import Vector, named
 from frame_bytes import frame
-from ml2_receiver.session.context import Limits
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.server import Server
+from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.session.sink import Applied, Publish
-from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
@@ -75,13 +74,10 @@ def receiver(sink: CountingSink) -> Iterator[Server]:
     request = CONFIGURE["streams"]
     server = Server(
         listener,
-        load_table(),
-        request,
+        Everybody(),
         sink,
-        access=Everybody(),
-        name="test",
-        software="test",
-        limits=LIMITS,
+        request,
+        ReceiverSettings("test", "test", limits=LIMITS),
     )
     yield server
     server.stop()

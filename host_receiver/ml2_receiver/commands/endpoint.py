@@ -49,7 +49,7 @@ def add_insecure(parser: argparse.ArgumentParser) -> None:
     )
 
 
-class Entrance:
+class Endpoint:
     """Listens, is announced, and follows who is paired, until left.
 
     Args:
@@ -82,7 +82,7 @@ class Entrance:
         return _EVERYWHERE if self.access.protection().paired else _LOOPBACK
 
     @property
-    def withheld(self) -> Mapping[str, str]:
+    def excluded(self) -> Mapping[str, str]:
         """The streams that are not asked for, and why."""
         if self._allows_eye_images:
             return {}

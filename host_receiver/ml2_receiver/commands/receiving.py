@@ -10,10 +10,11 @@ from ..configuration.config import Config
 from ..configuration.config_file import ConfigFile
 from ..generated.version import VERSION
 from ..session.server import Server
+from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
 from ..table.reader import load_table
 from .config import add_file
-from .endpoint import Entrance, add_insecure, add_keys
+from .endpoint import Endpoint, add_insecure, add_keys
 from .options import name
 from .ros_start import node_arguments, ros_needed, use_profile
 
@@ -84,7 +85,7 @@ def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
 
 @contextmanager
 def serving(
-    entrance: Entrance,
+    endpoint: Endpoint,
     config: Config,
     sink: Sink,
     *,
@@ -93,21 +94,19 @@ def serving(
 ) -> Iterator[Server]:
     """A server that listens until left; the last arguments are the Server's."""
     server = Server(
-        entrance.listener,
-        load_table(),
-        config.requests,
+        endpoint.listener,
+        endpoint.access,
         sink,
-        access=entrance.access,
-        name=entrance.name,
-        software=f"ml2-receiver {VERSION}",
-        frame_prefix=config.frame_prefix,
+        config.requests,
+        ReceiverSettings(
+            endpoint.name, f"ml2-receiver {VERSION}", config.frame_prefix, endpoint.excluded
+        ),
         is_paused=is_paused,
         idle=idle,
-        withheld=entrance.withheld,
-        access_changed=lambda: entrance.follow(server),
+        access_changed=lambda: endpoint.follow(server),
     )
     try:
         yield server
     finally:
-        entrance.close()
+        endpoint.close()
         server.stop()

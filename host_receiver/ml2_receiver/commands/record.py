@@ -14,7 +14,7 @@ from ..recording.recording import Recording, losses, summary
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
-from .endpoint import Entrance
+from .endpoint import Endpoint
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
 from .record_attached import record_attached
@@ -114,7 +114,7 @@ def _record(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        entrance = stack.enter_context(Entrance(options))
+        endpoint = stack.enter_context(Endpoint(options))
         node = None if options.no_ros else make_node(config, options)
         if node is not None:
             config = node.config
@@ -130,7 +130,7 @@ def _record(options: argparse.Namespace) -> int:
         recording = Recording(options.out, _recording_options(options), config.prefix, sinks, fail)
         stack.callback(recording.end)
         sink = CalibratedSink(sinks, config.calibrations)
-        with serving(entrance, config, sink, is_paused=options.start_paused) as server:
+        with serving(endpoint, config, sink, is_paused=options.start_paused) as server:
             if node is not None:
                 node.serve(server, file, sink.use, sinks)
             print(f"listening on {server.address}", flush=True)

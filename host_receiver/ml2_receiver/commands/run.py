@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
-from .endpoint import Entrance
+from .endpoint import Endpoint
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
 
@@ -37,13 +37,13 @@ def _run(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        entrance = stack.enter_context(Entrance(options))
+        endpoint = stack.enter_context(Endpoint(options))
         node = make_node(config, options)
         stack.callback(node.close)
         sinks = FanOut([node])
         sink = CalibratedSink(sinks, node.config.calibrations)
         idle, is_paused = node.idle_streams, options.start_paused
-        with serving(entrance, node.config, sink, is_paused=is_paused, idle=idle) as server:
+        with serving(endpoint, node.config, sink, is_paused=is_paused, idle=idle) as server:
             node.serve(server, file, sink.use, sinks)
             print(f"listening on {server.address}", flush=True)
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)

@@ -247,10 +247,10 @@ def wrong_parameter_file(file: str, problems: str) -> Finding:
 def parameter_file(file: str, nodes: Sequence[str]) -> Finding:
     """Whether ROS's own --params-file would do what `run --config` does, by its node names."""
     check = "configuration"
-    strangers = [name for name in nodes if name.removeprefix("/") not in (_NODE, "**")]
-    if not strangers:
+    others = [name for name in nodes if name.removeprefix("/") not in (_NODE, "**")]
+    if not others:
         return Finding(check, "ok", f"{file} is well")
-    found = f"{file} is for the node {strangers[0]}"
+    found = f"{file} is for the node {others[0]}"
     fix = (
         f"load it with `ml2-receiver run --config {file}`: ROS's --params-file applies to the node"
         f" {_NODE} only what stands under /{_NODE} or /**"

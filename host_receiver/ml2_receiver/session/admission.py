@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from ipaddress import IPv6Address, ip_address
 
-from .context import Limits
+from .settings import Limits
 
 # Addresses with failures that are kept in mind; the one that failed first is forgotten for more.
 _ADDRESSES = 1024
@@ -15,7 +15,7 @@ class Admission:
     """Counts connections, and attempts that failed to show a paired certificate, by address.
 
     Failures are a token bucket: a burst of them is free, then they must keep to a rate. Both are
-    larger for an address that lately showed a paired certificate, as strangers may share it. Of
+    larger for an address that lately showed a paired certificate, as others may share it. Of
     IPv6 addresses the first 64 bits count, as one machine has all that begin so. Calls must not
     overlap.
     """

@@ -11,7 +11,7 @@ from .context import Ending
 
 
 @dataclass(eq=False)
-class Link:
+class ConnectionIO:
     """The wire side of a Connection. Its reader alone receives, parses and closes.
 
     `abort_s` is when it is to be aborted, in monotonic time; None is never.

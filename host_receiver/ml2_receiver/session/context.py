@@ -1,15 +1,15 @@
-"""What the state machines stand in, and what they want done."""
+"""The surroundings of the state machines, and the actions that they return."""
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from enum import Enum, auto
 
 from ..errors import ProtocolError
-from ..table.stream_table import StreamTable
 from ..wire.frame import Kind
 from ..wire.json_body import JsonBody
 from ..wire.messages import Error
 from .connection import Connection
+from .settings import ReceiverSettings
 from .sink import Sink
 
 _MESSAGE_CHARACTERS = 500
@@ -49,42 +49,22 @@ type Action = Send | Close
 
 
 @dataclass(frozen=True)
-class Limits:
-    """The receiver's limits, from PROTOCOL.md; tests make some tighter, others looser."""
-
-    handshake_s: float = 5.0
-    ping_s: float = 0.5
-    dead_s: float = 2.0
-    linger_s: float = 1.0
-    unfinished_connections: int = 16
-    connections_per_address: int = 64
-    failed_attempts: int = 10
-    failed_attempts_per_s: float = 1.0
-    shared_address_s: float = 24 * 3600.0
-    shared_failed_attempts: int = 100
-    shared_failed_attempts_per_s: float = 50.0
-
-
-@dataclass(frozen=True)
 class Context:
-    """What the state machines stand in.
+    """The surroundings of the state machines.
 
-    `act` takes what is to be done, in order; `clock` is monotonic time in s; `idle` has the ids of
-    streams that nobody needs at present, which the headset may pause; `frame_prefix` is what the
-    headset's frame ids are to begin with; `withheld` has the streams that no headset is asked for,
-    whoever wants them, and why.
+    Attributes:
+        settings: the receiver's settings.
+        sink: takes topics, messages and events.
+        act: takes what is to be done, in order.
+        clock: returns monotonic time in s.
+        idle: returns the ids of streams that nobody needs at present; the headset may pause them.
     """
 
-    table: StreamTable
+    settings: ReceiverSettings
     sink: Sink
-    limits: Limits
     act: Callable[[Action], None]
     clock: Callable[[], float]
-    name: str
-    software: str
     idle: Callable[[], Collection[str]] = tuple
-    frame_prefix: str = ""
-    withheld: Mapping[str, str] = field(default_factory=dict)
 
 
 def close(context: Context, connection: Connection, ending: Ending) -> None:

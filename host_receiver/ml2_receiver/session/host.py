@@ -12,7 +12,7 @@ from .event_limit import EventLimit, OncePerAddress
 from .report import State
 from .session import Session
 from .statistics import Instance
-from .streams import Demand, Request
+from .streams import DesiredStreams, Request
 
 
 class Host:
@@ -31,7 +31,7 @@ class Host:
         self._context = context
         self._request = request
         self._is_paused = is_paused
-        self._strangers: list[Connection] = []
+        self._pending: list[Connection] = []
         self._is_settled = False
         self._successor: tuple[Connection, Hello] | None = None
         self._refusals = EventLimit(context.sink.event, context.clock, per_second=10)
@@ -39,19 +39,22 @@ class Host:
         self._events = EventLimit(context.sink.event, context.clock, per_second=100)
 
     def opened(self, connection: Connection) -> None:
-        """A peer has connected; of too many strangers one has to go."""
-        if len(self._strangers) >= self._context.limits.unfinished_connections:
+        """A peer has connected.
+
+        If too many connections are pending, one of them is closed.
+        """
+        if len(self._pending) >= self._context.settings.limits.unfinished_connections:
             oldest = self._dispensable()
-            self._strangers.remove(oldest)
+            self._pending.remove(oldest)
             self._say(oldest, "closed for a newer connection")
             oldest.is_closing = True
             self._context.act(Close(oldest, Ending.ABORT))
-        self._strangers.append(connection)
+        self._pending.append(connection)
 
     def _dispensable(self) -> Connection:
-        """The oldest of the machine that has most of them, so that none keeps the others out."""
-        counts = Counter(each.host for each in self._strangers)
-        return max(self._strangers, key=lambda each: counts[each.host])
+        """Returns the oldest connection of the address that has most of them."""
+        counts = Counter(each.host for each in self._pending)
+        return max(self._pending, key=lambda each: counts[each.host])
 
     def received(self, connection: Connection, frame: Frame) -> None:
         """A frame other than DATA and TIME_REQUEST arrived."""
@@ -87,7 +90,7 @@ class Host:
             raise ProtocolError(ErrorCode.BUSY, f"{present[1].name!r} is connected")
         if self._successor is not None:
             raise ProtocolError(ErrorCode.BUSY, "another connection of this device was faster")
-        self._strangers.remove(connection)
+        self._pending.remove(connection)
         self._successor = connection, hello
         if self.session is not None:
             self.session.finish(State.LOST, "replaced by a new one", Bye("replaced"))
@@ -132,7 +135,7 @@ class Host:
         if self.session is None:
             raise ProtocolError(ErrorCode.TICKET, "there is no session")
         self.session.join(connection, join)
-        self._strangers.remove(connection)
+        self._pending.remove(connection)
         self.update()
 
     def failed(self, connection: Connection, error: ProtocolError, *, is_told: bool = True) -> None:
@@ -153,15 +156,15 @@ class Host:
         """Why DATA of a channel that its connection has no route for is wrong."""
         if self.session is None or connection not in self.session:
             return ProtocolError(ErrorCode.UNEXPECTED, "DATA outside of a session")
-        return self.session.streams.refusal(channel)
+        return self.session.streams.data_error(channel)
 
     def closed(self, connection: Connection, fault: str | None = None) -> None:
         """A connection has ended and nothing of it is being read any more.
 
         `fault` says what ended it, None if that was the peer, between two frames.
         """
-        if connection in self._strangers:
-            self._strangers.remove(connection)
+        if connection in self._pending:
+            self._pending.remove(connection)
             if not connection.is_closing:
                 self._say(connection, fault or "ended without HELLO or JOIN")
         if self._successor is not None and self._successor[0] is connection:
@@ -172,11 +175,11 @@ class Host:
 
     def tick(self) -> None:
         """Some time has passed."""
-        handshake_s = self._context.limits.handshake_s
+        handshake_s = self._context.settings.limits.handshake_s
         latest_s = self._context.clock() - handshake_s
-        for stranger in [each for each in self._strangers if each.opened_s < latest_s]:
+        for pending in [each for each in self._pending if each.opened_s < latest_s]:
             message = f"no HELLO or JOIN within {handshake_s} s"
-            self.failed(stranger, ProtocolError(ErrorCode.TIMEOUT, message))
+            self.failed(pending, ProtocolError(ErrorCode.TIMEOUT, message))
         if self.session is not None:
             self.session.tick()
         self._settle()
@@ -209,14 +212,14 @@ class Host:
     def update(self) -> None:
         """Tells the headset when what is wanted of it, Context.idle included, has changed."""
         if self.session is not None:
-            idle, withheld = self._context.idle(), self._context.withheld
-            self.session.advance(Demand(self._request, self._is_paused, idle, withheld))
+            idle, excluded = self._context.idle(), self._context.settings.excluded
+            self.session.advance(DesiredStreams(self._request, self._is_paused, idle, excluded))
 
     def expel(self, is_allowed: Callable[[str | None], bool]) -> None:
         """Ends what there is of peers that are not allowed any more."""
-        for stranger in [each for each in self._strangers if each.peer is not None]:
-            if not is_allowed(stranger.peer):
-                self.failed(stranger, ProtocolError(ErrorCode.PAIRING, "it is not paired"))
+        for pending in [each for each in self._pending if each.peer is not None]:
+            if not is_allowed(pending.peer):
+                self.failed(pending, ProtocolError(ErrorCode.PAIRING, "it is not paired"))
         if self._successor is not None and not is_allowed(self._successor[0].peer):
             close(self._context, self._successor[0], Ending.ABORT)
             self._successor = None
@@ -228,8 +231,8 @@ class Host:
         """Says goodbye to everybody."""
         if self.session is not None:
             self.session.finish(State.ENDED, "the receiver stops", Bye("the receiver stops"))
-        for stranger in self._strangers:
-            close(self._context, stranger, Ending.ABORT)
+        for pending in self._pending:
+            close(self._context, pending, Ending.ABORT)
 
     def _say(self, connection: Connection, text: str) -> None:
         lane = connection.lane or "new connection"

@@ -4,26 +4,24 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from contextlib import suppress
-from types import MappingProxyType
 
 from ..errors import ErrorCode, KeysError, ProtocolError
-from ..table.stream_table import StreamTable
 from ..transport.access import Access, Protection
 from ..transport.listener import listen, peer_host, text
 from ..wire.frame import Frame, Kind, LaneKind, encode_frame
 from .admission import Admission
 from .connection import Connection
-from .connection_io import Link
-from .context import Action, Close, Context, Limits, Send
+from .connection_io import ConnectionIO
+from .context import Action, Close, Context, Send
 from .event_limit import EventLimit
 from .host import Host
 from .report import Report
+from .settings import ReceiverSettings
 from .sink import Sink
 from .streams import Request
 
-_LIMITS = Limits()
 _TICK_S = 0.1
 _STOP_S = 0.3
 _TIME = struct.Struct("<q")
@@ -33,49 +31,41 @@ _TIMES = struct.Struct("<qqq")
 class Server:
     """Listens, receives and feeds the sink until stop().
 
-    The sink's publishing functions are called by the lanes' readers, everything else of it under
-    one lock, so the sink must not call back from there.
+    The readers of lanes call the sink's publishing functions. Everything else of the sink is
+    called under one lock, so the sink must not call back from there.
 
     Args:
-        listener: what listen() returned; closed by stop().
-        access: who may connect.
-        request: the streams and values every headset is asked for, until request() changes them.
-        name: what headsets are told about who receives.
-        frame_prefix: what their frame ids are to begin with.
-        is_paused: START waits for begin().
-        idle: the streams that nobody needs at present; called under the lock.
-        withheld: the streams that are never asked for, with the reasons.
+        listener: a socket from listen(); stop() closes it.
+        access: decides who may connect.
+        sink: takes topics, messages and events.
+        request: the streams and values that every headset is asked for, until request() changes
+            them.
+        is_paused: nothing starts before begin().
+        idle: returns the streams that nobody needs at present; called under the lock.
         access_changed: is called, by a thread of its own, when who may connect has changed.
     """
 
     def __init__(
         self,
         listener: socket.socket,
-        table: StreamTable,
-        request: Request,
-        sink: Sink,
-        *,
         access: Access,
-        name: str,
-        software: str,
-        frame_prefix: str = "",
+        sink: Sink,
+        request: Request,
+        settings: ReceiverSettings,
+        *,
         is_paused: bool = False,
         idle: Callable[[], Collection[str]] = tuple,
-        withheld: Mapping[str, str] = MappingProxyType({}),
         access_changed: Callable[[], None] = lambda: None,
-        limits: Limits = _LIMITS,
     ) -> None:
-        clock = time.monotonic
-        context = Context(
-            table, sink, limits, self._act, clock, name, software, idle, frame_prefix, withheld
-        )
+        clock, limits = time.monotonic, settings.limits
+        context = Context(settings, sink, self._act, clock, idle)
         self._host = Host(context, request, is_paused=is_paused)
         self._access, self._access_changed = access, access_changed
         self._admission = Admission(limits, clock)
         self._turned_away = EventLimit(sink.event, clock, per_second=1)
         self._sink, self._limits = sink, limits
         self._lock = threading.Lock()
-        self._links: dict[Connection, Link] = {}
+        self._links: dict[Connection, ConnectionIO] = {}
         self._readers: set[threading.Thread] = set()
         self._stopping = threading.Event()
         self._listener = listener
@@ -186,7 +176,7 @@ class Server:
         except OSError:
             accepted.close()  # it has left already
             return
-        link = Link(transport, Connection(host, port, time.monotonic()))
+        link = ConnectionIO(transport, Connection(host, port, time.monotonic()))
         reader = threading.Thread(target=self._read, args=[link], daemon=True)
         self._links[link.connection] = link
         self._readers.add(reader)
@@ -214,7 +204,7 @@ class Server:
                     if link.abort_s is not None and now_s > link.abort_s:
                         link.abort()
 
-    def _read(self, link: Link) -> None:
+    def _read(self, link: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"
         try:
             if self._is_let_in(link):
@@ -230,7 +220,7 @@ class Server:
                 self._admission.closed(link.connection.host)
                 self._host.closed(link.connection, fault)
 
-    def _is_let_in(self, link: Link) -> bool:
+    def _is_let_in(self, link: ConnectionIO) -> bool:
         connection = link.connection
         try:
             peer = link.transport.handshake()
@@ -250,7 +240,7 @@ class Server:
                 self._host.failed(connection, refusal)
         return True
 
-    def _receive(self, link: Link) -> None:
+    def _receive(self, link: ConnectionIO) -> None:
         receive, parser = link.transport.receive, link.parser
         while not link.is_aborted:
             count = receive(parser.get_buffer())
@@ -267,7 +257,7 @@ class Server:
                 link.transport.discard()
                 return
 
-    def _dispatch(self, link: Link, frame: Frame, received_ns: int) -> None:
+    def _dispatch(self, link: ConnectionIO, frame: Frame, received_ns: int) -> None:
         header = frame.header
         if header.kind == Kind.DATA:
             route = link.connection.routes.get(header.channel)

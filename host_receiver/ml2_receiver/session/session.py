@@ -1,10 +1,9 @@
 """One device from WELCOME to the end of its last lane, as a state machine without I/O."""
 
-import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from ..errors import ErrorCode, LinkTestError, ProtocolError
+from ..errors import ErrorCode, LinkTestError, ProtocolError, PublishError
 from ..table.stream_table import Topic
 from ..wire.frame import VERSION, Frame, Kind
 from ..wire.json_body import JsonBody
@@ -25,27 +24,27 @@ from ..wire.messages import (
     Timeouts,
     Welcome,
 )
-from .connection import Connection
+from .connection import Connection, Route
 from .context import Context, Ending, Send, close, error_body
 from .report import Report, State, TopicReport
 from .sink import Applied
 from .statistics import Instance, TopicStatistics
 from .stream_state import news, stream_states
-from .streams import Demand, Streams
+from .streams import DesiredStreams, Streams
 from .throughput import LinkTrial
+from .tickets import Tickets, new_token
 
 _NEEDED_LANES = ("time", "sensors")
 _TEST_LANE = "link_test"
-_TOKEN_BYTES = 16
 
 
 class Session:
-    """Lanes, silence and farewells of one session; `streams` has the rest.
+    """The lanes, time-outs and end of one session; `streams` negotiates what runs.
 
     Methods raise ProtocolError when the device broke the protocol. Not thread-safe.
 
     Args:
-        say: tells the user what happens.
+        log: tells the user what happens.
     """
 
     def __init__(
@@ -54,25 +53,22 @@ class Session:
         control: Connection,
         instance: Instance,
         context: Context,
-        say: Callable[[str], None],
+        log: Callable[[str], None],
     ) -> None:
         self.hello = hello
-        self.id = secrets.token_hex(_TOKEN_BYTES)
+        self.id = new_token()
         self.state = State.CONNECTED
-        self.streams = Streams(context.table, instance, context.sink, context.frame_prefix)
+        settings = context.settings
+        self.streams = Streams(settings.table, instance.custom, settings.frame_prefix)
         self.instance = instance
         self.link = LinkTrial(context.clock, instance.received_bytes)
         self.status: Status | None = None
         self.skipped_frames = 0
-        self._context, self._say = context, say
+        self._context, self._log = context, log
         self.control = control
-        self._tickets = {
-            lane: secrets.token_hex(_TOKEN_BYTES)
-            for lane in (*_NEEDED_LANES, _TEST_LANE, *context.table.image_lanes)
-        }
-        self._joined = {"control"}
+        self._tickets = Tickets((*_NEEDED_LANES, _TEST_LANE, *settings.table.image_lanes))
         self._open = {control}
-        self._began_s = self._heard_s = self._spoke_s = context.clock()
+        self._began_s = self._last_received_s = self._last_sent_s = context.clock()
         self._lane_ended_s: float | None = None
         self._bye_s: float | None = None
         self._handlers: dict[int, Callable[[bytearray], None]] = {
@@ -98,15 +94,15 @@ class Session:
 
     def welcome(self, received: dict[str, int] | None) -> None:
         """Sends WELCOME; `received` is None for an instance that is new here."""
-        limits = self._context.limits
+        limits = self._context.settings.limits
         self.send(
             Kind.WELCOME,
             Welcome(
                 version=VERSION,
                 session=self.id,
-                name=self._context.name,
-                software=self._context.software,
-                tickets=self._tickets,
+                name=self._context.settings.name,
+                software=self._context.settings.software,
+                tickets=self._tickets.by_lane,
                 received=received,
                 limits=PeerLimits(Kind.DATA.max_length),
                 timeouts=Timeouts(limits.handshake_s, limits.ping_s, limits.dead_s),
@@ -115,18 +111,13 @@ class Session:
 
     def join(self, connection: Connection, join: Join) -> None:
         """A new connection wants to be a lane."""
-        ticket = self._tickets.get(join.lane)
         if join.session != self.id:
             raise ProtocolError(ErrorCode.TICKET, "there is no such session")
         if connection.peer != self.control.peer:
             raise ProtocolError(ErrorCode.TICKET, "the session is another device's")
-        if ticket is None or self.state is not State.CONNECTED:
+        if self.state is not State.CONNECTED:
             raise ProtocolError(ErrorCode.TICKET, f"no lane {join.lane!r} can be joined")
-        if not secrets.compare_digest(ticket.encode(), join.ticket.encode()):
-            raise ProtocolError(ErrorCode.TICKET, f"wrong ticket for lane {join.lane!r}")
-        if join.lane in self._joined:
-            raise ProtocolError(ErrorCode.TICKET, f"the ticket for lane {join.lane!r} is used")
-        self._joined.add(join.lane)
+        self._tickets.use(join.lane, join.ticket)
         self._open.add(connection)
         connection.lane = join.lane
         connection.routes = self.streams.routes.get(join.lane, {})
@@ -134,11 +125,11 @@ class Session:
 
     @property
     def _is_complete(self) -> bool:
-        return self._joined.issuperset(_NEEDED_LANES)
+        return self._tickets.are_used(_NEEDED_LANES)
 
     def send(self, kind: Kind, body: JsonBody | None = None) -> None:
         """Sends on control."""
-        self._spoke_s = self._context.clock()
+        self._last_sent_s = self._context.clock()
         self._context.act(Send(self.control, kind, body))
 
     def received(self, connection: Connection, frame: Frame) -> None:
@@ -146,7 +137,7 @@ class Session:
         if self.state is not State.CONNECTED:
             return
         if connection is self.control:
-            self._heard_s = self._context.clock()
+            self._last_received_s = self._context.clock()
         if frame.header.kind == Kind.ERROR:
             self._error(connection, Error.parse(frame.payload))
         elif handle := self._handlers.get(frame.header.kind):
@@ -155,17 +146,22 @@ class Session:
             self.skipped_frames += 1
 
     def _channel(self, channel: Channel) -> None:
-        refusal = self.streams.announce(channel)
-        if refusal is not None:
+        topic = self.streams.announce(channel)
+        try:
+            publish = self._context.sink.open(topic)
+        except PublishError as refusal:
+            publish = _refuse
             self._event(str(refusal))
             error = error_body(ProtocolError(ErrorCode.CHANNEL, str(refusal)))
             self.send(Kind.ERROR, replace(error, fatal=False, channel=channel.id))
+        statistics = self.instance.topics.setdefault(topic.name, TopicStatistics())
+        self.streams.route(channel.id, Route(publish, statistics))
         if self.streams.is_answered:
             self._apply()
 
     def _configured(self, configured: Configured) -> None:
         known = self.streams.answers
-        self.streams.answer(configured)
+        self.streams.configured(configured)
         for id, answer in self.streams.answers.items():
             if answer.result != "applied" and answer != known.get(id):
                 self._event(f"{id} {answer.result}: {answer.reason!r}")
@@ -185,17 +181,17 @@ class Session:
         )
 
     def _stream_states(self) -> dict[str, StreamStatus]:
-        return stream_states(self.streams.answers, self._told)
+        return stream_states(self.streams.answers, self._reported)
 
     @property
-    def _told(self) -> Mapping[str, StreamStatus]:
+    def _reported(self) -> Mapping[str, StreamStatus]:
         return (self.status and self.status.streams) or {}
 
-    def advance(self, demand: Demand) -> None:
+    def advance(self, desired: DesiredStreams) -> None:
         """Sends what is due of CONFIGURE and START."""
         if self.state is not State.CONNECTED or not self._is_complete:
             return
-        due = self.streams.due(demand)
+        due = self.streams.next_message(desired)
         if due is not None:
             self.send(Kind.CONFIGURE if isinstance(due, Configure) else Kind.START, due)
 
@@ -210,7 +206,7 @@ class Session:
         self.send(Kind.LINK_TEST, self.link.ask())
 
     def _status(self, body: bytearray) -> None:
-        known, before = self._told, self._stream_states()
+        known, before = self._reported, self._stream_states()
         self.status = Status.parse(body)
         now = self._stream_states()
         for text in news(before, now):
@@ -219,7 +215,7 @@ class Session:
             self._apply()
         available = {id for id, it in now.items() if it.state == "available"}
         if any(id not in known or known[id].state != "available" for id in available):
-            self.streams.ask_again()
+            self.streams.renegotiate()
 
     def _error(self, connection: Connection, error: Error) -> None:
         text = f"the device reports {error.code!r}: {error.message!r}"
@@ -255,33 +251,33 @@ class Session:
         """Time has passed."""
         if self.state is not State.CONNECTED:
             return
-        now, limits = self._context.clock(), self._context.limits
+        now, limits = self._context.clock(), self._context.settings.limits
         if self._bye_s is not None:
             if now - self._bye_s > limits.dead_s:
                 self.finish(State.ENDED, "some lanes did not end after BYE")
-        elif now - self._heard_s > limits.dead_s:
+        elif now - self._last_received_s > limits.dead_s:
             self.fail(ProtocolError(ErrorCode.TIMEOUT, f"silent for {limits.dead_s} s"))
         elif not self._is_complete and now - self._began_s > limits.handshake_s:
             self.fail(ProtocolError(ErrorCode.TIMEOUT, "time and sensors were not joined"))
         elif self._lane_ended_s is not None and now - self._lane_ended_s > limits.dead_s:
             self.finish(State.LOST, "a lane ended without BYE", Bye("a lane ended"))
-        elif now - self._spoke_s >= limits.ping_s:
+        elif now - self._last_sent_s >= limits.ping_s:
             self.send(Kind.PING)
 
     def fail(self, error: ProtocolError) -> None:
         """Ends the session with an ERROR on control."""
         self.finish(State.LOST, str(error), error_body(error))
 
-    def finish(self, state: State, reason: str, farewell: Bye | Error | None = None) -> None:
+    def finish(self, state: State, reason: str, closing_message: Bye | Error | None = None) -> None:
         """Ends the session, which is not LOST after a BYE; what has arrived is still read."""
         if self.state is not State.CONNECTED:
             return
         self.state = State.ENDED if self._bye_s is not None else state
         self._event(f"session {self.state.value}: {reason}")
-        if farewell is not None:
-            self.send(Kind.BYE if isinstance(farewell, Bye) else Kind.ERROR, farewell)
+        if closing_message is not None:
+            self.send(Kind.BYE if isinstance(closing_message, Bye) else Kind.ERROR, closing_message)
         for connection in self._open:
-            said = farewell is not None and connection is self.control
+            said = closing_message is not None and connection is self.control
             close(self._context, connection, Ending.DISCARD if said else Ending.DRAIN)
 
     def report(self) -> Report:
@@ -312,4 +308,8 @@ class Session:
         return TopicReport(topic, statistics, device, self.streams.is_running(topic.stream))
 
     def _event(self, text: str) -> None:
-        self._say(f"{self.hello.name!r}: {text}")
+        self._log(f"{self.hello.name!r}: {text}")
+
+
+def _refuse(_: bytearray) -> None:
+    raise PublishError("the topic could not be opened")

@@ -1,56 +1,89 @@
-"""What a device was asked to run, what it answered and announced, and where its DATA goes."""
+"""The negotiation of one session: which streams run, and which channel carries which topic."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from enum import Enum, auto
 
-from ..errors import ErrorCode, ProtocolError, PublishError
+from ..errors import ErrorCode, ProtocolError
 from ..table.stream_table import StreamTable, Topic
 from ..wire.json_body import Scalar
 from ..wire.messages import Channel, ChannelEnd, Configure, Configured, Start, StreamAnswer
 from .connection import Route
-from .sink import Publish, Sink
-from .statistics import Instance, TopicStatistics
 
 type Request = Mapping[str, Mapping[str, Scalar]]
 
 
 @dataclass(frozen=True)
-class Demand:
-    """What a headset shall run: `request`, but not now the streams that are `idle`.
+class DesiredStreams:
+    """The streams that the headset shall run.
 
-    While it is paused nothing starts, and what runs stops. It is never asked for the streams in
-    `withheld`, which has the reasons.
+    Attributes:
+        request: the values of each stream that the user enabled.
+        is_paused: nothing starts, and what runs stops.
+        idle: streams that nobody needs at present.
+        excluded: streams that the headset is never asked for, with the reasons.
     """
 
     request: Request
     is_paused: bool = False
     idle: Collection[str] = ()
-    withheld: Mapping[str, str] = field(default_factory=dict)
+    excluded: Mapping[str, str] = field(default_factory=dict)
 
-    def asked(self) -> Request:
-        """The request as the headset sees it."""
-        return {id: it for id, it in self.request.items() if id not in self.withheld}
+    def requested(self) -> Request:
+        """Returns the request as the headset sees it."""
+        return {id: it for id, it in self.request.items() if id not in self.excluded}
 
     def refusals(self) -> dict[str, StreamAnswer]:
-        """The answers for what it is not asked for."""
-        ids = self.request.keys() & self.withheld.keys()
-        return {id: StreamAnswer("refused", None, self.withheld[id]) for id in sorted(ids)}
+        """Returns the answers for the streams that the headset is not asked for."""
+        ids = self.request.keys() & self.excluded.keys()
+        return {id: StreamAnswer("refused", None, self.excluded[id]) for id in sorted(ids)}
+
+
+class Phase(Enum):
+    """How far a session's streams are negotiated.
+
+    IDLE: nothing was sent. CONFIGURING: CONFIGURE was sent, CONFIGURED has not arrived.
+    CONFIGURED: the device has answered; its channels have no routes yet. STARTED: START was sent.
+    """
+
+    IDLE = auto()
+    CONFIGURING = auto()
+    CONFIGURED = auto()
+    STARTED = auto()
 
 
 class Streams:
-    """CONFIGURE, CHANNEL, CONFIGURED and START of one session.
+    """A state machine without I/O for CONFIGURE, CHANNEL, CHANNEL_END, CONFIGURED and START.
 
-    `routes` has each lane's routes by channel. They are read by the lanes' threads and filled
-    here, by START.
+    | phase | event | next phase |
+    |---|---|---|
+    | IDLE, CONFIGURED, STARTED | next_message() returns CONFIGURE | CONFIGURING |
+    | CONFIGURING | configured() | CONFIGURED |
+    | CONFIGURED | next_message() returns START | STARTED |
+    | STARTED | announce(): an app's own topic needs another START | CONFIGURED |
+
+    Methods raise ProtocolError when the device broke the protocol. Not thread-safe, except that
+    the readers of lanes look up `routes` while next_message() adds to them.
+
+    Args:
+        table: the streams and topics that there can be.
+        custom: the app's own topics by name; it is extended here, and survives the session.
+        frame_prefix: the prefix of the headset's frame ids.
+
+    Attributes:
+        phase: how far the negotiation is.
+        answers: the device's answer for each stream that was requested.
+        routes: each lane's routes by channel.
     """
 
     def __init__(
-        self, table: StreamTable, instance: Instance, sink: Sink, frame_prefix: str = ""
+        self, table: StreamTable, custom: dict[str, Topic], frame_prefix: str = ""
     ) -> None:
+        self.phase = Phase.IDLE
         self.answers: Mapping[str, StreamAnswer] = {}
         self.routes: dict[str, dict[int, Route]] = {"sensors": {}}
         self.routes |= {lane: {} for lane in table.image_lanes}
-        self._table, self._instance, self._sink = table, instance, sink
+        self._table, self._custom = table, custom
         self._frame_prefix = frame_prefix or None
         self._topics = {
             topic.name: topic for stream in table.streams.values() for topic in stream.topics
@@ -63,75 +96,77 @@ class Streams:
         self._requested: Request = {}
         self._requested_before: Request = {}
         self._negotiated: Request | None = None
-        self._withheld: Mapping[str, StreamAnswer] = {}
+        self._refusals: Mapping[str, StreamAnswer] = {}
         self._offered: list[Topic] = []
-        self._is_answered = self._is_started = self._has_started = self._runs = False
+        self._has_started = self._is_streaming = False
 
     @property
     def topics(self) -> list[Topic]:
-        """Those of all streams that were negotiated and not refused, running or not."""
+        """The topics of all streams that were not refused, running or not."""
         return [topic for topic in self._offered if self.answers[topic.stream].result != "refused"]
 
     @property
     def is_answered(self) -> bool:
-        """Whether the device has answered all that it was asked."""
-        return self._is_answered
+        """True if the device has answered every request."""
+        return self.phase in (Phase.CONFIGURED, Phase.STARTED)
 
     def is_running(self, stream: str) -> bool:
-        """Whether the device is to run it at present."""
-        return self._runs and stream in self._requested
-
-    def ask_again(self) -> None:
-        """All that is asked for is negotiated anew, since the device would accept more of it."""
-        if self._is_answered:
-            self._negotiated = None
+        """Returns True if the device is to run the stream at present."""
+        return self._is_streaming and stream in self._requested
 
     def topic(self, name: str) -> Topic:
-        """The row of the stream table, or of a topic that the device has named."""
-        return self._topics.get(name) or self._instance.custom[name]
+        """Returns the row of the stream table, or the app's own topic."""
+        return self._topics.get(name) or self._custom[name]
 
-    def due(self, demand: Demand) -> Configure | Start | None:
-        """What to send next; None when nothing, or while an answer is outstanding.
+    def renegotiate(self) -> None:
+        """Makes next_message() request everything again, since the device would accept more."""
+        if self.is_answered:
+            self._negotiated = None
+
+    def next_message(self, desired: DesiredStreams) -> Configure | Start | None:
+        """Returns what to send next, or None if nothing is due or an answer is outstanding.
 
         A request is negotiated as a whole before any of it starts, so that all its answers and
-        topics are known; then what is not wanted at present is left out.
+        topics are known. What is not needed at present is left out afterwards.
         """
-        if self._request and not self._is_answered:
+        if self.phase is Phase.CONFIGURING:
             return None
-        asked, withheld = demand.asked(), demand.refusals()
-        if (self._negotiated, self._withheld) != (asked, withheld):
-            self._negotiated, self._withheld = asked, withheld
-            return self._configure(asked)
-        wanted = self._wanted(demand)
-        if wanted != self._requested:
-            return self._configure(wanted)
-        is_idle = not wanted and self._negotiated
-        return None if demand.is_paused or is_idle or self._is_started else self._start()
+        requested, refusals = desired.requested(), desired.refusals()
+        if (self._negotiated, self._refusals) != (requested, refusals):
+            self._negotiated, self._refusals = requested, refusals
+            return self._configure(requested)
+        needed = self._needed(desired)
+        if needed != self._requested:
+            return self._configure(needed)
+        is_idle = not needed and self._negotiated
+        if desired.is_paused or is_idle or self.phase is Phase.STARTED:
+            return None
+        return self._start()
 
-    def _wanted(self, demand: Demand) -> Request:
-        if demand.is_paused:
-            return {} if self._runs else self._requested
-        return {id: values for id, values in demand.asked().items() if id not in demand.idle}
+    def _needed(self, desired: DesiredStreams) -> Request:
+        if desired.is_paused:
+            return {} if self._is_streaming else self._requested
+        return {id: values for id, values in desired.requested().items() if id not in desired.idle}
 
     def _configure(self, streams: Request) -> Configure:
         self._request += 1
         self._requested_before, self._requested = self._requested, streams
-        self._runs = self._runs and bool(streams)
-        self._is_answered = self._is_started = False
+        self._is_streaming = self._is_streaming and bool(streams)
+        self.phase = Phase.CONFIGURING
         return Configure(self._request, streams, self._frame_prefix)
 
     def _start(self) -> Start:
-        """From now on the channels of the answered request have routes."""
         for channel, (lane, route) in self._unrouted.items():
             self.routes[lane][channel] = route
         self._unrouted.clear()
-        self._is_started = self._has_started = self._runs = True
+        self.phase = Phase.STARTED
+        self._has_started = self._is_streaming = True
         is_open = self._table.custom_topics.stream in self._requested
         return Start(self._request, self._announced if is_open else None)
 
-    def announce(self, channel: Channel) -> PublishError | None:
-        """CHANNEL opens its topic, or the error says why its DATA goes nowhere."""
-        if not self._request:
+    def announce(self, channel: Channel) -> Topic:
+        """Takes a CHANNEL and returns the topic to open; route() must follow."""
+        if self.phase is Phase.IDLE:
             raise ProtocolError(ErrorCode.UNEXPECTED, "CHANNEL before CONFIGURE")
         topic = self._checked(channel)
         if channel.id in self._live or topic in self._live.values():
@@ -143,21 +178,17 @@ class Streams:
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"{topic.name} is channel {number}, not {channel.id}"
             )
-        statistics = self._instance.topics.setdefault(topic.name, TopicStatistics())
-        publish, refusal = self._open(topic)
         self._live[channel.id] = topic
-        self._unrouted[channel.id] = topic.lane, Route(publish, statistics)
         self._announced += 1
-        self._is_started = False
-        if self._is_answered and topic not in self._offered:
+        if self.phase is Phase.STARTED:
+            self.phase = Phase.CONFIGURED
+        if self.is_answered and topic not in self._offered:
             self._offered.append(topic)
-        return refusal
+        return topic
 
-    def _open(self, topic: Topic) -> tuple[Publish, PublishError | None]:
-        try:
-            return self._sink.open(topic), None
-        except PublishError as error:
-            return _refuse, error
+    def route(self, channel: int, route: Route) -> None:
+        """Sends the DATA of an announced channel along `route` from the next START on."""
+        self._unrouted[channel] = self._live[channel].lane, route
 
     def _checked(self, channel: Channel) -> Topic:
         if channel.stream == self._table.custom_topics.stream:
@@ -174,16 +205,16 @@ class Streams:
         return topic
 
     def _checked_custom(self, channel: Channel) -> Topic:
-        rules, known = self._table.custom_topics, self._instance.custom
+        rules, known = self._table.custom_topics, self._custom
         topic = rules.topic(channel.topic, channel.type)
         found = (channel.role, channel.qos, channel.lane)
         if topic is None or found != (rules.role, rules.qos, rules.lane):
             raise ProtocolError(
                 ErrorCode.CHANNEL, f"no custom topic can be {channel.topic!r}: {channel!r}"
             )
-        # Announced by itself, it may cross the CONFIGURE that no longer wants it.
+        # The app announces it by itself, so CHANNEL may cross the CONFIGURE that excludes it.
         if rules.stream not in self._requested and (
-            self._is_answered or rules.stream not in self._requested_before
+            self.is_answered or rules.stream not in self._requested_before
         ):
             raise ProtocolError(ErrorCode.CHANNEL, f"{topic.name} was not asked for")
         if known.get(topic.name, topic) != topic:
@@ -197,13 +228,13 @@ class Streams:
         return known.setdefault(topic.name, topic)
 
     def end(self, end: ChannelEnd) -> None:
-        """CHANNEL_END; the route stays for what is under way."""
+        """Takes a CHANNEL_END; the route stays for DATA that is under way."""
         if self._live.pop(end.id, None) is None:
             raise ProtocolError(ErrorCode.CHANNEL, f"channel {end.id} is not announced")
 
-    def answer(self, configured: Configured) -> None:
-        """CONFIGURED completes the announcements of a request."""
-        if configured.request != self._request or self._is_answered:
+    def configured(self, configured: Configured) -> None:
+        """Takes CONFIGURED, which completes the announcements of a request."""
+        if configured.request != self._request or self.phase is not Phase.CONFIGURING:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"CONFIGURED of request {configured.request}")
         if configured.streams.keys() != self._requested.keys():
             wrong = sorted(configured.streams.keys() ^ self._requested.keys())
@@ -218,18 +249,14 @@ class Streams:
                 )
         live = list(self._live.values())
         if self._requested == self._negotiated:
-            self.answers, self._offered = {**configured.streams, **self._withheld}, live
+            self.answers, self._offered = {**configured.streams, **self._refusals}, live
         else:
             self.answers = {**self.answers, **configured.streams}
             self._offered += [topic for topic in live if topic not in self._offered]
-        self._is_answered = True
+        self.phase = Phase.CONFIGURED
 
-    def refusal(self, channel: int) -> ProtocolError:
-        """Why DATA of a channel without route is wrong."""
+    def data_error(self, channel: int) -> ProtocolError:
+        """Returns what is wrong with DATA of a channel that has no route."""
         if channel in self._unrouted or not self._has_started:
             return ProtocolError(ErrorCode.UNEXPECTED, f"DATA of channel {channel} before START")
         return ProtocolError(ErrorCode.CHANNEL, f"DATA of channel {channel}, unknown on this lane")
-
-
-def _refuse(_: bytearray) -> None:
-    raise PublishError("the topic could not be made")

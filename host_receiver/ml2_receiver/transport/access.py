@@ -16,7 +16,8 @@ from .transport import PlainTransport, Transport
 
 @dataclass(frozen=True)
 class Protection:
-    """What keeps strangers out: `paired` has the names of those who may come, by fingerprint.
+    """The protection of the port: `paired` has the names of the devices that may connect, by
+    fingerprint.
 
     It is None without TLS, when everybody may.
     """

@@ -1,0 +1,45 @@
+"""The settings of a receiver that stay for as long as it runs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..table.reader import load_table
+from ..table.stream_table import StreamTable
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The receiver's limits, from PROTOCOL.md; tests make some tighter, others looser."""
+
+    handshake_s: float = 5.0
+    ping_s: float = 0.5
+    dead_s: float = 2.0
+    linger_s: float = 1.0
+    unfinished_connections: int = 16
+    connections_per_address: int = 64
+    failed_attempts: int = 10
+    failed_attempts_per_s: float = 1.0
+    shared_address_s: float = 24 * 3600.0
+    shared_failed_attempts: int = 100
+    shared_failed_attempts_per_s: float = 50.0
+
+
+@dataclass(frozen=True)
+class ReceiverSettings:
+    """What a receiver is told once.
+
+    Attributes:
+        name: the receiver's name, as headsets see it.
+        software: its program and version, as headsets see it.
+        frame_prefix: the prefix of the headsets' frame ids.
+        excluded: streams that no headset is ever asked for, with the reasons.
+        limits: time-outs, and the number of connections and failed attempts.
+        table: the streams that there can be.
+    """
+
+    name: str
+    software: str
+    frame_prefix: str = ""
+    excluded: Mapping[str, str] = field(default_factory=dict)
+    limits: Limits = field(default_factory=Limits)
+    table: StreamTable = field(default_factory=load_table)
