@@ -10,6 +10,12 @@ pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
 python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
+comma := ,
+# The native library and its tests with sanitizers: folder, sanitizers, options of the build.
+define sanitized
+cmake -S native -B build/native/$(1) -G Ninja -DML2S_SANITIZE=$(2)
+cmake --build build/native/$(1) $(3)
+endef
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 packaged := build/.maven-packaged
 bundle := build/native/bundle/order
@@ -90,6 +96,13 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
+check: lint native ## Check style and run the fast tests of every language, in under three minutes
+	$(pytest) $(call beside,4) -m 'not processes' host_receiver/test tests/conformance/test_wire.py tests/conformance/test_cdr_oracles.py
+	$(call sanitized,address,address$(comma)undefined)
+	ctest --test-dir build/native/address --parallel 2 --output-on-failure --exclude-regex sim_tests
+	$(maven) --quiet test -pl ml2-sensors-aar -Dtest='!**/capture/*Test,!**/fuzz/*Test,!MalformedVectorTest'
+	tests/unity/run.sh
+
 test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist ## Run every test
 
 test-python: setup $(javascript) ## Test the receiver
@@ -102,11 +115,9 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	@touch $@
 
 test-native: native ## Test the native library and its simulations, with sanitizers
-	cmake -S native -B build/native/address -G Ninja -DML2S_SANITIZE=address,undefined
-	cmake --build build/native/address
+	$(call sanitized,address,address$(comma)undefined)
 	ctest --test-dir build/native/address --parallel 2 --output-on-failure
-	cmake -S native -B build/native/thread -G Ninja -DML2S_SANITIZE=thread
-	cmake --build build/native/thread --target threaded
+	$(call sanitized,thread,thread,--target threaded)
 	ctest --test-dir build/native/thread --parallel 2 --output-on-failure --label-regex threaded
 	cmake --build build/native/host --target scene_shots
 	$(pytest) native/tests
@@ -141,6 +152,7 @@ lint: setup $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generate
 	$(run) ruff format --check --config $(settings) $(python)
 	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || exit; done
 	$(run) python3 config/generate.py --check
+	$(run) python3 config/figures.py --check
 	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
 	$(pytest) --quiet tests/docs
@@ -193,4 +205,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help api audit setup native build aar apk dist unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist lint format bench fuzz fuzz-python fuzz-kotlin soak harsh validate clean
+.PHONY: help check api audit setup native build aar apk dist unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist lint format bench fuzz fuzz-python fuzz-kotlin soak harsh validate clean

@@ -1,6 +1,7 @@
 """Fixtures of several modules, and how patient all tests are."""
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +19,18 @@ settings.register_profile(
     "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
+
+
+# What a module uses that starts processes or ROS.
+_SLOW = {"rclpy", "ros_client", "ros_processes", "ros_subscriber", "subprocess"}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
+    """Marks the tests of modules that start processes: `make check` leaves them out."""
+    for item in items:
+        used = {getattr(it, "__module__", None) or str(it) for it in vars(item.module).values()}
+        if {re.sub(r"^<module '|[.'].*", "", name) for name in used} & _SLOW:
+            item.add_marker("processes")
 
 
 @pytest.fixture(autouse=True, scope="session")
