@@ -129,14 +129,14 @@ test-conformance: build ## Test every language against the shared vectors
 	$(pytest) $(call beside,2) tests/conformance
 
 test-aar: native aar apk ## Test what the Android packages and the app hold, and a consumer of theirs
-	$(pytest) --timeout 300 $(call beside,2) tests/aar
+	$(pytest) --timeout 300 --numprocesses 2 --dist loadfile tests/aar
 
 test-unity: native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) $(call beside,3) -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) --numprocesses 3 --dist loadgroup -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) -m alone tests/end_to_end tests/validation
 
 test-dist: dist ## Test what a release holds, and its wheel in an environment of its own
