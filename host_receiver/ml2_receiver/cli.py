@@ -54,6 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         exit_code: int = options.run(options)
     except ReceiverError as error:
         print(error, file=sys.stderr)
+        if error.hint:
+            print(f"hint: {error.hint}", file=sys.stderr)
         return 2
     return exit_code
 

@@ -21,13 +21,48 @@ ReceiverError
 └── ListenError     the address to listen on
 """
 
+import errno
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class ReceiverError(Exception):
-    """The world is not as the receiver needs it; the message says what was expected and found."""
+    """The environment is not usable; the message says what happened and what was expected.
+
+    Args:
+        hint: what to do about it, in one sentence or two; empty if the message says enough. The
+            command prints it on a line of its own.
+    """
+
+    def __init__(self, message: str, *, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+    def in_one_line(self) -> str:
+        """Returns the message and the hint, for logs and for answers of services."""
+        return f"{self}. {self.hint}" if self.hint else str(self)
+
+
+NO_RECEIVER_HINT = (
+    "Start `ml2-receiver run`, with the same ROS_DOMAIN_ID in both terminals. `ml2-receiver doctor`"
+    " finds what is wrong."
+)
+_CONFIG_HINT = "`ml2-receiver config show` lists every section, key and legal value."
+_ACCESS = "Give your user access to it"
+_SPACE = "Free space on that disk"
+_FILE_HINTS = {
+    errno.EACCES: _ACCESS,
+    errno.EPERM: _ACCESS,
+    errno.ENOSPC: _SPACE,
+    errno.EDQUOT: _SPACE,
+}
+
+
+def file_hint(error: OSError, otherwise: str) -> str:
+    """Returns what to do about a file or folder that cannot be used, or another thing to do."""
+    first = _FILE_HINTS.get(error.errno or 0)
+    return f"{first}, or {otherwise}." if first else f"{otherwise[0].upper()}{otherwise[1:]}."
 
 
 @dataclass(frozen=True)
@@ -56,7 +91,8 @@ class ConfigError(ReceiverError):
 
     def __init__(self, problems: Sequence[Problem], file: str = "configuration") -> None:
         self.problems = tuple(problems)
-        super().__init__("\n".join(problem.located_in(file) for problem in problems))
+        text = "\n".join(problem.located_in(file) for problem in problems)
+        super().__init__(text, hint=_CONFIG_HINT)
 
 
 class CalibrationError(ReceiverError):

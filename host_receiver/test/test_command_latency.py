@@ -105,7 +105,7 @@ def test_without_once_it_measures_until_it_is_interrupted(
 
 @pytest.mark.parametrize(
     ("has_receiver", "words"),
-    [(False, "start `ml2-receiver run`"), (True, "the receiver has no headset")],
+    [(False, "hint: Start `ml2-receiver run`"), (True, "the receiver has no headset")],
 )
 def test_without_anything_to_measure_it_says_what_to_start(
     has_receiver: bool, words: str, request: pytest.FixtureRequest

@@ -254,7 +254,8 @@ def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
         limit_files(recording.process.pid, 500_000)
         with streaming(device):
             assert recording.wait() == 2
-        assert "the recording has ended: File too large" in recording.errors[-1]
+        assert "the recording has ended: File too large" in recording.errors[-2]
+        assert recording.errors[-1].startswith("hint: What was written can be played.")
         assert mcap_file(folder).stat().st_size <= 500_000
     check_images(folder)
 
@@ -265,7 +266,9 @@ def test_an_existing_folder_is_refused_before_anything_else(
     folder.mkdir()
     command = ["record", str(folder), "--no-ros", "--config", str(config)]
     assert main([*command, "--listen", "127.0.0.1:0"]) == 2
-    assert f"{folder} exists: choose another, or add --overwrite" in capsys.readouterr().err
+    error, hint = capsys.readouterr().err.splitlines()
+    assert error == f"{folder} exists already"
+    assert hint == "hint: Choose another folder, or replace the recording with --overwrite."
 
 
 def test_a_folder_that_cannot_be_made_is_an_error(

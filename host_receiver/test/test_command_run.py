@@ -74,8 +74,10 @@ def test_a_port_in_use_ends_it(config: Path, capsys: pytest.CaptureFixture[str])
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         assert main(["run", "--config", str(config), "--listen", address]) == 2
     error = capsys.readouterr().err
-    assert f"cannot listen on {address}: Address already in use" in error
-    assert f"(pid {os.getpid()})" in error
+    first, hint = error.splitlines()
+    assert first.startswith(f"cannot listen on {address}: the port is used by ")
+    assert first.endswith(f"(pid {os.getpid()})")
+    assert hint == "hint: Stop it, or choose another port with --listen."
 
 
 @pytest.mark.parametrize("address", ["7755", "localhost", "localhost:", ":1", "a:-1"])

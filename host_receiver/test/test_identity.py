@@ -42,14 +42,16 @@ def test_openssl_reads_it_as_protocol_md_has_it(tmp_path: Path) -> None:
 def test_a_key_that_others_can_read_is_refused(tmp_path: Path) -> None:
     key = Identity.of(tmp_path).key_file
     key.chmod(0o640)
-    with pytest.raises(KeysError, match=f"others can read {key}: chmod 600"):
+    with pytest.raises(KeysError, match=f"others can read the key in {key}") as error:
         Identity.of(tmp_path)
+    assert f"chmod 600 {key}" in error.value.hint
 
 
 def test_a_folder_that_others_can_write_in_is_refused(tmp_path: Path) -> None:
     tmp_path.chmod(0o777)
-    with pytest.raises(KeysError, match=f"others can write in {tmp_path}: chmod go-w"):
+    with pytest.raises(KeysError, match=f"others can write in {tmp_path}") as error:
         Identity.of(tmp_path)
+    assert error.value.hint == f"Run `chmod go-w {tmp_path}`."
 
 
 def test_a_key_of_another_certificate_is_named(tmp_path: Path) -> None:

@@ -96,7 +96,8 @@ def test_a_damaged_file_is_named_and_keeps_only_its_device_out(
     text = change if isinstance(change, str) else json.dumps(json.loads(file.read_text()) | change)
     file.write_text(text)
     assert devices.load() == [whole]
-    assert warnings[0].startswith(f"{file} is not a paired device; remove it, and pair")
+    assert warnings[0].startswith(f"{file} is not a paired device: ")
+    assert warnings[0].endswith("Remove it, and pair the headset again: `ml2-receiver pair`.")
     assert PairedOnly(tmp_path / "keys").allows(whole.fingerprint)
 
 

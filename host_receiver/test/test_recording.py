@@ -198,7 +198,7 @@ def test_a_recording_of_nothing_can_be_opened(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_exists_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="exists: choose another, or add --overwrite"):
+    with pytest.raises(RecordingError, match="exists already"):
         make_folder(tmp_path, is_overwriting=False)
 
 

@@ -273,7 +273,7 @@ def test_a_stopped_server_says_goodbye_and_leaves_no_threads(sink: FakeSink) -> 
 def test_a_port_in_use_is_named() -> None:
     with listen(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(ListenError, match=rf"cannot listen on 127.0.0.1:{port}: .*in use"):
+        with pytest.raises(ListenError, match=rf"cannot listen on 127.0.0.1:{port}: .*is used by"):
             listen(("127.0.0.1", port))
 
 

@@ -103,7 +103,7 @@ class Endpoint:
             try:
                 self.listener = server.listen_on(_EVERYWHERE)
             except ListenError as error:
-                print(f"WARNING: {error}", file=sys.stderr, flush=True)
+                print(f"WARNING: {error.in_one_line()}", file=sys.stderr, flush=True)
                 self.listener = server.listen_on(_LOOPBACK)
             self._announcement.close()
             self._announcement = self._announce()

@@ -88,7 +88,9 @@ def _uri(text: str) -> PairingUri:
 
 def _install(options: argparse.Namespace) -> int:
     if not options.apk.is_file():
-        raise AdbError(f"there is no {options.apk}: run `make apk`, or name an APK")
+        raise AdbError(
+            f"there is no file {options.apk}", hint="Build it with `make apk`, or name another APK."
+        )
     with _doing("installing"):
         adb("install", "-r", str(options.apk), timeout_s=_INSTALL_TIMEOUT_S)
     print("installed; next: `ml2-receiver pair`, then `ml2-receiver headset start --pair URI`")

@@ -112,11 +112,19 @@ def _wait(listener: PairingListener, pairing: Pairing, stopping: threading.Event
     with _countdown(pairing):
         while not listener.ended.wait(_POLL_S):
             if stopping.is_set():
-                raise PairingError("nobody was paired")
+                raise PairingError("no headset was paired")
             if pairing.is_guessed_at:
-                raise PairingError("nobody was paired: too many wrong tokens; somebody may guess")
+                raise PairingError(
+                    "no headset was paired: too many wrong codes arrived",
+                    hint="Somebody on the network may be guessing. Pair on another network, or by"
+                    " cable: `ml2-receiver headset start --pair URI`.",
+                )
             if not pairing.left_s and listener.device is None:
-                raise PairingError(f"nobody was paired within {VALID_S / 60:.0f} minutes")
+                raise PairingError(
+                    f"no headset was paired within {VALID_S / 60:.0f} minutes",
+                    hint="Run `ml2-receiver pair` again, and enter its code on the headset in that"
+                    " time. The headset must reach this machine: check Wi-Fi and firewall.",
+                )
     if listener.failure is not None:
         raise listener.failure
     assert listener.device is not None

@@ -22,6 +22,10 @@ from .recording_wait import Standing, wait
 from .stopping import stop_signal
 
 _MOST = 1 << 31
+_ENDED_EARLY_HINT = (
+    "What was written can be played. Record to a disk with more space, fewer streams, or with"
+    " --compression zstd."
+)
 _EXAMPLES = """examples:
   ml2-receiver record walk                       publish in ROS 2, and record into walk/
   ml2-receiver record walk --no-ros              only record; needs no ROS 2
@@ -147,7 +151,7 @@ def _record(options: argparse.Namespace) -> int:
     for line in losses(progress):
         print(f"  {line}")
     if recording.failure is not None:
-        raise RecordingError(_ended_early(options.out, recording.failure))
+        raise RecordingError(_ended_early(options.out, recording.failure), hint=_ENDED_EARLY_HINT)
     return 0
 
 

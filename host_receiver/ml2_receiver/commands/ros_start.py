@@ -8,6 +8,11 @@ from contextlib import contextmanager
 from ..errors import RosError
 from ..ros.fastdds import apply_default_profile
 
+_ROS_HINT = (
+    "Run `source /opt/ros/jazzy/setup.bash`, or `make setup` in the clone and start"
+    " host_receiver/ml2-receiver. `ml2-receiver record --no-ros` works without ROS 2."
+)
+
 
 @contextmanager
 def ros_needed() -> Iterator[None]:
@@ -19,7 +24,9 @@ def ros_needed() -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        raise RosError(f"{error.name} is missing: source ROS 2 Jazzy") from error
+        raise RosError(
+            f"ROS 2 is not available: Python finds no {error.name}", hint=_ROS_HINT
+        ) from error
 
 
 def use_profile() -> None:

@@ -9,18 +9,19 @@ import subprocess
 from ..errors import AdbError
 
 _TIMEOUT_S = 20.0
-_MISSING = (
-    "adb is not on PATH: `sudo apt install adb`, or unpack"
-    " https://developer.android.com/tools/releases/platform-tools"
+_INSTALL_ADB = (
+    "Run `sudo apt install adb`, or unpack"
+    " https://developer.android.com/tools/releases/platform-tools."
 )
-_ADVICE = {
-    "no devices": "connect the headset by USB-C and switch on USB debugging (Settings, Developer"
-    " options)",
-    "unauthorized": "put the headset on and allow this PC there",
-    "offline": "unplug the cable and plug it in again",
-    "more than one device": "choose one: ANDROID_SERIAL=... before the command, see `adb devices`",
-    "UPDATE_INCOMPATIBLE": "an app signed by another key is installed; `adb uninstall"
-    " dev.ml2sensors.app` removes it, with its pairings",
+_HINTS = {
+    "no devices": "Connect the headset by USB-C, and switch on USB debugging (Settings, Developer"
+    " options).",
+    "unauthorized": "Put the headset on and allow this PC there.",
+    "offline": "Unplug the cable and plug it in again.",
+    "more than one device": "Choose one of `adb devices`: put ANDROID_SERIAL=... before the"
+    " command.",
+    "UPDATE_INCOMPATIBLE": "The installed app is signed by another key. `adb uninstall"
+    " dev.ml2sensors.app` removes it with its pairings.",
 }
 
 
@@ -41,11 +42,15 @@ def adb(*arguments: str, timeout_s: float = _TIMEOUT_S) -> str:
             check=False,
         )
     except FileNotFoundError as error:
-        raise AdbError(_MISSING) from error
+        raise AdbError("adb is not installed, or not on PATH", hint=_INSTALL_ADB) from error
     except subprocess.TimeoutExpired as error:
-        raise AdbError(f"adb {arguments[0]} did not end within {timeout_s:.0f} s") from error
+        raise AdbError(
+            f"adb {arguments[0]} did not end within {timeout_s:.0f} s",
+            hint="Unplug the cable and plug it in again, and run `adb kill-server`.",
+        ) from error
     if ended.returncode != 0:
-        raise AdbError(_with_advice(ended.stderr.strip() or ended.stdout.strip() or "adb failed"))
+        words = ended.stderr.strip() or ended.stdout.strip() or "adb failed"
+        raise AdbError(words, hint=_hint(words))
     return ended.stdout
 
 
@@ -58,6 +63,5 @@ def shell(*words: str) -> str:
     return adb("shell", shlex.join(words))
 
 
-def _with_advice(words: str) -> str:
-    advice = next((text for symptom, text in _ADVICE.items() if symptom in words), "")
-    return f"{words}\n{advice}" if advice else words
+def _hint(words: str) -> str:
+    return next((text for symptom, text in _HINTS.items() if symptom in words), "")

@@ -14,6 +14,7 @@ from ..wire.json_body import JsonBody
 from ..wire.messages import ClockStatus, Thermal
 from .adb import adb, shell
 
+_INSTALL_HINT = "Install the app of this release: `ml2-receiver headset install`."
 PACKAGE = "dev.ml2sensors.app"
 # Longer than pairing takes, the slowest of commands.
 _ANSWER_TIMEOUT_S = 30.0
@@ -83,7 +84,7 @@ def go_to(receiver: str) -> None:
 def status() -> tuple[AppStatus, Sequence[StreamStatus]]:
     first, *rest = _tell("STATUS")
     if first.status is None:
-        raise AdbError("the app answered without its status; `ml2-receiver headset install`")
+        raise AdbError("the app answered without its status", hint=_INSTALL_HINT)
     return first.status, [it.stream for it in rest if it.stream is not None]
 
 
@@ -102,7 +103,7 @@ def _tell(action: str, **texts: str) -> Sequence[Answer]:
     service = ("-n", f"{PACKAGE}/.StreamingService", "-a", f"{PACKAGE}.{action}")
     printed = shell("am", "start-foreground-service", *service, "--es", "request", request, *extras)
     if "Error" in printed:
-        raise AdbError("the app is not on the headset: `ml2-receiver headset install`")
+        raise AdbError("the app is not on the headset", hint=_INSTALL_HINT)
     answers = _answers(request)
     for it in answers:
         if it.error is not None:
@@ -117,7 +118,8 @@ def _answers(request: str) -> Sequence[Answer]:
         if answers and answers[-1].more == 0:
             return answers
         time.sleep(_POLL_S)
-    raise AdbError(f"the app did not answer within {_ANSWER_TIMEOUT_S:.0f} s; is it up to date?")
+    message = f"the app did not answer within {_ANSWER_TIMEOUT_S:.0f} s"
+    raise AdbError(message, hint=_INSTALL_HINT)
 
 
 def _logged(request: str) -> Sequence[Answer]:
@@ -126,4 +128,5 @@ def _logged(request: str) -> Sequence[Answer]:
     try:
         return [Answer.parse(it.encode()) for it in log.splitlines() if f'"{request}"' in it]
     except ProtocolError as error:
-        raise AdbError(f"the app's answer is not of this version: {error.message}") from error
+        message = f"the app's answer is not of this version: {error.message}"
+        raise AdbError(message, hint=_INSTALL_HINT) from error

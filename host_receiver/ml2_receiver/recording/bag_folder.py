@@ -3,13 +3,16 @@
 import shutil
 from pathlib import Path
 
-from ..errors import RecordingError
+from ..errors import RecordingError, file_hint
 
 METADATA = "metadata.yaml"
 
 
 def make_folder(
-    folder: Path, *, is_overwriting: bool, remedy: str = "choose another, or add --overwrite"
+    folder: Path,
+    *,
+    is_overwriting: bool,
+    remedy: str = "Choose another folder, or replace the recording with --overwrite.",
 ) -> None:
     """Makes an empty folder, if need be in place of an earlier recording.
 
@@ -22,12 +25,17 @@ def make_folder(
     try:
         if folder.exists() or folder.is_symlink():
             if not is_overwriting:
-                raise RecordingError(f"{folder} exists: {remedy}")
+                raise RecordingError(f"{folder} exists already", hint=remedy)
             _check_replaceable(folder)
             shutil.rmtree(folder)
         folder.mkdir(parents=True)
     except OSError as error:
-        raise RecordingError(f"cannot record into {folder}: {error.strerror}") from error
+        raise cannot_record(folder, error) from error
+
+
+def cannot_record(folder: Path, error: OSError) -> RecordingError:
+    hint = file_hint(error, "choose another folder")
+    return RecordingError(f"cannot record into {folder}: {error.strerror}", hint=hint)
 
 
 def _check_replaceable(folder: Path) -> None:
@@ -37,7 +45,10 @@ def _check_replaceable(folder: Path) -> None:
         else [folder.name]
     )
     if others:
-        raise RecordingError(f"{folder} is not just a recording, found {sorted(others)[0]!r}")
+        raise RecordingError(
+            f"{folder} has more than a recording in it: found {sorted(others)[0]!r}",
+            hint="--overwrite replaces recordings only. Choose another folder.",
+        )
 
 
 def _is_ours(file: Path) -> bool:

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from ..errors import RecordingError
 from ..session.report import Report
 from ..table.reader import load_table
 from ..topics.fan_out import FanOut
+from .bag_folder import cannot_record
 from .bag_writer import BagWriter
 from .options import RecordingOptions
 from .recorder import Progress, Recorder
@@ -40,7 +40,7 @@ class Recording:
                 folder, options.compression, options.split_bytes, options.split_duration_ns
             )
         except OSError as error:
-            raise RecordingError(f"cannot record into {folder}: {error.strerror}") from error
+            raise cannot_record(folder, error) from error
         patterns = options.topics
         self._recorder = Recorder(
             writer, load_table(), prefix, on_failure, patterns=patterns, before=before

@@ -17,6 +17,7 @@ from ..errors import RosError
 _LOG = re.compile(
     r"Failed to create log directory '([^']*)'|Failed opening file (.*)/[^/]* for writing"
 )
+_START_HINT = "Check what follows --ros-args, and that the RMW_IMPLEMENTATION is installed."
 
 # How late the end is noticed.
 _WAIT_S = 0.1
@@ -41,11 +42,10 @@ def start_ros(arguments: Sequence[str] = ()) -> Context:
     except RuntimeError as error:
         if (unwritable := _LOG.search(str(error))) is not None:
             raise RosError(
-                f"ROS 2 cannot write its log to {Path(unwritable[1] or unwritable[2])}: set"
-                " ROS_LOG_DIR to a folder that you can write, as in"
-                " `export ROS_LOG_DIR=/tmp/ros_log`"
+                f"ROS 2 cannot write its log to {Path(unwritable[1] or unwritable[2])}",
+                hint="Name a folder that you can write: `export ROS_LOG_DIR=/tmp/ros_log`.",
             ) from error
-        raise RosError(f"ROS 2 does not start: {error}") from error
+        raise RosError(f"ROS 2 does not start: {error}", hint=_START_HINT) from error
     return context
 
 

@@ -10,7 +10,7 @@ from rclpy.context import Context
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-from ..errors import RosError
+from ..errors import NO_RECEIVER_HINT, RosError
 from ..topics.status_name import split_status_name
 from .context import start_ros
 from .raw_taker import RawSubscription, RawTaker
@@ -69,15 +69,18 @@ class DiagnosticsNode:
                 return self._rows[receiver]
             others = sorted(self._rows)
         if receiver in others:
-            raise RosError(f"the receiver has not said within {timeout_s:.0f} s what is awaited")
+            raise RosError(
+                f"the receiver has not reported within {timeout_s:.0f} s what is awaited",
+                hint="Is a headset connected? `ml2-receiver doctor` finds what is wrong.",
+            )
         if others:
             names = ", ".join(f"--name {name}" if name else "no --name" for name in others)
-            raise RosError(f"no such receiver in this ROS domain, but with {names}")
+            raise RosError(
+                f"no such receiver in this ROS domain, but with {names}",
+                hint="Call the command with the --name of the receiver.",
+            )
         domain = os.environ.get("ROS_DOMAIN_ID", "0")
-        raise RosError(
-            f"no receiver in ROS domain {domain}: start `ml2-receiver run`, or see"
-            " `ml2-receiver doctor`"
-        )
+        raise RosError(f"no receiver in ROS domain {domain}", hint=NO_RECEIVER_HINT)
 
     def _diagnosed(self, payload: bytes) -> None:
         rows: dict[str, dict[str, Values]] = {}

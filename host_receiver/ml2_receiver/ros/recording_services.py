@@ -19,6 +19,7 @@ from ..topics.fan_out import FanOut
 from .parameters import ParameterNode
 from .services import Outcome, trigger
 
+_OTHER_FOLDER = "Set the parameter record.folder to another folder."
 _NAMED_BY_TIME = "ml2_%Y-%m-%d_%H-%M-%S"
 _PARAMETERS: dict[str, tuple[str | int, str]] = {
     "folder": ("", "of the next recording; empty is one named by the time, where run was started"),
@@ -77,7 +78,7 @@ class RecordingServices:
             known, found = ", ".join(COMPRESSIONS), values["compression"]
             raise RecordingError(f"record.compression: expected one of {known}, found {found!r}")
         folder = Path(values["folder"] or time.strftime(_NAMED_BY_TIME)).absolute()
-        make_folder(folder, is_overwriting=False, remedy="set parameter record.folder to another")
+        make_folder(folder, is_overwriting=False, remedy=_OTHER_FOLDER)
         options = RecordingOptions(
             values["compression"],
             tuple(values["topics"].split()),

@@ -60,7 +60,7 @@ def trigger(act: Callable[[], Outcome]) -> Callable[[Any, Any], Any]:
         try:
             response.success, response.message = act()
         except ReceiverError as error:
-            response.success, response.message = False, str(error)
+            response.success, response.message = False, error.in_one_line()
         return response
 
     return respond

@@ -50,8 +50,8 @@ def _context(protocol: int, identity: Identity) -> ssl.SSLContext:
     except OSError as error:
         reason = getattr(error, "reason", None) or error.strerror
         raise KeysError(
-            f"{identity.key_file} is not the key of {identity.certificate_file}; remove both, and"
-            f" pair: {reason}"
+            f"{identity.key_file} is not the key of {identity.certificate_file}: {reason}",
+            hint="Remove both files, and pair all headsets again: `ml2-receiver pair`.",
         ) from error
     context.set_alpn_protocols([ALPN])
     return context

@@ -6,9 +6,10 @@ from contextlib import contextmanager
 from fcntl import LOCK_EX, flock
 from pathlib import Path
 
-from ..errors import KeysError
+from ..errors import KeysError, file_hint
 
 _OTHERS_WRITE = 0o022
+REMOVE_HINT = "Remove it, and pair the headset again: `ml2-receiver pair`."
 
 
 def default_folder() -> Path:
@@ -29,12 +30,14 @@ def locked(folder: Path) -> Iterator[None]:
         try:
             flock(descriptor, LOCK_EX)
             if os.fstat(descriptor).st_mode & _OTHERS_WRITE:
-                raise KeysError(f"others can write in {folder}: chmod go-w {folder}")
+                raise KeysError(f"others can write in {folder}", hint=f"Run `chmod go-w {folder}`.")
             yield
         finally:
             os.close(descriptor)
     except OSError as error:
-        raise KeysError(f"cannot use {error.filename or folder}: {error.strerror}") from error
+        place = error.filename or folder
+        hint = file_hint(error, "choose another folder with --keys")
+        raise KeysError(f"cannot use {place}: {error.strerror}", hint=hint) from error
 
 
 def write(file: Path, data: bytes) -> None:

@@ -13,7 +13,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 
 from ..errors import KeysError
 from .fingerprint import fingerprint
-from .folder import locked, write
+from .folder import REMOVE_HINT, locked, write
 
 # A headset's date may be wrong; RFC 5280, 4.1.2.5, has the second one for "no expiration".
 _NOT_BEFORE = datetime(2000, 1, 1, tzinfo=UTC)
@@ -43,7 +43,11 @@ class Identity:
                 write(key, private_bytes(private))
                 write(certificate, self_signed(private, "ml2-receiver").public_bytes(Encoding.PEM))
             if key.stat().st_mode & _OTHERS:
-                raise KeysError(f"others can read {key}: chmod 600 {key}, or remove it and pair")
+                raise KeysError(
+                    f"others can read the key in {key}",
+                    hint=f"Run `chmod 600 {key}`. If somebody has read it, remove it and pair all"
+                    " headsets again.",
+                )
             return cls(key, certificate, _der(certificate))
 
     @property
@@ -55,7 +59,7 @@ def _der(file: Path) -> bytes:
     try:
         return ssl.PEM_cert_to_DER_cert(file.read_text("ascii"))
     except ValueError as error:
-        raise KeysError(f"{file} is not a certificate: {error}") from error
+        raise KeysError(f"{file} is not a certificate: {error}", hint=REMOVE_HINT) from error
 
 
 def private_bytes(key: ec.EllipticCurvePrivateKey) -> bytes:

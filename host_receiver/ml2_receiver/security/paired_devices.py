@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ..errors import KeysError, PairingError
+from ..errors import KeysError, PairingError, file_hint
 from .fingerprint import fingerprint
-from .folder import locked, write
+from .folder import REMOVE_HINT, locked, write
 
 _SUFFIX = ".json"
 
@@ -55,7 +55,8 @@ class PairedDevices:
         except FileNotFoundError:
             return frozenset()
         except OSError as error:
-            raise KeysError(f"cannot use {self._folder}: {error.strerror}") from error
+            hint = file_hint(error, "choose another folder with --keys")
+            raise KeysError(f"cannot use {self._folder}: {error.strerror}", hint=hint) from error
         return frozenset(file.stem for file in files if file.suffix == _SUFFIX)
 
     def load(self) -> list[PairedDevice]:
@@ -65,7 +66,7 @@ class PairedDevices:
             try:
                 device = _read(self._file(paired))
             except KeysError as error:
-                self._warn(str(error))
+                self._warn(error.in_one_line())
                 continue
             if device is not None:
                 devices.append(device)
@@ -118,9 +119,9 @@ def _read(file: Path) -> PairedDevice | None:
     except FileNotFoundError:
         return None  # unpaired meanwhile
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise KeysError(f"{file} is not a paired device; remove it, and pair: {error}") from error
+        raise KeysError(f"{file} is not a paired device: {error}", hint=REMOVE_HINT) from error
     if device.fingerprint != file.stem:
-        raise KeysError(f"{file} has another certificate than its name says; remove it, and pair")
+        raise KeysError(f"{file} has another certificate than its name says", hint=REMOVE_HINT)
     return device
 
 

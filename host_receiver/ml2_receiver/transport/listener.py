@@ -28,15 +28,25 @@ def listen(address: tuple[str, int]) -> socket.socket:
             dualstack_ipv6=resolved[0] == "::" and socket.has_dualstack_ipv6(),
         )
     except OSError as error:
-        reason = f"cannot listen on {text(address)}: {error.strerror}"
-        if error.errno == errno.EADDRINUSE:
-            holder = listener_of(address[1])
-            reason += f", by {holder or 'a process of another user'}; end it, or --listen elsewhere"
-        raise ListenError(reason) from error
+        reason, hint = _cannot_listen(address[1], error)
+        raise ListenError(f"cannot listen on {text(address)}: {reason}", hint=hint) from error
     # Linux gives these to every connection it accepts.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
     return listener
+
+
+def _cannot_listen(port: int, error: OSError) -> tuple[str, str]:
+    """The reason, and what to do."""
+    match error.errno:
+        case errno.EADDRINUSE:
+            holder = listener_of(port) or "a process of another user"
+            return f"the port is used by {holder}", "Stop it, or choose another port with --listen."
+        case errno.EACCES:
+            hint = "Choose a port above 1023 with --listen."
+        case _:
+            hint = "Choose an address of this machine with --listen; 0.0.0.0 means all of them."
+    return error.strerror or str(error), hint
 
 
 def everywhere(port: int) -> tuple[str, int]:

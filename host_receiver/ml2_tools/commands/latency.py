@@ -19,7 +19,7 @@ from ml2_receiver.commands.live import PATIENCE_S
 from ml2_receiver.commands.options import add_name
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import LatencyError
+from ml2_receiver.errors import NO_RECEIVER_HINT, LatencyError
 
 from ..monitoring.latency_table import latency_table, write_plot
 
@@ -29,10 +29,17 @@ if TYPE_CHECKING:
 _POLL_S = 0.1
 _REDRAW_S = 0.5
 _WIDTH = 150
-_HINTS = {
-    None: "no receiver in this ROS domain: start `ml2-receiver run`",
-    "waiting": "the receiver has no headset: start the app, or a simulated headset",
-    "connected": "a headset is connected, but no messages arrive",
+# What is missing by the state of the session, and what to do.
+_MISSING = {
+    None: ("no receiver in this ROS domain", NO_RECEIVER_HINT),
+    "waiting": (
+        "the receiver has no headset",
+        "Start the app on the headset, or a simulated headset.",
+    ),
+    "connected": (
+        "a headset is connected, but no messages arrive",
+        "`ml2-receiver devices` lists the streams: all may be refused or paused.",
+    ),
 }
 
 
@@ -89,7 +96,9 @@ def _await_messages(node: LatencyNode, stopping: threading.Event) -> None:
             return
         if time.monotonic() > deadline_s:
             state = node.session_state
-            raise LatencyError(_HINTS.get(state, f"the session is {state}: start the app again"))
+            otherwise = (f"the session is {state}", "Start the app on the headset again.")
+            message, hint = _MISSING.get(state, otherwise)
+            raise LatencyError(message, hint=hint)
 
 
 def _show(node: LatencyNode, stopping: threading.Event, options: argparse.Namespace) -> None:

@@ -48,8 +48,9 @@ def _run(options: argparse.Namespace) -> int:
             if error.name != "cv2":
                 raise
             raise ProductsError(
-                "products need OpenCV: apt install python3-opencv,"
-                " or pip install './host_receiver[products]'"
+                "products need OpenCV",
+                hint="Run `sudo apt install python3-opencv`, or in the clone"
+                " `pip install './host_receiver[products]'`.",
             ) from error
     name = options.name
     prefix = f"/{name}{options.prefix}" if name else options.prefix

@@ -43,8 +43,8 @@ class Lane:
             connected = socket.create_connection(destination.address, _CONNECT_S)
         except OSError as error:
             raise PlaybackError(
-                f"no receiver at {destination.place}: {error.strerror or error};"
-                " start `ml2-receiver run`"
+                f"no receiver at {destination.place}: {error.strerror or error}",
+                hint="Start `ml2-receiver run`, or name its address with --receiver.",
             ) from error
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._transport = _secured(connected, destination)
@@ -112,13 +112,14 @@ def _secured(connected: socket.socket, destination: Destination) -> Transport:
     except ProtocolError as error:
         tls.close()
         raise PlaybackError(
-            f"no TLS with the receiver at {destination.place}: {error.message}; if it runs with"
-            " --insecure, so must this"
+            f"no TLS with the receiver at {destination.place}: {error.message}",
+            hint="If the receiver runs with --insecure, this command needs it too.",
         ) from error
     if fingerprint != identity.fingerprint:
         tls.close()
         raise PlaybackError(
             f"the receiver at {destination.place} has other keys: expected fingerprint"
-            f" {identity.fingerprint}, found {fingerprint}; give its --keys"
+            f" {identity.fingerprint}, found {fingerprint}",
+            hint="Use the --keys that the receiver uses.",
         )
     return found
