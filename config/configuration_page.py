@@ -8,34 +8,35 @@ from ml2_receiver.wire.json_body import Scalar
 _INTRODUCTION = """# Configuration
 
 `config/config.yaml` is a ROS 2 parameter file: sections of keys under `/ml2_receiver:` and
-`ros__parameters:`. A key that is not there has its default. `ml2-receiver config check FILE` says
-what is wrong in a file, or which topics it starts.
+`ros__parameters:`. A missing key has its default. `ml2-receiver config check FILE` lists what is
+wrong in a file, or the topics that it starts.
 
-This page is generated from `config/streams.yaml` by `config/generate.py`.
+`config/generate.py` generates this page from `config/streams.yaml`. Sections with the same keys
+share rows.
 """
 
 _MODES = """\
-Stream, resolution, rate and format of a camera are legal together when one row has them.
+Stream, resolution, rate and format of a camera must be in one row.
 """
 
 _STREAMS = """\
 Topics are under the prefix `general.topic_name`, except those with a leading slash. Publishers are
-reliable, volatile but for `/tf_static`, which is transient local, and keep as many messages as the
-depth says. Which values start a stream stands in the last column; the transform tree runs whenever
-another stream does.
+reliable and volatile, except `/tf_static`, which is transient local. *Depth* is the length of a
+publisher's queue. The last column has the values that start a stream. The transform tree runs
+whenever another stream does. `*` stands for each of the streams.
 """
 
 
 _BACKENDS = """\
-Interfaces of the device that can serve a stream. The first is the default; where there is a choice,
-the section's key `backend` makes it.
+A backend is an interface of the device that can serve a stream. The first is the default. The
+section's key `backend` chooses another where there is one.
 """
 
 
 _PERMISSIONS = """\
-What the manifest of an app must declare for the streams it wants; a dangerous permission must also
-be requested from the user. Streams that are not listed need none. A stream whose permission is not
-granted is refused, and the refusal names it.
+An app must declare these permissions in its manifest for the streams that it uses. It must also
+request a dangerous permission from the user. Other streams need no permission. A stream is refused
+while its permission is not granted; the reason names the permission.
 """
 
 
@@ -53,7 +54,7 @@ def configuration_page(table: StreamTable) -> str:
             *_table("stream|topic|type|encoding|frame|body frame|depth|runs when", _topics(table)),
             "\n## Backends\n",
             _BACKENDS,
-            *_table("streams|backend|why it has this place", _backends(table)),
+            *_table("streams|backend|reason for its rank", _backends(table)),
             "\n## Permissions\n",
             _PERMISSIONS,
             *_table("streams|Android permission|protection", _permissions(table)),
@@ -73,19 +74,20 @@ def _table(header: str, rows: Iterable[Iterable[str]]) -> Iterator[str]:
 
 
 def _keys(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    groups: dict[tuple[str, tuple[Key, ...]], list[Section]] = {}
     for section in table.sections.values():
-        for key in section.keys.values():
-            meaning = key.doc
-            if key is next(iter(section.keys.values())):
-                meaning = " ".join(filter(None, (section.doc, meaning)))
+        groups.setdefault((section.doc, tuple(section.keys.values())), []).append(section)
+    for (doc, keys), sections in groups.items():
+        for key in keys:
+            topics = [it for section in sections for it in _switched_topics(table, section, key)]
             yield (
-                section.id,
+                ", ".join(section.id for section in sections),
                 f"`{key.name}`",
                 key.type,
                 _allowed(key),
                 f"`{_yaml(key.default)}`",
-                ", ".join(f"`{name}`" for name in _switched_topics(table, section, key)),
-                meaning,
+                ", ".join(f"`{name}`" for name in topics),
+                " ".join(filter(None, (doc if key is keys[0] else "", key.doc))),
             )
 
 
@@ -118,14 +120,17 @@ def _is_switched(topic: Topic, stream: Stream, key: Key) -> bool:
 
 
 def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    groups: dict[str, list[Section]] = {}
     for section in table.sections.values():
-        for mode in section.modes:
+        groups.setdefault(repr(section.modes), []).append(section)
+    for sections in groups.values():
+        for mode in sections[0].modes:
             rates = (
                 f"{rate} (delivers {mode.delivers[rate]})" if rate in mode.delivers else str(rate)
                 for rate in mode.rates
             )
             yield (
-                section.id,
+                ", ".join(section.id for section in sections),
                 str(mode.stream),
                 ", ".join(f"{width}x{height}" for width, height in mode.resolutions),
                 ", ".join(rates),
@@ -134,21 +139,26 @@ def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
 
 
 def _topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
+    groups: dict[tuple[str, ...], list[str]] = {}
     for stream in table.streams.values():
         for topic in stream.topics:
             conditions = dict([*(stream.when or {}).items(), *filter(None, [topic.when])])
-            yield (
-                stream.id,
+            row: tuple[str, ...] = (
                 f"`{topic.name}`",
                 topic.type,
                 topic.encoding or "",
-                topic.frame,
-                stream.body_frame or "",
+                f"`{topic.frame}`",
+                f"`{stream.body_frame}`" if stream.body_frame else "",
                 str(table.qos[topic.qos].depth),
                 ", ".join(
                     f"`{stream.section}.{key}: {_yaml(value)}`" for key, value in conditions.items()
                 ),
             )
+            shared = tuple(cell.replace(stream.id, "*") for cell in row)
+            groups.setdefault(shared if stream.id in topic.name else row, []).append(stream.id)
+    for row, streams in groups.items():
+        cells = row if len(streams) > 1 else (cell.replace("*", streams[0]) for cell in row)
+        yield ", ".join(streams), *cells
 
 
 def _backends(table: StreamTable) -> Iterator[tuple[str, ...]]:

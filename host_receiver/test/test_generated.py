@@ -26,7 +26,8 @@ def copy(tmp_path: Path) -> Path:
     generated = (f"{KOTLIN}/table", f"{KOTLIN}/generated", "native/generated")
     for folder in ("config", "docs", "unity_package", *generated):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
-    shutil.copy(ROOT / "pom.xml", tmp_path)
+    for file in ("pom.xml", "README.md"):
+        shutil.copy(ROOT / file, tmp_path)
     assert check(tmp_path).returncode == 0
     return tmp_path
 
