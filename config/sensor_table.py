@@ -19,14 +19,14 @@ _NAMES = {
     "eye_": ("Eye cameras", ""),
     "accel_": ("Accelerometers", "device's fastest"),
     "gyro_": ("Gyroscopes", "device's fastest"),
-    "imu_": ("Both, joined", "device's fastest"),
-    "light_sensor": ("Ambient light", "device's"),
+    "imu_": ("IMUs (both, joined)", "device's fastest"),
+    "light_sensor": ("Ambient light", "as delivered"),
     "head_pose": ("Head pose", "60"),
-    "magnetometer_": ("Magnetometers", "device's"),
-    "pressure_": ("Barometers", "device's"),
+    "magnetometer_": ("Magnetometers", "as delivered"),
+    "pressure_": ("Barometers", "as delivered"),
     "gaze": ("Gaze", "60"),
     "hand_": ("Hand joints", "60"),
-    "battery": ("Battery", "device's"),
+    "battery": ("Battery", "as delivered"),
     "tf": ("Transforms", "60, and one per image"),
     "custom": ("Your app's own topics", "yours"),
 }
@@ -47,7 +47,7 @@ def _lines(table: StreamTable) -> Iterator[str]:
         prefix = next((it for it in _NAMES if stream.id.startswith(it)), stream.id)
         groups.setdefault(prefix, []).append(stream)
     for prefix, streams in groups.items():
-        name, rate = _NAMES.get(prefix, (prefix, "device's"))
+        name, rate = _NAMES.get(prefix, (prefix, "as delivered"))
         first = streams[0].topics[0] if streams[0].topics else None
         permissions = table.sections[streams[0].section].permissions
         yield _row(

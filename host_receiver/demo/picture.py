@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ from ml2_tools.bags.bag_reader import Bag
 from ml2_tools.bags.decoding import decoder
 
 Pixels = NDArray[np.uint8]
+# x, y in metres in the world, and the heading in radians.
+Path2d = list[tuple[float, float, float]]
 
 PREFIX = "/magic_leap2/"
 CAMERAS = {
@@ -37,10 +39,10 @@ CAMERAS = {
 }
 HEAD = "head_pose"
 FRAMES_PER_S = 8
-TILE = (256, 192)
+TILE = (240, 180)
 LABEL_HEIGHT = 22
 BACKGROUND, TEXT = (27, 22, 17), (220, 215, 205)  # BGR
-PATH, HEADING = (235, 160, 60), (90, 200, 255)
+PATH, PATH_AHEAD, HEADING = (235, 160, 60), (70, 60, 50), (90, 200, 255)
 MAX_BYTES = 2_000_000
 
 
@@ -49,7 +51,7 @@ class Moment:
     """The latest message of each camera and the path of the head so far, at one instant."""
 
     payloads: dict[str, bytes]
-    path: list[tuple[float, float, float]]  # x, y in metres, and the heading in radians
+    path: Path2d
 
 
 @dataclass
@@ -57,7 +59,7 @@ class Walk:
     """What the recording has shown so far."""
 
     latest: dict[str, bytes] = field(default_factory=dict)
-    path: list[tuple[float, float, float]] = field(default_factory=list)
+    path: Path2d = field(default_factory=list)
 
     def take(self, topic: str, payload: bytes) -> None:
         if topic == HEAD:
@@ -84,43 +86,29 @@ def moments(bag: Bag, seconds: float) -> Iterator[Moment]:
             return
 
 
-def draw(moment: Moment, bag: Bag, to_tile: Callable[[float, float], tuple[int, int]]) -> Pixels:
+def draw(moment: Moment, whole: Path2d, bag: Bag) -> Pixels:
     """Returns one frame of the picture: the cameras and the path, side by side."""
     tiles = [
         _labelled(_fitted(decoded_image(bag.types[PREFIX + topic], payload)), label)
         for topic, label in CAMERAS.items()
         for payload in (moment.payloads[topic],)
     ]
-    tiles.append(_labelled(_path_tile(moment.path, to_tile), "head_pose (from above)"))
-    top, bottom = np.hstack(tiles[:2]), np.hstack(tiles[2:])
-    return np.vstack([top, bottom]).astype(np.uint8)
+    tiles.append(_labelled(_path_tile(moment.path, whole), "head_pose (from above)"))
+    return np.hstack(tiles).astype(np.uint8)
 
 
-def scale_to_tile(
-    path: list[tuple[float, float, float]],
-) -> Callable[[float, float], tuple[int, int]]:
-    """Returns the map from metres to pixels of a tile, which shows the whole path. x points up."""
-    x, y = np.array([it[0] for it in path]), np.array([it[1] for it in path])
-    width, height = TILE
-    scale = 0.8 * min(height / max(np.ptp(x), 0.1), width / max(np.ptp(y), 0.1))
-    middle = (x.max() + x.min()) / 2, (y.max() + y.min()) / 2
-    return lambda a, b: (
-        round(width / 2 - scale * (b - middle[1])),
-        round(height / 2 - scale * (a - middle[0])),
-    )
-
-
-def _path_tile(
-    path: list[tuple[float, float, float]], to_tile: Callable[[float, float], tuple[int, int]]
-) -> Pixels:
+def _path_tile(path: Path2d, whole: Path2d) -> Pixels:
+    """Returns the path so far and, darker, the whole one; x points up and y to the left."""
     tile = np.full((TILE[1], TILE[0], 3), BACKGROUND, np.uint8)
-    points = np.array([to_tile(x, y) for x, y, _ in path], np.int32)
-    cv2.polylines(tile, [points], False, PATH, 2, cv2.LINE_AA)
-    yaw = path[-1][2]
-    tip = points[-1] + (18 * np.array([-np.sin(yaw), -np.cos(yaw)])).astype(np.int32)
-    cv2.arrowedLine(
-        tile, tuple(map(int, points[-1])), tuple(map(int, tip)), HEADING, 2, cv2.LINE_AA, 0, 0.4
-    )
+    metres = np.array([(-y, -x) for x, y, _ in whole])
+    low, high = metres.min(axis=0), metres.max(axis=0)
+    scale = 0.8 * np.min(TILE / np.maximum(high - low, 0.1))
+    points = (np.array(TILE) / 2 + scale * (metres - (low + high) / 2)).astype(np.int32)
+    cv2.polylines(tile, [points], False, PATH_AHEAD, 2, cv2.LINE_AA)
+    cv2.polylines(tile, [points[: len(path)]], False, PATH, 2, cv2.LINE_AA)
+    here, yaw = points[len(path) - 1], path[-1][2]
+    tip = here + (18 * np.array([-np.sin(yaw), -np.cos(yaw)])).astype(np.int32)
+    cv2.arrowedLine(tile, here.tolist(), tip.tolist(), HEADING, 2, cv2.LINE_AA, 0, 0.4)
     return tile
 
 
@@ -171,8 +159,7 @@ def main() -> int:
     if not shown:
         print(f"{arguments.recording}: expected images of {', '.join(CAMERAS)}", file=sys.stderr)
         return 2
-    to_tile = scale_to_tile(shown[-1].path)
-    write_gif([draw(moment, bag, to_tile) for moment in shown], arguments.picture)
+    write_gif([draw(moment, shown[-1].path, bag) for moment in shown], arguments.picture)
     size = arguments.picture.stat().st_size
     if size > MAX_BYTES:
         print(f"{arguments.picture} has {size} B, expected at most {MAX_BYTES}", file=sys.stderr)
