@@ -41,12 +41,13 @@ def test_the_receivers_commands_are_parsed_as_they_are_shown() -> None:
     helps = list(shown_in_help())
     assert len(documents) > 30
     assert len(helps) > 40
+    parser = command_line()
     wrong = []
     for place, arguments in documents + helps:
         said = StringIO()
         try:
             with redirect_stdout(said), redirect_stderr(said):
-                command_line().parse_args(arguments)
+                parser.parse_args(arguments)
         except SystemExit as end:
             if end.code:
                 wrong.append(f"{place}: {arguments}: {said.getvalue()}")
