@@ -10,7 +10,6 @@ import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
 import java.io.IOException
 import kotlin.test.assertEquals
-import kotlin.test.assertFalse
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
 
@@ -83,26 +82,6 @@ class SessionHandshakeTest {
     }
 
     @Test
-    fun startOfAnotherRequestIsUnexpected() {
-        val outcome = fixture.run()
-        val session = host.awaitHello()
-        session.welcome()
-        session.configure(1, "{}")
-        session.start(2)
-        assertTold(ErrorCode.UNEXPECTED, session, outcome)
-        assertFalse("start" in fixture.streams.calls.value)
-    }
-
-    @Test
-    fun startBeforeConfigureIsUnexpected() {
-        val outcome = fixture.run()
-        val session = host.awaitHello()
-        session.welcome()
-        session.start(1)
-        assertTold(ErrorCode.UNEXPECTED, session, outcome)
-    }
-
-    @Test
     fun aBusyReceiverIsNotAnswered() {
         val outcome = fixture.run()
         val session = host.awaitHello()
@@ -122,33 +101,6 @@ class SessionHandshakeTest {
         session.welcome()
         session.write(HostFrame.ERROR, """{"code": "new", "message": "careful", "fatal": false}""")
         session.configure(1, "{}")
-    }
-
-    @Test
-    fun aVersionThatWasNotOfferedIsRefused() {
-        val outcome = fixture.run()
-        val session = host.awaitHello()
-        session.welcome(version = 2)
-        assertTold(ErrorCode.VERSION, session, outcome)
-    }
-
-    @Test
-    fun flawedWelcomesAreMalformed() {
-        val flawed = listOf<HostSession.() -> Unit>(
-            { welcome(lanes = listOf("time", "color")) },
-            { welcome(lanes = listOf("sensors")) },
-            { welcome(received = mapOf("color/image" to -1)) },
-            { welcome(timeouts = """{"handshake_s": 5, "ping_s": 0, "dead_s": 2}""") },
-            { welcome(timeouts = """{"handshake_s": 5, "ping_s": 1, "dead_s": -2.5}""") },
-            { write(HostFrame.WELCOME, """{"version": "1"}""") },
-        )
-        for (send in flawed) {
-            val outcome = fixture.run()
-            val session = host.awaitHello()
-            session.send()
-            assertTold(ErrorCode.MALFORMED, session, outcome)
-        }
-        assertEquals(emptyList(), fixture.streams.calls.value)
     }
 
     @Test

@@ -56,13 +56,6 @@ class ControlJsonTest {
     }
 
     @Test
-    fun missingKeysAreMalformed() {
-        assertMalformed<Bye>("{}")
-        assertMalformed<Welcome>(welcome.replace("\"received\"", "\"other\""))
-        assertMalformed<Welcome>(welcome.replace("\"dead_s\"", "\"other\""))
-    }
-
-    @Test
     fun mistypedValuesAreMalformed() {
         for (value in listOf("\"7\"", "true", "1.0", "1e2", "+1", "01", "null", "[7]", "{}", "NaN")) {
             assertMalformed<Start>("""{"request": $value}""")
@@ -100,15 +93,6 @@ class ControlJsonTest {
         assertMalformed<Bye>("""{"reason": "a",}""")
         assertMalformed<Bye>("""{'reason': "a"}""")
         assertMalformed<Bye>("""{reason: "a"}""")
-    }
-
-    @Test
-    fun objectsNestAtMostSixteenDeep() {
-        fun nested(depth: Int) = """{"reason": "[[[", "later": ${"[".repeat(depth - 1)}${"]".repeat(depth - 1)}}"""
-        decode<Bye>(nested(16))
-        assertMalformed<Bye>(nested(17))
-        assertMalformed<Bye>(nested(30_000))
-        assertMalformed<Bye>("{\"a\":".repeat(12_000))
     }
 
     @Test
