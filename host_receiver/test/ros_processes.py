@@ -76,6 +76,14 @@ class Child:
             assert stream is not None
             stream.close()
 
+    def first_line(self) -> str:
+        """The next line; a program that prints none in time is killed, for nobody else would."""
+        try:
+            return self.line()
+        except AssertionError:
+            self.process.kill()
+            raise
+
     def line(self, timeout_s: float = PATIENCE_S) -> str:
         """The next line; fails when none comes."""
         try:
@@ -121,7 +129,7 @@ class Receiver(Child):
     def __init__(self, config: Path, *options: str) -> None:
         listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "run", *listen, *options)
-        self.address = self.line().removeprefix("listening on ")
+        self.address = self.first_line().removeprefix("listening on ")
 
 
 class Recording(Child):
@@ -130,7 +138,7 @@ class Recording(Child):
     def __init__(self, folder: Path, config: Path, *options: str) -> None:
         listen = ("--config", str(config), "--listen", "127.0.0.1:0", "--insecure")
         super().__init__("-m", "ml2_receiver", "record", str(folder), *listen, *options)
-        self.address = self.line().removeprefix("listening on ")
+        self.address = self.first_line().removeprefix("listening on ")
         assert self.line() == f"recording into {folder} until Ctrl-C"
 
 
