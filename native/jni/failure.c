@@ -26,7 +26,8 @@ bool failure_throw(JNIEnv *env, ml2s_result result, const ml2s_error *error) {
     }
     jclass exception = (*env)->FindClass(env, exception_of(result));
     if (exception) {
-        (*env)->ThrowNew(env, exception, error && error->message[0] ? error->message : "a native call was refused");
+        (*env)->ThrowNew(env, exception,
+                         error && error->message[0] ? error->message : "invalid argument of a native call");
     }
     return true;
 }

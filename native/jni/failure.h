@@ -1,4 +1,4 @@
-/** What went wrong, as a Java exception. */
+/** Conversion of results to Java exceptions. */
 #pragma once
 
 #include <jni.h>
@@ -7,7 +7,7 @@
 #include "../sdk/ml2s.h"
 
 /**
- * Whether result is an error; then the exception that stands for it is pending: a CaptureException for failures of the
- * world, IllegalStateException or IllegalArgumentException for misuse. error may be null.
+ * Throws the exception for a failure and returns true; returns false for success and timeout. Device failures throw
+ * CaptureException, caller errors IllegalStateException or IllegalArgumentException. error may be null.
  */
 bool failure_throw(JNIEnv *env, ml2s_result result, const ml2s_error *error);

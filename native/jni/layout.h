@@ -1,9 +1,9 @@
-/** Arrays for Kotlin: of any numbers, and of sizes and offsets in bytes of the structures it reads from shared memory.
- */
+/** Sizes and offsets in bytes of the structures that Kotlin reads from direct buffers. */
 #pragma once
 
 #include <jni.h>
 
+/** Makes a Java array of values. */
 jintArray layout_ints(JNIEnv *env, const jint *values, jsize count);
 
 /** Returns the size of ml2s_frame and its offsets, in the order in which FrameBlock.kt reads them. */

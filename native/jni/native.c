@@ -1,4 +1,4 @@
-// The functions of dev.ml2sensors.capture.Native. JNI_OnLoad registers them; nothing is found by its name.
+// The functions of dev.ml2sensors.capture.Native, registered by JNI_OnLoad.
 #include <android/log.h>
 #include <jni.h>
 #include <stddef.h>
@@ -30,7 +30,7 @@ static void check(JNIEnv *env, jclass class, jint sensor, jint backend) {
     failure_throw(env, ml2s_check((uint32_t)sensor, (uint32_t)backend, &error), &error);
 }
 
-/** How many structures of size bytes fit in a direct buffer; the first says their size, as the interface wants it. */
+/** Returns how many structures of size bytes a direct buffer holds, and sets struct_size of the first. */
 static uint32_t structures_in(JNIEnv *env, jobject buffer, uint32_t size, void **memory) {
     *memory = (*env)->GetDirectBufferAddress(env, buffer);
     uint32_t count = *memory ? (uint32_t)((*env)->GetDirectBufferCapacity(env, buffer) / size) : 0;
@@ -106,7 +106,7 @@ static void close(JNIEnv *env, jclass class, jlong handle) {
     if (result == ML2S_CLOSED || result == ML2S_WRONG_THREAD) {
         failure_throw(env, result, &error);
     } else if (result) {
-        __android_log_print(ANDROID_LOG_WARN, "ml2s", "closed, but %s", error.message);
+        __android_log_print(ANDROID_LOG_WARN, "ml2s", "closed with a failure: %s", error.message);
     }
 }
 
@@ -178,7 +178,7 @@ static void release(JNIEnv *env, jclass class, jint stream, jint slot) {
     failure_throw(env, ml2s_release((uint32_t)stream, (uint32_t)slot), NULL);
 }
 
-/** The reference to context is for ever: the library may use it as long as the process lives. */
+/** Keeps a global reference to context for the life of the process. */
 static void use_openxr(JNIEnv *env, jclass class, jstring loader_path, jobject context) {
     (void)class;
     char path[512];
@@ -190,7 +190,7 @@ static void use_openxr(JNIEnv *env, jclass class, jstring loader_path, jobject c
         return;
     }
     (*env)->GetStringUTFRegion(env, loader_path, 0, (*env)->GetStringLength(env, loader_path), path);
-    path[length] = 0; // Android's does not.
+    path[length] = 0; // Android's GetStringUTFRegion does not terminate it.
     if (context) {
         JavaVM *vm = NULL;
         (*env)->GetJavaVM(env, &vm);

@@ -6,7 +6,7 @@
 #include "poses.h"
 #include "runtime.h"
 
-// A session takes action sets once, so these live as long as it does, whoever opens and closes the sensor.
+// Action sets can be attached once per session, so these objects live as long as the session.
 static XrActionSet action_set;
 static XrAction action;
 static XrSpace space;
@@ -19,7 +19,7 @@ static ml2s_result check_system(ml2s_error *error) {
     ml2s_result result = XR_CALL(error, core, xrGetSystemProperties, xr.instance, xr.system, &properties);
     return result || gaze.supportsEyeGazeInteraction
                ? result
-               : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: gaze (the system has none)");
+               : error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: gaze (the system has no eye tracking)");
 }
 
 static ml2s_result create_action(ml2s_error *error) {
@@ -59,7 +59,7 @@ static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     if (xr.is_borrowed) {
         return error_set(error, ML2S_NOT_AVAILABLE, 0,
-                         "not available: gaze in the app's session, whose action sets are the app's");
+                         "not available: gaze in the app's session (attaching action sets would break the app's)");
     }
     if (!space) {
         ml2s_result result = check_system(error);

@@ -3,5 +3,5 @@
 
 #include "../sdk/ml2s.h"
 
-/** Before the session is destroyed. */
+/** Destroys the action set, action and space. Call it before the session is destroyed. */
 ml2s_result gaze_destroy(ml2s_error *error);

@@ -1,4 +1,4 @@
-// The head: where VIEW is.
+// The pose of the head, which is the VIEW space.
 #include "../sdk/error.h"
 #include "../sources/source.h"
 #include "poses.h"

@@ -5,7 +5,7 @@
 
 #include "../sdk/error.h"
 
-/** XrLoaderInitInfoAndroidKHR and XrInstanceCreateInfoAndroidKHR, whose own declarations need jni.h. */
+/** The layout of XrLoaderInitInfoAndroidKHR and XrInstanceCreateInfoAndroidKHR, whose declarations need jni.h. */
 struct android_info {
     XrStructureType type;
     const void *next;
@@ -76,13 +76,13 @@ static ml2s_result list_offered(PFN_xrGetInstanceProcAddr get_proc, ml2s_error *
                : xr_result_of(enumerated, "xrEnumerateInstanceExtensionProperties", error);
 }
 
-/** XR_ML_pixel_sensor is nothing without futures, and an instance that has only it may be refused. */
+/** XR_ML_pixel_sensor needs futures. A runtime can refuse an instance that enables only the former. */
 static bool can_enable(const char *extension) {
     return loader_offers(extension) &&
            (strcmp(extension, XR_ML_PIXEL_SENSOR_EXTENSION_NAME) != 0 || loader_offers(XR_EXT_FUTURE_EXTENSION_NAME));
 }
 
-/** Those that this library uses, as far as they are offered. */
+/** Lists the extensions to enable: those that the library uses and the runtime offers. */
 static uint32_t choose(bool is_android, const char **chosen) {
 #define EXTENSION(identifier, table, functions, extension) extension,
     static const char *const used[] = {XR_MND_HEADLESS_EXTENSION_NAME, XR_AREAS(EXTENSION)};

@@ -5,7 +5,7 @@
 
 enum { MAX_CAPABILITIES = 16, MAX_VALUES = 32, MAX_CONFIGS = 4, OFFER_LENGTH = 120 };
 
-/** What is asked for so far: each range depends on it. */
+/** The values selected so far. Each range of capabilities depends on them. */
 struct negotiation {
     XrPixelSensorML sensor;
     const struct pixel_mode *mode;
@@ -66,8 +66,8 @@ static ml2s_result refuse(const struct negotiation *n, const char *what, const c
 
 static ml2s_result refuse_type(const struct negotiation *n, const char *what,
                                const XrPixelSensorCapabilityML *capability, ml2s_error *error) {
-    return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s stream %u: %s has range %u of type %u, not one known",
-                     n->mode->path, n->mode->device_stream, what, capability->rangeType, capability->dataType);
+    return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s stream %u: %s has unknown range %u of type %u", n->mode->path,
+                     n->mode->device_stream, what, capability->rangeType, capability->dataType);
 }
 
 static ml2s_result add_number(struct negotiation *n, XrPixelSensorCapabilityTypeML type, uint32_t value) {
@@ -116,7 +116,7 @@ static ml2s_result choose_from_list(struct negotiation *n, XrPixelSensorCapabili
     return result ? result : refuse(n, what, wanted, offered, error);
 }
 
-/** A stream without the capability has no choice of it: fine unless is_mandatory. */
+/** Selects a value. A stream that lacks the capability offers no choice, which fails only if is_mandatory. */
 static ml2s_result choose_number(struct negotiation *n, XrPixelSensorCapabilityTypeML type, const char *what,
                                  uint32_t value, bool is_mandatory, ml2s_error *error) {
     const XrPixelSensorCapabilityML *capability = find(n, type);

@@ -1,4 +1,4 @@
-/** Finding out what one stream of a pixel sensor can do, and configuring it to exactly what is wanted. */
+/** Configuration of a stream of a pixel sensor, checked against its capabilities. */
 #pragma once
 
 #include "xr_api.h"
@@ -10,11 +10,11 @@ struct pixel_mode {
     uint32_t width;
     uint32_t height;
     XrPixelSensorFrameTypeML format;
-    XrPixelSensorRealityModeML reality; /**< Where the stream has a choice of it. */
+    XrPixelSensorRealityModeML reality; /**< Used if the stream offers a choice. */
 };
 
 /**
- * Configures the stream. ML2S_INVALID_ARGUMENT names the value that is not offered, given those before it (rate,
- * resolution, format, reality), and what is.
+ * Configures the stream, in the order rate, resolution, format, reality. Returns ML2S_INVALID_ARGUMENT with the first
+ * value that is not offered with the values before it, and the values that are offered.
  */
 ml2s_result negotiate(XrPixelSensorML sensor, const struct pixel_mode *mode, ml2s_error *error);

@@ -14,7 +14,7 @@ struct pictures {
     bool is_wanted[ML2S_PLANE_COUNT];
 };
 
-/** The only plane of a picture of the given type. A JPEG is as wide as it has bytes, and one row high. */
+/** Reads the one plane of a picture of the given type. A JPEG is one row of its bytes. */
 static ml2s_result plane_of(const XrPixelSensorFrameML *from, XrPixelSensorFrameTypeML type,
                             const struct pixel_sensor *sensor, struct picture *picture, ml2s_error *error) {
     if (!from || !from->planes || from->planeCount != 1 || from->frameType != type) {
@@ -63,7 +63,7 @@ static ml2s_result find_pictures(const struct pixel_sensor *sensor, const XrPixe
                : plane_of(data->frame, sensor->mode.format, sensor, &pictures->of[ML2S_PLANE_IMAGE], error);
 }
 
-/** Makes plane the picture as it lies in memory, the padding of its last row included. Returns false if it does not. */
+/** Describes the picture as a plane of memory, with padding after the last row. Returns false if it lies elsewhere. */
 static bool locate_plane(const struct picture *picture, const ml2s_memory *memory, ml2s_plane *plane) {
     uint64_t offset = (uint64_t)((uintptr_t)picture->data - (uintptr_t)memory->data);
     uint64_t size = (uint64_t)picture->stride_bytes * picture->height;
@@ -75,7 +75,7 @@ static bool locate_plane(const struct picture *picture, const ml2s_memory *memor
     return true;
 }
 
-/** Describes the pictures where the runtime wrote them. Returns false if not all of them lie in the slot. */
+/** Describes the pictures where the runtime wrote them. Returns false unless all lie in the slot. */
 static bool describe_in_place(const struct pictures *pictures, uint32_t slot, const ml2s_memory *memory,
                               ml2s_frame *frame) {
     bool are_inside = slot != ML2S_NO_SLOT;
@@ -106,7 +106,7 @@ static ml2s_result copy(const struct pictures *pictures, uint32_t least_bytes, m
     return result;
 }
 
-/** A frame whose pose cannot be told has none. */
+/** Sets the pose if the runtime knows one. */
 static void read_pose(const struct pixel_sensor *sensor, ml2s_frame *frame) {
     XrPosef pose;
     bool is_tracked;

@@ -1,9 +1,9 @@
-/** What the runtime says beside a frame's pixels. */
+/** The metadata of a frame. */
 #pragma once
 
 #include "xr_api.h"
 
-/** One structure for each XrPixelSensorMetadataTypeML, chained behind the data of one call. */
+/** One structure for each XrPixelSensorMetadataTypeML, chained to the data of one call. */
 struct pixel_metadata {
     XrPixelSensorExposureTimeML exposure;
     XrPixelSensorAnalogGainML analog_gain;
@@ -15,8 +15,8 @@ struct pixel_metadata {
     XrPixelSensorDepthFlagBufferML flags;
 };
 
-/** Empties metadata and chains the types (a mask of 1 << XrPixelSensorMetadataTypeML) to data. */
+/** Clears metadata and chains the types (a mask of 1 << XrPixelSensorMetadataTypeML) to data. */
 void pixel_metadata_chain(struct pixel_metadata *metadata, uint32_t types, XrPixelSensorDataML *data);
 
-/** Sets exposure, gains, intrinsics and illumination of frame, as far as types has them. */
+/** Sets exposure, gains, intrinsics and illumination of frame if types has them. */
 void pixel_metadata_read(const struct pixel_metadata *metadata, uint32_t types, ml2s_frame *frame);

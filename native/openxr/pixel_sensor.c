@@ -49,14 +49,14 @@ static uint32_t needed_metadata(const struct pixel_sensor *sensor) {
     if (sensor->stream != ML2S_STREAM_DEPTH) {
         return 0;
     }
-    // Flags always: they say which depths are none. The pinhole makes z of distances.
+    // Flags mark invalid depths. The pinhole intrinsics convert distance to z.
     return 1u << XR_PIXEL_SENSOR_METADATA_FLAGS_ML | 1u << XR_PIXEL_SENSOR_METADATA_PINHOLE_ML |
            (sensor->wants & ML2S_WANT_CONFIDENCE ? 1u << XR_PIXEL_SENSOR_METADATA_CONFIDENCE_ML : 0);
 }
 
 static const uint32_t pictures = 1u << XR_PIXEL_SENSOR_METADATA_FLAGS_ML | 1u << XR_PIXEL_SENSOR_METADATA_CONFIDENCE_ML;
 
-/** All that is offered, but pictures that nobody asked for. */
+/** Selects all metadata that the sensor offers, except pictures that the settings do not request. */
 static ml2s_result choose_metadata(struct pixel_sensor *sensor, ml2s_error *error) {
     XrPixelSensorMetadataTypeML offered[XR_PIXEL_SENSOR_METADATA_COUNT_ML * 2];
     uint32_t count, types = 0;
@@ -158,7 +158,7 @@ ml2s_result pixel_sensor_stop(struct pixel_sensor *sensor, ml2s_error *error) {
     return first;
 }
 
-/** Where the runtime may write: a slot, else spare memory. */
+/** Returns memory for the runtime to write to: a slot, or else spare memory. */
 static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s_memory *memory, ml2s_error *error) {
     if (!sensor->is_copied && !slots_take(sensor->stream, sensor->buffer_bytes, slot, memory)) {
         if (memory->size_bytes >= sensor->buffer_bytes) {
@@ -173,11 +173,11 @@ static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s
     }
     *memory = sensor->spare;
     return memory->data ? ML2S_OK
-                        : error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: the system has no memory of %u bytes",
+                        : error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: cannot map %u bytes of memory",
                                     sensor->mode.path, sensor->buffer_bytes);
 }
 
-/** The frame is in slot, if its pictures lie there. */
+/** Reads the next frame. It uses slot if its pictures lie there. */
 static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint32_t slot, const ml2s_memory *memory,
                          struct frameset *set, ml2s_error *error) {
     struct pixel_metadata metadata;

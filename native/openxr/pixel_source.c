@@ -1,4 +1,4 @@
-// The sensors that give pictures: which stream of which pixel sensor is which of ours, and polling several at once.
+// The pixel sensors: the sensor and format of each stream, and polling of several sensors.
 #include <string.h>
 
 #include "../sdk/error.h"
@@ -7,10 +7,10 @@
 #include "pixel_sensor.h"
 #include "runtime.h"
 
-/** How long one sensor is waited for while others may have a frame. */
+/** Longest wait for one sensor while another may have a frame. */
 #define WAIT_NANOS UINT64_C(4000000)
 
-/** A year; what is longer would not fit. */
+/** One year: limits timeouts so that sums with them do not overflow. */
 #define MAX_TIMEOUT_NANOS UINT64_C(31536000000000000)
 
 static const struct {
@@ -30,12 +30,12 @@ static const struct {
     [ML2S_STREAM_EYE_TEMPLE_RIGHT] = {"/pixelsensor/eye/temple/right", XR_PIXEL_SENSOR_GRAYSCALE_ML},
 };
 
-/** What one handle runs. */
+/** The running pixel sensors of one handle. */
 static struct source {
     struct pixel_sensor sensors[SOURCE_MAX_FRAMES];
     uint32_t count;
     bool is_open;
-    ml2s_settings settings; /**< In force. */
+    ml2s_settings settings; /**< The current settings. */
 } sources[ML2S_SENSOR_HANDS + 1];
 
 static struct pixel_sensor describe(const ml2s_settings *settings, uint32_t stream) {
@@ -74,10 +74,10 @@ static ml2s_result start(const ml2s_settings *settings, ml2s_error *error) {
         }
         struct pixel_sensor *sensor = &source->sensors[source->count];
         *sensor = describe(settings, stream);
-        ml2s_result result =
-            source->count && is_same(sensor[-1].mode.path, sensor->mode.path)
-                ? error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: one stream at a time", sensor->mode.path)
-                : pixel_sensor_start(sensor, error);
+        ml2s_result result = source->count && is_same(sensor[-1].mode.path, sensor->mode.path)
+                                 ? error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                                             "%s: expected one of its streams, found two", sensor->mode.path)
+                                 : pixel_sensor_start(sensor, error);
         if (result) {
             stop(source, NULL);
             return result;
@@ -109,13 +109,15 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     if (!result && (result = start(settings, error))) {
         ml2s_result restored = start(&before, NULL);
         if (restored) {
-            return error_set(error, restored, 0, "neither the new nor the old settings could be started");
+            return error_set(error, restored, 0,
+                             "the new settings failed, and the previous ones could not be restored: close the sensor "
+                             "and open it again");
         }
     }
     return result;
 }
 
-/** Of the oldest frame: the one that is due first. */
+/** Returns the sensor with the oldest last frame, whose next frame is due first. */
 static uint32_t oldest_sensor(const struct source *source) {
     uint32_t due = 0;
     for (uint32_t i = 1; i < source->count; i++) {
@@ -126,7 +128,7 @@ static uint32_t oldest_sensor(const struct source *source) {
     return due;
 }
 
-/** One round over the sensors, waiting for the one that is due. */
+/** Polls each sensor once, and waits for the one that is due. */
 static ml2s_result poll_sensors(struct source *source, uint64_t wait_nanos, struct frameset *set, ml2s_error *error) {
     uint32_t due = oldest_sensor(source);
     for (uint32_t i = 0; i < source->count; i++) {

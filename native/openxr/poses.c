@@ -33,7 +33,7 @@ bool poses_is_tracked(XrSpaceLocationFlags flags, const XrPosef *pose) {
 ml2s_result poses_locate(XrSpace space, XrTime time, XrPosef *pose, bool *is_tracked, ml2s_error *error) {
     XrSpaceLocation location = {.type = XR_TYPE_SPACE_LOCATION};
     XrResult located = xr.core.xrLocateSpace(space, xr.world, time, &location);
-    // The runtime remembers little: a capture can be too old for a pose and is good without.
+    // The runtime keeps a short history: a capture that is too old is delivered without pose.
     *is_tracked = XR_SUCCEEDED(located) && poses_is_tracked(location.locationFlags, &location.pose);
     if (*is_tracked) {
         *pose = location.pose;

@@ -36,7 +36,7 @@ static ml2s_openxr chosen;
 static char chosen_path[512];
 static atomic_bool is_app_session_ending;
 
-/** Whether there was no user, and so nothing is chosen any more. */
+/** Clears the choice of ml2s_use_openxr. Returns false if a sensor still uses it. */
 static bool clear_choice(void) {
     lock(&changing);
     bool is_free = !users;
@@ -54,12 +54,12 @@ static ml2s_result end_app_session(ml2s_error *error) {
             return ML2S_OK;
         }
     }
-    return error_set(error, ML2S_BUSY, 0, "sensors of OpenXR were not closed within 1 s");
+    return error_set(error, ML2S_BUSY, 0, "ml2s_use_openxr: sensors of OpenXR were not closed within 1 s");
 }
 
 static ml2s_result require_app_session(ml2s_error *error) {
     return atomic_load(&is_app_session_ending)
-               ? error_set(error, ML2S_VENDOR_FAILURE, XR_ERROR_SESSION_LOST, "the app ends its OpenXR session")
+               ? error_set(error, ML2S_VENDOR_FAILURE, XR_ERROR_SESSION_LOST, "the app is ending its OpenXR session")
                : ML2S_OK;
 }
 
@@ -88,7 +88,7 @@ ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error) {
         }
     }
     unlock(&changing);
-    return is_free ? ML2S_OK : error_set(error, ML2S_BUSY, 0, "ml2s_use_openxr while a sensor of OpenXR is open");
+    return is_free ? ML2S_OK : error_set(error, ML2S_BUSY, 0, "ml2s_use_openxr: close all sensors of OpenXR first");
 }
 
 static bool find_area(const struct area *area, PFN_xrGetInstanceProcAddr get_proc) {
@@ -145,7 +145,7 @@ ml2s_result xr_require(ml2s_error *error) {
     return result;
 }
 
-/** Takes the app's instance, or makes one; either way the tables are filled. */
+/** Takes the app's instance, or creates one, and fills the function tables. */
 static ml2s_result get_instance(ml2s_error *error) {
     PFN_xrGetInstanceProcAddr get_proc = (PFN_xrGetInstanceProcAddr)chosen.get_instance_proc_addr;
     xr = (struct xr){.is_borrowed = !chosen.loader_path};
@@ -175,7 +175,7 @@ static ml2s_result begin(ml2s_error *error) {
     return result ? result : create_world(error);
 }
 
-/** Ends what begin has made, all of it or a part; answers the first failure. */
+/** Destroys the objects that begin has created, also after a partial failure. Returns the first failure. */
 static ml2s_result end(ml2s_error *error) {
     ml2s_result first = ML2S_OK;
     if (xr.world) {

@@ -1,6 +1,6 @@
 /**
- * The OpenXR functions of an instance, reached without linking to a loader, and the instance and session they are
- * called with. Written while the first sensor opens and the last one closes (runtime.c), read by every owner thread.
+ * The OpenXR functions, loaded at run time, with their instance and session. runtime.c writes them while the first
+ * sensor opens and the last one closes; all threads of sensors read them.
  */
 #pragma once
 
@@ -64,7 +64,7 @@
 
 #define XR_HANDS_FUNCTIONS(F) F(xrCreateHandTrackerEXT) F(xrDestroyHandTrackerEXT) F(xrLocateHandJointsEXT)
 
-/** A(identifier, table, functions, extension): what can be there or missing as one. */
+/** A(identifier, table, functions, extension): groups of functions that a runtime has or lacks as a whole. */
 #define XR_AREAS(A)                                                                                                    \
     A(XR_CORE, core, XR_CORE_FUNCTIONS, "OpenXR 1.0")                                                                  \
     A(XR_TIME, time, XR_TIME_FUNCTIONS, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                   \
@@ -81,18 +81,18 @@ enum xr_area { XR_AREAS(XR_IDENTIFIER) XR_AREA_COUNT };
     struct {                                                                                                           \
         functions(XR_POINTER)                                                                                          \
     } table;
-/** Tables of areas that xr_acquire has answered with ML2S_OK. */
+/** The function tables. A table is valid after xr_begin has returned ML2S_OK for its area. */
 extern struct xr {
     XrInstance instance;
     XrSession session;
     XrSystemId system;
-    XrSpace world; /**< LOCAL: every pose is in it. */
+    XrSpace world; /**< The LOCAL space. All poses are relative to it. */
     bool is_borrowed;
     XR_AREAS(XR_TABLE)
 } xr;
 
-/** The result of a call in words, ML2S_TIMEOUT for XR_TIMEOUT_EXPIRED. */
+/** Converts a result code and sets error after a failure. XR_TIMEOUT_EXPIRED is ML2S_TIMEOUT. */
 ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error);
 
-/** The result of a function of the tables, in words. */
+/** Calls a function of a table and converts its result. */
 #define XR_CALL(error, table, name, ...) xr_result_of(xr.table.name(__VA_ARGS__), #name, error)

@@ -1,8 +1,8 @@
 /**
- * XR_ML_pixel_sensor and XR_EXT_future as this library calls them, beside Khronos' own header.
+ * Declarations of XR_ML_pixel_sensor and XR_EXT_future, in addition to Khronos' header.
  *
  * No C declaration of XR_ML_pixel_sensor is public; names and order of fields follow the vendor's managed bindings.
- * Not confirmed on a device, and nowhere else relied upon:
+ * Not confirmed on a device, and used nowhere else:
  * - whether XrPixelSensorBufferPropertiesML has a stream before its size: read it by xr_buffer_size only;
  * - the unit of XrPixelSensorDataGetInfoML.timeout, taken for nanoseconds because its type is XrDuration. Were it
  *   milliseconds, a call would wait for the next frame whatever the timeout;
@@ -48,12 +48,12 @@ typedef XrResult(XRAPI_PTR *PFN_xrPollFutureEXT)(XrInstance instance, const XrFu
                                                  XrFuturePollResultEXT *pollResult);
 #endif
 
-/** Of OpenXR 1.1. */
+/** Defined in OpenXR 1.1. */
 #define XR_ERROR_PERMISSION_INSUFFICIENT ((XrResult)-1000710000)
 
 #define XR_ML_PIXEL_SENSOR_EXTENSION_NAME "XR_ML_pixel_sensor"
 
-/** XrStructureType of a structure of XR_ML_pixel_sensor, by its number within the extension. */
+/** The XrStructureType of structure number n of XR_ML_pixel_sensor. */
 #define XR_ML_PIXEL_SENSOR_TYPE(number) ((XrStructureType)(1000475000 + (number)))
 #define XR_TYPE_PIXEL_SENSOR_CREATE_INFO_ML XR_ML_PIXEL_SENSOR_TYPE(1)
 #define XR_TYPE_EVENT_DATA_PIXEL_SENSOR_AVAILABILITY_CHANGED_ML XR_ML_PIXEL_SENSOR_TYPE(4)
@@ -114,7 +114,7 @@ typedef enum XrPixelSensorRangeTypeML {
     XR_PIXEL_SENSOR_RANGE_MAX_ENUM_ML = 0x7FFFFFFF
 } XrPixelSensorRangeTypeML;
 
-/** What a stream can be asked for; as the type of a frame, also what its metadata buffers hold. */
+/** Formats of a stream and of metadata buffers. */
 typedef enum XrPixelSensorFrameTypeML {
     XR_PIXEL_SENSOR_GRAYSCALE_ML = 0,
     XR_PIXEL_SENSOR_RGBA8888_ML = 1,
@@ -153,7 +153,7 @@ typedef enum XrPixelSensorIlluminationML {
     XR_PIXEL_SENSOR_ILLUMINATION_MAX_ENUM_ML = 0x7FFFFFFF
 } XrPixelSensorIlluminationML;
 
-/** Bits of a pixel of DEPTH_FLAGS; not those of the vendor's C interface. */
+/** Flags of a pixel of DEPTH_FLAGS. The vendor's C interface uses other bits. */
 #define XR_PIXEL_SENSOR_DEPTH_VALID_ML 0x1u
 #define XR_PIXEL_SENSOR_DEPTH_INVALID_ML 0x2u
 
@@ -255,7 +255,7 @@ typedef struct XrPixelSensorStreamsInfoML {
     uint32_t streamCount;
     const uint32_t *streams;
 } XrPixelSensorStreamsInfoML;
-/** Distinct types of one layout. */
+/** Different types with one layout. */
 typedef XrPixelSensorStreamsInfoML XrPixelSensorStartInfoML;
 typedef XrPixelSensorStreamsInfoML XrPixelSensorStopInfoML;
 
@@ -283,7 +283,10 @@ typedef struct XrPixelSensorBufferPropertiesML {
     uint32_t bufferSize;
 } XrPixelSensorBufferPropertiesML;
 
-/** The size, with or without a stream (0 or 1) before it, of properties that were zeroed before the call. */
+/**
+ * Returns the buffer size, whether or not the structure has a stream (0 or 1) before it. The caller has zeroed the
+ * structure before the call.
+ */
 static inline uint32_t xr_buffer_size(const XrPixelSensorBufferPropertiesML *properties) {
     return properties->bufferSize > properties->stream ? properties->bufferSize : properties->stream;
 }

@@ -15,7 +15,7 @@ static int64_t read_nanos(clockid_t clock) {
 
 int64_t ml2s_now(void) { return read_nanos(CLOCK_BOOTTIME); }
 
-/** BOOTTIME - MONOTONIC lies within width_nanos / 2 of nanos. */
+/** CLOCK_BOOTTIME minus CLOCK_MONOTONIC: nanos, with an error of at most width_nanos / 2. */
 struct offset {
     int64_t nanos;
     int64_t width_nanos;
@@ -43,7 +43,7 @@ void clock_resample(void) {
     lock(&measuring);
     struct offset found = measure();
     int64_t moved = found.nanos - known.nanos;
-    // Two measurements that can both be true keep the first, so that captures of one instant get one stamp.
+    // Keep the first of two compatible measurements, so that captures of one instant get equal stamps.
     if (known.width_nanos < 0 || 2 * (moved < 0 ? -moved : moved) > found.width_nanos + known.width_nanos) {
         known = found;
         atomic_store(&offset_nanos, found.nanos);

@@ -1,4 +1,4 @@
-/** A lock for the rare calls that open and close things; nothing on a frame's way takes one. */
+/** A lock for calls that open and close sensors. The path of a frame takes no lock. */
 #pragma once
 
 #include <stdatomic.h>
@@ -6,7 +6,7 @@
 
 typedef atomic_flag lock_t;
 
-/** Lets another thread go on; some of these waits last 2 s, as long as a start of the perception system. */
+/** Sleeps 0.1 ms. A lock can be held for 2 s, the longest start of the perception system. */
 static inline void await_another_thread(void) { nanosleep(&(struct timespec){.tv_nsec = 100000}, NULL); }
 
 static inline void lock(lock_t *lock) {

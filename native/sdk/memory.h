@@ -1,13 +1,13 @@
-/** Memory of the library's own, in whole pages, outside of Java's heap. */
+/** Memory that the library maps in whole pages, outside the Java heap. */
 #pragma once
 
 #include "ml2s.h"
 
-/** Maps size_bytes of zeroed memory. Returns no data when the system has none. Any thread. */
+/** Maps size_bytes of zeroed memory. Returns null data if that fails. Thread-safe. */
 ml2s_memory memory_map(uint64_t size_bytes);
 
-/** Unmaps memory, which memory_map gave; empties it. Does nothing if it is empty. Any thread. */
+/** Unmaps memory of memory_map and clears the structure. Does nothing if data is null. Thread-safe. */
 void memory_unmap(ml2s_memory *memory);
 
-/** What is mapped now. Any thread. */
+/** Returns the number of bytes that are mapped. Thread-safe. */
 uint64_t memory_mapped_bytes(void);

@@ -1,6 +1,6 @@
 /**
- * The vendor's depth camera (API level 29). Blocking and not thread-safe per handle; frames belong to the system until
- * they are released, exactly once per successful get. One stream at a time.
+ * The vendor's depth camera (API level 29), with one stream at a time. A get blocks; a handle is not thread-safe. The
+ * system owns the frames; each successful get needs exactly one release.
  */
 #pragma once
 
@@ -21,7 +21,7 @@ enum {
     MLDepthCameraFrameType_Count = 2,
 };
 
-/** Not Hz. */
+/** An enumeration, not Hz. */
 typedef uint32_t MLDepthCameraFrameRate;
 enum {
     MLDepthCameraFrameRate_1FPS = 0,
@@ -32,7 +32,7 @@ enum {
     MLDepthCameraFrameRate_60FPS = 5,
 };
 
-/** What to deliver. */
+/** The buffers to deliver. */
 enum {
     MLDepthCameraFlags_DepthImage = 1u << 0,
     MLDepthCameraFlags_Confidence = 1u << 1,
@@ -41,10 +41,10 @@ enum {
     MLDepthCameraFlags_RawDepthImage = 1u << 4,        /**< Light on. */
 };
 
-/** Per pixel. Not the bits that OpenXR uses. */
+/** Flags of a pixel. OpenXR uses other bits. */
 enum {
     MLDepthCameraDepthFlags_Valid = 0,
-    MLDepthCameraDepthFlags_Invalid = 1u << 0, /**< Set whenever any other is. */
+    MLDepthCameraDepthFlags_Invalid = 1u << 0, /**< Set with each of the other flags. */
     MLDepthCameraDepthFlags_Saturated = 1u << 1,
     MLDepthCameraDepthFlags_Inconsistent = 1u << 2,
     MLDepthCameraDepthFlags_LowSignal = 1u << 3,
@@ -74,7 +74,7 @@ typedef struct MLDepthCameraIntrinsics {
     double distortion[5]; /**< k1 k2 p1 p2 k3, plumb bob. */
 } MLDepthCameraIntrinsics;
 
-/** float32, except flags: uint32. Depth is the distance from the camera in metres, not z. */
+/** Pixels are float32, those of flags uint32. Depth is the distance from the camera in metres, not z. */
 typedef struct MLDepthCameraFrameBuffer {
     uint32_t width, height;
     uint32_t stride; /**< Bytes. */
@@ -83,7 +83,7 @@ typedef struct MLDepthCameraFrameBuffer {
     void *data;
 } MLDepthCameraFrameBuffer;
 
-/** Buffers that were not asked for are null. */
+/** Buffers that the settings do not request are null. */
 typedef struct MLDepthCameraFrame {
     int64_t frame_number;
     MLTime frame_timestamp;

@@ -1,6 +1,6 @@
 /**
- * The vendor's eye cameras (API level 26): no pose, no intrinsics. Blocking and not thread-safe per handle; frames
- * belong to the system until they are released, exactly once per successful get.
+ * The vendor's eye cameras (API level 26), without pose and intrinsics. A get blocks; a handle is not thread-safe. The
+ * system owns the frames; each successful get needs exactly one release.
  */
 #pragma once
 

@@ -1,22 +1,22 @@
 /**
- * The vendor's eye tracker (API level 26). Its coordinate frames are in snapshots; gaze is along -z.
+ * The vendor's eye tracker (API level 26). Snapshots hold the poses of its coordinate frames. An eye looks along -z.
  */
 #pragma once
 
 #include "ml_types.h"
 
-/** Where the rays of both eyes meet, and the centres of the eyes, each turned to where its eye looks. */
+/** Coordinate frames: the point where the gaze rays meet, and the centre of each eye, rotated to its gaze. */
 typedef struct MLEyeTrackingStaticData {
     MLCoordinateFrameUID vergence;
     MLCoordinateFrameUID left_center, right_center;
 } MLEyeTrackingStaticData;
 
-/** Of confidence 0 to 1; what has none means nothing. */
+/** Confidences are 0 to 1. A value with confidence 0 is not valid. */
 typedef struct MLEyeTrackingStateEx {
     uint32_t version;
     float vergence_confidence, left_center_confidence, right_center_confidence;
     bool left_blink, right_blink;
-    uint32_t error; /**< 0: none. */
+    uint32_t error; /**< 0: no error. */
     MLTime timestamp;
     float left_eye_openness, right_eye_openness; /**< 0 to 1. */
 } MLEyeTrackingStateEx;

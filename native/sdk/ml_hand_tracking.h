@@ -1,5 +1,5 @@
 /**
- * The vendor's hand tracker (API level 28). The coordinate frames of its key points are in snapshots.
+ * The vendor's hand tracker (API level 28). Snapshots hold the poses of its key points.
  */
 #pragma once
 
@@ -11,7 +11,7 @@ enum {
     MLHandTrackingHandType_Count = 2,
 };
 
-/** From the tip to the wrist, but the bones of the palm come last. */
+/** Key points from the tip of each finger to the wrist. The metacarpals are last. */
 enum {
     MLHandTrackingKeyPoint_Thumb_Tip = 0,
     MLHandTrackingKeyPoint_Thumb_IP = 1,
@@ -48,7 +48,7 @@ typedef struct MLHandTrackingCFUIDs {
     MLCoordinateFrameUID keypoint_cfuids[MLHandTrackingKeyPoint_Count];
 } MLHandTrackingCFUIDs;
 
-/** By hand; the filtered ones are always there. */
+/** Coordinate frames of each hand. Filtered ones always exist. */
 typedef struct MLHandTrackingStaticData {
     uint32_t version;
     MLHandTrackingCFUIDs hand_cfuids[MLHandTrackingHandType_Count];
@@ -64,7 +64,7 @@ typedef struct MLHandTrackingHandState {
 typedef struct MLHandTrackingData {
     uint32_t version;
     MLHandTrackingHandState hand_state[MLHandTrackingHandType_Count];
-    MLTime timestamp_ns; /**< Of the last measurement. */
+    MLTime timestamp_ns; /**< Time of the last measurement. */
 } MLHandTrackingData;
 
 typedef struct MLHandTrackingSettings {

@@ -1,6 +1,6 @@
 /**
  * The vendor's perception system: startup, snapshots of poses, head tracking, and the pose of the colour camera.
- * Before MLPerceptionStartup everything else here gives PerceptionSystemNotStarted.
+ * Before MLPerceptionStartup all other functions return PerceptionSystemNotStarted.
  */
 #pragma once
 
@@ -61,7 +61,7 @@ typedef struct MLHeadTrackingStateEx {
     uint32_t error;
 } MLHeadTrackingStateEx;
 
-/** The last two invalidate every transform of before. */
+/** RecoveryFailed and NewSession invalidate all earlier transforms. */
 enum {
     MLHeadTrackingMapEvent_Lost = 1u << 0,
     MLHeadTrackingMapEvent_Recovered = 1u << 1,
@@ -77,7 +77,7 @@ static inline void MLHeadTrackingStateExInit(MLHeadTrackingStateEx *state) {
     state->version = 1;
 }
 
-/** Startup and Shutdown act on the whole process. Every snapshot is released exactly once. */
+/** Startup and Shutdown affect the whole process. Each snapshot needs exactly one release. */
 #define ML_PERCEPTION_FUNCTIONS(F)                                                                                     \
     F(MLPerceptionInitSettings, (MLPerceptionSettings * out_settings))                                                 \
     F(MLPerceptionStartup, (MLPerceptionSettings * settings))                                                          \
@@ -97,7 +97,7 @@ static inline void MLHeadTrackingStateExInit(MLHeadTrackingStateEx *state) {
     F(MLHeadTrackingGetStateEx, (MLHandle tracker, MLHeadTrackingStateEx * inout_state))                               \
     F(MLHeadTrackingGetMapEvents, (MLHandle tracker, uint64_t * out_events))
 
-/** The pose is that of the camera in the world; only a short history is kept, else PoseNotFound. */
+/** The pose of the camera in the world. The history is short; older times return PoseNotFound. */
 #define ML_CV_CAMERA_FUNCTIONS(F)                                                                                      \
     F(MLCVCameraTrackingCreate, (MLHandle * out_cv))                                                                   \
     F(MLCVCameraGetFramePose,                                                                                          \

@@ -1,4 +1,7 @@
-/** MLTime and CLOCK_MONOTONIC; no permission, no startup. Not promised to match, nor to stay apart by a constant. */
+/**
+ * Conversions between MLTime and CLOCK_MONOTONIC, without permission and startup. The vendor states neither that they
+ * are equal nor that their difference is constant.
+ */
 #pragma once
 
 #include <time.h>

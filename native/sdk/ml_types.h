@@ -1,8 +1,8 @@
 /**
- * Base types and result codes of the vendor's C interface, declared here from published facts for interoperability.
+ * Base types and result codes of the vendor's C interface, declared from published facts for interoperability.
  *
- * C linkage, natural alignment, enums of 32 bits. Each of the ml_*.h files lists the functions that this library calls
- * as F(name, parameters); prototypes, function tables and symbol names are all made from that list. Every function
+ * C linkage, natural alignment, 32-bit enums. Each ml_*.h file lists the functions that this library calls as
+ * F(name, parameters). Prototypes, function tables and symbol names are generated from that list. Every function
  * returns an MLResult.
  */
 #pragma once
@@ -24,7 +24,7 @@
 
 typedef int32_t MLResult;
 typedef uint64_t MLHandle;
-/** Nanoseconds of a clock of its own; see ml_time.h. */
+/** Nanoseconds of the device's clock; see ml_time.h. */
 typedef int64_t MLTime;
 
 #define ML_INVALID_HANDLE UINT64_MAX

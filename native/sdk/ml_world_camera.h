@@ -1,6 +1,6 @@
 /**
- * The vendor's world cameras (API level 23). Blocking and not thread-safe per handle; frames belong to the system until
- * they are released, exactly once per successful get. A batch holds at most one frame per camera and mode.
+ * The vendor's world cameras (API level 23). A get blocks; a handle is not thread-safe. The system owns the frames;
+ * each successful get needs exactly one release. A get returns at most one frame per camera and mode.
  */
 #pragma once
 
@@ -17,7 +17,7 @@ enum {
 
 enum {
     MLWorldCameraMode_Unknown = 0,
-    MLWorldCameraMode_LowExposure = 1u << 0, /**< Only while the controller is being tracked. */
+    MLWorldCameraMode_LowExposure = 1u << 0, /**< Only while the controller is tracked. */
     MLWorldCameraMode_NormalExposure = 1u << 1,
 };
 
@@ -28,7 +28,7 @@ enum {
     MLWorldCameraFrameType_NormalExposure = 2,
 };
 
-/** Masks, and hints. */
+/** mode and cameras are masks. The system treats them as hints. */
 typedef struct MLWorldCameraSettings {
     uint32_t version;
     uint32_t mode;
@@ -53,7 +53,7 @@ typedef struct MLWorldCameraFrameBuffer {
 
 typedef struct MLWorldCameraFrame {
     MLWorldCameraIdentifier id;
-    int64_t frame_number; /**< Per camera and mode; may roll over to 0. */
+    int64_t frame_number; /**< Counts per camera and mode; can restart at 0. */
     MLTime timestamp;
     MLWorldCameraIntrinsics intrinsics;
     MLTransform camera_pose;
@@ -79,7 +79,7 @@ static inline void MLWorldCameraDataInit(MLWorldCameraData *data) {
     data->version = 1;
 }
 
-/** *inout_data must point to an initialised structure of the caller's, which is filled in place. */
+/** *inout_data must point to an initialised structure of the caller, which the get fills. */
 #define ML_WORLD_CAMERA_FUNCTIONS(F)                                                                                   \
     F(MLWorldCameraConnect, (const MLWorldCameraSettings *settings, MLHandle *out_cameras))                            \
     F(MLWorldCameraUpdateSettings, (MLHandle cameras, const MLWorldCameraSettings *settings))                          \

@@ -84,7 +84,7 @@ static ml2s_result start_ours(ml2s_error *error) {
     return ML2S_OK;
 }
 
-/** Also when others already use it: the app that ran it may have shut it down since. */
+/** Checks each time, since an app that started the system may have shut it down. */
 static ml2s_result start(ml2s_error *error) {
     MLResult running = snapshot_touch();
     return running == MLResult_PerceptionSystemNotStarted ? start_ours(error)

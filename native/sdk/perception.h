@@ -1,5 +1,5 @@
 /**
- * The vendor's libperception.magicleap.so, reached without linking to it. Any thread.
+ * The functions of the vendor's libperception.magicleap.so, loaded at run time. Thread-safe.
  */
 #pragma once
 
@@ -13,7 +13,7 @@
 #include "ml_world_camera.h"
 #include "result.h"
 
-/** A(identifier, table, functions): what can be there or missing as one. */
+/** A(identifier, table, functions): groups of functions that a device has or lacks as a whole. */
 #define SDK_AREAS(A)                                                                                                   \
     A(SDK_DEPTH, depth, ML_DEPTH_CAMERA_FUNCTIONS)                                                                     \
     A(SDK_DEPTH_CAPABILITIES, depth_capabilities, ML_DEPTH_CAMERA_CAPABILITIES_FUNCTIONS)                              \
@@ -35,27 +35,27 @@ enum sdk_area { SDK_AREAS(SDK_IDENTIFIER) SDK_AREA_COUNT };
     struct {                                                                                                           \
         functions(SDK_POINTER)                                                                                         \
     } table;
-/** Tables of areas that sdk_require has answered with ML2S_OK. */
+/** The function tables. A table is valid after sdk_require has returned ML2S_OK for its area. */
 extern struct sdk { SDK_AREAS(SDK_TABLE) } sdk;
 
-/** The result of a function of the tables, in words. */
+/** Calls a function of a table and converts its result. */
 #define SDK_CALL(error, table, name, ...) result_of(sdk.table.name(__VA_ARGS__), #name, error)
 
 /**
- * Fills the tables of areas, a mask of 1 << sdk_area. ML2S_NOT_AVAILABLE names the library, or the first symbol, that
- * is missing; asked again, it looks again.
+ * Fills the tables of areas, a mask of 1 << sdk_area. Returns ML2S_NOT_AVAILABLE with the name of the missing library
+ * or symbol; the next call searches again.
  */
 ml2s_result sdk_require(uint32_t areas, ml2s_error *error);
 
 /**
- * The first start starts the perception system and waits up to 2 s for its first snapshot, before which trackers fail;
- * the last stop stops it. Both act on the whole process: a system that the app runs is neither started nor stopped.
- * Needs the area SDK_PERCEPTION.
+ * Starts the perception system for the first user, and waits up to 2 s for its first snapshot, before which trackers
+ * cannot be created. The perception system belongs to the process: one that the app has started is neither started nor
+ * stopped here. Needs the area SDK_PERCEPTION.
  */
 ml2s_result perception_start(ml2s_error *error);
 
-/** After a start: result is how the connection went that it was for. A failure empties handle and stops again. */
+/** Stops the perception system if result, that of opening handle, is a failure. Returns result. */
 ml2s_result perception_stop_on_failure(ml2s_result result, MLHandle *handle);
 
-/** Empties handle, which was disconnected with result, and stops; answers the first failure. */
+/** Stops the perception system after handle was closed with result. Returns the first failure. */
 ml2s_result perception_stop_after(ml2s_result result, MLHandle *handle, ml2s_error *error);

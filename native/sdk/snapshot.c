@@ -6,7 +6,7 @@
 
 static lock_t taken = ATOMIC_FLAG_INIT;
 
-/** The answer for the last instant. */
+/** The result of the previous call, so that a change is logged once. */
 static MLResult last_code;
 
 static void log_invalid_time(MLResult code) {

@@ -11,7 +11,7 @@
 namespace ml2sim {
 namespace {
 
-/** Android's DEAD_OBJECT, which is in no table of the vendor's. */
+/** Android's DEAD_OBJECT. The vendor does not list it. */
 constexpr MLResult kDeadObject = -32;
 
 int64_t deadlineAfter(uint64_t timeout_ms) {

@@ -1,4 +1,4 @@
-// What the depth, world and eye cameras have in common: one strict client, and frames on a fixed grid of time.
+// The state that depth, world and eye cameras share: their one client, and their capture times.
 #pragma once
 
 #include <sys/types.h>
@@ -13,46 +13,46 @@
 
 namespace ml2sim {
 
-/** A handle that was never given before. */
+/** Returns a handle that was not used before. */
 MLHandle newHandle();
 
-/** When a camera captures, and how long after the centre of exposure a frame can be got (readout and transfer). */
+/** The rate of a camera, and the delay from the centre of exposure to delivery (readout and transfer). */
 struct CaptureTiming {
     uint32_t rate_hz;
     int64_t delayNanos;
 };
 
-/** A camera and the one client that it may have. The vendor's functions are called on it under a Call. */
+/** A camera and its one client. Each call of a vendor function needs a CameraCall. */
 class CameraConnection {
   public:
     CameraConnection(CameraKind kind, const char *name) : kind_(kind), name_(name) {}
 
-    /** Gives the camera to the calling thread, unless a fault or another client stands against it. */
+    /** Connects the calling thread, unless a fault is on or there is another client. */
     MLResult open(MLHandle *out);
 
-    /** Frames from now on come so. */
+    /** Starts captures with this timing. */
     void start(CaptureTiming timing);
 
     /**
-     * Waits for a capture that was not got before, for at most timeout_ms; index is its number on the grid. None come
-     * while delivers is false.
+     * Waits at most timeout_ms for the next capture; index is its number. There are no captures while delivers returns
+     * false.
      */
     MLResult awaitFrame(
         uint64_t timeout_ms, int64_t *index, bool (*delivers)() = [] { return true; });
 
-    /** Whether a get may begin; a second one before release is a misuse. */
+    /** Checks that a get may begin. A second get before the release is a misuse. */
     MLResult beginGet();
-    /** Ends a get of the caller's struct. */
+    /** Ends the get whose frames are in the caller's structure. */
     MLResult release(const void *data);
-    /** Opens memory for the frames that go into the caller's struct. */
+    /** Leases memory for the frames in the caller's structure. */
     FrameLease &lease(const void *data, size_t bytes);
 
     void close();
-    /** Forgets the client without a word. */
+    /** Removes the client, without a check for misuse. */
     void reset();
 
     bool isOpen() const { return handle_ != ML_INVALID_HANDLE; }
-    /** Whether the camera went away, by fault, since it was opened. */
+    /** Returns true if a fault has disconnected the camera since it was opened. */
     bool isDisconnected();
 
   private:
@@ -71,8 +71,7 @@ class CameraConnection {
     FrameLease lease_;
 };
 
-/** One call of a vendor function on a connection: refused from the wrong thread, for the wrong handle, or beside
- * another. */
+/** A call of a vendor function. It is refused for a wrong handle, from a wrong thread, and during another call. */
 class CameraCall {
   public:
     CameraCall(CameraConnection &connection, MLHandle handle, const char *function);
@@ -89,7 +88,7 @@ class CameraCall {
     MLResult result_;
 };
 
-/** Tells of an argument that the vendor's interface does not allow. */
+/** Count a misuse and return the result for it. */
 MLResult refuseArgument(const char *function, const char *what);
 MLResult refuseVersion(const char *function, uint32_t expected, uint32_t found);
 

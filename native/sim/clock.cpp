@@ -12,7 +12,7 @@
 namespace ml2sim {
 namespace {
 
-/** Where the manual clock begins: long enough after 0 that a forgotten offset is no small number. */
+/** Start of the manual clock, far from 0, so that a missing offset is noticed. */
 constexpr int64_t kManualStart = 1000 * kSecond;
 
 std::atomic<int64_t> manualNanos{kManualStart};
@@ -28,7 +28,7 @@ int64_t read(clockid_t clock) {
     return now.tv_sec * kSecond + now.tv_nsec;
 }
 
-/** Time slept before now. Measured anew, but changed only by a real sleep, so that equal times stay equal. */
+/** Returns the time that the machine has slept. Only a real sleep changes it, so that equal times stay equal. */
 int64_t sleptNanos() {
     static std::atomic<int64_t> known{0};
     const int64_t before = read(CLOCK_MONOTONIC);
@@ -42,7 +42,7 @@ int64_t sleptNanos() {
 
 int64_t offset() { return std::llround(number(Key::MlTimeOffset) * kSecond); }
 
-/** Parts per billion keep the product exact in 128 bits. */
+/** In parts per billion, so that products are exact in 128 bits. */
 __int128 skewPpb() { return std::llround(number(Key::MlTimeSkew) * 1000); }
 
 } // namespace

@@ -1,11 +1,10 @@
-// Time of the simulated headset: MLTime and the system clocks it converts to, real or moved by hand.
+// The clocks of the simulated headset: MLTime and the system clocks, real or manual.
 #pragma once
 
 #include <cstdint>
 
 namespace ml2sim {
 
-/** Nanoseconds since the seconds given, whole ones exactly. */
 constexpr int64_t kSecond = 1000000000;
 
 int64_t monotonicNow();
@@ -13,23 +12,23 @@ int64_t mlTimeNow();
 int64_t mlTimeOfMonotonic(int64_t nanos);
 int64_t monotonicOfMlTime(int64_t nanos);
 
-/** CLOCK_BOOTTIME is CLOCK_MONOTONIC and the time that the machine slept. */
+/** CLOCK_BOOTTIME is CLOCK_MONOTONIC plus the time that the machine has slept. */
 int64_t mlTimeOfBoottime(int64_t nanos);
 int64_t boottimeOfMlTime(int64_t nanos);
 
-/** Moves the manual clock and wakes who waits for it. */
+/** Advances the manual clock and wakes waiting threads. */
 void advanceClock(int64_t nanos);
 
-/** The manual clock as it is at the start. */
+/** Sets the manual clock to its start. */
 void resetClock();
 
-/** A number that changes with every wakeWaiters; to be taken before what a wait depends on is looked at. */
+/** Returns the number of wakeWaiters calls. Read it before the condition of a wait. */
 uint64_t wakeCount();
 
-/** Lets everyone who waits look again, because a key or the clock has changed. */
+/** Wakes waiting threads after a change of a key or the clock. */
 void wakeWaiters();
 
-/** Returns when MLTime has reached until, or wakeCount is no longer seen. */
+/** Waits until MLTime is at least until, or wakeCount differs from seen. */
 void waitUntil(int64_t until, uint64_t seen);
 
 } // namespace ml2sim

@@ -1,4 +1,4 @@
-// ml2sim_color: the colour camera, encoded once and looped. On the device it is reached through Camera2.
+// ml2sim_color: the frames of the colour camera, encoded once and repeated. On the device Camera2 delivers them.
 #include <algorithm>
 #include <cstring>
 #include <vector>
@@ -15,7 +15,7 @@
 namespace ml2sim {
 namespace {
 
-/** Readout, transfer and encoding. */
+/** The delay of readout, transfer and encoding. */
 constexpr int64_t kDelayNanos = 15000000;
 constexpr int64_t kExposureNanos = 8000000;
 

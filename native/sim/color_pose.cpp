@@ -1,4 +1,4 @@
-// MLCVCamera*: where the colour camera was a moment ago.
+// MLCVCamera*: the pose of the colour camera.
 #include "clock.h"
 #include "tracker_registry.h"
 #include "tracking.h"
@@ -6,7 +6,7 @@
 namespace ml2sim {
 namespace {
 
-/** Only a short history is kept; the vendor does not say how short. */
+/** The vendor keeps a short history of unknown length. */
 constexpr int64_t kHistoryNanos = kSecond / 2;
 
 TrackerRegistry<NoState> trackers;

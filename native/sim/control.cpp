@@ -1,4 +1,4 @@
-// ml2sim_set, ml2sim_reset and the clock's controls.
+// ml2sim_set, ml2sim_reset and the control of the clock.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -17,7 +17,7 @@ namespace {
 
 bool anyCameraOpen() { return isDepthCameraOpen() || isWorldCameraOpen() || isEyeCameraOpen(); }
 
-/** Everything that is made from keys, made from them anew. */
+/** Resets the keys and all state that depends on them. */
 std::string resetAll() {
     auto problem = keys().reset("ML2SIM");
     resetClock();
@@ -28,7 +28,7 @@ std::string resetAll() {
     return problem;
 }
 
-/** When the library is loaded. */
+/** Runs when the library is loaded. */
 struct Start {
     Start() {
         const auto problem = resetAll();

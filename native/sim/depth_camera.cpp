@@ -1,4 +1,4 @@
-// MLDepthCamera*: one stream at a time, with the planes that were asked for.
+// MLDepthCamera*: one stream at a time, with the requested planes.
 #include "ml_depth_camera.h"
 
 #include <cstring>
@@ -20,7 +20,7 @@ namespace {
 constexpr auto kKind = CameraKind::Depth;
 constexpr int64_t kDelayNanos = 7000000;
 
-/** Where the planes of a frame go, in the order of the bits of MLDepthCameraFlags, as in a cached frame. */
+/** The members of a frame for its planes, in the order of the bits of MLDepthCameraFlags and of a cached frame. */
 constexpr MLDepthCameraFrameBuffer *MLDepthCameraFrame::*kPlanes[] = {
     &MLDepthCameraFrame::depth_image,     &MLDepthCameraFrame::confidence,
     &MLDepthCameraFrame::flags,           &MLDepthCameraFrame::ambient_raw_depth_image,
@@ -97,7 +97,7 @@ MLDepthCameraFrameBuffer *copyPlane(FrameLease &lease, const uint8_t *pixels) {
     return buffer;
 }
 
-/** Who only asks for capabilities neither draws pictures nor begins the walk. */
+/** Starts the stream at the first get. A client that only queries capabilities renders nothing. */
 void beginFilm() {
     if (cache != nullptr)
         return;

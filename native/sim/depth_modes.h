@@ -1,4 +1,4 @@
-// What the depth camera can be set to.
+// The settings that the depth camera supports.
 #pragma once
 
 #include "ml_depth_camera.h"
@@ -6,12 +6,12 @@
 
 namespace ml2sim {
 
-/** A row of the vendor's tables: one rate of one stream. */
+/** A rate of a stream, as the vendor lists it. */
 struct DepthMode {
     MLDepthCameraFrameType type;
     MLDepthCameraFrameRate rate;
     uint32_t delivered_hz; ///< 60 is accepted and delivers 30.
-    uint32_t mains_hz;     ///< Where lights run on another mains it is not to be had; 0: anywhere.
+    uint32_t mains_hz;     ///< Mains frequency where the rate is available; 0: any.
 };
 constexpr DepthMode kDepthModes[] = {
     {MLDepthCameraFrameType_LongRange, MLDepthCameraFrameRate_1FPS, 1, 0},
@@ -23,7 +23,7 @@ constexpr DepthMode kDepthModes[] = {
     {MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_60FPS, 30, 60},
 };
 
-/** By MLDepthCameraFrameType. */
+/** A stream, indexed by MLDepthCameraFrameType. */
 struct DepthStream {
     MLDepthCameraStream bit;
     const char *name;
@@ -36,17 +36,17 @@ constexpr DepthStream kDepthStreams[] = {
     {MLDepthCameraStream_ShortRange, "depth_short", 50, 375, kShortRange},
 };
 
-/** What settings that were checked ask for. */
+/** The content of checked settings. */
 struct DepthChoice {
     MLDepthCameraFrameType type;
     uint32_t planes; ///< MLDepthCameraFlags
     uint32_t delivered_hz;
 };
 
-/** Whether a mode is to be had on the mains of the key. */
+/** Returns true if the mode is available with the mains frequency of the key. */
 bool isOnMains(const DepthMode &mode);
 
-/** Whether the device can do it; tells of the misuse when not, but for a rate that only the mains excludes. */
+/** Checks settings. Unsupported ones are a misuse, except a rate that only the mains frequency excludes. */
 MLResult chooseDepth(const char *function, const MLDepthCameraSettings *settings, DepthChoice *out);
 
 } // namespace ml2sim

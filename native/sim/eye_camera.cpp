@@ -1,4 +1,4 @@
-// MLEyeCamera*: four cameras on one grid; no pose, no intrinsics.
+// MLEyeCamera*: four cameras with the same capture times, without pose and intrinsics.
 #include "ml_eye_camera.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr CaptureTiming kTiming = {30, 6000000};
 constexpr uint32_t kBytes = kEyeWidth * kEyeHeight;
 
 struct Position {
-    EyeCamera camera; ///< Its value is MLEyeCameraIdentifier's.
+    EyeCamera camera; ///< Has the value of its MLEyeCameraIdentifier.
     const char *name;
 };
 constexpr std::array<Position, 4> kPositions = {{

@@ -1,4 +1,4 @@
-// MLEyeTracking*: where each eye is and looks.
+// MLEyeTracking*: the poses of the eyes.
 #include "ml_eye_tracking.h"
 
 #include "clock.h"

@@ -1,4 +1,4 @@
-// ml2sim_true_pose, ml2sim_true_head, ml2sim_landmarks, ml2sim_mounts: what is so, for tests to compare with.
+// ml2sim_true_pose, ml2sim_true_head, ml2sim_landmarks, ml2sim_mounts: the ground truth for tests.
 #include <cstdarg>
 #include <cstdio>
 #include <string>
@@ -10,7 +10,7 @@
 namespace ml2sim {
 namespace {
 
-/** By ml2sim_camera. */
+/** The camera of each ml2sim_camera. */
 constexpr Camera kCameras[] = {Camera::WorldLeft, Camera::WorldRight, Camera::WorldCenter, Camera::Depth,
                                Camera::Color};
 
@@ -32,7 +32,7 @@ std::string json(const char *name, const Pose &pose) {
     return std::string("\"") + name + "\": {\"rotation\": " + rotation + ", \"position\": " + json(pose.position) + "}";
 }
 
-/** Four corners of a tag follow each other. */
+/** Writes the tags. Each has four consecutive landmarks. */
 std::string tagsJson(const Scene &scene) {
     std::string out;
     int open = -1;

@@ -16,7 +16,7 @@ TrackerRegistry<NoState> trackers;
 constexpr uint64_t kFrames = 0x48414e4453000000;
 constexpr uint64_t kPerHand = 100;
 
-/** The joint of XrHandJointEXT where a key point is; both sides of the wrist are at its centre. */
+/** The joint of XrHandJointEXT for each key point. Both sides of the wrist are at its centre. */
 constexpr uint32_t kJoints[] = {
     5,  4,  3,  2,  // thumb, from its tip
     10, 9,  8,  7,  // index

@@ -1,4 +1,4 @@
-// MLHeadTracking*: whether the headset knows where it is.
+// MLHeadTracking*: the state of head tracking.
 #include "clock.h"
 #include "tracker_registry.h"
 #include "tracking.h"

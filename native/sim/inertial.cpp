@@ -1,4 +1,4 @@
-// ml2sim_imu, ml2sim_light, ml2sim_pressure: what the small sensors read.
+// ml2sim_imu, ml2sim_light, ml2sim_pressure: measurements of the inertial units, light sensor and barometers.
 #include <cmath>
 
 #include "clock.h"
@@ -12,10 +12,10 @@ namespace {
 
 /** Standard gravity (CGPM 1901). */
 constexpr Vec3 kGravity = {0, -9.80665, 0};
-/** The earth's field where the room's -z points to magnetic north: that of central Europe (WMM), tesla. */
+/** The magnetic field of central Europe (WMM) in tesla, with magnetic north along -z of the scene. */
 constexpr Vec3 kEarthField = {0, -42e-6, -22e-6};
 
-/** One kind of measurement: what bias 1 and noise 1 mean for it. */
+/** A kind of measurement, with its bias and noise for the key value 1. */
 struct Quality {
     uint64_t number;
     double bias;

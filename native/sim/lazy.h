@@ -6,7 +6,7 @@
 
 namespace ml2sim {
 
-/** A value made when it is first asked for. Any thread. */
+/** A value that the first get() makes. Thread-safe. */
 template <typename T> class Lazy {
   public:
     explicit Lazy(std::function<T()> make) : make_(std::move(make)) {}

@@ -1,4 +1,4 @@
-// Functions of the vendor's libperception.magicleap.so that libml2sensors does not call, and others may.
+// Functions of the vendor's libperception.magicleap.so that libml2sensors does not call, but tests do.
 #pragma once
 
 #include "ml_perception.h"

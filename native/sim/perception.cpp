@@ -1,4 +1,4 @@
-// MLPerceptionStartup, MLPerceptionShutdown, of the whole process: everything that knows poses runs between them.
+// MLPerceptionStartup and MLPerceptionShutdown, which affect the whole process.
 #include "perception.h"
 
 #include <atomic>
@@ -11,7 +11,7 @@
 namespace ml2sim {
 namespace {
 
-/** By this library's caller; the app around it may run the system too. */
+/** True if the caller has started the system. The simulated app can run it, too. */
 std::atomic<bool> isStarted{false};
 std::atomic<int64_t> startedAt{0}; ///< MLTime
 std::atomic<bool> hadSnapshot{false};

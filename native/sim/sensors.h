@@ -1,4 +1,4 @@
-// What control needs of the cameras, one file each.
+// Functions of the cameras and the perception system that ml2sim_reset and ml2sim_set need.
 #pragma once
 
 namespace ml2sim {
@@ -7,7 +7,7 @@ bool isDepthCameraOpen();
 bool isWorldCameraOpen();
 bool isEyeCameraOpen();
 
-/** Forgets their clients, for ml2sim_reset. */
+/** Remove all clients, for ml2sim_reset. */
 void resetDepthCamera();
 void resetWorldCamera();
 void resetEyeCamera();

@@ -1,4 +1,4 @@
-// The keys of ml2sim_set: one table, read by everything in this folder.
+// The keys of ml2sim_set.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +45,7 @@ enum class Key {
     FaultCameras, // the first of kCameraFaults keys for each CameraKind
 };
 
-/** The cameras that share their faults: fault.<camera>.<what>. */
+/** The cameras with the faults fault.<camera>.<what>. */
 enum class CameraKind { Depth, World, Eye };
 
 enum class Fault {
@@ -71,13 +71,13 @@ enum class Fault {
 /** Values of Key::FaultHeadTracking. */
 enum Tracking { kTracked = 0, kRelocalizing = 1, kLost = 2 };
 
-/** The value of a key of numbers; for Fault::FrameCount to BytesPerPixel -1 is "as it should be". Any thread. */
+/** Return the value of a number. Fault::FrameCount to BytesPerPixel are off at -1, other faults at 0. Thread-safe. */
 double number(Key key);
 double fault(CameraKind camera, Fault what);
 inline bool isOn(Key key) { return number(key) != 0; }
 inline bool hasFault(CameraKind camera, Fault what) { return fault(camera, what) > 0; }
 
-/** The value of a key of text. Any thread. */
+/** Returns the value of a text. Thread-safe. */
 std::string text(Key key);
 
 KeyTable &keys();

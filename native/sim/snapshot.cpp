@@ -1,4 +1,4 @@
-// MLPerceptionGet*Snapshot, MLSnapshot*: where things are at one time, now or soon.
+// MLPerceptionGet*Snapshot, MLSnapshot*: the poses at one instant.
 #include <unistd.h>
 
 #include <mutex>
@@ -12,7 +12,7 @@
 #include "perception.h"
 #include "tracking.h"
 
-/** Immutable; the time that it is for is all that it is. */
+/** A snapshot stores its time; poses are computed when they are read. Immutable. */
 struct MLSnapshot {
     MLTime time;
     MLTime madeAt;
@@ -25,7 +25,7 @@ namespace ml2sim {
 namespace {
 
 constexpr int64_t kMostAhead = kSecond / 10;
-/** The vendor does not say how old is too old. */
+/** The vendor does not state how old a snapshot can be. */
 constexpr int64_t kMostBehind = kSecond / 2;
 constexpr uint32_t kDisplay_hz = 60;
 
@@ -67,10 +67,10 @@ bool isSame(const MLCoordinateFrameUID &a, const MLCoordinateFrameUID &b) {
     return a.data[0] == b.data[0] && a.data[1] == b.data[1];
 }
 
-/** Every session has an origin of its own. */
+/** Returns the coordinate frame of the origin of a session. */
 MLCoordinateFrameUID originOf(uint64_t session) { return {{0x4f524947494e0000, session}}; }
 
-/** The place of a frame in the world. */
+/** Returns the pose of a coordinate frame in the world. */
 MLResult find(const MLSnapshot &snapshot, const MLCoordinateFrameUID &id, Pose *out) {
     *out = {};
     if (isSame(id, originOf(snapshot.session)))
@@ -92,7 +92,7 @@ struct Derivatives {
     MLVec3f velocity, acceleration, angularVelocity, angularAcceleration;
 };
 
-/** Of the head, in the world's axes. */
+/** Returns the derivatives of the head pose in world axes. */
 Derivatives derivativesAt(MLTime time) {
     constexpr int64_t kStep = kSecond / 1000;
     const auto motion = HeadPath::current()->at(time);

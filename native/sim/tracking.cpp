@@ -28,7 +28,7 @@ State stateNow() {
     return state;
 }
 
-/** A gravity aligned world at a head: its place, and its rotation about the vertical. */
+/** Returns a gravity aligned world at a head, with its position and its rotation about the vertical. */
 Pose originAt(const Pose &head) {
     const Vec3 forward = rotate(head.rotation, {0, 0, -1});
     return {Quaternion::about({0, 1, 0}, std::atan2(-forward.x, -forward.z)), head.position};

@@ -1,4 +1,4 @@
-// What the headset knows of where it is: its session's world, and whether it is lost.
+// The simulated head tracking: its session, its world, and whether it is lost.
 #pragma once
 
 #include <cstdint>
@@ -9,40 +9,40 @@
 
 namespace ml2sim {
 
-/** A place of the room in the world of the current session. */
+/** Converts a pose from the scene to the world of the current session. */
 Pose inWorld(const Pose &inScene);
 
-/** A point of the room in that world. */
+/** Converts a point from the scene to that world. */
 Vec3 pointInWorld(Vec3 inScene);
 
-/** Where the head truly is. */
+/** Returns the true pose of the head. */
 Pose trueHead(int64_t mltime);
 
-/** Where the headset takes it to be: while it is not tracked, where it was when that began. */
+/** Returns the reported pose of the head. While tracking is lost, it is the last tracked pose. */
 Pose reportedHead(int64_t mltime);
 
-/** Where it takes a camera to be. */
+/** Returns the reported pose of a camera. */
 MLTransform reportedCamera(Camera camera, int64_t mltime);
 
-/** As the vendor's library tells it, faults included. */
+/** Converts a pose to the vendor's structure, with the faults of poses. */
 MLTransform toTransform(const Pose &pose);
 
 Tracking trackingNow();
 
-/** Counts sessions from 0. */
+/** Returns the number of the current session, from 0. */
 uint64_t sessionNumber();
 
-/** Bits of MLHeadTrackingMapEvent, each with a count of how often it happened; a cursor per tracker. */
+/** Counts of each MLHeadTrackingMapEvent. Each tracker keeps the counts that it has reported. */
 struct MapEvents {
     uint64_t lost = 0, recovered = 0, recoveryFailed = 0, newSession = 0;
 };
 MapEvents mapEventsSoFar();
 uint64_t mapEventsBetween(const MapEvents &before, const MapEvents &after);
 
-/** Takes over what the keys of head tracking say now. */
+/** Applies the keys of head tracking. */
 void refreshTracking();
 
-/** The first session again. */
+/** Returns to the first session. */
 void resetTracking();
 
 } // namespace ml2sim

@@ -1,4 +1,4 @@
-// MLWorldCamera*: three cameras on one grid, a batch of at most one frame per camera and mode.
+// MLWorldCamera*: three cameras with the same capture times, at most one frame per camera and mode in each get.
 #include "ml_world_camera.h"
 
 #include <algorithm>
@@ -34,13 +34,13 @@ constexpr std::array<Position, 3> kPositions = {{
     {MLWorldCameraIdentifier_Center, Camera::WorldCenter, "world_center"},
 }};
 
-/** One camera in one mode. */
+/** A camera in one mode. */
 struct View {
     Position position;
     MLWorldCameraFrameType type;
     std::shared_ptr<FrameCache> cache;
 
-    /** Every camera and mode counts for itself; here from its own beginning. */
+    /** Each camera and mode numbers its own frames from its start. */
     int64_t frameNumber(int64_t index) const {
         return index + 100000 * static_cast<int64_t>(position.id) + 10000 * type;
     }
@@ -80,7 +80,7 @@ MLResult check(const char *function, const MLWorldCameraSettings *settings) {
     return MLResult_Ok;
 }
 
-/** Draws what the settings ask for. */
+/** Renders the frames that the settings request. */
 void apply(const MLWorldCameraSettings &settings) {
     views.clear();
     lens = lensOfKeys();
@@ -92,7 +92,7 @@ void apply(const MLWorldCameraSettings &settings) {
     connection.start(kTiming);
 }
 
-/** The device captures with low exposure for the controller's sake alone. */
+/** The device captures with low exposure only to track the controller. */
 bool isLive(const View &view) {
     return view.type == MLWorldCameraFrameType_NormalExposure || isOn(Key::ControllerTracked);
 }
@@ -118,7 +118,7 @@ MLWorldCameraIntrinsics intrinsics() {
     return out;
 }
 
-/** Rows stride apart; what lies between them is no picture. */
+/** Copies rows to a stride, and fills the padding with values that are no pixels. */
 uint8_t *copyRows(FrameLease &lease, const uint8_t *grey, uint32_t stride) {
     constexpr uint8_t kBetweenRows = 0xee;
     auto *rows = lease.allocate<uint8_t>(size_t{stride} * lens.height);

@@ -1,4 +1,4 @@
-// Where the colour camera was; its pictures come another way.
+// The pose of the colour camera. Its images come from Camera2.
 #include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
@@ -28,12 +28,12 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
                                     &head_tracker, error);
 }
 
-/** What goes wrong costs the pose: ML2S_NO_POSE, and the picture it was for goes without. */
+/** Returns ML2S_NO_POSE after any failure, so that the image is still delivered. */
 static ml2s_result color_pose(const ml2s_settings *settings, int64_t device_nanos, ml2s_pose *pose, ml2s_error *error) {
     (void)settings;
     MLTransform transform;
     *pose = (ml2s_pose){.stream = ML2S_STREAM_COLOR, .device_nanos = device_nanos};
-    // In an app that draws with OpenXR the poses are right only while somebody takes snapshots.
+    // In an app that renders with OpenXR, poses are current only while snapshots are taken.
     if (result_of(snapshot_touch(), "MLPerceptionGetSnapshot", error) ||
         SDK_CALL(error, cv, MLCVCameraGetFramePose, camera_tracker, head_tracker, MLCVCameraID_ColorCamera,
                  device_nanos, &transform) ||

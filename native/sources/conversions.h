@@ -1,4 +1,4 @@
-/** What the vendor says of one moment, as frames and poses say it. */
+/** Conversions of the vendor's times, poses and intrinsics into frames and poses. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,10 +9,10 @@
 
 #define NANOS_PER_MILLI UINT64_C(1000000)
 
-/** Rounded up, so that a short timeout is still a wait. */
+/** Rounds up, so that a short timeout is not 0. */
 static inline uint64_t millis_of(uint64_t nanos) { return nanos / NANOS_PER_MILLI + (nanos % NANOS_PER_MILLI != 0); }
 
-/** Intrinsics that are not numbers are none. */
+/** Returns true if no value is NaN or infinite. */
 static inline bool are_finite(const float *values, int count) {
     bool are = true;
     for (int i = 0; i < count; i++) {
@@ -21,7 +21,7 @@ static inline bool are_finite(const float *values, int count) {
     return are;
 }
 
-/** A pose that is not a number, or whose quaternion is not of length 1 within ROS's tolerance, is none. */
+/** Returns true if the pose is finite and its quaternion has length 1 within the tolerance of ROS. */
 static inline bool is_pose(const float *rotation, const float *position) {
     float square = 0;
     for (int i = 0; i < 4; i++) {
@@ -50,7 +50,7 @@ static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_er
     return clock_boottime_of_mltime(time, &frame->capture_nanos, error);
 }
 
-/** An untracked pose of now. */
+/** Makes an untracked pose with the current time. */
 static inline ml2s_result pose_begin(ml2s_pose *pose, uint32_t stream, ml2s_error *error) {
     *pose = (ml2s_pose){.stream = stream};
     ml2s_result result = clock_mltime_now(&pose->device_nanos, error);

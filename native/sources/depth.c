@@ -1,4 +1,4 @@
-// The depth camera: distances with confidence and flags, or the infrared picture behind them.
+// The depth camera: depth with confidence and flags, or the raw infrared picture.
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
 #include "conversions.h"
@@ -17,7 +17,7 @@ static bool is_infra(const ml2s_settings *settings) { return settings->streams =
 
 static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSettings *vendor, ml2s_error *error) {
     if (settings->streams & (settings->streams - 1)) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "depth: either depth or infra, not both");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "depth: expected depth or infra, found both");
     }
     MLDepthCameraSettingsInit(vendor);
     vendor->streams = 1u << type_of(settings);
@@ -25,7 +25,7 @@ static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSetting
     if (is_infra(settings)) {
         config->flags = MLDepthCameraFlags_RawDepthImage;
     } else {
-        // Flags always: they say which depths are none.
+        // Always request the flags: they mark invalid depths.
         config->flags = MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_DepthFlags;
         config->flags |= settings->wants & ML2S_WANT_CONFIDENCE ? MLDepthCameraFlags_Confidence : 0;
     }
@@ -64,7 +64,7 @@ static ml2s_result list_rates(const ml2s_settings *settings, uint32_t *rates_hz,
     return depth_rates(camera, type_of(settings), rates_hz, capacity, count, error);
 }
 
-/** Checks a buffer of frame, which also must have the size of the picture that its intrinsics are for. */
+/** Checks a buffer of frame. Its size must be that of the intrinsics. */
 static ml2s_result view(const MLDepthCameraFrame *frame, const MLDepthCameraFrameBuffer *buffer, const char *name,
                         struct picture *out, ml2s_error *error) {
     static const MLDepthCameraFrameBuffer none;
@@ -112,7 +112,8 @@ static ml2s_result copy_depth(const MLDepthCameraFrame *from, uint32_t wants, ml
         return result;
     }
     if (!(wants & ML2S_WANT_RADIAL) && !(frame->has & ML2S_HAS_INTRINSICS)) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "depth: no intrinsics to make z of distance");
+        return error_set(error, ML2S_VENDOR_FAILURE, 0,
+                         "depth: intrinsics are not finite, so z is unknown; the option radial works without");
     }
     frame_add_plane(frame, ML2S_PLANE_IMAGE, &distances);
     if (wants & ML2S_WANT_CONFIDENCE) {
@@ -144,7 +145,7 @@ static ml2s_result copy_frame(const ml2s_settings *settings, const MLDepthCamera
                                 : copy_depth(from, settings->wants, frame, error);
 }
 
-/** After a change of range a frame of the other range may still come, and is left. */
+/** Ignores frames of the other range, which can follow a change of range. */
 static void copy(const ml2s_settings *settings, const MLDepthCameraData *data, struct frameset *set,
                  ml2s_error *error) {
     if (array_check(data->frames, data->frame_count, MLDepthCameraFrameType_Count, "depth", error)) {

@@ -4,7 +4,7 @@
 
 enum { UNDISTORT_STEPS = 20 };
 
-/** z / distance of the ray through the distorted normalised point (x0, y0). */
+/** Returns z / distance for the ray through the distorted normalised point (x0, y0). */
 static float factor_of(double x0, double y0, const double distortion[5]) {
     double k1 = distortion[0], k2 = distortion[1], p1 = distortion[2], p2 = distortion[3], k3 = distortion[4];
     double x = x0, y = y0;
@@ -28,7 +28,7 @@ const float *radial_factors_of(struct radial_factors *radial, const ml2s_frame *
     memcpy(intrinsics, frame->focal_length, sizeof frame->focal_length);
     memcpy(intrinsics + 2, frame->principal_point, sizeof frame->principal_point);
     memcpy(intrinsics + 4, frame->distortion, 5 * sizeof *intrinsics);
-    // The height is left out: rows do not depend on it, and are made for the greatest.
+    // The height is not compared: the factors cover the greatest height.
     if (radial->width == frame->width && memcmp(radial->intrinsics, intrinsics, sizeof intrinsics) == 0) {
         return radial->factors;
     }

@@ -2,7 +2,7 @@
 
 #include "../sdk/error.h"
 
-/** By MLDepthCameraFrameRate. */
+/** Rates in Hz, indexed by MLDepthCameraFrameRate. */
 static const uint32_t rates[] = {1, 5, 25, 30, 50, 60};
 enum { RATES = sizeof rates / sizeof *rates };
 
@@ -28,7 +28,7 @@ ml2s_result depth_rates(MLHandle camera, MLDepthCameraFrameType type, uint32_t *
     }
     for (uint32_t i = 0; list.capabilities && i < list.size; i++) {
         const MLDepthCameraCapability *mode = &list.capabilities[i];
-        // More than one stream is a mode of both ranges at once, which the interface does not deliver.
+        // Modes with two streams are for both ranges at once, which the interface does not deliver.
         bool is_of_range = mode->size == 1 && mode->stream_capabilities &&
                            mode->stream_capabilities->stream == filter.streams &&
                            mode->stream_capabilities->frame_rate < RATES;

@@ -1,4 +1,4 @@
-// The eye cameras: one handle for all four; the vendor gives neither pose nor intrinsics.
+// The eye cameras: one handle for all four. The vendor gives no pose and no intrinsics.
 #include "../sdk/error.h"
 #include "../sdk/perception.h"
 #include "conversions.h"
@@ -21,7 +21,7 @@ static const struct {
 
 static ml2s_result translate(const ml2s_settings *settings, MLEyeCameraSettings *vendor, ml2s_error *error) {
     if (settings->second_streams) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "eye camera: there is no second stream");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "eye camera: expected stream 0, found stream 1");
     }
     MLEyeCameraSettingsInit(vendor);
     vendor->cameras = 0;
@@ -86,7 +86,7 @@ static ml2s_result find_stream(MLEyeCameraIdentifier id, uint32_t *stream, ml2s_
     return error_set(error, ML2S_VENDOR_FAILURE, 0, "eye camera: unknown camera %u", id);
 }
 
-/** Frames that were not asked for, as happens after a change of settings, are left. */
+/** Ignores frames of other cameras, which can follow a change of settings. */
 static void copy(const MLEyeCameraData *data, struct frameset *set, ml2s_error *error) {
     if (array_check(data->frames, data->frame_count, CAMERAS, "eye camera", error)) {
         frameset_skip_all(set);

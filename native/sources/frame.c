@@ -35,7 +35,7 @@ ml2s_result array_check(const void *frames, uint32_t count, uint32_t most, const
                          most);
     }
     if (count && !frames) {
-        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames nowhere", name, count);
+        return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: %u frames, but the pointer to them is null", name, count);
     }
     return ML2S_OK;
 }
@@ -80,7 +80,7 @@ ml2s_result frame_take_slot(ml2s_frame *frame, uint32_t least_bytes, ml2s_error 
     if (memory.size_bytes < end) {
         ml2s_release(frame->stream, frame->slot);
         frame->slot = ML2S_NO_SLOT;
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "stream %u: slots of %lld bytes, its frames have %u",
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "stream %u: slots have %lld bytes, frames need %u",
                          frame->stream, (long long)memory.size_bytes, end);
     }
     frame->data = memory.data;

@@ -28,7 +28,7 @@ ml2s_frame *frameset_add(struct frameset *set, uint32_t stream, ml2s_error *erro
     if (!is_usable(frame)) {
         return frame;
     }
-    error_set(error, ML2S_VENDOR_FAILURE, 0, "stream %u: two frames at once", stream);
+    error_set(error, ML2S_VENDOR_FAILURE, 0, "stream %u: two frames in one capture", stream);
     skip(set, stream);
     return NULL;
 }
@@ -50,7 +50,7 @@ void frameset_skip_all(struct frameset *set) {
     }
 }
 
-/** A stream that has no frame yet, else the first. */
+/** Returns a stream without a frame, or else the first stream. */
 static uint32_t stream_of_unknown(const struct frameset *set) {
     uint64_t missing = set->streams;
     for (uint32_t i = 0; i < set->count; i++) {
@@ -84,8 +84,8 @@ ml2s_result frameset_check_size(uint32_t stream, uint32_t width, uint32_t height
         usual[stream] = last[stream];
         return ML2S_OK;
     }
-    return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: a frame of %ux%u pixels among frames of %ux%u", name, width,
-                     height, usual[stream].width, usual[stream].height);
+    return error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: a frame has %ux%u pixels, those before have %ux%u", name,
+                     width, height, usual[stream].width, usual[stream].height);
 }
 
 void frameset_forget_sizes(uint64_t streams) {

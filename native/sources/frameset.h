@@ -1,6 +1,6 @@
 /**
- * The frames of one poll. A frame that is not as expected is odd: it is skipped and counted, and the others go on. An
- * odd frame is one that cannot be read, has no time, repeats a stream, names no stream or has a size of its own.
+ * The frames of one capture, at most one per stream. An odd frame is skipped and counted; the other frames are kept. A
+ * frame is odd if it cannot be read, has no time, repeats a stream, belongs to no stream, or differs in size.
  */
 #pragma once
 
@@ -9,32 +9,32 @@
 #include "frame.h"
 
 struct frameset {
-    ml2s_frame *frames; /**< Room for SOURCE_MAX_FRAMES. */
+    ml2s_frame *frames; /**< SOURCE_MAX_FRAMES elements. */
     uint32_t count;
-    uint64_t streams;        /**< ML2S_STREAM_BITs that were asked for, at most SOURCE_MAX_FRAMES. */
-    uint32_t unknown_frames; /**< Odd frames that name none of them. */
+    uint64_t streams;        /**< ML2S_STREAM_BITs of the requested streams, at most SOURCE_MAX_FRAMES. */
+    uint32_t unknown_frames; /**< Odd frames that belong to none of these streams. */
 };
 
-/** Returns where to write the frame of stream. Null if the batch has one: the second is a duplicate, and is skipped. */
+/** Returns the frame to fill for stream. If the set has one already, skips the duplicate and returns null. */
 ml2s_frame *frameset_add(struct frameset *set, uint32_t stream, ml2s_error *error);
 
-/** Keeps the frame that frameset_add returned last, which is complete, or skips it if result is a failure. */
+/** Completes the frame of the last frameset_add, or skips it if result is a failure. */
 void frameset_complete(struct frameset *set, ml2s_frame *frame, ml2s_result result);
 
-/** Skips a frame that names no stream. */
+/** Skips a frame that belongs to no stream. */
 void frameset_skip_unknown(struct frameset *set);
 
-/** Skips one frame of every stream: nothing can be said of what came. */
+/** Skips one frame of every stream, if the capture cannot be read at all. */
 void frameset_skip_all(struct frameset *set);
 
-/** Counts the unknown_frames against streams, first those that got no frame. Returns true if any frame is usable. */
+/** Assigns unknown frames to streams, first to those without a frame. Returns true if a frame is usable. */
 bool frameset_finish(struct frameset *set);
 
 /**
- * ML2S_VENDOR_FAILURE if the frame is alone with its size: the size of a stream is that of its frames so far, and a new
- * one counts from its second frame in a row. For streams whose size nobody configures; of the stream's own thread.
+ * Returns ML2S_VENDOR_FAILURE if the size differs from that of the previous frames. A new size is accepted from its
+ * second frame in a row. For streams without a configured size. Called by the thread of the stream only.
  */
 ml2s_result frameset_check_size(uint32_t stream, uint32_t width, uint32_t height, const char *name, ml2s_error *error);
 
-/** Forgets the sizes of streams, for sensors that begin anew. */
+/** Clears the known sizes of streams. Called when a sensor is opened. */
 void frameset_forget_sizes(uint64_t streams);

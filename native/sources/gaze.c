@@ -1,4 +1,4 @@
-// Where both eyes look together: from between them, along -z.
+// The gaze of both eyes: a pose between the eyes that looks along -z.
 #include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
@@ -38,7 +38,7 @@ static bool is_valid(const MLTransform *eye) {
     return is_pose((const float *)&eye->rotation, (const float *)&eye->position);
 }
 
-/** The average of two poses that are not far apart. */
+/** Returns the mean of two poses that are close to each other. */
 static MLTransform average(const MLTransform *left, const MLTransform *right) {
     const MLQuaternionf *l = &left->rotation, *r = &right->rotation;
     float sign = l->x * r->x + l->y * r->y + l->z * r->z + l->w * r->w < 0 ? -1 : 1;

@@ -1,4 +1,4 @@
-// Handles, and the checks that every call with one has in common.
+// Handles, and the checks that all calls with a handle share.
 #define _GNU_SOURCE
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -32,7 +32,7 @@ static const struct sensor {
     [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), &source_hands, &openxr_hands},
 };
 
-/** One per sensor and backend. All but id, owner and is_taken belong to the owner. */
+/** One handle per sensor and backend. Only id, owner and is_taken are used by other threads than the owner. */
 static struct handle {
     _Atomic ml2s_handle id; /**< 0: closed. */
     _Atomic pid_t owner;
@@ -40,8 +40,8 @@ static struct handle {
     bool is_paused;
     const struct source_ops *ops;
     ml2s_settings settings;
-    uint32_t odd_captures; /**< In a row. */
-    ml2s_error odd_error;  /**< Of the last of them. */
+    uint32_t odd_captures; /**< Captures in a row without a usable frame. */
+    ml2s_error odd_error;  /**< The failure of the last of them. */
 } handles[1 << INDEX_BITS];
 
 static _Atomic uint64_t generation;
@@ -59,7 +59,7 @@ static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) 
         return error_set(error, ML2S_CLOSED, 0, "the handle is closed");
     }
     if (atomic_load(&handle->owner) != gettid()) {
-        return error_set(error, ML2S_WRONG_THREAD, 0, "the handle belongs to thread %d, this is %d",
+        return error_set(error, ML2S_WRONG_THREAD, 0, "the handle was opened by thread %d, but used by thread %d",
                          atomic_load(&handle->owner), gettid());
     }
     *out = handle;
@@ -68,10 +68,10 @@ static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) 
 
 static ml2s_result find_ops(uint32_t sensor, uint32_t backend, const struct source_ops **ops, ml2s_error *error) {
     if (sensor >= sizeof sensors / sizeof *sensors || !sensors[sensor].name) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no sensor %u", sensor);
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "unknown sensor %u", sensor);
     }
     if (backend > ML2S_BACKEND_OPENXR) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no backend %u", sensors[sensor].name, backend);
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: unknown backend %u", sensors[sensor].name, backend);
     }
     *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : sensors[sensor].openxr;
     return ML2S_OK;
@@ -90,7 +90,7 @@ ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *error) {
 static ml2s_result check(const ml2s_settings *settings, const struct source_ops **ops, ml2s_error *error) {
     if (!is_valid_error(error) || !settings || settings->struct_size < sizeof *settings) {
         return error_set(is_valid_error(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
-                         "settings have no struct_size");
+                         "settings: struct_size is smaller than the structure, or settings is null");
     }
     ml2s_result result = find_ops(settings->sensor, settings->backend, ops, error);
     if (result) {
@@ -98,7 +98,8 @@ static ml2s_result check(const ml2s_settings *settings, const struct source_ops 
     }
     const struct sensor *sensor = &sensors[settings->sensor];
     if (!settings->streams || settings->streams & ~sensor->streams || settings->second_streams & ~settings->streams) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: no streams 0x%x, second 0x%x", sensor->name,
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "%s: streams 0x%x or second_streams 0x%x are not of this sensor", sensor->name,
                          (uint32_t)settings->streams, (uint32_t)settings->second_streams);
     }
     return ML2S_OK;
@@ -108,7 +109,7 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     const struct source_ops *ops;
     ml2s_result result = check(settings, &ops, error);
     if (result || !out) {
-        return result ? result : error_set(error, ML2S_INVALID_ARGUMENT, 0, "nowhere to put the handle");
+        return result ? result : error_set(error, ML2S_INVALID_ARGUMENT, 0, "ml2s_open: out is null");
     }
     if ((result = require(ops, error))) {
         return result;
@@ -117,7 +118,7 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     uint32_t index = settings->backend << SENSOR_BITS | settings->sensor;
     struct handle *handle = &handles[index];
     if (atomic_exchange(&handle->is_taken, true)) {
-        return error_set(error, ML2S_BUSY, 0, "%s is open", sensor->name);
+        return error_set(error, ML2S_BUSY, 0, "the sensor %s is open already: close it first", sensor->name);
     }
     handle->ops = ops;
     handle->settings = *settings;
@@ -144,7 +145,8 @@ ml2s_result ml2s_configure(ml2s_handle id, const ml2s_settings *settings, ml2s_e
         return result;
     }
     if (settings->sensor != handle->settings.sensor || settings->backend != handle->settings.backend) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "a handle keeps its sensor and backend");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_configure: the sensor or backend differs from that of the handle; open another one");
     }
     bool needs_change = !handle->is_paused && handle->ops->configure;
     result = needs_change ? handle->ops->configure(settings, error) : ML2S_OK;
@@ -159,7 +161,7 @@ static void wait(uint64_t nanos) {
     nanosleep(&time, NULL);
 }
 
-/** Copies count structures of size bytes, as known here, into those of the caller, which may know more fields. */
+/** Copies count structures of size bytes into those of the caller, which can be larger. */
 static void copy_out(void *to, const void *from, uint32_t size, uint32_t count) {
     uint32_t caller_size = *(const uint32_t *)to;
     for (uint32_t i = 0; i < count; i++) {
@@ -177,7 +179,8 @@ ml2s_result ml2s_poll(ml2s_handle id, uint64_t timeout_nanos, ml2s_frame *frames
         return result;
     }
     if (!handle->ops->poll || !frames || !capacity || !count || frames->struct_size < sizeof *frames) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no frames to be had, or no room for them");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_poll: the sensor gives no frames, or frames, capacity or count is 0");
     }
     *count = 0;
     if (handle->is_paused) {
@@ -214,7 +217,8 @@ ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity,
         return result;
     }
     if (!handle->ops->poll_poses || !poses || !capacity || !count || poses->struct_size < sizeof *poses) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no poses to be had, or no room for them");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_poll_poses: the sensor gives no poses, or poses, capacity or count is 0");
     }
     *count = 0;
     if (handle->is_paused) {
@@ -237,10 +241,11 @@ ml2s_result ml2s_color_pose(ml2s_handle id, int64_t device_nanos, ml2s_pose *pos
         return result;
     }
     if (!handle->ops->color_pose || !pose || pose->struct_size < sizeof *pose) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no colour pose to be had, or no room for it");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_color_pose: the sensor gives no colour pose, or pose is null");
     }
     if (handle->is_paused) {
-        return error_set(error, ML2S_NO_POSE, 0, "the handle is paused");
+        return error_set(error, ML2S_NO_POSE, 0, "the handle is paused: call ml2s_resume first");
     }
     ml2s_pose found;
     result = handle->ops->color_pose(&handle->settings, device_nanos, &found, error);
@@ -257,7 +262,8 @@ ml2s_result ml2s_list_rates(ml2s_handle id, uint32_t *rates_hz, uint32_t capacit
         return result;
     }
     if (!handle->ops->list_rates || handle->is_paused || !rates_hz || !count) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "no rates to be had, or no room for them");
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_list_rates: the sensor lists no rates, is paused, or rates_hz or count is null");
     }
     *count = 0;
     return handle->ops->list_rates(&handle->settings, rates_hz, capacity, count, error);

@@ -6,7 +6,7 @@
 
 #define KEY(name) MLHandTrackingKeyPoint_##name
 
-/** By joint. */
+/** The vendor's key point of each joint. */
 static const uint8_t key_points[] = {
     KEY(Hand_Center), KEY(Wrist_Center),                                                   // palm, wrist
     KEY(Thumb_CMC),   KEY(Thumb_MCP),    KEY(Thumb_IP),   KEY(Thumb_Tip),                  // metacarpal to tip
@@ -52,7 +52,7 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     return result;
 }
 
-/** Places the joints of a hand that are seen. */
+/** Sets the poses of the visible joints of a hand. */
 static ml2s_result locate(const MLSnapshot *snapshot, uint32_t hand, const MLHandTrackingHandState *state,
                           ml2s_pose *poses, ml2s_error *error) {
     for (uint32_t i = 0; i < JOINTS && state->is_hand_detected; i++) {

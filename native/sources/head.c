@@ -1,4 +1,4 @@
-// The pose of the headset, for exactly the instant that it is stamped with.
+// The pose of the headset at the instant of its stamp.
 #include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"
@@ -7,7 +7,7 @@
 static MLHandle tracker = ML_INVALID_HANDLE;
 static MLHeadTrackingStaticData head;
 
-/** Fetched from the device, which tells them once, and not yet delivered. */
+/** Map events that were read and not yet delivered. The device reports each event once. */
 static uint64_t events;
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {

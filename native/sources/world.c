@@ -18,7 +18,7 @@ static const struct {
     {MLWorldCameraIdentifier_Center, ML2S_STREAM_WORLD_CENTER},
 };
 
-/** The values of frame types and modes coincide. */
+/** Returns the mode of a stream. Frame types have the same values as modes. */
 static uint32_t mode_of(const ml2s_settings *settings, uint32_t stream) {
     return settings->second_streams & ML2S_STREAM_BIT(stream) ? MLWorldCameraMode_LowExposure
                                                               : MLWorldCameraMode_NormalExposure;
@@ -95,7 +95,7 @@ static ml2s_result find_stream(const MLWorldCameraFrame *frame, uint32_t *stream
                      frame->frame_type);
 }
 
-/** Frames that were not asked for, as happens after a change of settings or with mixed exposures, are left. */
+/** Ignores frames of other cameras or exposures, which can follow a change of settings or come with mixed exposures. */
 static void copy(const ml2s_settings *settings, const MLWorldCameraData *data, struct frameset *set,
                  ml2s_error *error) {
     if (array_check(data->frames, data->frame_count, CAMERAS * MODES, "world camera", error)) {

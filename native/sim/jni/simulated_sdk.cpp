@@ -17,7 +17,7 @@ constexpr std::string_view kOpenXr = "openxr.";
 
 constexpr char kClass[] = "dev/ml2sensors/simulator/simulated/SimulatedSdk";
 
-/** The bytes of a string, which are UTF-8 but for U+0000 and what lies beyond the first plane. */
+/** The bytes of a Java string in modified UTF-8. */
 class Utf {
   public:
     Utf(JNIEnv *env, jstring text) : env_(env), text_(text), bytes_(env->GetStringUTFChars(text, nullptr)) {}

@@ -1,4 +1,4 @@
-// Actions, as far as gaze needs them.
+// The functions of actions that gaze needs.
 #include "entry_points.h"
 #include "eyes_and_hands.h"
 #include "session.h"

@@ -18,7 +18,7 @@ uint32_t trailer() { return static_cast<uint32_t>(runtime().keys.whole("picture.
 
 uint32_t padding() { return static_cast<uint32_t>(runtime().keys.whole("stride.extra_bytes")); }
 
-/** The pictures of one capture: the stream's own, then those among its metadata. */
+/** The pictures of a capture: that of the stream, then those of its metadata. */
 std::vector<XrPixelSensorFrameTypeML> pictureTypes(const PixelStream &stream, bool hasConfidence, bool hasFlags) {
     std::vector<XrPixelSensorFrameTypeML> types = {stream.mode->format};
     if (hasConfidence)
@@ -38,7 +38,7 @@ uint32_t bytesFor(const PixelStream &stream, const std::vector<XrPixelSensorFram
     return bytes;
 }
 
-/** Copies a plane to `to`; returns the bytes used. */
+/** Copies a plane to `to` and returns its size. */
 uint32_t copyPlane(const Plane &plane, uint8_t *to, XrPixelSensorPlaneML &out) {
     out = {XR_TYPE_PIXEL_SENSOR_PLANE_ML, nullptr, plane.width, plane.height, 0, 1, 1, plane.bytes + trailer(), to};
     if (plane.bytesPerPixel == 0) {
@@ -56,7 +56,7 @@ uint32_t copyPlane(const Plane &plane, uint8_t *to, XrPixelSensorPlaneML &out) {
     return out.bufferSize;
 }
 
-/** One call of xrGetPixelSensorDataML that has found a capture. */
+/** A call of xrGetPixelSensorDataML that has found a capture. */
 struct Delivery {
     PixelSensor &sensor;
     PixelStream &stream;
@@ -77,7 +77,7 @@ struct Delivery {
         }
     }
 
-    /** Moves what is in the buffer to memory of the stream's own, and leaves other bytes behind. */
+    /** Moves the data from the buffer to memory of the stream, and overwrites the buffer. */
     void moveOutside(size_t count) {
         for (size_t i = 0; i < count; i++) {
             auto &plane = stream.planes[i];
@@ -111,7 +111,7 @@ struct Delivery {
     }
 };
 
-/** By XrPixelSensorMetadataTypeML. */
+/** The structure type of each XrPixelSensorMetadataTypeML. */
 constexpr int kMetadataStructures[] = {1000475025, 1000475038, 1000475039, 1000475018,
                                        1000475024, 1000475034, 1000475026, 1000475027};
 
@@ -120,7 +120,7 @@ bool isOffered(const PixelSensor &sensor, const PixelStream &stream, XrPixelSens
     return std::find(offered.begin(), offered.end(), type) != offered.end();
 }
 
-/** The types of the structures chained to data, each of which must be offered. */
+/** Returns the types of the structures that are chained to data. Each must be offered. */
 std::vector<XrPixelSensorMetadataTypeML> chainedTypes(const PixelSensor &sensor, const PixelStream &stream,
                                                       const XrPixelSensorDataML &data) {
     std::vector<XrPixelSensorMetadataTypeML> types;
@@ -152,7 +152,7 @@ PixelStream &runningStream(PixelSensor &sensor, uint32_t index, const char *what
     return stream;
 }
 
-/** Marks a sensor as being fetched from by one thread. */
+/** Marks a sensor while a thread reads its data. */
 class Fetching {
   public:
     Fetching(XrPixelSensorML handle, PixelSensor &sensor) : handle_(handle) {
@@ -170,7 +170,7 @@ class Fetching {
     XrPixelSensorML handle_;
 };
 
-/** The next capture that is newer than `last`, or nothing by the deadline. */
+/** Waits for the first capture after `last`, and returns nothing after the deadline. */
 std::optional<int64_t> await(std::unique_lock<std::mutex> &lock, XrPixelSensorML handle, uint32_t index, XrTime last,
                              int64_t deadline) {
     for (;;) {

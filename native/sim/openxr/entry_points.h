@@ -1,4 +1,4 @@
-// The functions of the runtime: X(name, extension), an empty extension for OpenXR's core.
+// The functions of the runtime: X(name, extension); the extension of core functions is empty.
 #pragma once
 
 #include "openxr_headers.h"
@@ -61,7 +61,7 @@ constexpr const char *kExtensions[] = {
     XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME,
 };
 
-/** The entry points themselves, one file per kind of thing. */
+/** The entry points. */
 template <class Function> struct EntryPoint;
 template <class... Arguments> struct EntryPoint<XrResult (*)(Arguments...)> { using Type = XrResult(Arguments...); };
 #define XR_DECLARE(name, extension) EntryPoint<PFN_##name>::Type name;

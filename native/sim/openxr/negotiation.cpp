@@ -1,4 +1,4 @@
-// How the loader finds the runtime, and how everybody finds its functions.
+// The interface between loader and runtime, and xrGetInstanceProcAddr.
 #include <cstring>
 
 #include "entry_points.h"
@@ -34,7 +34,7 @@ XrResult xrGetInstanceProcAddr(XrInstance instance, const char *name, PFN_xrVoid
                 continue;
             if (instance == XR_NULL_HANDLE && !isForAll(name))
                 return XR_ERROR_HANDLE_INVALID;
-            // The loader asks for all it knows; that alone is no misuse.
+            // The loader queries all functions that it knows, which is no misuse.
             if (*candidate.extension != '\0' && runtime().extensions.count(candidate.extension) == 0)
                 return XR_ERROR_FUNCTION_UNSUPPORTED;
             *function = candidate.function;
@@ -48,7 +48,7 @@ XrResult xrGetInstanceProcAddr(XrInstance instance, const char *name, PFN_xrVoid
 
 namespace {
 
-/** What loader and runtime exchange; Khronos' packages here do not carry its header. */
+/** The structures that loader and runtime exchange. Debian's packages lack Khronos' header for them. */
 struct LoaderInfo {
     uint32_t structType; ///< 1
     uint32_t structVersion;

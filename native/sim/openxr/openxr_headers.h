@@ -1,4 +1,4 @@
-// Khronos' header with what the simulated runtime offers beside the core, without prototypes of the loader's functions.
+// OpenXR's headers with the extensions of the simulated runtime, without prototypes.
 #pragma once
 
 #include <ctime>

@@ -30,7 +30,7 @@ class GreyPictures : public Pictures {
     uint32_t width_, height_;
 };
 
-/** Flags of the vendor's C interface as this one numbers them. */
+/** Converts flags of the vendor's C interface to those of OpenXR. */
 uint32_t translate(uint32_t flags) {
     constexpr uint32_t kLow = 0x3f, kHigh = 0x700;
     return flags == 0 ? XR_PIXEL_SENSOR_DEPTH_VALID_ML : (flags & kLow) << 1 | (flags & kHigh) >> 1;

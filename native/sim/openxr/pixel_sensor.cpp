@@ -1,4 +1,4 @@
-// Pixel sensors from their list to a running stream; capture.cpp delivers the data.
+// Pixel sensors: listing, creation, configuration, start and stop. capture.cpp delivers the data.
 #include "pixel_sensor.h"
 
 #include "../clock.h"
@@ -37,7 +37,7 @@ std::optional<Pose> placeOf(const SensorModel &model, XrTime time) {
     }
 }
 
-/** A future that applies effect to the streams, none of which may have another. */
+/** Makes a future that applies effect to the streams. None of them may have a pending future. */
 XrFutureEXT begin(XrPixelSensorML handle, PixelSensor &sensor, const char *step, std::vector<uint32_t> streams,
                   std::function<void(PixelSensor &)> effect) {
     for (const auto index : streams) {
@@ -78,7 +78,7 @@ XrResult complete(XrPixelSensorML handle, XrFutureEXT future, const char *step, 
     return XR_SUCCESS;
 }
 
-/** The mode that the configs of one stream name. */
+/** Returns the mode that the configs of a stream select. */
 Mode modeFrom(PixelSensor &sensor, uint32_t stream, const XrPixelSensorConfigInfoML &info) {
     const auto candidates = modesWith(sensor.model->streams[stream], stream, info.configCount, info.configs);
     for (const auto type : {XR_PIXEL_SENSOR_UPDATE_RATE_ML, XR_PIXEL_SENSOR_RESOLUTION_ML, XR_PIXEL_SENSOR_FORMAT_ML}) {
@@ -285,7 +285,7 @@ XrResult xrCreatePixelSensorSpaceML(XrSession session, const XrPixelSensorCreate
             requireType(createInfo, XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, "XrPixelSensorCreateSpaceInfo");
         auto created = std::make_unique<Space>();
         created->at = [model = sensorOf(info.sensor).model](XrTime time) { return placeOf(*model, time); };
-        // It goes with the sensor.
+        // The sensor destroys it.
         requireNonNull(space, "space") = registerObject<XrSpace>(number(info.sensor), std::move(created));
         return XR_SUCCESS;
     });

@@ -1,4 +1,4 @@
-// A created pixel sensor, and the futures of what was begun with it.
+// A pixel sensor and its futures.
 #pragma once
 
 #include <functional>
@@ -12,16 +12,16 @@
 namespace ml2sim::xr {
 
 struct PixelStream {
-    std::optional<Mode> mode; ///< When configured.
+    std::optional<Mode> mode; ///< Set by configuration.
     bool isRunning = false;
-    bool hasPending = false; ///< A future that is not completed.
+    bool hasPending = false; ///< True while a future is not completed.
     std::shared_ptr<Pictures> pictures;
-    int64_t firstIndex = 0; ///< Of captures that it delivers.
+    int64_t firstIndex = 0; ///< Number of the first capture that it delivers.
 
-    // What the last data point at.
+    // The structures that the last data refer to.
     XrPixelSensorPlaneML planes[3];
     XrPixelSensorFrameML frames[3];
-    std::vector<uint8_t> outside[3]; ///< The pictures, where they are not in the caller's buffer.
+    std::vector<uint8_t> outside[3]; ///< Pictures that lie outside the caller's buffer, by fault.
 };
 
 struct PixelSensor : Object {
@@ -29,12 +29,12 @@ struct PixelSensor : Object {
     std::vector<PixelStream> streams;
     bool isFetching = false;
 
-    /** Refuses a stream that it does not have. */
+    /** Returns a stream. Refuses an index that the sensor does not have. */
     PixelStream &stream(uint32_t index);
     bool isSubjectTo(const char *fault) const;
 };
 
-/** What an asynchronous call began; takes effect when it is completed. */
+/** An asynchronous call. It takes effect when it is completed. */
 struct Future : Object {
     const char *step;
     int64_t readyAt; ///< MLTime

@@ -1,5 +1,4 @@
-// What the simulated pixel sensors can do. Ranges follow the specification's table of streams; the vendor's are not
-// public.
+// The capabilities of the simulated pixel sensors. They follow docs/configuration.md; the vendor's are not public.
 #pragma once
 
 #include <string>
@@ -9,12 +8,12 @@
 
 namespace ml2sim::xr {
 
-/** One complete configuration that a stream can have. */
+/** A complete configuration of a stream. */
 struct Mode {
     uint32_t rate_hz;
     XrExtent2Di size;
     XrPixelSensorFrameTypeML format;
-    XrPixelSensorRealityModeML reality; ///< Of streams that have the choice.
+    XrPixelSensorRealityModeML reality; ///< Used by streams with a choice of it.
 };
 
 struct StreamModel {
@@ -22,7 +21,7 @@ struct StreamModel {
     bool hasMixedReality = false;
 };
 
-/** What a sensor looks through. */
+/** The camera of a sensor. */
 enum class CameraId {
     WorldLeft,
     WorldCenter,
@@ -43,7 +42,7 @@ struct SensorModel {
 
 const std::vector<SensorModel> &sensorModels();
 
-/** The metadata that come with a format of a sensor. */
+/** Returns the metadata that a sensor offers for a format. */
 std::vector<XrPixelSensorMetadataTypeML> metadataOf(const SensorModel &sensor, XrPixelSensorFrameTypeML format);
 
 } // namespace ml2sim::xr

@@ -7,7 +7,7 @@
 namespace ml2sim::xr {
 namespace {
 
-/** How far back, and ahead, poses are known. */
+/** The history of poses, and the longest prediction. */
 constexpr int64_t kMemoryNanos = 2 * kSecond;
 constexpr int64_t kForesightNanos = kSecond / 10;
 

@@ -1,4 +1,4 @@
-// The one session, and the spaces made from it.
+// The session and its spaces.
 #pragma once
 
 #include <functional>
@@ -13,23 +13,23 @@ struct Session : Object {
     XrSessionState state = XR_SESSION_STATE_UNKNOWN;
     bool isRunning = false;
     bool hasActionSets = false;
-    uint64_t world = 0; ///< Number of the head tracking session whose origin LOCAL has.
+    uint64_t world = 0; ///< Number of the head tracking session whose world is LOCAL.
 
     bool isFocused() const { return isRunning && state == XR_SESSION_STATE_FOCUSED; }
 };
 
-/** Something with a place in the world at a time; nothing where it is not tracked. */
+/** A space. Its pose is empty while it is not tracked. */
 struct Space : Object {
     std::function<std::optional<Pose>(XrTime)> at;
 };
 
-/** Goes over to the state that the keys of session faults ask for. */
+/** Changes the state of the session according to the keys of faults. */
 void applySessionFaults();
 
-/** Refuses a time that is out of the short memory of poses. */
+/** Refuses a time outside the history of poses. */
 void checkTime(XrTime time);
 
-/** Where head is in LOCAL, and whether it is tracked. */
+/** Return the pose of the head in LOCAL, and whether it is tracked. */
 Pose headAt(XrTime time);
 bool isTracked();
 

@@ -63,7 +63,7 @@ TEST_F(Borrowed, GazeIsTheAppsAffair) {
     app.createSession();
     ASSERT_EQ(app.lend(), ML2S_OK);
     expectRefused(kGaze, ML2S_NOT_AVAILABLE,
-                  "not available: gaze in the app's session, whose action sets are the app's");
+                  "not available: gaze in the app's session (attaching action sets would break the app's)");
 }
 
 TEST_F(Borrowed, AnExtensionThatTheAppHasNotEnabledIsNamed) {
@@ -88,8 +88,8 @@ TEST_F(Borrowed, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
         do {
             head.pollPose();
         } while (head.result != ML2S_VENDOR_FAILURE);
-        EXPECT_STREQ(head.error.message, "the app ends its OpenXR session");
-        expectRefused(kHands, ML2S_VENDOR_FAILURE, "the app ends its OpenXR session");
+        EXPECT_STREQ(head.error.message, "the app is ending its OpenXR session");
+        expectRefused(kHands, ML2S_VENDOR_FAILURE, "the app is ending its OpenXR session");
     });
     isPolled.get_future().wait();
     auto error = sized<ml2s_error>();

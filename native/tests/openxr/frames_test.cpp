@@ -270,7 +270,7 @@ TEST_F(Frames, SlotsThatAreSmallerThanTheRuntimesBufferGetACopy) {
 TEST_F(Frames, SlotsThatAreSmallerThanAPictureMakeItOdd) {
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, 400 * 400 - 64);
     Sensor eye(kEyeNasalLeft);
-    expectOdd(eye, "stream 7: slots of 159936 bytes, its frames have 160000", [&] { return polled(eye); });
+    expectOdd(eye, "stream 7: slots have 159936 bytes, frames need 160000", [&] { return polled(eye); });
 }
 
 TEST_F(Frames, SlotsOfTheLibraryHaveTheSizeThatTheRuntimeWants) {

@@ -60,7 +60,7 @@ TEST_F(Negotiation, AStreamThatTheSensorHasNotIsNamed) {
 TEST_F(Negotiation, OneOfTwoStreamsOfASensorRunsAtATime) {
     auto settings = depthSettings();
     settings.streams |= bitOf(ML2S_STREAM_INFRA);
-    expectRefused(settings, ML2S_INVALID_ARGUMENT, "/pixelsensor/depth/center: one stream at a time");
+    expectRefused(settings, ML2S_INVALID_ARGUMENT, "/pixelsensor/depth/center: expected one of its streams, found two");
 }
 
 TEST_F(Negotiation, AStepThatFailsIsNamedAndLeavesNothing) {

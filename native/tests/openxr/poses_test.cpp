@@ -90,7 +90,7 @@ TEST_F(Poses, GazeOpensAgainInASessionThatGoesOn) {
 
 TEST_F(Poses, ASystemWithoutGazeSaysSo) {
     runtime("fault.gaze.unsupported", "1");
-    expectRefused(kGaze, ML2S_NOT_AVAILABLE, "not available: gaze (the system has none)");
+    expectRefused(kGaze, ML2S_NOT_AVAILABLE, "not available: gaze (the system has no eye tracking)");
 }
 
 TEST_F(Poses, ASystemWithoutHandTrackingSaysSo) {

@@ -262,7 +262,7 @@ TEST_F(Depth, AFrameThatIsTooLargeForTheSlotsProvidedIsOdd) {
     ASSERT_EQ(ml2s_provide(ML2S_STREAM_DEPTH, nullptr, 0), ML2S_OK);
     const Slots small(ML2S_STREAM_DEPTH, 1, 192 + 191);
     Sensor sensor(settings);
-    expectOdd(sensor, "stream 5: slots of 383 bytes, its frames have 384");
+    expectOdd(sensor, "stream 5: slots have 383 bytes, frames need 384");
 }
 
 TEST_F(Depth, ATimeoutIsNoErrorAndNothingIsReleased) {
@@ -304,7 +304,7 @@ TEST_F(Depth, HostileFramesAreRefusedTypedAndReleased) {
 TEST_F(Depth, FramesWithoutMemoryAreRefused) {
     script.depthFrames.clear();
     script.frameCount = 1;
-    expectOddOf("1 frames nowhere");
+    expectOddOf("1 frames, but the pointer to them is null");
 }
 
 TEST_F(Depth, AnUnknownFrameTypeIsRefused) {
@@ -357,7 +357,7 @@ TEST_F(Depth, PicturesLargerThanTheCameraHasAreRefused) {
 
 TEST_F(Depth, DistanceCannotBecomeZWithoutIntrinsics) {
     script.depthFrames[0].intrinsics.focal_length.x = NAN;
-    expectOddOf("no intrinsics");
+    expectOddOf("intrinsics are not finite");
 }
 
 TEST_F(Depth, APoseThatIsNoNumberIsNone) {

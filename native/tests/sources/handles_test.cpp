@@ -27,7 +27,7 @@ TEST_F(Handles, ASensorIsOpenOnceAndAgainAfterItWasClosed) {
     ASSERT_EQ(first.result, ML2S_OK);
     const Sensor second(head);
     EXPECT_EQ(second.result, ML2S_BUSY);
-    EXPECT_STREQ(second.error.message, "head is open");
+    EXPECT_STREQ(second.error.message, "the sensor head is open already: close it first");
     EXPECT_EQ(first.close(), ML2S_OK);
     EXPECT_EQ(open(head), ML2S_OK);
 }
@@ -50,7 +50,7 @@ TEST_F(Handles, OtherThreadsAreTurnedAwayFromEveryCall) {
     std::thread([&] {
         sensor.pollPose();
         EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
-        EXPECT_EQ(std::string(sensor.error.message).rfind("the handle belongs to thread ", 0), 0u);
+        EXPECT_EQ(std::string(sensor.error.message).rfind("the handle was opened by thread ", 0), 0u);
         sensor.poll();
         EXPECT_EQ(sensor.result, ML2S_WRONG_THREAD);
         sensor.colorPose(0);

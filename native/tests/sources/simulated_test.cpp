@@ -225,7 +225,7 @@ TEST_P(SimulatedCamera, EveryLieOfTheVendorIsSkippedAndARunOfThemIsTold) {
         {"width", "0", "-1", ": empty picture of 0x"},
         {"bytes_per_pixel", "3", "-1", ": 3 bytes per pixel, expected "},
         {"null_data", "1", "0", ": empty picture of "},
-        {"null_frames", "1", "0", ": 1 frames nowhere"},
+        {"null_frames", "1", "0", ": 1 frames, but the pointer to them is null"},
         {"id", "1", "0", "64"},
     };
     Sensor sensor(settings());
@@ -271,7 +271,8 @@ TEST_P(SimulatedCamera, APoseThatIsNoNumberIsNone) {
     setFault("not_finite", "1");
     Sensor sensor(settings());
     if (GetParam().sensor == ML2S_SENSOR_DEPTH) {
-        expectOdd(sensor, "depth: no intrinsics to make z of distance", [&] { return capture(sensor); });
+        expectOdd(sensor, "depth: intrinsics are not finite, so z is unknown; the option radial works without",
+                  [&] { return capture(sensor); });
     } else {
         const auto frames = capture(sensor);
         ASSERT_EQ(frames.size(), 1u);

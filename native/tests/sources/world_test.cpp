@@ -203,7 +203,7 @@ TEST_F(World, MoreFramesThanCamerasAndModesAreOdd) {
 TEST_F(World, AFrameThatIsTooLargeForTheSlotsProvidedIsOdd) {
     pixels.resize(80);
     script.worldFrames[1].frame_buffer = {40, 2, 40, 1, 80, pixels.data()};
-    expectOddOf(kLeft, "slots of 64 bytes, its frames have 80");
+    expectOddOf(kLeft, "slots have 64 bytes, frames need 80");
 }
 
 TEST_F(World, TwoFramesOfOneCameraAreNotBothDelivered) {

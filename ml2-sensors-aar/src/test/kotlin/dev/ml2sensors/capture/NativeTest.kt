@@ -50,7 +50,7 @@ class NativeTest {
     fun aSensorIsOpenOnce() {
         val handle = eyes.open()
         val refused = assertFailsWith<CaptureException.InUse> { eyes.open() }
-        assertEquals("eye is open", refused.message)
+        assertEquals("the sensor eye is open already: close it first", refused.message)
         Native.close(handle)
     }
 
