@@ -3,20 +3,16 @@ using UnityEngine;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The examples of the documents; test_csharp_examples.py compares their words.</summary>
+    /// <summary>The examples in the documents; test_csharp_examples.py compares both texts.</summary>
     internal static class DocumentedExamples
     {
-        internal static void Pair(Ml2SensorStreamer streamer, string uri)
+        internal static void Stream(Ml2SensorStreamer streamer, string uri)
         {
             streamer.Paired += receiver => Debug.Log($"paired with {receiver.Name}");
             streamer.PairingFailed += reason => Debug.LogWarning(reason);
-            streamer.Pair(uri);
-        }
-
-        internal static void Listen(Ml2SensorStreamer streamer)
-        {
             streamer.Connected += receiver => Debug.Log($"streaming to {receiver}");
             streamer.StreamRefused += (stream, reason) => Debug.LogWarning($"{stream}: {reason}");
+            streamer.Pair(uri); // once per receiver: the URI from `ml2-receiver pair`
         }
 
         internal static void Publish(Ml2SensorStreamer streamer, Float64Msg message)
