@@ -1,4 +1,4 @@
-"""ROS 2 messages as C# classes that write themselves as CDR, for Unity."""
+"""Generates C# classes of ROS 2 messages that write themselves as CDR, for Unity."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -8,7 +8,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from ml2_receiver.table.stream_table import StreamTable
 
-# What scripts publish, beside the types of the stream table.
+# Types that scripts commonly publish, in addition to those of the stream table.
 COMMON = """
 std_msgs/Bool std_msgs/Empty std_msgs/Float32 std_msgs/Float64 std_msgs/Int32 std_msgs/Int64
 geometry_msgs/PointStamped geometry_msgs/TransformStamped geometry_msgs/TwistStamped
@@ -52,7 +52,7 @@ namespace Ml2Sensors.Messages
 
 
 def _with_parts(types: set[str], definitions: Any) -> set[str]:
-    """The types, and all they are made of."""
+    """Returns the types and, recursively, the types of their fields."""
     parts = {
         name
         for type in types
@@ -63,7 +63,7 @@ def _with_parts(types: set[str], definitions: Any) -> set[str]:
 
 
 def _element(field: Any) -> tuple[Nodetype, str]:
-    """What a field, or each of its elements, is."""
+    """Returns the type of a field, or of its elements."""
     kind, value = field
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return _element(value[0])

@@ -1,4 +1,4 @@
-"""The stream table as C# source, for Unity."""
+"""Generates the stream table as C# source, for Unity."""
 
 from ml2_receiver.table.stream_table import Stream, StreamTable
 from stream_summary import stream_summary
@@ -16,10 +16,10 @@ namespace Ml2Sensors
 {ids}
     }}
 
-    /// <summary>What the receiver's stream table says.</summary>
+    /// <summary>The stream table.</summary>
     public static class StreamTable
     {{
-        /// <summary>By StreamId.</summary>
+        /// <summary>The rows, indexed by StreamId.</summary>
         public static readonly StreamRow[] Rows =
         {{
 {rows}

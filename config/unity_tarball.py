@@ -13,7 +13,7 @@ from archives import source_files, tar_gz
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "unity_package"
 # Only of use in this repository.
-LEFT_OUT = ("Api~/", "Tests/Mono~/", "Tests/StandIns~/", "Plugins/Android/.")
+LEFT_OUT = ("Api~/", "Tests/Mono~/", "Tests/Stubs~/", "Plugins/Android/.")
 
 
 def main() -> int:

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Compiles the Unity package with mono against stand-ins of Unity's types, and runs its tests on the library that ships.
+# Compiles the Unity package with mono against stubs of Unity's types, and runs its tests on the native library.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 package=unity_package
-stand_ins=$package/Tests/StandIns~
+stubs=$package/Tests/Stubs~
 out=build/unity
 json=/usr/lib/cli/Newtonsoft.Json-5.0/Newtonsoft.Json.dll
 nunit=/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll
@@ -12,11 +12,11 @@ nunit=/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll
 main() {
   mkdir -p "$out"
   cp "$json" "$nunit" "$out"
-  compile UnityEngine "$stand_ins/UnityEngine"
+  compile UnityEngine "$stubs/UnityEngine"
   compile Ml2Sensors.Runtime "$package/Runtime" UnityEngine.dll Newtonsoft.Json.dll
-  compile UnityEditor "$stand_ins/UnityEditor" UnityEngine.dll
+  compile UnityEditor "$stubs/UnityEditor" UnityEngine.dll
   compile Ml2Sensors.Editor "$package/Editor" UnityEngine.dll UnityEditor.dll Ml2Sensors.Runtime.dll System.Xml.dll System.Xml.Linq.dll
-  compile UnityOpenXR "$stand_ins/UnityOpenXR" UnityEngine.dll
+  compile UnityOpenXR "$stubs/UnityOpenXR" UnityEngine.dll
   compile Ml2Sensors.OpenXR "$package/OpenXR" UnityEngine.dll UnityOpenXR.dll Ml2Sensors.Runtime.dll
   compile Ml2Sensors.Samples "$package/Samples~" UnityEngine.dll Ml2Sensors.Runtime.dll
   compile Project tests/unity_project/Assets UnityEngine.dll UnityEditor.dll
@@ -26,23 +26,23 @@ main() {
   run_tests "$@"
 }
 
-compile() { # the assembly's name, its folders, what it refers to
+compile() { # name of the assembly, its folders, its references
   local folders sources documented=() references=("${@:3}")
   read -ra folders <<<"$2"
   mapfile -t sources < <(find "${folders[@]}" -name '*.cs' | sort)
   if [[ $1 =~ ^Ml2Sensors\.(Runtime|Editor|OpenXR)$ ]]; then
-    documented=(-doc:"$out/$1.xml") # So that what is public and has no comment is an error.
+    documented=(-doc:"$out/$1.xml") # Makes a public name without a comment an error
   fi
-  # 649: only Unity sets serialized fields. 1573: a comment may leave out parameters whose names say all.
+  # 649: only Unity sets serialized fields. 1573: a comment may leave out parameters.
   mcs -nologo -langversion:7.2 -unsafe -warnaserror+ -warn:4 -nowarn:649,1573 "${documented[@]}" -define:ENABLE_UNITY_COLLECTIONS_CHECKS,UNITY_EDITOR \
     -debug -target:library -lib:"$out" "${references[@]/#/-reference:}" -out:"$out/$1.dll" "${sources[@]}"
 }
 
 run_tests() {
-  # Bionic's names on Linux, the simulated headset, and the library as it goes into the AAR.
+  # Bionic's library names on Linux, the simulated headset, and the library of the AAR
   local native=$PWD/build/native
   export LD_LIBRARY_PATH=$native/linux:$native/host/sim:$native/device
-  export ML2_FILMS=$native/films ML2_VECTORS=$PWD/tests/conformance/vectors ML2_COMMON_VECTORS=$PWD/$out/common_messages.json
+  export ML2_FRAME_CACHE=$native/frame_cache ML2_VECTORS=$PWD/tests/conformance/vectors ML2_COMMON_VECTORS=$PWD/$out/common_messages.json
   export ML2_PUBLIC_API=$PWD/$package/Api~/Ml2Sensors.Runtime.api
   nunit-console -nologo -nodots -nothread -domain:None -work="$out" "$@" "$out/Ml2Sensors.Tests.dll"
 }

@@ -10,8 +10,8 @@ using UnityEditor.XR.OpenXR.Features;
 namespace Ml2Sensors.OpenXR
 {
     /// <summary>
-    /// Lets the native library use the app's own OpenXR session, for streams whose backend is openxr, gaze and hands. It
-    /// asks for the extensions that they want; those the runtime lacks make their streams refused, nothing else.
+    /// Lets the native library use the app's OpenXR session for gaze, hands and streams whose backend is openxr. It requests
+    /// the extensions that they need. If the runtime lacks an extension, only the streams that need it are refused.
     /// </summary>
 #if UNITY_EDITOR
     [OpenXRFeature(
@@ -25,10 +25,10 @@ namespace Ml2Sensors.OpenXR
 #endif
     public sealed class Ml2SensorsFeature : OpenXRFeature
     {
-        /// <summary>By which OpenXR settings find it.</summary>
+        /// <summary>The id of the feature in the OpenXR settings.</summary>
         public const string Id = "dev.ml2sensors.openxr";
 
-        /// <summary>Those of native/openxr/xr_api.h.</summary>
+        /// <summary>The extensions in native/openxr/xr_api.h.</summary>
         public const string Extensions =
             "XR_KHR_convert_timespec_time XR_EXT_future XR_ML_pixel_sensor XR_EXT_eye_gaze_interaction "
             + "XR_EXT_hand_tracking";
@@ -46,7 +46,7 @@ namespace Ml2Sensors.OpenXR
         protected override unsafe void OnSessionCreate(ulong xrSession)
         {
             if (Application.platform != RuntimePlatform.Android) return;
-            // The library must be loaded by Java first, so that it finds the virtual machine.
+            // Java must load the library first, so that the library gets the Java virtual machine
             using (var java = new AndroidJavaClass("java.lang.System"))
                 java.CallStatic("loadLibrary", NativeMethods.Library);
             var openXR = new NativeOpenXR
@@ -62,7 +62,7 @@ namespace Ml2Sensors.OpenXR
                 throw new InvalidOperationException($"ML2 Sensors cannot use OpenXR: {error.Message}");
         }
 
-        /// <summary>Waits for the native threads to leave the session, a second at most.</summary>
+        /// <summary>Waits at most a second for the native threads to leave the session.</summary>
         protected override void OnSessionDestroy(ulong xrSession)
         {
             if (Application.platform != RuntimePlatform.Android) return;

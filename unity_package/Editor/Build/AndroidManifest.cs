@@ -6,14 +6,14 @@ using System.Xml.Linq;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>The text of an AndroidManifest.xml; pure.</summary>
+    /// <summary>Edits the text of an AndroidManifest.xml. Functions are pure.</summary>
     internal static class AndroidManifest
     {
         private static readonly XNamespace Android = "http://schemas.android.com/apk/res/android";
         private static readonly XNamespace Tools = "http://schemas.android.com/tools";
 
-        /// <summary>The same manifest with these permissions declared; unchanged text when it has them all.</summary>
-        /// <exception cref="FormatException">It is no Android manifest, or removes one of them.</exception>
+        /// <summary>Adds the permissions that the manifest lacks. Returns the text unchanged if it has them all.</summary>
+        /// <exception cref="FormatException">The text is not an Android manifest, or it removes one of the permissions.</exception>
         public static string WithPermissions(string manifest, IEnumerable<string> permissions)
         {
             XDocument document = Parse(manifest);
@@ -35,7 +35,7 @@ namespace Ml2Sensors.Editor
             foreach (XElement element in elements)
             {
                 if ((string)element.Attribute(Tools + "node") == "remove")
-                    throw new FormatException($"The manifest removes {permission}, which the chosen streams need.");
+                    throw new FormatException($"The manifest removes {permission}, which the chosen streams need. Delete that uses-permission element.");
                 return true;
             }
             return false;
@@ -50,7 +50,7 @@ namespace Ml2Sensors.Editor
             }
             catch (XmlException e)
             {
-                throw new FormatException($"AndroidManifest.xml is no XML: {e.Message}", e);
+                throw new FormatException($"Expected XML in AndroidManifest.xml, found: {e.Message}", e);
             }
             if (document.Root.Name == "manifest" && document.Root.GetPrefixOfNamespace(Android) != null) return document;
             throw new FormatException($"Expected <manifest> with the namespace {Android}, found <{document.Root.Name}>.");

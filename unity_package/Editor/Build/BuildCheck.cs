@@ -1,11 +1,13 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
 using UnityEditor;
 using UnityEditor.Build;
+using UnityEditor.Build.Reporting;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>Something the headset needs of the player settings, and how to give it.</summary>
+    /// <summary>A player setting that the headset requires, and how to set it.</summary>
     internal sealed class BuildCheck
     {
         public readonly string Problem;
@@ -22,15 +24,15 @@ namespace Ml2Sensors.Editor
         public static readonly IReadOnlyList<BuildCheck> All = new[]
         {
             new BuildCheck(
-                "Minimum API level must be 29 (Android 10), the headset's.",
+                "Set the minimum API level to 29 (Android 10), the level of the headset.",
                 () => (int)PlayerSettings.Android.minSdkVersion >= 29,
                 () => PlayerSettings.Android.minSdkVersion = AndroidSdkVersions.AndroidApiLevel29),
             new BuildCheck(
-                "Target architecture must be x86-64 alone, the headset's.",
+                "Set the target architecture to x86-64 only, the processor of the headset.",
                 () => PlayerSettings.Android.targetArchitectures == AndroidArchitecture.X86_64,
                 () => PlayerSettings.Android.targetArchitectures = AndroidArchitecture.X86_64),
             new BuildCheck(
-                "Scripting backend must be IL2CPP: Unity has no Mono for 64 bits on Android.",
+                "Set the scripting backend to IL2CPP: Unity's Mono does not support 64 bits on Android.",
                 () => PlayerSettings.GetScriptingBackend(NamedBuildTarget.Android) == ScriptingImplementation.IL2CPP,
                 () => PlayerSettings.SetScriptingBackend(NamedBuildTarget.Android, ScriptingImplementation.IL2CPP)),
         };
@@ -38,5 +40,20 @@ namespace Ml2Sensors.Editor
         public bool IsGood => _isGood();
 
         public void Fix() => _fix();
+    }
+
+    /// <summary>Stops an Android build whose player settings do not fit the headset.</summary>
+    internal sealed class BuildValidator : IPreprocessBuildWithReport
+    {
+        public int callbackOrder => 0;
+
+        public void OnPreprocessBuild(BuildReport report)
+        {
+            if (report.summary.platform != BuildTarget.Android) return;
+            string[] problems = BuildCheck.All.Where(check => !check.IsGood).Select(check => check.Problem).ToArray();
+            if (problems.Length == 0) return;
+            throw new BuildFailedException(
+                $"ML2 Sensors: {string.Join(" ", problems)} Use the button Fix in Project Settings > ML2 Sensors.");
+        }
     }
 }

@@ -3,12 +3,12 @@ using UnityEditor.Android;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>Declares what the chosen streams need in the manifest that Unity has generated.</summary>
+    /// <summary>Adds the permissions of the chosen streams to the manifest that Unity generates.</summary>
     internal sealed class ManifestPermissions : IPostGenerateGradleAndroidProject
     {
         public int callbackOrder => 0;
 
-        /// <param name="path">Of the module unityLibrary.</param>
+        /// <param name="path">The folder of the module unityLibrary.</param>
         public void OnPostGenerateGradleAndroidProject(string path)
         {
             Ml2SensorConfig config = Ml2SensorSettings.instance.Config;

@@ -4,7 +4,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>The fields, and in play mode what the library says of itself.</summary>
+    /// <summary>The inspector of a streamer: its fields, and in play mode the status of the library.</summary>
     [CustomEditor(typeof(Ml2SensorStreamer))]
     internal sealed class Ml2SensorStreamerEditor : UnityEditor.Editor
     {

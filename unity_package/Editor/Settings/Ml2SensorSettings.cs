@@ -3,7 +3,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>The project's: what new streamers begin with, and which streams the app declares permissions for.</summary>
+    /// <summary>Settings of the project: the defaults of new streamers, and the streams whose permissions the app declares.</summary>
     [FilePath("ProjectSettings/Ml2SensorSettings.asset", FilePathAttribute.Location.ProjectFolder)]
     internal sealed class Ml2SensorSettings : ScriptableSingleton<Ml2SensorSettings>
     {

@@ -5,7 +5,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>Project Settings > ML2 Sensors.</summary>
+    /// <summary>The page Project Settings > ML2 Sensors.</summary>
     internal static class Ml2SensorSettingsPage
     {
         [SettingsProvider]
@@ -21,8 +21,8 @@ namespace Ml2Sensors.Editor
             DrawDefaults(Ml2SensorSettings.instance);
             EditorGUILayout.LabelField("Security", EditorStyles.boldLabel);
             EditorGUILayout.HelpBox(
-                "Connections are encrypted, with receivers that the headset is paired with; a streamer can be told otherwise. " +
-                "The README says how to pair.", MessageType.Info);
+                "Connections are encrypted, and only paired receivers are accepted, unless Insecure is set on a streamer. " +
+                "The README describes pairing.", MessageType.Info);
             EditorGUILayout.LabelField("Build", EditorStyles.boldLabel);
             foreach (BuildCheck check in BuildCheck.All.Where(check => !check.IsGood))
             {
@@ -39,7 +39,7 @@ namespace Ml2Sensors.Editor
             var config = (Ml2SensorConfig)EditorGUILayout.ObjectField("Streams", settings.Config, typeof(Ml2SensorConfig), false);
             if (EditorGUI.EndChangeCheck()) settings.Set(receiver, config);
             string permissions = config == null
-                ? "No streams are chosen, so the app declares no permission of a sensor."
+                ? "No streams are chosen, so the app declares no sensor permissions."
                 : $"The app declares: {string.Join(", ", config.Permissions.DefaultIfEmpty("none"))}.";
             EditorGUILayout.HelpBox(permissions, MessageType.Info);
         }

@@ -4,12 +4,12 @@ using UnityEngine.Scripting;
 
 namespace Ml2Sensors.Bridge
 {
-    /// <summary>dev.ml2sensors.unity.Ml2Unity of the bundled AAR, which loads libml2sensors before it returns.</summary>
+    /// <summary>Calls dev.ml2sensors.unity.Ml2Unity in the bundled AAR, which loads libml2sensors when it is opened.</summary>
     internal sealed class AndroidBridge : IMl2Bridge
     {
         private readonly AndroidJavaObject _facade;
 
-        /// <param name="changed">Called with the status, on any thread.</param>
+        /// <param name="changed">Called with each new status, on any thread.</param>
         public AndroidBridge(Action<string> changed)
         {
             using (var player = new AndroidJavaClass("com.unity3d.player.UnityPlayer"))
@@ -62,7 +62,7 @@ namespace Ml2Sensors.Bridge
 
             public Listener(Action<string> changed) : base("dev.ml2sensors.unity.Ml2UnityListener") => _changed = changed;
 
-            /// <summary>Found by its name, which is Java's.</summary>
+            /// <summary>Called by Java, which finds it by this name.</summary>
             [Preserve]
             public void changed(string statusJson) => _changed(statusJson);
         }

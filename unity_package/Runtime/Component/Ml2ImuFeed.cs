@@ -5,8 +5,8 @@ using UnityEngine;
 namespace Ml2Sensors
 {
     /// <summary>
-    /// Readings of one accelerometer or gyroscope, each once and in order, at the sensor's rate: those since the last
-    /// Update. A frame of such a stream is its latest readings, oldest first, as ImuSamples.
+    /// Raises each sample of an accelerometer or gyroscope once and in order. Each Update raises the samples since the last
+    /// one. A frame of such a stream holds its latest samples as ImuSamples, oldest first.
     /// </summary>
     [AddComponentMenu("ML2 Sensors/ML2 IMU Feed")]
     public sealed class Ml2ImuFeed : MonoBehaviour
@@ -18,11 +18,11 @@ namespace Ml2Sensors
         private StreamId _viewed;
         private long _lastNanos;
 
-        /// <summary>On the main thread.</summary>
+        /// <summary>Raised for each sample, on the main thread.</summary>
         public event Action<ImuSample> Sampled;
 
-        /// <summary>The streamer and the stream read; takes effect when this component is next enabled.</summary>
-        /// <exception cref="ArgumentException">The stream is no accelerometer or gyroscope.</exception>
+        /// <summary>Sets the streamer and the stream. Takes effect when this component is next enabled.</summary>
+        /// <exception cref="ArgumentException">The stream is not an accelerometer or gyroscope.</exception>
         public void Read(Ml2SensorStreamer streamer, StreamId stream)
         {
             Require(stream);

@@ -5,8 +5,8 @@ using Ml2Sensors.Messages;
 namespace Ml2Sensors
 {
     /// <summary>
-    /// Publishes messages of a script as the topic custom/NAME under the receiver's prefix, through the streamer's session.
-    /// Main thread. Messages are copied, so one object can be filled anew for each.
+    /// Publishes messages of a script on the topic custom/NAME under the receiver's prefix, through the streamer's session.
+    /// Use it on the main thread. Messages are copied, so one message object can be reused.
     /// </summary>
     public sealed class Ml2Publisher<T> where T : class, IMessage, new()
     {
@@ -14,8 +14,8 @@ namespace Ml2Sensors
         private readonly Ml2SensorStreamer _streamer;
         private readonly int _publisher;
 
-        /// <param name="name">Lower-case letters, digits and underscores, beginning with a letter.</param>
-        /// <exception cref="ArgumentException">The name is another.</exception>
+        /// <param name="name">Lower-case letters, digits and underscores; begins with a letter.</param>
+        /// <exception cref="ArgumentException">The name does not follow this rule.</exception>
         public Ml2Publisher(Ml2SensorStreamer streamer, string name)
         {
             if (!IsName(name)) throw new ArgumentException($"Expected a-z, 0-9 and _, beginning with a letter; found \"{name}\".", nameof(name));
@@ -23,16 +23,16 @@ namespace Ml2Sensors
             _publisher = streamer.Bridge.OpenPublisher("custom/" + name, new T().RosType);
         }
 
-        /// <summary>Now, as CLOCK_BOOTTIME: what Publish wants. Only on the headset.</summary>
+        /// <summary>The current time of CLOCK_BOOTTIME, for Publish. Works on the headset only.</summary>
         public static long NowNanos => NativeMethods.Now();
 
-        /// <summary>Why the receiver does not publish the topic; empty as long as it does.</summary>
+        /// <summary>Why the receiver does not publish the topic; empty if it does.</summary>
         public string Refusal => _streamer.Bridge.Refusal(_publisher);
 
-        /// <summary>Sends a message, after writing its header's stamp if it has one.</summary>
-        /// <param name="captureNanos">CLOCK_BOOTTIME of the measurement.</param>
-        /// <returns>False while no receiver takes it, or ROS time is not known and the message has a stamp.</returns>
-        /// <exception cref="ArgumentException">A field is null or has another length than its type.</exception>
+        /// <summary>Sends a message. First writes the stamp of its header, if it has one.</summary>
+        /// <param name="captureNanos">The time of the measurement, CLOCK_BOOTTIME.</param>
+        /// <returns>False if no receiver takes the topic, or if the message has a stamp and ROS time is not known.</returns>
+        /// <exception cref="ArgumentException">A field is null, or an array has the wrong length.</exception>
         public bool Publish(T message, long captureNanos)
         {
             if (message is IStamped stamped && !TryStamp(stamped.Header, captureNanos)) return false;

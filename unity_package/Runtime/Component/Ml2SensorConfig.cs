@@ -7,39 +7,39 @@ using UnityEngine;
 namespace Ml2Sensors
 {
     /// <summary>
-    /// The streams that run when the receiver does not say, and those whose permissions the app declares. Values not
-    /// listed are the stream table's defaults.
+    /// The streams that run if the receiver does not choose, and whose permissions the app declares. Values that are not
+    /// listed have the defaults of the stream table.
     /// </summary>
     [CreateAssetMenu(menuName = "ML2 Sensors/Sensor Config", fileName = "Ml2SensorConfig")]
     public sealed class Ml2SensorConfig : ScriptableObject
     {
         [SerializeField] private List<StreamRequest> _streams = new List<StreamRequest>();
 
-        /// <summary>In the order of the list in the inspector.</summary>
+        /// <summary>The streams, in the order of the inspector.</summary>
         public IReadOnlyList<StreamRequest> Streams => _streams;
 
-        /// <summary>Those that the app must declare for its streams, in the order of the stream table.</summary>
+        /// <summary>The permissions that the app must declare for its streams, in the order of the stream table.</summary>
         public IEnumerable<string> Permissions =>
             StreamTable.Rows.Where((row, id) => _streams.Any(stream => stream.Stream == (StreamId)id))
                 .SelectMany(row => row.Permissions).Distinct();
 
-        /// <summary>Behind the others.</summary>
+        /// <summary>Adds a stream to the end of the list.</summary>
         public void Add(StreamRequest request) => _streams.Add(request);
 
-        /// <summary>As the "streams" of PROTOCOL.md's CONFIGURE.</summary>
+        /// <summary>Returns the value of "streams" in CONFIGURE (PROTOCOL.md).</summary>
         public string ToJson() => JsonConvert.SerializeObject(
             _streams.ToDictionary(stream => StreamTable.Rows[(int)stream.Stream].Id, stream => stream.ToValues()));
     }
 
-    /// <summary>One stream, and values of its section in config.yaml.</summary>
+    /// <summary>A stream, with values of its section in config.yaml.</summary>
     [Serializable]
     public sealed class StreamRequest
     {
-        /// <summary>Which one.</summary>
+        /// <summary>The stream.</summary>
         public StreamId Stream;
 
-        /// <summary>Those that are not the defaults.</summary>
-        [Tooltip("Such as resolution_width; docs/configuration.md lists them.")]
+        /// <summary>The values that differ from the defaults.</summary>
+        [Tooltip("Keys such as resolution_width; docs/configuration.md lists them.")]
         public List<StreamValue> Values = new List<StreamValue>();
 
         internal Dictionary<string, object> ToValues() => Values.ToDictionary(value => value.Key, value => value.ToScalar());
@@ -49,13 +49,13 @@ namespace Ml2Sensors
     [Serializable]
     public sealed class StreamValue
     {
-        /// <summary>Such as resolution_width.</summary>
+        /// <summary>The key, such as resolution_width.</summary>
         public string Key = "";
 
-        /// <summary>As YAML writes it.</summary>
+        /// <summary>The value, as YAML writes it.</summary>
         public string Value = "";
 
-        /// <summary>As YAML reads it: a number, true or false, else text.</summary>
+        /// <summary>Returns the value as YAML reads it: a number, true, false or text.</summary>
         internal object ToScalar()
         {
             if (long.TryParse(Value, out long whole)) return whole;

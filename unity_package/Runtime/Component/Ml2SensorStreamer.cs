@@ -7,123 +7,123 @@ using UnityEngine;
 namespace Ml2Sensors
 {
     /// <summary>
-    /// Streams the headset's sensors to ROS 2. Capture and sending are the native library's and run on its own threads;
-    /// this component starts and stops them and raises their news as events, on Unity's main thread. Its Update
-    /// allocates nothing while there is no news. One per app.
+    /// Streams the headset's sensors to ROS 2. The native library captures and sends on its own threads. This component
+    /// starts and stops it, and raises events on Unity's main thread. Update allocates nothing while the status does not
+    /// change. Use one per app.
     /// </summary>
     [AddComponentMenu("ML2 Sensors/ML2 Sensor Streamer")]
     [DisallowMultipleComponent]
     public sealed class Ml2SensorStreamer : MonoBehaviour
     {
         internal const string InsecureWarning =
-            "Insecure: nothing is encrypted, and anybody on the network can read along and pretend to be the receiver.";
+            "Insecure: nothing is encrypted. Anyone on the network can read the data and pose as the receiver.";
 
-        [Tooltip("Empty: the one that the headset is paired with. Or a receiver's name, or host:port; paired, too.")]
+        [Tooltip("The name or host:port of a paired receiver. Empty: the paired receiver, found on the network.")]
         [SerializeField] private string _receiver = "";
 
-        [Tooltip("Encrypt nothing and trust every receiver, which has to run with --insecure. Eye images are refused.")]
+        [Tooltip("Do not encrypt, and trust every receiver that runs with --insecure. Eye images are refused.")]
         [SerializeField] private bool _insecure;
 
-        [Tooltip("Start when this component is enabled.")]
+        [Tooltip("Start streaming when this component is enabled.")]
         [SerializeField] private bool _startAutomatically = true;
 
-        [Tooltip("Show the system's dialog for permissions that streams lack.")]
+        [Tooltip("Request the permissions that streams lack, by the system's dialog.")]
         [SerializeField] private bool _askForPermissions = true;
 
-        [Tooltip("What runs when the receiver does not say; none: nothing.")]
+        [Tooltip("The streams that run if the receiver does not choose. None: no streams.")]
         [SerializeField] private Ml2SensorConfig _config;
 
         private readonly PermissionRequests _permissions = new PermissionRequests();
         private readonly Dictionary<StreamId, int> _views = new Dictionary<StreamId, int>();
-        private string _news;
+        private string _newStatusJson;
         private IMl2Bridge _bridge;
-        private bool _isWanted;
+        private bool _isRequested;
         private bool _isStarted;
 
-        /// <summary>With the receiver's name or address.</summary>
+        /// <summary>Raised when a session begins, with the receiver's name or address.</summary>
         public event Action<string> Connected;
 
-        /// <summary>With the reason.</summary>
+        /// <summary>Raised when a session ends, with the reason.</summary>
         public event Action<string> Disconnected;
 
-        /// <summary>With the receiver. A stream that is not insecure starts anew by itself.</summary>
+        /// <summary>Raised after a pairing, with the receiver. Streaming then restarts by itself, unless it is insecure.</summary>
         public event Action<PairedReceiver> Paired;
 
-        /// <summary>With the reason.</summary>
+        /// <summary>Raised after a failed pairing, with the reason.</summary>
         public event Action<string> PairingFailed;
 
-        /// <summary>The receiver's configuration took effect; Status.Streams has the values.</summary>
+        /// <summary>Raised when the receiver's configuration takes effect. Status.Streams holds the values.</summary>
         public event Action<Status> ConfigurationApplied;
 
-        /// <summary>With stream id and reason; also for a stream that ran and failed.</summary>
+        /// <summary>Raised with stream id and reason when a stream is refused, waits or fails.</summary>
         public event Action<string, string> StreamRefused;
 
-        /// <summary>Raised before the system's dialog, so that the reason can be shown.</summary>
+        /// <summary>Raised before the system's dialog, so that the app can show the reason.</summary>
         public event Action<PermissionNeed> PermissionNeeded;
 
-        /// <summary>Of the last Update. Replaced, never changed.</summary>
+        /// <summary>The status at the last Update. The object is immutable and is replaced by a new one.</summary>
         public Status Status { get; private set; } = Status.Initial;
 
-        /// <summary>See the field; takes effect with the next start.</summary>
+        /// <summary>The name or host:port of a paired receiver; empty for the paired one. Takes effect at the next start.</summary>
         public string Receiver
         {
             get => _receiver;
             set => _receiver = value ?? "";
         }
 
-        /// <summary>See the field; takes effect with the next start.</summary>
+        /// <summary>True turns off encryption and trusts every receiver. Takes effect at the next start.</summary>
         public bool Insecure
         {
             get => _insecure;
             set => _insecure = value;
         }
 
-        /// <summary>See the field; takes effect with the next start.</summary>
+        /// <summary>The streams that run if the receiver does not choose. Takes effect at the next start.</summary>
         public Ml2SensorConfig Config
         {
             get => _config;
             set => _config = value;
         }
 
-        /// <summary>Why nothing can stream on this platform; null where it can.</summary>
+        /// <summary>Why this platform cannot stream; null if it can.</summary>
         public string Unavailable => Bridge.Unavailable;
 
-        internal Func<Action<string>, IMl2Bridge> OpenBridge { get; set; } = Bridges.Open;
+        internal Func<Action<string>, IMl2Bridge> OpenBridge { get; set; } = OpenPlatformBridge;
 
-        internal IMl2Bridge Bridge => _bridge ?? (_bridge = OpenBridge(json => Interlocked.Exchange(ref _news, json)));
+        internal IMl2Bridge Bridge => _bridge ?? (_bridge = OpenBridge(json => Interlocked.Exchange(ref _newStatusJson, json)));
 
         /// <summary>
-        /// Pairs with a receiver, needed once for each: Paired or PairingFailed tell what became of it, within seconds.
-        /// Without effect while another pairing is under way.
+        /// Pairs with a receiver, which is needed once for each. Raises Paired or PairingFailed within seconds. Has no effect
+        /// while another pairing runs.
         /// </summary>
-        /// <param name="uri">What `ml2-receiver pair` shows, ml2s://..., as text or as a QR code; spaces around it aside.</param>
+        /// <param name="uri">The URI ml2s://... from `ml2-receiver pair`. Spaces around it are ignored.</param>
         public void Pair(string uri)
         {
             if (Unavailable != null) Debug.LogWarning(Unavailable, this);
             Bridge.Pair(uri ?? "");
         }
 
-        /// <summary>Begins as soon as the user has answered for permissions; without effect when begun.</summary>
+        /// <summary>Starts to stream once the user has answered all permission requests. Has no effect if already started.</summary>
         public void StartStreaming()
         {
-            if (_isWanted) return;
-            _isWanted = true;
+            if (_isRequested) return;
+            _isRequested = true;
             if (Unavailable != null) Debug.LogWarning(Unavailable, this);
             else if (_insecure) Debug.LogWarning(InsecureWarning, this);
             AskForPermissions();
             ContinueStart();
         }
 
-        /// <summary>Ends the session; without effect when none was begun.</summary>
+        /// <summary>Stops streaming. Has no effect if it was not started.</summary>
         public void StopStreaming()
         {
-            _isWanted = false;
+            _isRequested = false;
             if (!_isStarted) return;
             _isStarted = false;
             Bridge.Stop();
         }
 
-        /// <summary>Views are counted: the last to go ends them.</summary>
+        /// <summary>Adds a reader of a stream's frames. Readers are counted; removing the last one ends the access.</summary>
         internal void AddView(StreamId stream)
         {
             _views.TryGetValue(stream, out int count);
@@ -137,6 +137,12 @@ namespace Ml2Sensors
             if (left == 0 && _bridge != null) _bridge.View(StreamTable.Rows[(int)stream].Id, false);
         }
 
+        private static IMl2Bridge OpenPlatformBridge(Action<string> changed)
+        {
+            if (Application.platform == RuntimePlatform.Android) return new AndroidBridge(changed);
+            return new UnavailableBridge(Application.platform.ToString());
+        }
+
         private void OnEnable()
         {
             if (_startAutomatically) StartStreaming();
@@ -144,8 +150,8 @@ namespace Ml2Sensors
 
         private void Update()
         {
-            string news = Interlocked.Exchange(ref _news, null);
-            if (news != null) Take(StatusReader.ReadStatus(news));
+            string json = Interlocked.Exchange(ref _newStatusJson, null);
+            if (json != null) Apply(StatusReader.ReadStatus(json));
             if (!_permissions.IsWaiting) ContinueStart();
         }
 
@@ -164,17 +170,17 @@ namespace Ml2Sensors
             _bridge = null;
         }
 
-        /// <summary>A permission that came later needs another start: what was refused is refused for a session.</summary>
+        /// <summary>Starts, or restarts after a new permission, since a refused stream stays refused for the session.</summary>
         private void ContinueStart()
         {
             if (_permissions.IsWaiting) return;
             bool hasNewPermission = _permissions.TakeGranted();
-            if (!_isWanted || (_isStarted && !hasNewPermission)) return;
+            if (!_isRequested || (_isStarted && !hasNewPermission)) return;
             _isStarted = true;
             Bridge.Start(_receiver, _config == null ? "{}" : _config.ToJson(), _insecure);
         }
 
-        private void Take(Status now)
+        private void Apply(Status now)
         {
             Status before = Status;
             Status = now;

@@ -4,20 +4,20 @@ using UnityEngine.Android;
 
 namespace Ml2Sensors
 {
-    /// <summary>Asks the user for each permission once; answers come on any thread and are looked at on the main one.</summary>
+    /// <summary>Requests each permission once. Answers arrive on any thread; the properties are read on the main thread.</summary>
     internal sealed class PermissionRequests
     {
         private readonly HashSet<string> _asked = new HashSet<string>();
         private int _open;
         private int _granted;
 
-        /// <summary>Whether the user has still to answer.</summary>
+        /// <summary>True while the user has not answered all requests.</summary>
         public bool IsWaiting => Volatile.Read(ref _open) > 0;
 
-        /// <summary>Whether a permission was granted since the last call.</summary>
+        /// <summary>Returns true if a permission was granted since the last call.</summary>
         public bool TakeGranted() => Interlocked.Exchange(ref _granted, 0) > 0;
 
-        /// <summary>Those of the needs that were not asked for yet; they count as asked from here on.</summary>
+        /// <summary>Returns the needs that were not requested yet, and marks them as requested.</summary>
         public List<PermissionNeed> TakeNew(IReadOnlyList<PermissionNeed> needs)
         {
             var found = new List<PermissionNeed>();

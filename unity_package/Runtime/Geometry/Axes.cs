@@ -1,15 +1,15 @@
 namespace Ml2Sensors.Geometry
 {
-    /// <summary>Which way x, y and z point; a conversion is a walk over REP-103 body axes (FLU).</summary>
+    /// <summary>Directions of x, y and z. Conversions go through REP-103 body axes (FLU).</summary>
     public interface IAxes
     {
-        /// <summary>True when they turn the other way round than those of ROS.</summary>
+        /// <summary>True if the axes are left-handed; those of ROS are right-handed.</summary>
         bool IsLeftHanded { get; }
 
-        /// <summary>The vector with these components in these axes.</summary>
+        /// <summary>Converts components in these axes to a vector in ROS axes.</summary>
         Vector3<Ros> ToRos(double x, double y, double z);
 
-        /// <summary>The components, in these axes, of a vector given in those of ROS.</summary>
+        /// <summary>Converts a vector in ROS axes to components in these axes.</summary>
         void FromRos(in Vector3<Ros> vector, out double x, out double y, out double z);
     }
 

@@ -1,8 +1,8 @@
 namespace Ml2Sensors.Geometry
 {
     /// <summary>
-    /// A camera's lens as the device tells it, for an image of Width x Height pixels. Pixels are counted from the centre
-    /// of the top left one, x to the right, y down.
+    /// Camera intrinsics from the device, for an image of Width x Height pixels. The origin is the centre of the top left
+    /// pixel, with x to the right and y down.
     /// </summary>
     public readonly struct CameraIntrinsics
     {
@@ -24,10 +24,10 @@ namespace Ml2Sensors.Geometry
         /// <summary>Principal point in pixels from the top.</summary>
         public readonly double Cy;
 
-        /// <summary>How the lens departs from a pinhole.</summary>
+        /// <summary>The distortion of the lens.</summary>
         public readonly LensDistortion Distortion;
 
-        /// <summary>All in pixels.</summary>
+        /// <summary>Creates intrinsics; all lengths are in pixels.</summary>
         public CameraIntrinsics(int width, int height, double fx, double fy, double cx, double cy, in LensDistortion distortion)
         {
             Width = width;
@@ -40,7 +40,7 @@ namespace Ml2Sensors.Geometry
         }
     }
 
-    /// <summary>ml2s_lens of native/sdk/ml2s.h.</summary>
+    /// <summary>The distortion model, ml2s_lens in native/sdk/ml2s.h.</summary>
     public enum LensModel
     {
         /// <summary>RGB and depth: K1, K2, P1, P2, K3 as in OpenCV; K4 is 0.</summary>
@@ -61,7 +61,7 @@ namespace Ml2Sensors.Geometry
         public readonly double P1, P2;
 #pragma warning restore 1591
 
-        /// <summary>In the order of ml2s_frame.distortion, which differs between models.</summary>
+        /// <summary>Takes the coefficients in the order of ml2s_frame.distortion, which depends on the model.</summary>
         internal LensDistortion(LensModel model, double d0, double d1, double d2, double d3, double d4, double d5)
         {
             bool isFisheye = model == LensModel.FisheyeTangential;

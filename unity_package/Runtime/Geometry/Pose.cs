@@ -1,15 +1,15 @@
 namespace Ml2Sensors.Geometry
 {
-    /// <summary>Where a thing is in the world, in metres; the axes of its type are those of the thing and of the world.</summary>
+    /// <summary>The pose of an object in the world. Both the object and the world have the axes of the type.</summary>
     public readonly struct Pose<TAxes> where TAxes : struct
     {
-        /// <summary>Metres from the world's origin.</summary>
+        /// <summary>The position in the world, in metres.</summary>
         public readonly Vector3<TAxes> Position;
 
-        /// <summary>From the thing's axes to the world's.</summary>
+        /// <summary>The rotation from the object to the world.</summary>
         public readonly Rotation<TAxes> Rotation;
 
-        /// <summary>Metres, and a rotation from the thing to the world.</summary>
+        /// <summary>Creates a pose from metres and a rotation from the object to the world.</summary>
         public Pose(in Vector3<TAxes> position, in Rotation<TAxes> rotation)
         {
             Position = position;

@@ -2,22 +2,22 @@ using System;
 
 namespace Ml2Sensors.Geometry
 {
-    /// <summary>A rotation as a quaternion, of a thing in a world that both have the axes of its type.</summary>
+    /// <summary>The rotation of an object in the world, as a quaternion. Both have the axes of the type.</summary>
     public readonly struct Rotation<TAxes> where TAxes : struct
     {
-        /// <summary>First of the vector part.</summary>
+        /// <summary>The first component of the vector part.</summary>
         public readonly double X;
 
-        /// <summary>Second of the vector part.</summary>
+        /// <summary>The second component of the vector part.</summary>
         public readonly double Y;
 
-        /// <summary>Third of the vector part.</summary>
+        /// <summary>The third component of the vector part.</summary>
         public readonly double Z;
 
         /// <summary>The scalar part.</summary>
         public readonly double W;
 
-        /// <summary>Need not be normalised.</summary>
+        /// <summary>Creates a rotation; the quaternion need not be normalised.</summary>
         public Rotation(double x, double y, double z, double w)
         {
             X = x;
@@ -26,7 +26,7 @@ namespace Ml2Sensors.Geometry
             W = w;
         }
 
-        /// <summary>First b, then a.</summary>
+        /// <summary>Returns the rotation by b, followed by a.</summary>
         public static Rotation<TAxes> operator *(in Rotation<TAxes> a, in Rotation<TAxes> b) =>
             new Rotation<TAxes>(
                 a.W * b.X + a.X * b.W + a.Y * b.Z - a.Z * b.Y,
@@ -34,16 +34,16 @@ namespace Ml2Sensors.Geometry
                 a.W * b.Z + a.X * b.Y - a.Y * b.X + a.Z * b.W,
                 a.W * b.W - a.X * b.X - a.Y * b.Y - a.Z * b.Z);
 
-        /// <summary>The same rotation by a quaternion of length 1.</summary>
-        /// <exception cref="InvalidOperationException">It is zero or not finite.</exception>
+        /// <summary>Returns the same rotation as a unit quaternion.</summary>
+        /// <exception cref="InvalidOperationException">The quaternion is zero or not finite.</exception>
         public Rotation<TAxes> Normalized()
         {
             double norm = Math.Sqrt(X * X + Y * Y + Z * Z + W * W);
-            if (!(norm > 0) || double.IsInfinity(norm)) throw new InvalidOperationException($"Expected a rotation, found {this}.");
+            if (!(norm > 0) || double.IsInfinity(norm)) throw new InvalidOperationException($"Expected a rotation, found the quaternion {this}.");
             return new Rotation<TAxes>(X / norm, Y / norm, Z / norm, W / norm);
         }
 
-        /// <summary>Components and axes.</summary>
+        /// <summary>Returns components and axes as text.</summary>
         public override string ToString() => $"({X}, {Y}, {Z}, {W}) {typeof(TAxes).Name}";
     }
 }

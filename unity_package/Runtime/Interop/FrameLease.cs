@@ -7,34 +7,34 @@ using Unity.Collections.LowLevel.Unsafe;
 namespace Ml2Sensors.Interop
 {
     /// <summary>
-    /// The latest frame of a stream, in the native library's memory, lent to one reader at a time. Acquiring and
-    /// releasing allocate nothing, so one lease serves a reader for ever. A frame is given back exactly once: by Release,
-    /// the next TryAcquire, Dispose or the finaliser. While it is held, capture goes on in other slots. One thread.
+    /// Leases the latest frame of a stream, in the native library's memory. Acquire and release allocate nothing, so a reader
+    /// reuses one FrameLease. Each frame is released exactly once: by Release, the next TryAcquire, Dispose or the finaliser.
+    /// Capture continues in other slots meanwhile. Not thread-safe.
     /// </summary>
     public sealed unsafe class FrameLease : SafeHandle
     {
         private NativeFrame _frame = new NativeFrame { CaptureNanos = long.MinValue };
 
-        /// <exception cref="DllNotFoundException">The native library is not here.</exception>
-        /// <exception cref="NotSupportedException">It is of another version than this package.</exception>
+        /// <exception cref="DllNotFoundException">The native library is missing.</exception>
+        /// <exception cref="NotSupportedException">The native library and this package have different versions.</exception>
         public FrameLease(StreamId stream) : base(IntPtr.Zero, true)
         {
             uint version = NativeMethods.GetAbiVersion();
             if (version != NativeMethods.AbiVersion)
-                throw new NotSupportedException($"Expected libml2sensors of interface {NativeMethods.AbiVersion}, found {version}.");
+                throw new NotSupportedException($"Expected libml2sensors with interface {NativeMethods.AbiVersion}, found {version}. Use the library of this package.");
             Stream = stream;
         }
 
-        /// <summary>Whose frames it leases.</summary>
+        /// <summary>The stream whose frames are leased.</summary>
         public StreamId Stream { get; }
 
         /// <summary>True while no frame is held.</summary>
         public override bool IsInvalid => handle == IntPtr.Zero;
 
-        /// <summary>CLOCK_BOOTTIME of the frame held, or of the last one.</summary>
+        /// <summary>The capture time (CLOCK_BOOTTIME) of the frame held, or of the last one.</summary>
         public long CaptureNanos => _frame.CaptureNanos;
 
-        /// <summary>The device's own; gaps are frames that were not seen.</summary>
+        /// <summary>The device's frame number. Gaps are frames that were not read.</summary>
         public long FrameNumber => _frame.FrameNumber;
 
         /// <summary>Pixels per row.</summary>
@@ -43,10 +43,10 @@ namespace Ml2Sensors.Interop
         /// <summary>Rows.</summary>
         public int Height => (int)_frame.Height;
 
-        /// <summary>From one row to the next; 0 for JPEG.</summary>
+        /// <summary>Bytes from one row to the next; 0 for JPEG.</summary>
         public int RowBytes => (int)_frame.Image.StrideBytes;
 
-        /// <summary>Where the camera was at the capture; null when the device did not say.</summary>
+        /// <summary>The pose of the camera at the capture; null if the device did not report it.</summary>
         public Pose<MlRub>? Pose
         {
             get
@@ -59,7 +59,7 @@ namespace Ml2Sensors.Interop
             }
         }
 
-        /// <summary>Where the head was at the capture; null while it is not tracked, or no stream of its poses runs.</summary>
+        /// <summary>The head pose at the capture; null if the head is not tracked, or no stream of head poses runs.</summary>
         public Pose<MlRub>? HeadPose
         {
             get
@@ -73,7 +73,7 @@ namespace Ml2Sensors.Interop
             }
         }
 
-        /// <summary>The lens of the capture; null when the device did not say.</summary>
+        /// <summary>The camera intrinsics; null if the device did not report them.</summary>
         public CameraIntrinsics? Intrinsics
         {
             get
@@ -90,13 +90,13 @@ namespace Ml2Sensors.Interop
             }
         }
 
-        /// <summary>The image's bytes, rows from the top. Not a copy: reading it after the release is a fault.</summary>
+        /// <summary>The bytes of the image, rows from the top. Not a copy: do not read it after the release.</summary>
         /// <exception cref="InvalidOperationException">No frame is held.</exception>
         public NativeArray<byte> Pixels
         {
             get
             {
-                if (IsInvalid) throw new InvalidOperationException($"No frame of {Stream} is held.");
+                if (IsInvalid) throw new InvalidOperationException($"No frame of {Stream} is held. Call TryAcquire first.");
                 byte* data = _frame.Data + _frame.Image.OffsetBytes;
                 var array = NativeArrayUnsafeUtility.ConvertExistingDataToNativeArray<byte>(
                     data, (int)_frame.Image.SizeBytes, Allocator.None);
@@ -107,8 +107,8 @@ namespace Ml2Sensors.Interop
             }
         }
 
-        /// <summary>Gives back what is held, and takes the latest frame if it was captured after the last one taken.</summary>
-        /// <returns>Whether there was one.</returns>
+        /// <summary>Releases the frame held, and acquires the latest one if it is newer than the last one acquired.</summary>
+        /// <returns>True if there is a newer frame.</returns>
         public bool TryAcquire()
         {
             if (IsClosed) throw new ObjectDisposedException(nameof(FrameLease));
@@ -122,11 +122,11 @@ namespace Ml2Sensors.Interop
             return true;
         }
 
-        /// <summary>Gives back what is held; without effect when nothing is.</summary>
+        /// <summary>Releases the frame held. Has no effect if none is held.</summary>
         public void Release()
         {
             if (IsInvalid) return;
-            if (!ReleaseHandle()) throw new InvalidOperationException($"A frame of {Stream} had been released before.");
+            if (!ReleaseHandle()) throw new InvalidOperationException($"A frame of {Stream} was released twice.");
         }
 
         /// <summary>Called once for each frame, by Release or the finalizer.</summary>

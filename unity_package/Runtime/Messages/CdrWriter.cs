@@ -4,8 +4,8 @@ using System.Text;
 namespace Ml2Sensors.Messages
 {
     /// <summary>
-    /// Messages as plain little-endian CDR behind its 4-byte encapsulation header: the bytes ROS 2 puts on the network.
-    /// The buffer grows to the largest message and is reused. Not thread-safe.
+    /// Encodes messages as plain little-endian CDR after a 4-byte encapsulation header, the bytes that ROS 2 sends. The
+    /// buffer grows to the largest message and is reused. Not thread-safe.
     /// </summary>
     public sealed class CdrWriter
     {
@@ -13,14 +13,14 @@ namespace Ml2Sensors.Messages
         private static readonly UTF8Encoding Utf8 = new UTF8Encoding(false, true);
         private byte[] _bytes = new byte[256];
 
-        /// <summary>Of the payload, from the start of Buffer.</summary>
+        /// <summary>The length of the payload, from the start of Buffer.</summary>
         public int Length { get; private set; }
 
-        /// <summary>Valid until the next write.</summary>
+        /// <summary>The payload; valid until the next write.</summary>
         public byte[] Buffer => _bytes;
 
-        /// <summary>Begins anew and writes a whole message.</summary>
-        /// <exception cref="ArgumentException">A field is null, has another length than its type, or is no Unicode.</exception>
+        /// <summary>Replaces the buffer's content by a message.</summary>
+        /// <exception cref="ArgumentException">A field is null, has the wrong length, or is not valid Unicode.</exception>
         public void WritePayload(IMessage message)
         {
             Length = 0;
@@ -54,7 +54,7 @@ namespace Ml2Sensors.Messages
 
         public void Write(string value)
         {
-            if (value == null) throw new ArgumentNullException(nameof(value), "A string of a message is null.");
+            if (value == null) throw new ArgumentNullException(nameof(value), "Expected a string in each string field of a message, found null.");
             int count = Utf8.GetByteCount(value);
             Write((uint)count + 1);
             int at = Reserve(count + 1, 1);
@@ -117,7 +117,7 @@ namespace Ml2Sensors.Messages
 
 #pragma warning restore 1591
 
-        /// <summary>An array whose length is that of its type; nothing says how many there are.</summary>
+        /// <summary>Writes an array of fixed length, without its length.</summary>
         public void WriteFixed(double[] values, int count)
         {
             if (values == null || values.Length != count)
@@ -125,7 +125,7 @@ namespace Ml2Sensors.Messages
             Bytes(values, 8);
         }
 
-        /// <summary>How many messages there are, and they.</summary>
+        /// <summary>Writes the number of messages, then the messages.</summary>
         public void WriteSequence(IMessage[] values)
         {
             WriteLength(values);
@@ -134,11 +134,11 @@ namespace Ml2Sensors.Messages
 
         private void WriteLength(Array values)
         {
-            if (values == null) throw new ArgumentNullException(nameof(values), "A sequence of a message is null.");
+            if (values == null) throw new ArgumentNullException(nameof(values), "Expected an array in each array field of a message, found null.");
             Write((uint)values.Length);
         }
 
-        /// <summary>Only for little-endian processors, which all that Unity runs on are.</summary>
+        /// <summary>Copies values as they are in memory: all of Unity's platforms are little-endian.</summary>
         private void Bytes(Array values, int size)
         {
             if (values.Length == 0) return;
@@ -153,7 +153,7 @@ namespace Ml2Sensors.Messages
             for (int i = 0; i < size; i++) _bytes[at + i] = (byte)(value >> (8 * i));
         }
 
-        /// <summary>Makes zeroed room for count bytes, maybe in a new buffer; returns where they begin.</summary>
+        /// <summary>Appends padding and count zero bytes; returns where those bytes begin.</summary>
         private int Reserve(int count, int alignment)
         {
             int padding = Length < HeaderBytes ? 0 : -(Length - HeaderBytes) & (alignment - 1);

@@ -2,64 +2,64 @@ using System.Collections.Generic;
 
 namespace Ml2Sensors
 {
-    /// <summary>How it stands with the receiver.</summary>
+    /// <summary>The state of the connection to the receiver.</summary>
     public enum ConnectionState
     {
-        /// <summary>Not started, stopped, or a recording is over.</summary>
+        /// <summary>Not started, or stopped, or a replay is over.</summary>
         Ended,
 
-        /// <summary>Looking for it, or being refused; Status.Reason may say why.</summary>
+        /// <summary>Trying to connect; Status.Reason may say why it does not succeed.</summary>
         Connecting,
 
-        /// <summary>In a session.</summary>
+        /// <summary>A session runs.</summary>
         Connected,
     }
 
-    /// <summary>What became of a stream that the receiver asked for.</summary>
+    /// <summary>The state of a stream that the receiver requested.</summary>
     public enum StreamState
     {
-        /// <summary>It runs.</summary>
+        /// <summary>The stream runs.</summary>
         Accepted,
 
-        /// <summary>The headset does not start it.</summary>
+        /// <summary>The headset does not start the stream.</summary>
         Refused,
 
-        /// <summary>Its source failed for good; only a recording's does.</summary>
+        /// <summary>The source failed permanently; this happens in replays only.</summary>
         Failed,
 
-        /// <summary>It was accepted and its source failed or ended; the library opens it again until it runs.</summary>
+        /// <summary>The stream was accepted, but its source failed or ended. The library tries to reopen it.</summary>
         Waiting,
     }
 
-    /// <summary>What the library said of itself at one moment. Immutable.</summary>
+    /// <summary>The status of the library at one time. Immutable.</summary>
     public sealed class Status
     {
         internal static readonly Status Initial = new Status(
             ConnectionState.Ended, "", "", false, new Dictionary<string, StreamStatus>(), new Dictionary<string, ChannelCounts>(), null,
             PairingStatus.Initial);
 
-        /// <summary>How it stands with the receiver.</summary>
+        /// <summary>The state of the connection to the receiver.</summary>
         public readonly ConnectionState State;
 
-        /// <summary>Its name or address; empty when none is known.</summary>
+        /// <summary>The receiver's name or address; empty if not known.</summary>
         public readonly string Receiver;
 
-        /// <summary>Why it is not connected; empty when there is nothing to say.</summary>
+        /// <summary>Why it is not connected; may be empty.</summary>
         public readonly string Reason;
 
-        /// <summary>Whether it was started without encryption.</summary>
+        /// <summary>True if it was started without encryption.</summary>
         public readonly bool IsInsecure;
 
-        /// <summary>By stream id.</summary>
+        /// <summary>The status of each stream, by stream id.</summary>
         public readonly IReadOnlyDictionary<string, StreamStatus> Streams;
 
-        /// <summary>By topic.</summary>
+        /// <summary>The message counts of each topic.</summary>
         public readonly IReadOnlyDictionary<string, ChannelCounts> Channels;
 
-        /// <summary>Null until clocks were compared.</summary>
+        /// <summary>The clock status; null until clocks were compared.</summary>
         public readonly ClockStatus Clock;
 
-        /// <summary>With whom the headset is paired.</summary>
+        /// <summary>The paired receivers, and the result of the last pairing.</summary>
         public readonly PairingStatus Pairing;
 
         internal Status(
@@ -78,16 +78,16 @@ namespace Ml2Sensors
         }
     }
 
-    /// <summary>How one stream runs, or why it does not. Immutable.</summary>
+    /// <summary>The status of one stream. Immutable.</summary>
     public sealed class StreamStatus
     {
-        /// <summary>What became of it.</summary>
+        /// <summary>The state of the stream.</summary>
         public readonly StreamState State;
 
-        /// <summary>Why it waits, was refused, failed or adjusted; empty when it runs as asked for.</summary>
+        /// <summary>Why it waits, was refused, failed or was adjusted; empty if it runs as requested.</summary>
         public readonly string Reason;
 
-        /// <summary>As applied, by the keys of config.yaml; numbers and truth values as JSON writes them.</summary>
+        /// <summary>The applied values, by the keys of config.yaml; numbers and booleans as JSON writes them.</summary>
         public readonly IReadOnlyDictionary<string, string> Values;
 
         internal StreamStatus(StreamState state, string reason, IReadOnlyDictionary<string, string> values)
@@ -98,16 +98,16 @@ namespace Ml2Sensors
         }
     }
 
-    /// <summary>Messages of one topic since the app started.</summary>
+    /// <summary>Counts of the messages of one topic since the app started.</summary>
     public sealed class ChannelCounts
     {
-        /// <summary>Made by the source, whether sent or dropped.</summary>
+        /// <summary>Messages that the source made, whether sent or dropped.</summary>
         public readonly long Produced;
 
-        /// <summary>Handed to the network to the last byte.</summary>
+        /// <summary>Messages that were written to the network completely.</summary>
         public readonly long Sent;
 
-        /// <summary>By reason; PROTOCOL.md lists them.</summary>
+        /// <summary>Dropped messages by reason; PROTOCOL.md lists the reasons.</summary>
         public readonly IReadOnlyDictionary<string, long> Dropped;
 
         internal ChannelCounts(long produced, long sent, IReadOnlyDictionary<string, long> dropped)
@@ -118,7 +118,7 @@ namespace Ml2Sensors
         }
     }
 
-    /// <summary>How well the headset knows ROS time. Immutable.</summary>
+    /// <summary>The accuracy of ROS time on the headset. Immutable.</summary>
     public sealed class ClockStatus
     {
         /// <summary>"waiting", "synchronised", "holdover" or "frozen".</summary>
@@ -127,7 +127,7 @@ namespace Ml2Sensors
         /// <summary>ROS time minus CLOCK_BOOTTIME.</summary>
         public readonly long OffsetNanos;
 
-        /// <summary>Of a stamp, either way.</summary>
+        /// <summary>The largest error of a stamp, in both directions.</summary>
         public readonly long UncertaintyNanos;
 
         internal ClockStatus(string state, long offsetNanos, long uncertaintyNanos)
@@ -141,13 +141,13 @@ namespace Ml2Sensors
     /// <summary>A permission that streams lack.</summary>
     public sealed class PermissionNeed
     {
-        /// <summary>Android's name of it.</summary>
+        /// <summary>Android's name of the permission.</summary>
         public readonly string Permission;
 
-        /// <summary>For the user.</summary>
+        /// <summary>A reason to show to the user.</summary>
         public readonly string Reason;
 
-        /// <summary>The ids of those that need it.</summary>
+        /// <summary>The ids of the streams that need it.</summary>
         public readonly IReadOnlyList<string> Streams;
 
         internal PermissionNeed(string permission, string reason, IReadOnlyList<string> streams)

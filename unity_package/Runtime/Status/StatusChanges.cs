@@ -3,7 +3,7 @@ using System.Linq;
 
 namespace Ml2Sensors
 {
-    /// <summary>What of one status is news after another. Pure; statuses may be skipped, so it knows states only.</summary>
+    /// <summary>Compares two statuses for events to raise. Functions are pure. Statuses in between may have been skipped.</summary>
     internal static class StatusChanges
     {
         public static bool HasConnected(Status before, Status now) => IsConnected(now) && !IsConnected(before);
@@ -14,7 +14,7 @@ namespace Ml2Sensors
 
         public static bool HasFailedToPair(Status before, Status now) => IsNew(before.Pairing, now.Pairing, PairingState.Failed);
 
-        /// <summary>Whether other streams were accepted, or the same with other values.</summary>
+        /// <summary>Returns true if the set of streams or their values have changed.</summary>
         public static bool HasNewConfiguration(Status before, Status now)
         {
             if (now.Streams.Count == 0) return false;

@@ -7,10 +7,10 @@ using Newtonsoft.Json.Linq;
 
 namespace Ml2Sensors
 {
-    /// <summary>The JSON of the bridge; keys that are not known are ignored.</summary>
+    /// <summary>Parses the JSON of the bridge. Unknown keys are ignored.</summary>
     internal static class StatusReader
     {
-        /// <exception cref="FormatException">It is no JSON, or a value is not what it should be.</exception>
+        /// <exception cref="FormatException">The text is not JSON, or a value has the wrong type.</exception>
         public static Status ReadStatus(string json) => Read(json, text =>
         {
             JObject root = JObject.Parse(text);
@@ -20,7 +20,7 @@ namespace Ml2Sensors
                 Pairing(root["pairing"] as JObject));
         });
 
-        /// <exception cref="FormatException">It is no JSON, or a value is not what it should be.</exception>
+        /// <exception cref="FormatException">The text is not JSON, or a value has the wrong type.</exception>
         public static IReadOnlyList<PermissionNeed> ReadPermissions(string json) => Read(json, text =>
             JArray.Parse(text).Select(need => new PermissionNeed(
                 (string)need["permission"], (string)need["reason"] ?? "", need["streams"].Select(id => (string)id).ToArray())).ToArray());
@@ -33,7 +33,7 @@ namespace Ml2Sensors
             }
             catch (Exception e) when (e is JsonException || e is InvalidCastException || e is NullReferenceException || e is ArgumentException)
             {
-                throw new FormatException($"The library said what this package does not understand ({e.Message}): {json}", e);
+                throw new FormatException($"Expected a status of the library, found text that this package cannot parse ({e.Message}): {json}", e);
             }
         }
 

@@ -2,19 +2,19 @@ using System.Collections.Generic;
 
 namespace Ml2Sensors
 {
-    /// <summary>What the stream table says of a stream.</summary>
+    /// <summary>A stream's row of the stream table.</summary>
     public sealed class StreamRow
     {
-        /// <summary>As topics and CONFIGURE name it, such as "world_left".</summary>
+        /// <summary>The id in topics and CONFIGURE, such as "world_left".</summary>
         public readonly string Id;
 
-        /// <summary>Of config.yaml.</summary>
+        /// <summary>The section of config.yaml.</summary>
         public readonly string Section;
 
-        /// <summary>Of the images, as ROS writes it, such as "mono8"; empty for what is no image.</summary>
+        /// <summary>The ROS encoding of its images, such as "mono8"; empty for other streams.</summary>
         public readonly string Encoding;
 
-        /// <summary>Android's, which the app must declare.</summary>
+        /// <summary>The Android permissions that the app must declare.</summary>
         public readonly IReadOnlyList<string> Permissions;
 
         internal StreamRow(string id, string section, string encoding, params string[] permissions)

@@ -2,7 +2,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Samples
 {
-    /// <summary>A row of quads, each with the latest frame of one camera.</summary>
+    /// <summary>Shows the latest frame of each camera on a row of quads.</summary>
     public sealed class CameraWall : MonoBehaviour
     {
         private const float DepthShownWhiteMetres = 5;
@@ -14,7 +14,7 @@ namespace Ml2Sensors.Samples
 
         [SerializeField] private Ml2SensorStreamer _streamer;
 
-        [Tooltip("With the material CameraPreview.")]
+        [Tooltip("A quad with the material CameraPreview.")]
         [SerializeField] private Renderer _quad;
 
         private void Start()
@@ -26,13 +26,13 @@ namespace Ml2Sensors.Samples
                 quad.gameObject.SetActive(false);
                 var camera = quad.gameObject.AddComponent<Ml2CameraTexture>();
                 camera.Show(_streamer, Cameras[i]);
-                camera.TextureCreated += texture => Hang(quad.material, texture);
+                camera.TextureCreated += texture => ShowTexture(quad.material, texture);
                 quad.gameObject.SetActive(true);
             }
             _quad.gameObject.SetActive(false);
         }
 
-        private static void Hang(Material material, Texture2D texture)
+        private static void ShowTexture(Material material, Texture2D texture)
         {
             material.mainTexture = texture;
             material.SetFloat("_Grey", texture.format == TextureFormat.RGB24 ? 0 : 1);

@@ -3,7 +3,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Samples
 {
-    /// <summary>Publishes how high the camera is, ten times a second, as PREFIX/custom/head_height.</summary>
+    /// <summary>Publishes the height of the camera ten times a second, on PREFIX/custom/head_height.</summary>
     public sealed class HeadHeight : MonoBehaviour
     {
         private const float PeriodSeconds = 0.1f;

@@ -6,8 +6,8 @@ using UnityEngine.XR;
 namespace Ml2Sensors.Samples
 {
     /// <summary>
-    /// Pairs with the URI that the app was started or called with, as adb does, once the wearer has pulled the trigger:
-    /// any app of the headset can send one.
+    /// Pairs with the URI that opened the app, such as by adb. The wearer must pull the trigger first, since any app on the
+    /// headset can send a URI.
     /// </summary>
     public sealed class PairingLink : MonoBehaviour
     {

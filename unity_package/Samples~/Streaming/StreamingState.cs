@@ -2,7 +2,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Samples
 {
-    /// <summary>Shows what the streamer says on a text of the scene.</summary>
+    /// <summary>Shows the status of the streamer as a text in the scene.</summary>
     public sealed class StreamingState : MonoBehaviour
     {
         [SerializeField] private Ml2SensorStreamer _streamer;

@@ -7,7 +7,7 @@ using NUnit.Framework;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>Poses as tests/conformance/vectors/axes has them for every language.</summary>
+    /// <summary>Conversions of the poses in tests/conformance/vectors/axes, which all languages read.</summary>
     [TestFixture]
     public sealed class AxesVectorTests
     {

@@ -12,9 +12,9 @@ namespace Ml2Sensors.Editor.Tests
     public sealed class BuildTests
     {
         [Test]
-        public void BuildGate_DefaultSettings_StopsAndroidBuildsUntilFixed()
+        public void BuildValidator_DefaultSettings_StopsAndroidBuildsUntilFixed()
         {
-            var gate = new BuildGate();
+            var gate = new BuildValidator();
             var android = new BuildReport { summary = new BuildSummary { platform = BuildTarget.Android } };
             var error = Assert.Throws<BuildFailedException>(() => gate.OnPreprocessBuild(android));
             foreach (BuildCheck check in BuildCheck.All)
@@ -26,7 +26,7 @@ namespace Ml2Sensors.Editor.Tests
         }
 
         [Test]
-        public void BuildGate_OtherPlatform_IsNoConcern() => Assert.DoesNotThrow(() => new BuildGate().OnPreprocessBuild(
+        public void BuildValidator_OtherPlatform_IsNoConcern() => Assert.DoesNotThrow(() => new BuildValidator().OnPreprocessBuild(
             new BuildReport { summary = new BuildSummary { platform = BuildTarget.StandaloneLinux64 } }));
 
         [Test]

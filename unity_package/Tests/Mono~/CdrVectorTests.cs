@@ -10,8 +10,8 @@ using NUnit.Framework;
 namespace Ml2Sensors.Tests
 {
     /// <summary>
-    /// Messages byte for byte as tests/conformance/vectors/cdr has them for every language, and as rosbags writes those
-    /// that only scripts publish.
+    /// Compares encoded messages with the bytes in tests/conformance/vectors/cdr, which all languages read, and with those
+    /// that rosbags writes for other message types.
     /// </summary>
     [TestFixture]
     public sealed class CdrVectorTests

@@ -5,7 +5,7 @@ using NUnit.Framework;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The library that ships, with slots that the test writes.</summary>
+    /// <summary>Tests FrameLease on the native library, with frames that the test writes.</summary>
     [TestFixture]
     public sealed class FrameLeaseTests
     {

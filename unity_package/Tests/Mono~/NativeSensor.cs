@@ -4,7 +4,7 @@ using Ml2Sensors.Interop;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The writers' part of ml2s.h, which in the product is Kotlin's: opens a simulated sensor and polls it.</summary>
+    /// <summary>Opens a simulated sensor by ml2s.h and polls it, which Kotlin does in the product.</summary>
     internal sealed unsafe class NativeSensor : IDisposable
     {
         private readonly ulong _handle;
@@ -22,7 +22,7 @@ namespace Ml2Sensors.Tests
         public const uint World = 2;
         public const uint Eye = 3;
 
-        /// <summary>Captures once and publishes, as Kotlin does for a stream that is viewed.</summary>
+        /// <summary>Captures and publishes once, as Kotlin does for a stream with readers.</summary>
         public int Capture()
         {
             NativeFrame* frames = stackalloc NativeFrame[4];

@@ -4,7 +4,7 @@ using Ml2Sensors.Interop;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>Memory of a stream's slots; disposing fails while one of them is leased.</summary>
+    /// <summary>The memory of a stream's slots. Dispose fails while a slot is leased.</summary>
     internal sealed unsafe class NativeSlots : IDisposable
     {
         private const int Alignment = 64;
@@ -22,11 +22,11 @@ namespace Ml2Sensors.Tests
             fixed (Memory* first = slots) Require(Provide(stream, first, (uint)count));
         }
 
-        /// <summary>Publishes a frame as Kotlin does with what has no native source.</summary>
+        /// <summary>Publishes a frame, as Kotlin does for sensors without a native source.</summary>
         public void Publish(long captureNanos, byte[] bytes, int width = 0, int height = 0, int rowBytes = 0) =>
             Publish(captureNanos, bytes, NativeFrame.Sized(), width, height, rowBytes);
 
-        /// <summary>As above, with poses and lens of <paramref name="frame"/>.</summary>
+        /// <summary>Publishes a frame with the poses and lens of <paramref name="frame"/>.</summary>
         public void Publish(long captureNanos, byte[] bytes, NativeFrame frame, int width, int height, int rowBytes = 0)
         {
             Require(Take(_stream, out frame.Slot, out Memory memory));

@@ -7,7 +7,7 @@ using NUnit.Framework;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>What apps can use is what Api~ says, a line for each type and member.</summary>
+    /// <summary>Compares the public types and members with the list in Api~.</summary>
     public sealed class PublicApiTests
     {
         private const BindingFlags Declared =
@@ -41,7 +41,7 @@ namespace Ml2Sensors.Tests
             return shared + member + value;
         }
 
-        /// <summary>Properties and events show by their accessors.</summary>
+        /// <summary>Returns true for public members. Properties and events are listed by their accessors.</summary>
         private static bool IsVisible(MemberInfo member)
         {
             if (member is FieldInfo field) return field.IsPublic || field.IsFamily;

@@ -5,7 +5,7 @@ using Ml2Sensors.Bridge;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>Remembers what it was told, and says what a test wants it to say.</summary>
+    /// <summary>Records its calls, and reports the status that a test sets.</summary>
     internal sealed class ScriptedBridge : IMl2Bridge
     {
         private readonly Action<string> _changed;
@@ -20,8 +20,8 @@ namespace Ml2Sensors.Tests
 
         public string Unavailable { get; set; }
 
-        /// <summary>From a thread of the library's own.</summary>
-        public void Say(string status)
+        /// <summary>Raises a status on another thread, as the library does.</summary>
+        public void RaiseStatus(string status)
         {
             var thread = new System.Threading.Thread(() => _changed(status.Replace('\'', '"')));
             thread.Start();

@@ -7,7 +7,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The library that ships, on the simulated headset, up to the texture.</summary>
+    /// <summary>Tests frames of the simulated headset, from the native library to the texture.</summary>
     [TestFixture]
     public sealed class SimulatedFramesTests
     {
@@ -17,14 +17,14 @@ namespace Ml2Sensors.Tests
         public void SetUp() => Simulation.Begin();
 
         [TearDown]
-        public void TearDown() => Simulation.AssertCleanBooks();
+        public void TearDown() => Simulation.AssertNothingLeaked();
 
         [Test]
         public void WorldCamera_OneCapture_ShowsThePictureThatTheLibraryHas()
         {
             using (new NativeSlots(StreamId.WorldLeft, 3, 1016 * 1016))
             using (var world = new NativeSensor(NativeSensor.World, StreamId.WorldLeft))
-            using (var shown = new ShownStream(StreamId.WorldLeft))
+            using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             using (var lease = new FrameLease(StreamId.WorldLeft))
             {
                 CaptureOnce(world);
@@ -37,7 +37,7 @@ namespace Ml2Sensors.Tests
                 for (int row = 0; row < 1016; row += 7)
                     for (int x = 0; x < 1016; x += 13)
                         Assert.AreEqual(pixels[row * 1016 + x], texture.Raw[(1015 - row) * 1016 + x], "upright in Unity");
-                Assert.Greater(texture.Raw.Distinct().Count(), 50, "a rendered room has many greys");
+                Assert.Greater(texture.Raw.Distinct().Count(), 50, "a rendered scene has many grey values");
                 Pose pose = shown.Component.CameraPose.Value;
                 Pose<UnitySpace> expected = lease.Pose.Value.ToUnity();
                 Assert.AreEqual((float)expected.Position.Z, pose.position.z);
@@ -55,7 +55,7 @@ namespace Ml2Sensors.Tests
         {
             using (new NativeSlots(StreamId.Depth, 3, 3 * 544 * 480 * 4))
             using (var depth = new NativeSensor(NativeSensor.Depth, StreamId.Depth))
-            using (var shown = new ShownStream(StreamId.Depth))
+            using (var shown = new CameraTextureScene(StreamId.Depth))
             {
                 CaptureOnce(depth);
                 shown.Update();
@@ -74,7 +74,7 @@ namespace Ml2Sensors.Tests
         {
             using (new NativeSlots(StreamId.EyeNasalLeft, 3, 400 * 400))
             using (var eye = new NativeSensor(NativeSensor.Eye, StreamId.EyeNasalLeft))
-            using (var shown = new ShownStream(StreamId.EyeNasalLeft))
+            using (var shown = new CameraTextureScene(StreamId.EyeNasalLeft))
             {
                 Action update = shown.Component.Bind("Update");
                 for (int i = 0; i < 10; i++) Step(eye, update);
@@ -89,7 +89,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Update_FrameShown_IsGivenBackAtOnce()
         {
-            using (var shown = new ShownStream(StreamId.WorldLeft))
+            using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             {
                 var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
                 slots.Publish(1, new byte[4], 2, 2, 2);
@@ -102,7 +102,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Update_RowsWithPadding_AreShownWithoutItAndUpright()
         {
-            using (var shown = new ShownStream(StreamId.WorldLeft))
+            using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             using (var slots = new NativeSlots(StreamId.WorldLeft, 1, 64))
             {
                 slots.Publish(1, new byte[] { 1, 2, 99, 3, 4 }, 2, 2, 3);
@@ -114,7 +114,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Update_FewerBytesThanRows_ThrowsAndGivesTheFrameBack()
         {
-            using (var shown = new ShownStream(StreamId.WorldLeft))
+            using (var shown = new CameraTextureScene(StreamId.WorldLeft))
             {
                 var slots = new NativeSlots(StreamId.WorldLeft, 1, 64);
                 slots.Publish(1, new byte[4], 2, 2, 3);
@@ -126,7 +126,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public void Update_Jpeg_IsDecodedFromABufferThatIsKept()
         {
-            using (var shown = new ShownStream(StreamId.Color))
+            using (var shown = new CameraTextureScene(StreamId.Color))
             using (var slots = new NativeSlots(StreamId.Color, 2, 64))
             {
                 slots.Publish(1, new byte[] { 0xff, 0xd8, 3, 4 }, 640, 480);

@@ -4,7 +4,7 @@ using NUnit.Framework;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>Controls of the simulated headset: native/sim/ml2sim.h.</summary>
+    /// <summary>The controls of the simulated headset, native/sim/ml2sim.h.</summary>
     internal static unsafe class Simulation
     {
         private const string Library = "libperception.magicleap.so";
@@ -14,7 +14,7 @@ namespace Ml2Sensors.Tests
             Reset();
             Set("clock", "manual");
             Set("loop_seconds", "2");
-            Set("cache", Environment.GetEnvironmentVariable("ML2_FILMS") ?? "");
+            Set("cache", Environment.GetEnvironmentVariable("ML2_FRAME_CACHE") ?? "");
             Advance(1000000000);
         }
 
@@ -24,16 +24,16 @@ namespace Ml2Sensors.Tests
             if (problem != IntPtr.Zero) throw new ArgumentException(Marshal.PtrToStringAnsi(problem));
         }
 
-        /// <summary>Nothing is open and no rule was broken.</summary>
-        public static void AssertCleanBooks()
+        /// <summary>Asserts that nothing is open and that no API rule was broken.</summary>
+        public static void AssertNothingLeaked()
         {
-            Books(out Book book);
-            Assert.AreEqual("", Marshal.PtrToStringAnsi((IntPtr)book.LastMisuse));
-            Assert.AreEqual(0, book.OpenHandles + book.OutstandingGets + book.OutstandingSnapshots);
+            GetCounters(out Counters counters);
+            Assert.AreEqual("", Marshal.PtrToStringAnsi((IntPtr)counters.LastMisuse));
+            Assert.AreEqual(0, counters.OpenHandles + counters.OutstandingGets + counters.OutstandingSnapshots);
         }
 
         [StructLayout(LayoutKind.Sequential)]
-        private struct Book
+        private struct Counters
         {
             internal uint OpenHandles;
             internal uint OutstandingGets;
@@ -54,6 +54,6 @@ namespace Ml2Sensors.Tests
         public static extern void Advance(long nanos);
 
         [DllImport(Library, EntryPoint = "ml2sim_get_counters")]
-        private static extern void Books(out Book book);
+        private static extern void GetCounters(out Counters counters);
     }
 }

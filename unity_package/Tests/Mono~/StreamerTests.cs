@@ -7,7 +7,7 @@ using UnityEngine.Android;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The component with a bridge that says what the test wants.</summary>
+    /// <summary>Tests the streamer with a scripted bridge.</summary>
     [TestFixture]
     public sealed class StreamerTests
     {
@@ -50,14 +50,13 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Enable_Insecure_WarnsAndTellsTheLibrary()
+        public void Enable_Insecure_WarnsAndStartsInsecurely()
         {
             _streamer.Insecure = true;
             _streamer.enabled = true;
             AssertCalls("start \"\" {} insecure");
             Assert.AreEqual(new[] { Ml2SensorStreamer.InsecureWarning }, Debug.Warnings);
-            _bridge.Say("{'state': 'connecting', 'insecure': true}");
-            Update();
+            Show("{'state': 'connecting', 'insecure': true}");
             Assert.IsTrue(_streamer.Status.IsInsecure);
         }
 
@@ -70,38 +69,34 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Pairing_Succeeded_TellsTheLastReceiverOnce()
+        public void Pairing_Succeeded_RaisesPairedOnceWithTheLastReceiver()
         {
             _streamer.enabled = true;
-            _bridge.Say(Pairing(1, "running", "", "old"));
-            Update();
+            Show(Pairing(1, "running", "", "old"));
             AssertEvents();
             foreach (int _ in new[] { 1, 2 })
             {
-                _bridge.Say(Pairing(1, "paired", "", "old", "desk"));
-                Update();
+                Show(Pairing(1, "paired", "", "old", "desk"));
             }
             AssertEvents("paired desk f-desk h-desk:1");
             Assert.AreEqual(new[] { "old", "desk" }, _streamer.Status.Pairing.Receivers.Select(receiver => receiver.Name));
         }
 
         [Test]
-        public void Pairing_FailedTwiceForOneReason_TellsBothEvenWhenTheAttemptWasNotSeen()
+        public void Pairing_FailedTwiceForOneReason_RaisesBothFailures()
         {
             _streamer.enabled = true;
             foreach (int number in new[] { 1, 2 })
             {
-                _bridge.Say(Pairing(number, "failed", "wrong token"));
-                Update();
+                Show(Pairing(number, "failed", "wrong token"));
             }
             AssertEvents("pairing failed: wrong token", "pairing failed: wrong token");
         }
 
         [Test]
-        public void Pairing_OfEarlierRuns_IsKnownWithoutAnEvent()
+        public void Pairing_OfAnEarlierRun_IsInTheStatusWithoutAnEvent()
         {
-            _bridge.Say(Pairing(0, "none", "", "desk"));
-            Update();
+            Show(Pairing(0, "none", "", "desk"));
             AssertEvents();
             Assert.AreEqual("desk", _streamer.Status.Pairing.Receivers.Single().Name);
         }
@@ -110,12 +105,11 @@ namespace Ml2Sensors.Tests
         public void Status_FromAnotherThread_BecomesEventsInTheNextUpdateAndOnce()
         {
             _streamer.enabled = true;
-            _bridge.Say(Connected);
+            _bridge.RaiseStatus(Connected);
             AssertEvents();
             Update();
             AssertEvents("connected lab", "applied world_left");
-            _bridge.Say(Connected);
-            Update();
+            Show(Connected);
             AssertEvents("connected lab", "applied world_left");
             Assert.AreEqual("30", _streamer.Status.Streams["world_left"].Values["update_rate"]);
         }
@@ -124,50 +118,38 @@ namespace Ml2Sensors.Tests
         public void Status_SeveralBetweenUpdates_OnlyTheLatestCounts()
         {
             _streamer.enabled = true;
-            _bridge.Say("{'state': 'connecting'}");
-            _bridge.Say(Connected);
-            _bridge.Say("{'state': 'connecting', 'reason': 'link lost'}");
-            Update();
+            _bridge.RaiseStatus("{'state': 'connecting'}");
+            _bridge.RaiseStatus(Connected);
+            Show("{'state': 'connecting', 'reason': 'link lost'}");
             AssertEvents();
             Assert.AreEqual(ConnectionState.Connecting, _streamer.Status.State);
         }
 
         [Test]
-        public void Status_ConnectionLost_SaysWhyAndOfAReconnectionToo()
+        public void Status_ConnectionLost_RaisesDisconnectedThenConnected()
         {
             _streamer.enabled = true;
             foreach (string said in new[] { Connected, "{'state': 'connecting', 'reason': 'link lost'}", Connected })
             {
-                _bridge.Say(said);
-                Update();
+                Show(said);
             }
             AssertEvents("connected lab", "applied world_left", "disconnected link lost", "connected lab", "applied world_left");
         }
 
-        [Test]
-        public void Status_StreamRefused_IsSaidOncePerReason()
+        [TestCase("refused", StreamState.Refused)]
+        [TestCase("waiting", StreamState.Waiting)]
+        public void Status_StreamDoesNotRun_RaisesStreamRefusedOncePerReason(string state, StreamState expected)
         {
             _streamer.enabled = true;
-            const string refused = "{'state': 'connected', 'streams': {'depth': {'state': 'refused', 'reason': 'no sensor'}}}";
-            _bridge.Say(refused);
-            Update();
-            _bridge.Say(refused);
-            Update();
+            string status = $"{{'state': 'connected', 'streams': {{'depth': {{'state': '{state}', 'reason': 'no sensor'}}}}}}";
+            Show(status);
+            Show(status);
             Assert.AreEqual(1, _events.Count(e => e == "refused depth: no sensor"));
+            Assert.AreEqual(expected, _streamer.Status.Streams["depth"].State);
         }
 
         [Test]
-        public void Status_StreamWaiting_IsSaidWithItsReason()
-        {
-            _streamer.enabled = true;
-            _bridge.Say("{'state': 'connected', 'streams': {'depth': {'state': 'waiting', 'reason': 'asleep', 'permission': 'a'}}}");
-            Update();
-            Assert.AreEqual(1, _events.Count(e => e == "refused depth: asleep"));
-            Assert.AreEqual(StreamState.Waiting, _streamer.Status.Streams["depth"].State);
-        }
-
-        [Test]
-        public void Enable_PermissionNeeded_GivesTheReasonAsksOnceAndWaitsForTheAnswer()
+        public void Enable_PermissionNeeded_RequestsItOnceWithTheReasonAndWaits()
         {
             Need(CameraNeeded);
             _streamer.enabled = true;
@@ -182,7 +164,7 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Enable_PermissionDenied_StreamsTheRest()
+        public void Enable_PermissionDenied_StillStarts()
         {
             Need(CameraNeeded);
             _streamer.enabled = true;
@@ -192,12 +174,11 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Status_RefusedForAPermission_AsksAndStartsAnewWhenGranted()
+        public void Status_RefusedForAPermission_RequestsItAndRestartsWhenGranted()
         {
             _streamer.enabled = true;
             _bridge.Needs = CameraNeeded;
-            _bridge.Say("{'state': 'connected', 'streams': {'world_left': {'state': 'refused', 'reason': 'permission'}}}");
-            Update();
+            Show("{'state': 'connected', 'streams': {'world_left': {'state': 'refused', 'reason': 'permission'}}}");
             Permission.Callbacks.Answer("android.permission.CAMERA", true);
             Update();
             AssertCalls("start \"\" {}", "start \"\" {}");
@@ -216,7 +197,7 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Disable_WhileTheUserStillDecides_NeverStarts()
+        public void Disable_BeforeTheUserAnswers_NeverStarts()
         {
             Need(CameraNeeded);
             _streamer.enabled = true;
@@ -227,7 +208,7 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Views_OfTwoReaders_BeginWithTheFirstAndEndWithTheLast()
+        public void Views_OfTwoReaders_StartWithTheFirstAndEndWithTheLast()
         {
             _streamer.AddView(StreamId.Depth);
             _streamer.AddView(StreamId.Depth);
@@ -237,7 +218,7 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Update_WithoutNews_MakesNoGarbage()
+        public void Update_WithoutANewStatus_AllocatesNothing()
         {
             _streamer.enabled = true;
             System.Action update = _streamer.Bind("Update");
@@ -257,7 +238,7 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
-        public void Publisher_Message_GoesAsCdrUnderCustom()
+        public void Publisher_Message_IsSentAsCdrOnACustomTopic()
         {
             var publisher = new Ml2Publisher<StringMsg>(_streamer, "operator_note");
             Assert.IsTrue(publisher.Publish(new StringMsg { data = "aß" }, 42));
@@ -282,7 +263,7 @@ namespace Ml2Sensors.Tests
         [TestCase("1st")]
         [TestCase("a/b")]
         [TestCase("Note")]
-        public void Publisher_NameThatIsNoTopic_Throws(string name)
+        public void Publisher_InvalidName_Throws(string name)
         {
             Assert.Throws<System.ArgumentException>(() => new Ml2Publisher<StringMsg>(_streamer, name).ToString());
         }
@@ -297,6 +278,13 @@ namespace Ml2Sensors.Tests
         private void Need(string needs) => _bridge.Needs = needs;
 
         private void Update() => _streamer.Send("Update");
+
+        /// <summary>Raises a status on another thread, and runs the next Update.</summary>
+        private void Show(string status)
+        {
+            _bridge.RaiseStatus(status);
+            Update();
+        }
 
         private void AssertCalls(params string[] calls) => Assert.AreEqual(calls, _bridge.Calls.ToArray());
 

@@ -101,10 +101,10 @@ namespace Ml2Sensors
         Custom = 31,
     }
 
-    /// <summary>What the receiver's stream table says.</summary>
+    /// <summary>The stream table.</summary>
     public static class StreamTable
     {
-        /// <summary>By StreamId.</summary>
+        /// <summary>The rows, indexed by StreamId.</summary>
         public static readonly StreamRow[] Rows =
         {
             new StreamRow("world_center", "world_center", "mono8", "android.permission.CAMERA"),

@@ -1,9 +1,9 @@
 namespace Ml2Sensors.Bridge
 {
-    /// <summary>Where there is no headset: does nothing, and says so.</summary>
-    internal sealed class NullBridge : IMl2Bridge
+    /// <summary>The bridge on platforms without a headset: does nothing, and says why.</summary>
+    internal sealed class UnavailableBridge : IMl2Bridge
     {
-        public NullBridge(string platform) =>
+        public UnavailableBridge(string platform) =>
             Unavailable = $"ML2 Sensors streams on the headset only; on {platform} nothing is captured or sent.";
 
         public string Unavailable { get; }

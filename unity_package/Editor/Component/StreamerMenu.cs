@@ -3,8 +3,8 @@ using UnityEngine;
 
 namespace Ml2Sensors.Editor
 {
-    /// <summary>Makes a streamer with the project's settings, in the scene or as a prefab.</summary>
-    internal static class CreateStreamer
+    /// <summary>Menu items that create a streamer with the project's settings, in the scene or as a prefab.</summary>
+    internal static class StreamerMenu
     {
         [MenuItem("GameObject/ML2 Sensors/Sensor Streamer", false, 10)]
         public static void InScene()

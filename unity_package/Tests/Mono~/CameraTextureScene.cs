@@ -4,11 +4,11 @@ using UnityEngine;
 namespace Ml2Sensors.Tests
 {
     /// <summary>A scene with a streamer and a camera texture, enabled while this lives.</summary>
-    internal sealed class ShownStream : IDisposable
+    internal sealed class CameraTextureScene : IDisposable
     {
         private readonly Ml2SensorStreamer _streamer;
 
-        public ShownStream(StreamId stream)
+        public CameraTextureScene(StreamId stream)
         {
             var scene = new GameObject("scene");
             _streamer = scene.AddComponent<Ml2SensorStreamer>();
