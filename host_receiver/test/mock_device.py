@@ -6,6 +6,7 @@ import struct
 import threading
 import time
 from contextlib import suppress
+from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
@@ -18,21 +19,17 @@ from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,
     Channel,
-    ChannelEnd,
-    ChannelStatus,
     ClockStatus,
     Configure,
-    Configured,
     Error,
     Hello,
-    Join,
     Joined,
     LinkTest,
     Start,
-    Status,
     StreamAnswer,
     Welcome,
 )
+from ml2_tools.playback.device import KINDS, Device, Reply
 from patience import PATIENCE_S
 
 PAYLOAD = CDR_ENCAPSULATION + bytes(4)
@@ -115,16 +112,20 @@ class MockDevice:
         self.address = address
         self.tls = tls
         self.wires: dict[str, Wire] = {}
-        self.welcome: Welcome
-        self.channels: dict[str, tuple[int, Topic]] = {}
-        self.sequences: dict[str, int] = {}
-        self.live: set[str] = set()
         self._welcomed: Wire | None = None
         self._gone = threading.Event()
         self._pinger = threading.Thread(target=self._ping) if says_ping else None
-        self._hello = Hello(
-            [1], device_id, instance_id, f"{device_id} name", "mock", Capabilities([]), {}
+        self.device = Device(
+            Hello([1], device_id, instance_id, f"{device_id} name", "mock", Capabilities([]), {})
         )
+
+    @property
+    def welcome(self) -> Welcome:
+        return self.device.welcome
+
+    def number(self, topic: str) -> int:
+        """The channel of a topic."""
+        return next(it for row, it in self.device.channels.items() if row.name == topic)
 
     def __enter__(self) -> Self:
         if self._pinger is not None:
@@ -159,22 +160,19 @@ class MockDevice:
     def greet(self) -> Wire:
         """HELLO, to be answered."""
         control = self.wire("control")
-        control.send(Kind.HELLO, self._hello)
+        control.send(Kind.HELLO, self.device.hello)
         return control
 
     def connect(self) -> Welcome:
         control = self.greet()
-        self.live = set()
-        self.welcome = Welcome.parse(control.expect(Kind.WELCOME))
+        self.device.begin(Welcome.parse(control.expect(Kind.WELCOME)))
         self._welcomed = control
         return self.welcome
 
     def ask_for(self, lane: str, **changes: str) -> Wire:
         """JOIN, to be answered."""
-        join = {"session": self.welcome.session, "lane": lane}
-        join["ticket"] = self.welcome.tickets.get(lane, "")
         wire = self.wire(lane)
-        wire.send(Kind.JOIN, Join(**(join | changes)))
+        wire.send(Kind.JOIN, replace(self.device.join(lane), **changes))
         return wire
 
     def join(self, lane: str) -> Wire:
@@ -188,18 +186,6 @@ class MockDevice:
         self.join("time")
         self.join("sensors")
         return Configure.parse(self.wires["control"].expect(Kind.CONFIGURE))
-
-    def channel(self, topic: Topic, number: int) -> Channel:
-        return Channel(
-            number,
-            topic.stream,
-            topic.role,
-            topic.name,
-            topic.type,
-            topic.qos,
-            topic.frame,
-            topic.lane,
-        )
 
     def configure(self, refused: dict[str, str] | None = None) -> int:
         """Everything up to CONFIGURED; `refused` has the reasons by stream."""
@@ -219,29 +205,26 @@ class MockDevice:
             for topic in load_table().streams[stream].topics
             if topic.when is None or topic.when.holds(values)
         }
-        for name in self.live - wanted.keys():
-            self.wires["control"].send(Kind.CHANNEL_END, ChannelEnd(self.channels[name][0]))
-        for name, topic in wanted.items():
-            if name not in self.live:
-                self.announce(topic)
-        self.live = set(wanted)
         answers = {
             stream: StreamAnswer("refused", None, refused[stream])
             if stream in refused
             else StreamAnswer("applied", values)
             for stream, values in asked.streams.items()
         }
-        self.wires["control"].send(Kind.CONFIGURED, Configured(asked.request, answers))
+        for reply in self.device.configure(asked, list(wanted.values()), answers):
+            self._reply(reply)
         return asked.request
+
+    def _reply(self, reply: Reply) -> None:
+        if isinstance(reply, Channel) and reply.lane not in self.wires:
+            self.join(reply.lane)
+        self.wires["control"].send(KINDS[type(reply)], reply)
 
     def expect_start(self, request: int) -> None:
         assert Start.parse(self.wires["control"].expect(Kind.START)).request == request
 
     def announce(self, topic: Topic) -> None:
-        if topic.lane not in self.wires:
-            self.join(topic.lane)
-        number, _ = self.channels.setdefault(topic.name, (len(self.channels) + 1, topic))
-        self.wires["control"].send(Kind.CHANNEL, self.channel(topic, number))
+        self._reply(self.device.announce(topic))
 
     def start(self, refused: dict[str, str] | None = None) -> None:
         """Everything up to START."""
@@ -256,24 +239,15 @@ class MockDevice:
         send_ns: int = 0,
     ) -> None:
         """One DATA frame, captured now unless said otherwise, after `skip` dropped messages."""
-        number, row = self.channels[topic]
-        sequence = self.sequences.get(topic, 0) + skip
-        self.sequences[topic] = sequence + 1
-        self.wires[row.lane].send(
-            Kind.DATA,
-            payload,
-            channel=number,
-            sequence=sequence,
-            capture_ns=time.time_ns() if capture_ns is None else capture_ns,
-            send_ns=send_ns,
-        )
+        row = next(row for row in self.device.channels if row.name == topic)
+        captured_ns = time.time_ns() if capture_ns is None else capture_ns
+        header = self.device.data_header(row, captured_ns, send_ns, skip)
+        self.wires[row.lane].send(Kind.DATA, payload, **header)
 
     def status(self, *, is_final: bool = False) -> None:
-        channels = {
-            topic: ChannelStatus(count, count, {}) for topic, count in self.sequences.items()
-        }
         clock = ClockStatus("synchronised", -5, 6, 7)
-        self.wires["control"].send(Kind.STATUS, Status(is_final, 1.5, channels, clock))
+        status = self.device.status(1.5, clock, is_final=is_final)
+        self.wires["control"].send(Kind.STATUS, status)
 
     def exchange_time(self, t1: int) -> tuple[int, int, int]:
         self.wires["time"].send(Kind.TIME_REQUEST, struct.pack("<q", t1))

@@ -88,4 +88,4 @@ def test_what_was_said_before_is_printed_where_ros_keeps_it(device: MockDevice) 
 def test_without_a_receiver_it_says_what_to_start() -> None:
     code, _, said = command("call", "stop")
     assert code == 2
-    assert "start `ml2-receiver run`" in said
+    assert "Start `ml2-receiver run`" in said

@@ -83,7 +83,7 @@ def test_doctor_tells_what_the_link_carries(receiver: Receiver) -> None:
 def test_without_a_receiver_it_says_what_to_start(name: str) -> None:
     with command(name) as child:
         assert child.wait() == 2
-        assert "start `ml2-receiver run`" in "\n".join(child.errors)
+        assert "Start `ml2-receiver run`" in "\n".join(child.errors)
 
 
 @pytest.mark.parametrize("folder", ["missing/log", "read_only"])

@@ -193,7 +193,7 @@ import queue, rclpy
 from pathlib import Path
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
-from ml2_receiver.ros import RosNode
+from ml2_receiver.ros.node import RosNode
 from ml2_receiver.table.stream_table import load_table
 
 class Control:

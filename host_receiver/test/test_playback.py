@@ -285,7 +285,7 @@ def test_one_side_alone_without_tls_is_told_so(
     with receiving(FakeSink()) as server:
         keys = ["--keys", str(tmp_path)]
         assert main(["play", str(bag), "--receiver", server.address, *keys]) == 2
-    assert "if it runs with --insecure, so must this" in capsys.readouterr().err
+    assert "If the receiver runs with --insecure" in capsys.readouterr().err
     with receiving(FakeSink(), access=PairedOnly(tmp_path)) as server:
         assert play(bag, server) == 2
     assert "the receiver refuses: pairing: this port speaks TLS only" in capsys.readouterr().err
@@ -304,7 +304,7 @@ def test_without_a_receiver_it_says_what_to_start(
     assert main(["play", str(bag), "--receiver", f"127.0.0.1:{port}"]) == 2
     said = capsys.readouterr().err
     assert f"no receiver at 127.0.0.1:{port}" in said
-    assert "start `ml2-receiver run`" in said
+    assert "Start `ml2-receiver run`" in said
 
 
 @pytest.mark.parametrize("rate", ["0", "-1", "nan", "inf", "x"])

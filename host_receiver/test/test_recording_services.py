@@ -90,7 +90,7 @@ def test_one_recording_at_a_time_and_none_over_another(
     assert BagReader(folder).types.keys() == {BATTERY, "/magic_leap2/config", "/magic_leap2/log"}
     assert client.ask("trigger", "start_recording") == [
         False,
-        f"{folder} exists: set parameter record.folder to another",
+        f"{folder} exists already. Set the parameter record.folder to another folder.",
     ]
     ((is_done, _),) = client.ask("set", {"record.split_size_mb": -1})
     assert not is_done

@@ -236,7 +236,7 @@ def test_a_topic_with_a_wrong_override_is_not_published_and_the_others_are(confi
     ):
         request = device.configure()
         told = Error.parse(device.wires["control"].expect(Kind.ERROR))
-        assert (told.fatal, told.channel) == (False, device.channels["world_left/image_raw"][0])
+        assert (told.fatal, told.channel) == (False, device.number("world_left/image_raw"))
         device.expect_start(request)
         with Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber:
             device.publish("world_left/image_raw")

@@ -115,7 +115,11 @@ def test_who_listens_sees_no_pixel_row_token_or_topic_name(lab: Lab, is_encrypte
         device.start()
         device.publish(IMAGE, CDR_ENCAPSULATION + b"".join(rows))
         lab.sink.await_payloads(IMAGE, 1)
-        secrets = [device.welcome.session, *device.welcome.tickets.values(), *device.live]
+        secrets = [
+            device.welcome.session,
+            *device.welcome.tickets.values(),
+            *(topic.name for topic in device.device.announced),
+        ]
         words = [*rows, *(it.encode() for it in secrets), b"M2\x01", b"device name"]
     relay.close()
     heard = bytes(relay.heard)

@@ -64,7 +64,7 @@ def test_payloads_of_every_size_arrive_as_they_were_sent(server: Server, sink: F
 def test_lanes_do_not_wait_for_each_other(server: Server, sink: FakeSink) -> None:
     with MockDevice(server.address) as device:
         device.start()
-        image = encode_frame(Kind.DATA, payload(1 << 20), channel=device.channels[IMAGE][0])
+        image = encode_frame(Kind.DATA, payload(1 << 20), channel=device.number(IMAGE))
         device.wires["world_left"].socket.sendall(image[:-1])
         device.publish(INFO)
         sink.await_payloads(INFO, 1)
@@ -123,7 +123,7 @@ def test_a_device_takes_the_place_of_its_own_dead_session(server: Server, sink: 
         assert back.welcome.received[IMAGE] == 1
         for wire in dead.wires.values():
             wire.expect_end()
-        back.channels, back.sequences = dead.channels, dead.sequences
+        back.device = dead.device
         back.publish(IMAGE)
         sink.await_payloads(IMAGE, 2)
 

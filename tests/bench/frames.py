@@ -41,7 +41,7 @@ IMU_PAYLOAD = CDR_ENCAPSULATION + bytes(324)
 
 def sender(device: MockDevice, topic: Topic, payload: bytes) -> Callable[[], None]:
     """Sends the next frame of the topic, the same bytes each time."""
-    channel, _ = device.channels[topic.name]
+    channel = device.number(topic.name)
     frame = bytearray(encode_frame(Kind.DATA, payload, channel=channel))
     numbers = itertools.count()
 

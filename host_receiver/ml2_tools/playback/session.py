@@ -17,26 +17,22 @@ from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,
     Channel,
-    ChannelEnd,
-    ChannelStatus,
     ClockStatus,
     Configure,
-    Configured,
     Error,
     Hello,
-    Join,
     Joined,
     Start,
-    Status,
     Welcome,
 )
 
 from .answers import LEFT_OUT, Repertoire
+from .device import KINDS, Device
 from .lane import Destination, Lane
 
 _STATUS_PERIOD_S = 1.0
 _ROUND_TRIPS = 15  # one per STATUS: those of the last 15 s
-_FAREWELL_S = 1.0
+_CLOSING_S = 1.0
 _TIME = struct.Struct("<q")
 
 
@@ -49,7 +45,7 @@ class Session:
 
     Args:
         name: of the headset that was recorded.
-        say: is told, in a thread of this session, of what is refused and of what is not asked for.
+        log: is called, by a thread of this session, with what is refused or not asked for.
         over: set when the receiver has ended the session; `reason` says why.
 
     Attributes:
@@ -67,7 +63,7 @@ class Session:
         destination: Destination,
         name: str,
         repertoire: Repertoire,
-        say: Callable[[str], None],
+        log: Callable[[str], None],
         over: threading.Event,
     ) -> None:
         self.started = threading.Event()
@@ -75,19 +71,25 @@ class Session:
         self.epoch = 0
         self.reason: str | None = None
         self._destination, self._over = destination, over
-        self._name, self._repertoire, self._say = name, repertoire, say
+        self._repertoire, self._log = repertoire, log
+        self._device = Device(
+            Hello(
+                versions=[PROTOCOL_VERSION],
+                device_id=f"recording of {name}",
+                instance_id=uuid.uuid4().hex,
+                name=name,
+                software=f"ml2-receiver play {VERSION}",
+                capabilities=Capabilities(repertoire.streams),
+                permissions={},
+            )
+        )
         self._began_s = time.monotonic()
         self._finishing = threading.Event()
         self._lanes: dict[str, Lane] = {}
-        self._ids: dict[Topic, int] = {}
-        self._sent: dict[Topic, int] = {}
-        self._announced: frozenset[Topic] = frozenset()
-        self._live: frozenset[Topic] = frozenset()
-        self._request = 0
         self._round_trips_ns: deque[int] = deque(maxlen=_ROUND_TRIPS)
         self._control = self._lanes["control"] = Lane(destination, "control")
         try:
-            self._welcome = self._greet()
+            self._greet()
             for lane in ("time", "sensors"):
                 self._join(lane)
         except BaseException:
@@ -102,23 +104,15 @@ class Session:
 
     def is_wanted(self, topic: Topic) -> bool:
         """Whether the receiver has asked for it and is ready."""
-        return topic in self._live
+        return topic in self._device.live and topic.name not in self.refused
 
     def send(self, topic: Topic, payload: bytes, capture_ns: int) -> None:
         """One message, unchanged; waits for the receiver to take it."""
-        sequence = self._sent.get(topic, 0)
-        self._lanes[topic.lane].send(
-            Kind.DATA,
-            payload,
-            channel=self._ids[topic],
-            sequence=sequence,
-            capture_ns=capture_ns,
-            send_ns=time.time_ns(),
-        )
-        self._sent[topic] = sequence + 1
+        header = self._device.data_header(topic, capture_ns, time.time_ns())
+        self._lanes[topic.lane].send(Kind.DATA, payload, **header)
 
     def finish(self) -> None:
-        """The final STATUS and BYE, if there is still someone to hear them."""
+        """Sends the final STATUS and BYE, if the receiver is still there."""
         self._finishing.set()
         self._threads[1].join()
         with suppress(PlaybackError, OSError):
@@ -126,35 +120,22 @@ class Session:
                 if lane is not self._control:
                     lane.end_output()
             self._status(is_final=True)
-            self._control.set_timeout(_FAREWELL_S)
+            self._control.set_timeout(_CLOSING_S)
             self._control.send(Kind.BYE, Bye("the recording has ended"))
             self._control.end_output()
         self._threads[0].join()
         self._close()
 
-    def _greet(self) -> Welcome:
-        self._control.send(
-            Kind.HELLO,
-            Hello(
-                versions=[PROTOCOL_VERSION],
-                device_id=f"recording of {self._name}",
-                instance_id=uuid.uuid4().hex,
-                name=self._name,
-                software=f"ml2-receiver play {VERSION}",
-                capabilities=Capabilities(self._repertoire.streams),
-                permissions={},
-            ),
-        )
-        welcome = Welcome.parse(self._control.expect(Kind.WELCOME))
-        self._control.set_timeout(welcome.timeouts.dead_s)
-        return welcome
+    def _greet(self) -> None:
+        self._control.send(Kind.HELLO, self._device.hello)
+        self._device.begin(Welcome.parse(self._control.expect(Kind.WELCOME)))
+        self._control.set_timeout(self._device.welcome.timeouts.dead_s)
 
     def _join(self, name: str) -> None:
         lane = self._lanes[name] = Lane(self._destination, name)
-        ticket = self._welcome.tickets.get(name, "")
-        lane.send(Kind.JOIN, Join(self._welcome.session, ticket, name))
+        lane.send(Kind.JOIN, self._device.join(name))
         Joined.parse(lane.expect(Kind.JOINED))
-        lane.set_timeout(self._welcome.timeouts.dead_s)
+        lane.set_timeout(self._device.welcome.timeouts.dead_s)
 
     def _guard(self, work: Callable[[], None]) -> None:
         try:
@@ -174,10 +155,7 @@ class Session:
                 case Kind.CONFIGURE:
                     self._configure(Configure.parse(frame.payload))
                 case Kind.START:
-                    if Start.parse(frame.payload).request == self._request:
-                        self._live = frozenset(
-                            it for it in self._announced if it.name not in self.refused
-                        )
+                    if self._device.start(Start.parse(frame.payload)):
                         self.started.set()
                 case Kind.PING:
                     self._control.send(Kind.PONG)
@@ -188,63 +166,39 @@ class Session:
         self._end("the receiver has ended the session")
 
     def _configure(self, configure: Configure) -> None:
-        wanted = self._repertoire.announced(configure.streams)
-        if not self._request:
-            self._say_what_is_not_asked_for(wanted)
-        self._live &= frozenset(wanted)
-        for topic in self._announced - set(wanted):
-            self._control.send(Kind.CHANNEL_END, ChannelEnd(self._ids[topic]))
-        for topic in wanted:
-            if topic not in self._announced:
-                self._announce(topic)
-        self._announced = frozenset(wanted)
-        self._request = configure.request
+        topics = self._repertoire.announced(configure.streams)
         answers = self._repertoire.answers(configure.streams)
+        if not self._device.is_configured:
+            self._log_what_is_not_requested(topics)
+        for reply in self._device.configure(configure, topics, answers):
+            if isinstance(reply, Channel) and reply.lane not in self._lanes:
+                self._join(reply.lane)
+            self._control.send(KINDS[type(reply)], reply)
         for stream, answer in answers.items():
             if answer.result == "refused" and answer.reason not in (None, LEFT_OUT):
                 self._refuse(stream, str(answer.reason))
-        self._control.send(Kind.CONFIGURED, Configured(configure.request, answers))
 
-    def _say_what_is_not_asked_for(self, wanted: Sequence[Topic]) -> None:
+    def _log_what_is_not_requested(self, topics: Sequence[Topic]) -> None:
         """The first request has all that the receiver's configuration asks for."""
-        rest = [topic.name for topic in self._repertoire.topics if topic not in wanted]
+        rest = [topic.name for topic in self._repertoire.topics if topic not in topics]
         if rest:
-            self._say(f"the receiver's configuration does not ask for {', '.join(rest)}")
+            self._log(f"the receiver's configuration does not ask for {', '.join(rest)}")
 
     def _take_error(self, error: Error) -> None:
         if error.fatal:
             self._end(f"the receiver reports {error.code}: {error.message}")
-        for topic in [topic for topic, id in self._ids.items() if id == error.channel]:
+        for topic in self._device.refuse(error.channel):
             self._refuse(topic.name, error.message)
-            self._live -= {topic}
 
     def _refuse(self, name: str, reason: str) -> None:
         if name not in self.refused:
             self.refused[name] = reason
-            self._say(f"{name} is refused: {reason}")
-
-    def _announce(self, topic: Topic) -> None:
-        if topic.lane not in self._lanes:
-            self._join(topic.lane)
-        id = self._ids.setdefault(topic, len(self._ids) + 1)
-        self._control.send(
-            Kind.CHANNEL,
-            Channel(
-                id,
-                topic.stream,
-                topic.role,
-                topic.name,
-                topic.type,
-                topic.qos,
-                topic.frame,
-                topic.lane,
-            ),
-        )
+            self._log(f"{name} is refused: {reason}")
 
     def _tell(self) -> None:
         """STATUS each second, and PING between, so that no side thinks the other dead."""
         status_s = self._began_s
-        while not self._finishing.wait(self._welcome.timeouts.ping_s):
+        while not self._finishing.wait(self._device.welcome.timeouts.ping_s):
             if time.monotonic() >= status_s:
                 status_s += _STATUS_PERIOD_S
                 self._measure()
@@ -260,12 +214,10 @@ class Session:
         self._round_trips_ns.append(time.time_ns() - sent_ns)
 
     def _status(self, *, is_final: bool) -> None:
-        counts = {topic.name: self._sent.get(topic, 0) for topic in self._ids.copy()}
-        channels = {name: ChannelStatus(count, count, {}) for name, count in counts.items()}
         round_trip_ns = min(self._round_trips_ns, default=0)
         clock = ClockStatus("frozen", 0, round_trip_ns // 2, round_trip_ns, epoch=self.epoch)
         uptime_s = time.monotonic() - self._began_s
-        self._control.send(Kind.STATUS, Status(is_final, uptime_s, channels, clock))
+        self._control.send(Kind.STATUS, self._device.status(uptime_s, clock, is_final=is_final))
 
     def _close(self) -> None:
         for lane in self._lanes.values():
