@@ -194,7 +194,7 @@ from pathlib import Path
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.ros.node import RosNode
-from ml2_receiver.table.stream_table import load_table
+from ml2_receiver.table.reader import load_table
 
 class Control:
     def __init__(self): self.updates = queue.Queue()
