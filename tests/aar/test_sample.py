@@ -67,6 +67,6 @@ def test_the_unity_package_works_with_nothing_beside_it(unity: Package) -> None:
     program = Path(__file__).parent / "UnityApp.java"
     now, header = java([unity.classes], program, device_library(unity)).splitlines()
     assert 0 < int(now) <= time.clock_gettime_ns(time.CLOCK_BOOTTIME)
-    vectors = ROOT / "tests" / "conformance" / "vectors" / "cdr" / "std_msgs.json"
+    vectors = ROOT / "tests" / "conformance" / "vectors" / "cdr" / "messages.json"
     (piece,) = json.loads(vectors.read_text())["Header"]["bytes"]
     assert header == piece["hex"].replace(" ", "")

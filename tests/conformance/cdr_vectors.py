@@ -1,6 +1,6 @@
 """The cases of vectors/cdr: every message type of the product, and the corners of CDR.
 
-There is a file for each package. A case is {"type", "message", "size", "bytes"} with the fields of
+A case is {"type", "message", "size", "bytes"} with the fields of
 the message under their ROS names. An array of bytes is {"pattern": "index mod 251", "length": N}.
 What is no JSON number is "NaN", "Infinity" or "-Infinity". A message with pixels also has
 "prefix_size", which says where these begin.
@@ -101,12 +101,9 @@ CASES: dict[str, tuple[str, Callable[[Message], None]]] = {
 
 
 def files() -> dict[str, bytes]:
-    packages: dict[str, dict[str, Any]] = {}
+    cases: dict[str, Any] = {}
     for case, (ros_type, write) in CASES.items():
         message = Message(ros_type)
         write(message)
-        packages.setdefault(ros_type.split("/")[0], {})[case] = message.vector()
-    return {
-        f"{package}.json": text(cases, "type size prefix_size")
-        for package, cases in packages.items()
-    }
+        cases[case] = message.vector()
+    return {"messages.json": text(cases, "type size prefix_size")}

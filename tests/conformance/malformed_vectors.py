@@ -26,8 +26,21 @@ SIDES = {
 }
 
 
+# Kinds that share a file with the kind that they answer or belong to.
+FILE_OF = {
+    "JOINED": "JOIN",
+    "CONFIGURED": "CONFIGURE",
+    "CHANNEL_END": "CHANNEL",
+    "TIME_REQUEST": "TIME",
+    "TIME_REPLY": "TIME",
+    "FILLER": "LINK_TEST",
+    "PONG": "PING",
+    "PAIRED": "PAIR",
+}
+
+
 def files() -> dict[str, bytes]:
-    """One file for each kind of frame, by the first frame that a case sends."""
+    """One file for each kind of frame and its answer, by the first frame that a case sends."""
     by_kind: dict[str, dict[str, Any]] = {}
     for side, modules in SIDES.items():
         for module in modules:
@@ -43,7 +56,5 @@ def files() -> dict[str, bytes]:
 def _kind(sent: list[Part]) -> str:
     match sent:
         case [{"frame": str(name)}, *_]:
-            return pascal(name)
-        case [{"frame": _}, *_]:
-            return "UnknownKind"
-    return "NoFrame"
+            return pascal(FILE_OF.get(name, name))
+    return "Unknown"

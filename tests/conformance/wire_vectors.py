@@ -310,12 +310,8 @@ def frame_parts(part: Frame) -> tuple[Frame, bytes, bytes]:
 
 
 def files() -> dict[str, bytes]:
-    return {
-        f"{group}.json": text(
-            {name: vector(*case) for name, case in cases.items()}, "sender lane", "why"
-        )
-        for group, cases in (("kinds", kinds()), ("edges", edges()))
-    }
+    cases = {name: vector(*case) for name, case in (kinds() | edges()).items()}
+    return {"frames.json": text(cases, "sender lane", "why")}
 
 
 def vector(sender: str, lane: str, why: str, frames: list[Frame]) -> dict[str, Any]:
