@@ -92,4 +92,13 @@ class CameraCall {
 MLResult refuseArgument(const char *function, const char *what);
 MLResult refuseVersion(const char *function, uint32_t expected, uint32_t found);
 
+bool isDepthCameraOpen();
+bool isWorldCameraOpen();
+bool isEyeCameraOpen();
+
+/** Remove the client of a camera, for ml2sim_reset. */
+void resetDepthCamera();
+void resetWorldCamera();
+void resetEyeCamera();
+
 } // namespace ml2sim

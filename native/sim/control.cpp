@@ -3,12 +3,13 @@
 #include <cstdlib>
 #include <string>
 
+#include "camera_connection.h"
 #include "clock.h"
 #include "counters.h"
 #include "frame_cache.h"
 #include "head_path.h"
 #include "ml2sim.h"
-#include "sensors.h"
+#include "perception.h"
 #include "settings.h"
 #include "tracking.h"
 

@@ -11,7 +11,6 @@
 #include "lazy.h"
 #include "ml_unused.h"
 #include "render_plans.h"
-#include "sensors.h"
 #include "tracking.h"
 
 namespace ml2sim {

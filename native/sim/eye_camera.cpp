@@ -11,7 +11,6 @@
 #include "head_path.h"
 #include "render_plans.h"
 #include "scene/render.h"
-#include "sensors.h"
 
 namespace ml2sim {
 namespace {

@@ -2,13 +2,22 @@
 #include <cmath>
 
 #include "clock.h"
-#include "gaussian.h"
 #include "head_path.h"
 #include "ml2sim.h"
+#include "scene/hash.h"
 #include "settings.h"
 
 namespace ml2sim {
 namespace {
+
+/** Returns a uniform number in (0, 1), equal for equal keys. */
+double uniform(uint64_t key) { return (static_cast<double>(mix(key) >> 11) + 0.5) * 0x1p-53; }
+
+/** Returns a normal number with mean 0 and standard deviation 1, equal for equal keys. */
+double gaussian(uint64_t key) {
+    constexpr double kTau = 6.283185307179586;
+    return std::sqrt(-2 * std::log(uniform(key))) * std::cos(kTau * uniform(mix(key) ^ 0x5bd1e995));
+}
 
 /** Standard gravity (CGPM 1901). */
 constexpr Vec3 kGravity = {0, -9.80665, 0};
@@ -48,9 +57,9 @@ void write(Vec3 value, const Quality &quality, uint32_t unit, int64_t nanos, flo
     const double exact[] = {value.x, value.y, value.z};
     for (uint64_t axis = 0; axis < 3; axis++) {
         const uint64_t source =
-            scramble(static_cast<uint64_t>(number(Key::Seed))) + (quality.number * ML2SIM_UNIT_COUNT + unit) * 3 + axis;
+            mix(static_cast<uint64_t>(number(Key::Seed))) + (quality.number * ML2SIM_UNIT_COUNT + unit) * 3 + axis;
         const double lasting = bias * (2 * uniform(source) - 1);
-        const double passing = noise * gaussian(scramble(source) + static_cast<uint64_t>(nanos));
+        const double passing = noise * gaussian(mix(source) + static_cast<uint64_t>(nanos));
         out[axis] = static_cast<float>(exact[axis] + lasting + passing);
     }
 }

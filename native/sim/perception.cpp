@@ -6,7 +6,6 @@
 #include "camera_connection.h"
 #include "clock.h"
 #include "counters.h"
-#include "sensors.h"
 
 namespace ml2sim {
 namespace {

@@ -36,6 +36,8 @@ bool anyEyeTracker();
 bool anyHandTracker();
 uint32_t openSnapshots();
 
+/** Stops the perception system and removes all trackers and snapshots, for ml2sim_reset. */
+void resetPerception();
 void resetHeadTracking();
 void resetColorTracking();
 void resetEyeTracking();

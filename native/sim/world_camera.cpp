@@ -12,7 +12,6 @@
 #include "lazy.h"
 #include "render_plans.h"
 #include "scene/render.h"
-#include "sensors.h"
 #include "tracking.h"
 
 namespace ml2sim {

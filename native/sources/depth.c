@@ -3,7 +3,6 @@
 #include "../sdk/perception.h"
 #include "conversions.h"
 #include "depth_image.h"
-#include "depth_rates.h"
 #include "source.h"
 
 static MLHandle camera = ML_INVALID_HANDLE;
@@ -14,6 +13,19 @@ static MLDepthCameraFrameType type_of(const ml2s_settings *settings) {
 }
 
 static bool is_infra(const ml2s_settings *settings) { return settings->streams == ML2S_STREAM_BIT(ML2S_STREAM_INFRA); }
+
+/** Rates in Hz, indexed by MLDepthCameraFrameRate. */
+static const uint32_t rates[] = {1, 5, 25, 30, 50, 60};
+enum { RATES = sizeof rates / sizeof *rates };
+
+static ml2s_result rate_of(uint32_t rate_hz, MLDepthCameraFrameRate *vendor, ml2s_error *error) {
+    for (*vendor = 0; *vendor < RATES; (*vendor)++) {
+        if (rates[*vendor] == rate_hz) {
+            return ML2S_OK;
+        }
+    }
+    return error_set(error, ML2S_INVALID_ARGUMENT, 0, "depth: %u Hz, expected 1, 5, 25, 30, 50 or 60", rate_hz);
+}
 
 static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSettings *vendor, ml2s_error *error) {
     if (settings->streams & (settings->streams - 1)) {
@@ -29,7 +41,7 @@ static ml2s_result translate(const ml2s_settings *settings, MLDepthCameraSetting
         config->flags = MLDepthCameraFlags_DepthImage | MLDepthCameraFlags_DepthFlags;
         config->flags |= settings->wants & ML2S_WANT_CONFIDENCE ? MLDepthCameraFlags_Confidence : 0;
     }
-    return depth_rate_of(settings->rate_hz, &config->frame_rate, error);
+    return rate_of(settings->rate_hz, &config->frame_rate, error);
 }
 
 static ml2s_result require(ml2s_error *error) {
@@ -61,7 +73,26 @@ static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
 
 static ml2s_result list_rates(const ml2s_settings *settings, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
                               ml2s_error *error) {
-    return depth_rates(camera, type_of(settings), rates_hz, capacity, count, error);
+    MLDepthCameraCapabilityFilter filter;
+    MLDepthCameraCapabilityFilterInit(&filter);
+    filter.streams = 1u << type_of(settings);
+    MLDepthCameraCapabilityList list = {0};
+    ml2s_result result;
+    if ((result = sdk_require(1u << SDK_DEPTH_CAPABILITIES, error)) ||
+        (result = SDK_CALL(error, depth_capabilities, MLDepthCameraGetCapabilities, camera, &filter, &list))) {
+        return result;
+    }
+    for (uint32_t i = 0; list.capabilities && i < list.size; i++) {
+        const MLDepthCameraCapability *mode = &list.capabilities[i];
+        // Modes with two streams are for both ranges at once, which the interface does not deliver.
+        bool is_of_range = mode->size == 1 && mode->stream_capabilities &&
+                           mode->stream_capabilities->stream == filter.streams &&
+                           mode->stream_capabilities->frame_rate < RATES;
+        if (is_of_range && *count < capacity) {
+            rates_hz[(*count)++] = rates[mode->stream_capabilities->frame_rate];
+        }
+    }
+    return SDK_CALL(error, depth_capabilities, MLDepthCameraReleaseCapabilities, camera, &list);
 }
 
 /** Checks a buffer of frame. Its size must be that of the intrinsics. */

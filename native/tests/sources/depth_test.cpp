@@ -296,45 +296,14 @@ TEST_F(Depth, ACameraThatCannotBeConnectedLeavesNothingOpen) {
     EXPECT_EQ(again.result, ML2S_OK);
 }
 
-TEST_F(Depth, HostileFramesAreRefusedTypedAndReleased) {
-    script.frameCount = 200;
-    expectOddOf("200 frames at once");
-}
-
-TEST_F(Depth, FramesWithoutMemoryAreRefused) {
-    script.depthFrames.clear();
-    script.frameCount = 1;
-    expectOddOf("1 frames, but the pointer to them is null");
-}
-
-TEST_F(Depth, AnUnknownFrameTypeIsRefused) {
-    script.depthFrames[0].frame_type = 2;
-    expectOddOf("unexpected frame of type 2");
-}
-
 TEST_F(Depth, MissingBuffersAreRefused) {
     script.depthFrames[0].confidence = nullptr;
     expectOddOf("depth confidence: empty picture of 0x0");
 }
 
-TEST_F(Depth, NullDataIsRefused) {
-    distances.buffer.data = nullptr;
-    expectOddOf("depth: empty picture of 8x6");
-}
-
 TEST_F(Depth, ABufferSmallerThanItsRowsIsRefused) {
     flags.buffer.size = kStride * (kHeight - 1) + kWidth * 4 - 1;
     expectOddOf("depth flags: 8x6 pixels with stride 44 do not fit 251 bytes");
-}
-
-TEST_F(Depth, AStrideSmallerThanARowIsRefused) {
-    distances.buffer.stride = kWidth * 4 - 4;
-    expectOddOf("stride 28");
-}
-
-TEST_F(Depth, PixelsOfAnotherSizeAreRefused) {
-    distances.buffer.bytes_per_unit = 2;
-    expectOddOf("2 bytes per pixel, expected 4");
 }
 
 TEST_F(Depth, AlignmentOfPixelsIsChecked) {

@@ -81,8 +81,3 @@ TEST_F(Eye, MoreFramesThanCamerasAreOdd) {
     script.frameCount = 5;
     expectOddOf(ML2S_STREAM_EYE_NASAL_LEFT, "eye camera: 5 frames at once, expected at most 4");
 }
-
-TEST_F(Eye, APictureBeyondItsMemoryIsOdd) {
-    script.eyeFrames[0].frame_buffer.size = 18;
-    expectOddOf(ML2S_STREAM_EYE_TEMPLE_LEFT, "eye camera: 4x4 pixels with stride 5 do not fit 18 bytes");
-}

@@ -211,7 +211,7 @@ TEST_P(SimulatedCamera, AFailureOfARunningCameraIsTold) {
     release(frames);
 }
 
-TEST_P(SimulatedCamera, EveryLieOfTheVendorIsSkippedAndARunOfThemIsTold) {
+TEST_P(SimulatedCamera, EveryMalformedStructureIsSkippedAndARunOfThemFailsThePoll) {
     struct {
         const char *fault;
         const char *value;
