@@ -41,6 +41,12 @@ private class Shift(val theta: Double, val outXPx: Double, val outYPx: Double, v
     /** Returns the outward change of a pixel at this angle, in focal lengths, per unit of k1 to k4. */
     fun basis(index: Int): Double = theta.pow(2 * index + 3)
 
+    /** Returns the coefficient of k1 to k4 in this pixel's equation, or its right-hand side as the last [column]. */
+    fun equation(column: Int): Double {
+        val outPx = hypot(outXPx, outYPx)
+        return if (column < COEFFICIENTS) outPx * basis(column) else (xPx * outXPx + yPx * outYPx) / outPx
+    }
+
     fun distancePx(change: DoubleArray): Double {
         val further = change.indices.sumOf { change[it] * basis(it) }
         return hypot(xPx - further * outXPx, yPx - further * outYPx)
@@ -89,33 +95,28 @@ private fun Distortion.FisheyeTangential.theta(radius: Double): Double {
     return theta
 }
 
-/** The changes of k1 to k4 that follow [shifts] best: the normal equations of linear least squares. */
+/**
+ * Returns the changes of k1 to k4 that fit [shifts] best: linear least squares by QR (modified Gram-Schmidt), since the
+ * powers of theta are nearly dependent and normal equations would square their condition number.
+ */
 private fun radialFit(shifts: List<Shift>): DoubleArray {
-    val system = Array(COEFFICIENTS) { DoubleArray(COEFFICIENTS + 1) }
-    for (shift in shifts) {
-        val outPx2 = shift.outXPx * shift.outXPx + shift.outYPx * shift.outYPx
-        val alongPx2 = shift.xPx * shift.outXPx + shift.yPx * shift.outYPx
-        for (row in 0 until COEFFICIENTS) {
-            for (column in 0 until COEFFICIENTS) {
-                system[row][column] += outPx2 * shift.basis(row) * shift.basis(column)
-            }
-            system[row][COEFFICIENTS] += alongPx2 * shift.basis(row)
+    val columns = List(COEFFICIENTS + 1) { column -> DoubleArray(shifts.size) { shifts[it].equation(column) } }
+    val factors = List(COEFFICIENTS) { DoubleArray(COEFFICIENTS + 1) }
+    for (pivot in 0 until COEFFICIENTS) {
+        val direction = columns[pivot]
+        for (column in pivot + 1..COEFFICIENTS) {
+            factors[pivot][column] = direction.dot(columns[column]) / direction.dot(direction)
+            for (row in shifts.indices) columns[column][row] -= factors[pivot][column] * direction[row]
         }
     }
-    return solve(system)
+    val change = DoubleArray(COEFFICIENTS)
+    for (row in COEFFICIENTS - 1 downTo 0) {
+        change[row] = factors[row][COEFFICIENTS] - (row + 1 until COEFFICIENTS).sumOf { factors[row][it] * change[it] }
+    }
+    return change
 }
 
-/** Gauss-Jordan elimination of a positive definite system, whose right-hand side is the last column. */
-private fun solve(system: Array<DoubleArray>): DoubleArray {
-    for (pivot in system.indices) {
-        for (row in system.indices) {
-            if (row == pivot) continue
-            val factor = system[row][pivot] / system[pivot][pivot]
-            for (column in system[row].indices) system[row][column] -= factor * system[pivot][column]
-        }
-    }
-    return DoubleArray(system.size) { system[it].last() / system[it][it] }
-}
+private fun DoubleArray.dot(other: DoubleArray): Double = indices.sumOf { this[it] * other[it] }
 
 private const val COEFFICIENTS = 4
 private const val GRID_CELLS = 64
