@@ -59,7 +59,9 @@ public object Ml2Sensors {
      * then [connect] finds the receiver.
      *
      * @throws IllegalArgumentException if [uri] is not a pairing URI; surrounding spaces are ignored.
-     * @throws java.io.IOException as [DeviceKeys.pair] does.
+     * @throws dev.ml2sensors.pairing.PairingException when the receiver refuses or does not answer.
+     * @throws dev.ml2sensors.transport.TransportException when another machine answers, or without TLS 1.3.
+     * @throws java.io.IOException when Android's Keystore fails, or the receiver cannot be stored.
      */
     public suspend fun pair(context: Context, uri: String): PairedReceiver {
         val app = context.applicationContext

@@ -13,7 +13,10 @@ import kotlinx.coroutines.flow.catch
 import kotlinx.coroutines.flow.onStart
 
 /** The user has not granted, or has revoked, [permission]. */
-public class PermissionDeniedException internal constructor(override val permission: String, cause: Throwable? = null) :
+internal class PermissionDeniedException internal constructor(
+    override val permission: String,
+    cause: Throwable? = null,
+) :
     SourceException(denial(permission), cause)
 
 /** Returns the Android permissions that [stream] needs and this app lacks. */

@@ -7,7 +7,7 @@ import dev.ml2sensors.source.ColorPoses
  * Tracks the colour camera with the vendor's SDK. [open] fails with [CaptureException], and returns null on a device
  * without the SDK.
  */
-public object NativeColorPoses : ColorPoses {
+internal object NativeColorPoses : ColorPoses {
     override fun open(): ColorPoses.Tracker? =
         try {
             NativeColorTracker()

@@ -3,6 +3,6 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.source.DeviceClock
 
 /** CLOCK_BOOTTIME, read by the library that stamps frames. Thread-safe. */
-public object NativeHeadsetClock : DeviceClock {
+internal object NativeHeadsetClock : DeviceClock {
     override fun nowNanos(): Long = Native.now()
 }

@@ -1,5 +1,7 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.SensorHeadset
 import java.nio.file.Path
 import kotlin.io.path.absolutePathString
 
@@ -33,4 +35,16 @@ public object NativeLibrary {
      * @param context on Android the application's android.content.Context, which the loader needs; else null.
      */
     public fun useOpenXr(library: String, context: Any?): Unit = Native.useOpenXr(library, context)
+
+    /**
+     * Opens the depth, world and eye cameras and the head tracker of the vendor's SDK, for a program without Android's
+     * other sensors. Call [load] first. Close the result when it is no longer needed.
+     */
+    public fun openHeadset(identity: Headset.Identity): Headset {
+        check(isLoaded) { "libml2sensors.so is not loaded; call NativeLibrary.load first" }
+        val cameras = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
+        val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) }
+        val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
+        return SensorHeadset(identity, NativeHeadsetClock, sources + head)
+    }
 }

@@ -11,7 +11,7 @@ import dev.ml2sensors.table.StreamSpec
  * [LostSamples] if a collector was too slow (`SOURCE_LATE`) or held all memory (`NO_BUFFER`). Streams that exclude each
  * other, such as depth and infra, cannot be collected at the same time.
  */
-public class NativePixelSource(private val sensor: PixelSensor, private val sensorBackend: NativeBackend) :
+internal class NativePixelSource(private val sensor: PixelSensor, private val sensorBackend: NativeBackend) :
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_FRAMES) {
     init {
         require(sensor != PixelSensor.COLOR || sensorBackend == NativeBackend.OPENXR) {

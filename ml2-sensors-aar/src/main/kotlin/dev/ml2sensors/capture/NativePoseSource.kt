@@ -15,7 +15,7 @@ import dev.ml2sensors.table.StreamTable
  * A pose is null while it is not tracked. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order;
  * joints that are not tracked are NaN.
  */
-public class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
+internal class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
     NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
     /** Never conflicts: no value of a stream changes the tracker, which `tf` and `head_pose` share. */
     override fun conflict(subscription: Subscription, other: Subscription): String? = null

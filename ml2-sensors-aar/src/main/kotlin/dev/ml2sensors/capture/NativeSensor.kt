@@ -4,7 +4,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
 /** The backends of the native library: ml2s_backend. [id] is the name in the stream table. */
-public enum class NativeBackend(public val id: String, internal val code: Int) {
+internal enum class NativeBackend(val id: String, internal val code: Int) {
     /** The vendor's C SDK. */
     SDK("sdk", 0),
 
@@ -17,7 +17,7 @@ public enum class NativeBackend(public val id: String, internal val code: Int) {
  *
  * @property hasOneStream true if only one of its streams can run at a time.
  */
-public enum class PixelSensor(
+internal enum class PixelSensor(
     internal val code: Int,
     internal val streams: Set<StreamSpec>,
     internal val hasOneStream: Boolean,
@@ -45,7 +45,7 @@ public enum class PixelSensor(
 }
 
 /** The tracked objects: ml2s_sensor. */
-public enum class PoseSensor(internal val code: Int, internal val streams: Set<StreamSpec>) {
+internal enum class PoseSensor(internal val code: Int, internal val streams: Set<StreamSpec>) {
     /** The headset in the world. */
     HEAD(4, setOf(StreamTable.headPose)),
 

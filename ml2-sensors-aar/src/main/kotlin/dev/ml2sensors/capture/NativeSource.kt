@@ -19,7 +19,7 @@ import kotlinx.coroutines.withContext
  *
  * Create only one source for each sensor and backend in a process. Thread-safe.
  */
-public sealed class NativeSource(
+internal sealed class NativeSource(
     private val sensorCode: Int,
     private val sensorBackend: NativeBackend,
     override val streams: Set<StreamSpec>,
@@ -61,10 +61,10 @@ public sealed class NativeSource(
         }
 
     /** Releases the sensor at once, while the app is in the background. Flows continue and deliver nothing. */
-    public fun pause(): Unit = thread.pause(true)
+    fun pause(): Unit = thread.pause(true)
 
     /** Opens the sensor again; if that fails, the flows fail. */
-    public fun resume(): Unit = thread.pause(false)
+    fun resume(): Unit = thread.pause(false)
 
     override fun close(): Unit = thread.close()
 

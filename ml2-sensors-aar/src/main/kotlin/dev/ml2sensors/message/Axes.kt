@@ -33,4 +33,4 @@ internal data class MlPose(val position: Vector3, val rotation: Quaternion) {
 }
 
 /** The pose of an optical frame (RDF) in the body frame (FLU) of the same camera. Source: REP-103, suffix frames. */
-public val OPTICAL_IN_BODY: Transform = Transform(Vector3.ZERO, Quaternion(-0.5, 0.5, -0.5, 0.5))
+internal val OPTICAL_IN_BODY: Transform = Transform(Vector3.ZERO, Quaternion(-0.5, 0.5, -0.5, 0.5))

@@ -39,11 +39,11 @@ public class Image(
  */
 @Serializable
 @SerialName("sensor_msgs/msg/CompressedImage")
-public class CompressedImage(
-    public val header: Header,
-    public val format: String,
+internal class CompressedImage(
+    val header: Header,
+    val format: String,
     @Serializable(ByteSequenceSerializer::class)
-    public val data: ByteBuffer,
+    val data: ByteBuffer,
 )
 
 /**
@@ -63,18 +63,18 @@ public class CompressedImage(
  */
 @Serializable
 @SerialName("sensor_msgs/msg/CameraInfo")
-public class CameraInfo(
-    public val header: Header,
-    public val height: UInt,
-    public val width: UInt,
-    public val distortionModel: String,
-    public val d: DoubleArray,
-    @FixedLength(9) public val k: DoubleArray,
-    @FixedLength(9) public val r: DoubleArray,
-    @FixedLength(12) public val p: DoubleArray,
-    public val binningX: UInt,
-    public val binningY: UInt,
-    public val roi: RegionOfInterest,
+internal class CameraInfo(
+    val header: Header,
+    val height: UInt,
+    val width: UInt,
+    val distortionModel: String,
+    val d: DoubleArray,
+    @FixedLength(9) val k: DoubleArray,
+    @FixedLength(9) val r: DoubleArray,
+    @FixedLength(12) val p: DoubleArray,
+    val binningX: UInt,
+    val binningY: UInt,
+    val roi: RegionOfInterest,
 )
 
 /**
@@ -88,7 +88,7 @@ public class CameraInfo(
  */
 @Serializable
 @SerialName("sensor_msgs/msg/RegionOfInterest")
-public data class RegionOfInterest(
+internal data class RegionOfInterest(
     val xOffset: UInt,
     val yOffset: UInt,
     val height: UInt,

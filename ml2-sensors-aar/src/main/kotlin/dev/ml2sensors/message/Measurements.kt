@@ -37,10 +37,10 @@ public class Imu(
  */
 @Serializable
 @SerialName("sensor_msgs/msg/MagneticField")
-public class MagneticField(
-    public val header: Header,
-    public val magneticField: Vector3,
-    @FixedLength(9) public val magneticFieldCovariance: DoubleArray,
+internal class MagneticField(
+    val header: Header,
+    val magneticField: Vector3,
+    @FixedLength(9) val magneticFieldCovariance: DoubleArray,
 )
 
 /**

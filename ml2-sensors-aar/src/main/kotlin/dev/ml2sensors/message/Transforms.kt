@@ -8,7 +8,7 @@ import kotlin.math.sin
 import kotlin.math.sqrt
 
 /** Returns the rotation by [other] first, then by this. Both and the result are unit quaternions. */
-public operator fun Quaternion.times(other: Quaternion): Quaternion = Quaternion(
+internal operator fun Quaternion.times(other: Quaternion): Quaternion = Quaternion(
     w * other.x + x * other.w + y * other.z - z * other.y,
     w * other.y - x * other.z + y * other.w + z * other.x,
     w * other.z + x * other.y - y * other.x + z * other.w,
@@ -16,14 +16,14 @@ public operator fun Quaternion.times(other: Quaternion): Quaternion = Quaternion
 ).normalized()
 
 /** Returns the opposite rotation. */
-public fun Quaternion.inverse(): Quaternion = Quaternion(-x, -y, -z, w)
+internal fun Quaternion.inverse(): Quaternion = Quaternion(-x, -y, -z, w)
 
 /**
  * Returns the unit quaternion of the same rotation.
  *
  * @throws IllegalArgumentException if the norm is zero or not finite.
  */
-public fun Quaternion.normalized(): Quaternion {
+internal fun Quaternion.normalized(): Quaternion {
     val norm = sqrt(x * x + y * y + z * z + w * w)
     require(norm > 0 && norm.isFinite()) { "Expected a rotation, but found $this" }
     return Quaternion(x / norm, y / norm, z / norm, w / norm)
@@ -36,7 +36,7 @@ internal fun Quaternion.angleTo(other: Quaternion): Double {
 }
 
 /** Returns [vector] rotated by this unit quaternion. */
-public fun Quaternion.rotate(vector: Vector3): Vector3 {
+internal fun Quaternion.rotate(vector: Vector3): Vector3 {
     // v + w t + u x t, with u = (x, y, z) and t = 2 u x v
     val tx = 2 * (y * vector.z - z * vector.y)
     val ty = 2 * (z * vector.x - x * vector.z)
@@ -65,11 +65,11 @@ internal fun Quaternion.slerp(other: Quaternion, fraction: Double): Quaternion {
 }
 
 /** Returns the pose in the grandparent frame, for a [child] pose in the frame that has this pose. */
-public operator fun Transform.times(child: Transform): Transform =
+internal operator fun Transform.times(child: Transform): Transform =
     Transform(map(child.translation), rotation * child.rotation)
 
 /** Returns the pose of the parent in the child. */
-public fun Transform.inverse(): Transform {
+internal fun Transform.inverse(): Transform {
     val back = rotation.inverse()
     val (x, y, z) = back.rotate(translation)
     return Transform(Vector3(-x, -y, -z), back)
@@ -82,7 +82,7 @@ internal fun Transform.distanceTo(other: Transform): Double {
 }
 
 /** Converts [point] from the child to the parent, metres. */
-public fun Transform.map(point: Vector3): Vector3 {
+internal fun Transform.map(point: Vector3): Vector3 {
     val (x, y, z) = rotation.rotate(point)
     return Vector3(x + translation.x, y + translation.y, z + translation.z)
 }
@@ -90,7 +90,7 @@ public fun Transform.map(point: Vector3): Vector3 {
 /**
  * Returns the pose [fraction] of the way from this to [other], on a straight line and rotating evenly the shorter way.
  */
-public fun Transform.interpolate(other: Transform, fraction: Double): Transform {
+internal fun Transform.interpolate(other: Transform, fraction: Double): Transform {
     require(fraction in 0.0..1.0) { "Expected a fraction of 0 to 1, but found $fraction" }
     val translation =
         Vector3(

@@ -19,8 +19,8 @@ import java.io.IOException
  *
  * @param receiversFile stores the receivers and nothing secret; need not exist yet.
  */
-public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, receiversFile: File) {
-    public constructor(identity: DeviceIdentity, receiversFile: File) : this(lazyOf(identity), receiversFile)
+internal class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, receiversFile: File) {
+    constructor(identity: DeviceIdentity, receiversFile: File) : this(lazyOf(identity), receiversFile)
 
     private val store = ReceiverStore(receiversFile)
 
@@ -29,24 +29,24 @@ public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, rec
      *
      * @throws IOException when the platform's key store fails.
      */
-    public val identity: DeviceIdentity by identity
+    val identity: DeviceIdentity by identity
 
     /**
      * The receivers that this device is paired with, the latest one last.
      *
      * @throws IOException when the file cannot be read or is damaged.
      */
-    public val receivers: List<PairedReceiver> get() = store.load()
+    val receivers: List<PairedReceiver> get() = store.load()
 
     /** Returns TLS with the [receivers] that are known when the first connection is made. */
-    public fun security(): TransportSecurity.Paired =
+    fun security(): TransportSecurity.Paired =
         TransportSecurity.Paired { TlsClient(identity, receivers.map { it.fingerprint }.toSet()) }
 
     /**
      * Returns a receiver that resolves, for each connection, to a paired one that announces itself, or else to the last
      * known address of the latest one. While the device is not paired, resolving fails.
      */
-    public fun receiver(browser: ReceiverBrowser): Receiver = PairedReceiverLocator(store::load, browser)
+    fun receiver(browser: ReceiverBrowser): Receiver = PairedReceiverLocator(store::load, browser)
 
     /**
      * Pairs with the receiver that showed [uri], and stores it. Does not block the caller's thread.
@@ -56,7 +56,7 @@ public class DeviceKeys internal constructor(identity: Lazy<DeviceIdentity>, rec
      * @throws TransportException when another machine answers, or without TLS 1.3.
      * @throws IOException when the key store fails, or the receiver cannot be stored.
      */
-    public suspend fun pair(uri: PairingUri, device: Headset.Identity): PairedReceiver {
+    suspend fun pair(uri: PairingUri, device: Headset.Identity): PairedReceiver {
         val identity = withContext(Dispatchers.IO) { identity }
         val paired = PairingExchange(identity, device).run(uri)
         // The receiver knows this device from here on

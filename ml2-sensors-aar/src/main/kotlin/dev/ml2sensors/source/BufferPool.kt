@@ -12,7 +12,7 @@ import java.util.concurrent.atomic.AtomicInteger
  *
  * Thread-safe. The memory lives as long as the pool is reachable, so no reader loses it.
  */
-public class BufferPool(public val bufferBytes: Int, public val count: Int) {
+internal class BufferPool(val bufferBytes: Int, val count: Int) {
     private val free = ArrayBlockingQueue<ByteBuffer>(count)
     private val allocated = AtomicInteger()
     private val inUse: MutableSet<ByteBuffer> = Collections.synchronizedSet(
@@ -26,13 +26,13 @@ public class BufferPool(public val bufferBytes: Int, public val count: Int) {
      * Returns a cleared buffer, or null if all are in use. The caller then delivers [LostSamples] with
      * [DropReason.NO_BUFFER].
      */
-    public fun acquire(): ByteBuffer? = (free.poll() ?: allocate())?.clear()?.also(inUse::add)
+    fun acquire(): ByteBuffer? = (free.poll() ?: allocate())?.clear()?.also(inUse::add)
 
     /** Returns a cleared buffer, and blocks while all are in use; for sources that can wait. */
-    public fun acquireBlocking(): ByteBuffer = acquire() ?: free.take().clear().also(inUse::add)
+    fun acquireBlocking(): ByteBuffer = acquire() ?: free.take().clear().also(inUse::add)
 
     /** Returns a buffer to the pool; the caller must not use it any more. */
-    public fun release(buffer: ByteBuffer) {
+    fun release(buffer: ByteBuffer) {
         check(inUse.remove(buffer)) { "the buffer is not in use, or belongs to another pool" }
         free.add(buffer)
     }

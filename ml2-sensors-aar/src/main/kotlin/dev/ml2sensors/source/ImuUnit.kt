@@ -10,10 +10,10 @@ import dev.ml2sensors.table.StreamTable
  * @property gyroscope the stream of the gyroscope alone.
  * @property combined the stream with both in one message.
  */
-public enum class ImuUnit(
-    public val accelerometer: StreamSpec,
-    public val gyroscope: StreamSpec,
-    public val combined: StreamSpec,
+internal enum class ImuUnit(
+    val accelerometer: StreamSpec,
+    val gyroscope: StreamSpec,
+    val combined: StreamSpec,
 ) {
     /** The unit in the left half of the headset. */
     LEFT(StreamTable.accelLeft, StreamTable.gyroLeft, StreamTable.imuLeft),

@@ -27,13 +27,13 @@ public sealed class Distortion(public val name: String) {
     public abstract val coefficients: List<Double>
 
     /** Brown-Conrady: radial [k1], [k2], [k3], tangential [p1], [p2] (sensor_msgs/distortion_models). */
-    public data class PlumbBob(val k1: Double, val k2: Double, val p1: Double, val p2: Double, val k3: Double) :
+    internal data class PlumbBob(val k1: Double, val k2: Double, val p1: Double, val p2: Double, val k3: Double) :
         Distortion("plumb_bob") {
         override val coefficients: List<Double> get() = listOf(k1, k2, p1, p2, k3)
     }
 
     /** theta_d = theta (1 + [k1] theta^2 + [k2] theta^4 + [k3] theta^6 + [k4] theta^8) (Kannala-Brandt). */
-    public data class Equidistant(val k1: Double, val k2: Double, val k3: Double, val k4: Double) :
+    internal data class Equidistant(val k1: Double, val k2: Double, val k3: Double, val k4: Double) :
         Distortion("equidistant") {
         override val coefficients: List<Double> get() = listOf(k1, k2, k3, k4)
     }
@@ -43,7 +43,7 @@ public sealed class Distortion(public val name: String) {
      * (x, y) that it gives is moved by (2 [p1] x y + [p2] (r^2 + 2 x^2), [p1] (r^2 + 2 y^2) + 2 [p2] x y),
      * r^2 = x^2 + y^2. CameraInfo has the nearest model of ROS instead.
      */
-    public data class FisheyeTangential(
+    internal data class FisheyeTangential(
         val k1: Double,
         val k2: Double,
         val k3: Double,

@@ -4,7 +4,7 @@ import dev.ml2sensors.table.Mode
 import dev.ml2sensors.table.StreamSpec
 
 /** Returns the answer of a source that supports every mode of the stream in the table. */
-public fun StreamSpec.answer(requested: StreamValues): Answer {
+internal fun StreamSpec.answer(requested: StreamValues): Answer {
     var fitting = modes
     for ((key, value, legal) in requested.cameraKeys()) {
         val expected = fitting.flatMap(legal).distinct()

@@ -24,9 +24,9 @@ public class VectorSample(
 ) : Sample
 
 /** The [angularVelocity] in rad/s and the [linearAcceleration] in m/s^2 at the time of the gyroscope's reading. */
-public class InertialSample(
-    public val angularVelocity: VectorSample,
-    public val linearAcceleration: VectorSample,
+internal class InertialSample(
+    val angularVelocity: VectorSample,
+    val linearAcceleration: VectorSample,
 ) : Sample {
     override val captureNanos: Long get() = angularVelocity.captureNanos
 }

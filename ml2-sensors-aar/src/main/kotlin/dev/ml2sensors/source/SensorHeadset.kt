@@ -7,7 +7,7 @@ import kotlinx.coroutines.flow.Flow
  * A live headset made of [sources], which it owns. The backend of a stream is the one that its values name, else the
  * first one in the stream table that some source offers.
  */
-public class SensorHeadset(
+internal class SensorHeadset(
     override val identity: Headset.Identity,
     override val clock: DeviceClock,
     private val sources: List<SensorSource>,

@@ -10,13 +10,13 @@ import kotlinx.coroutines.flow.Flow
  * @property backend its name in the stream table, such as `sdk` or `openxr`.
  * @property streams all that it knows, whether or not they can run now.
  */
-public interface SensorSource : AutoCloseable {
-    public val backend: String
-    public val streams: Set<StreamSpec>
+internal interface SensorSource : AutoCloseable {
+    val backend: String
+    val streams: Set<StreamSpec>
 
     /** As [Headset.negotiate], for one of [streams]. */
-    public fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
+    fun negotiate(stream: StreamSpec, requested: StreamValues): Answer
 
     /** As [Headset.samples], for one of [streams]. */
-    public fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample>
+    fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample>
 }

@@ -12,13 +12,13 @@ import java.security.cert.X509Certificate
  * @property certificate the self-signed certificate of the key.
  * @param privateKey need not be exportable from its key store; it signs SHA-256 digests.
  */
-public class DeviceIdentity(internal val privateKey: PrivateKey, public val certificate: X509Certificate) {
+internal class DeviceIdentity(internal val privateKey: PrivateKey, val certificate: X509Certificate) {
     init {
         require(privateKey.algorithm == "EC") { "a device's key is an EC key, not ${privateKey.algorithm}" }
     }
 
     /** The fingerprint of the [certificate], by which receivers know the device. */
-    public val fingerprint: Fingerprint = Fingerprint.of(certificate)
+    val fingerprint: Fingerprint = Fingerprint.of(certificate)
 
     /**
      * Returns the ECDSA signature with SHA-256 of [message], in DER.

@@ -25,11 +25,11 @@ public class NotPairedException internal constructor(with: String, cause: Throwa
     TransportException("this headset is not paired with $with; run ml2-receiver pair", cause)
 
 /** The receiver does not encrypt. */
-public class PlaintextReceiverException internal constructor(receiver: String) :
+internal class PlaintextReceiverException internal constructor(receiver: String) :
     TransportException(
         "the receiver at $receiver does not encrypt: it was started with --insecure, or is no receiver of this version",
     )
 
 /** There is no common TLS version, or the encryption is broken. */
-public class TlsException internal constructor(receiver: String, found: String, cause: Throwable? = null) :
+internal class TlsException internal constructor(receiver: String, found: String, cause: Throwable? = null) :
     TransportException("expected TLS 1.3 with the receiver at $receiver, found: $found", cause)

@@ -12,7 +12,7 @@ public sealed interface TransportSecurity {
      */
     public class Paired internal constructor(makeClient: () -> TlsClient) : TransportSecurity {
         /** Connects as the device [identity] to receivers whose certificate is one of [receivers]. */
-        public constructor(identity: DeviceIdentity, receivers: Set<Fingerprint>) :
+        internal constructor(identity: DeviceIdentity, receivers: Set<Fingerprint>) :
             this({ TlsClient(identity, receivers) })
 
         internal val client: TlsClient by lazy(makeClient)

@@ -30,7 +30,7 @@ import kotlin.time.Duration.Companion.milliseconds
  *
  * Thread-safe. Only [close] blocks, for at most 0.5 s. Misuse throws IllegalArgumentException or IllegalStateException.
  */
-public class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
+internal class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
     private class Topic(val name: String, val type: String)
 
     private val headset = Ml2Sensors.open(app)
@@ -59,7 +59,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
      * the result. Has no effect while another pairing runs. After success, an encrypted stream is started again.
      */
     @Synchronized
-    public fun pair(uri: String) {
+    fun pair(uri: String) {
         check(!isClosed) { "this Ml2Unity is closed; call open again" }
         if (!pairing.begin()) return
         scope.launch {
@@ -80,7 +80,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
      * Eye images are refused, and an empty [receiver] means the only one on the network.
      */
     @Synchronized
-    public fun start(receiver: String, defaultsJson: String, insecure: Boolean) {
+    fun start(receiver: String, defaultsJson: String, insecure: Boolean) {
         check(!isClosed) { "this Ml2Unity is closed; call open again" }
         start(UnityRun.Request(receiver, json.decodeFromString(defaultsJson.ifEmpty { "{}" }), insecure))
         if (insecure) Log.w(TAG, "insecure: nothing is encrypted, and any machine can impersonate the receiver")
@@ -110,7 +110,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
 
     /** Ends streams and session in order, without waiting for it. */
     @Synchronized
-    public fun stop() {
+    fun stop() {
         val ended = run ?: return
         run = null
         ending = scope.launch {
@@ -121,7 +121,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     }
 
     /** Stops, and closes the headset for good. */
-    public fun close() {
+    fun close() {
         val ended = synchronized(this) {
             if (isClosed) return
             isClosed = true
@@ -134,10 +134,10 @@ public class Ml2Unity private constructor(private val app: Context, private val 
     }
 
     /** Releases cameras and trackers while the app is in the background; the session stays. */
-    public fun pause(): Unit = headset.pause()
+    fun pause(): Unit = headset.pause()
 
     /** Opens them again after [pause]; a stream whose sensor cannot be opened waits until it can. */
-    public fun resume(): Unit = headset.resume()
+    fun resume(): Unit = headset.resume()
 
     /**
      * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "insecure", "streams": {id: {"state":
@@ -147,13 +147,13 @@ public class Ml2Unity private constructor(private val app: Context, private val 
      * it runs. Channels and clock are as in STATUS of PROTOCOL.md; the number is how
      * many pairings were tried since [open]; the receiver that was paired last is the last of them.
      */
-    public fun status(): String {
+    fun status(): String {
         val status = synchronized(this) { run?.status() ?: last }
         return json.encodeToString(status.copy(pairing = pairing.status))
     }
 
     /** Returns `[{"permission", "reason", "streams": [id]}]`: the permissions that requested streams still need. */
-    public fun permissionsNeeded(): String {
+    fun permissionsNeeded(): String {
         val wanted = synchronized(this) { run }?.wanted.orEmpty()
         val needing = wanted.flatMap { stream -> app.missingPermissions(stream).map { it to stream.id } }
         val rows = needing.groupBy({ it.first }, { it.second }).map { (permission, streams) ->
@@ -167,7 +167,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
      * `ml2s_acquire_latest`. Costs nothing while disabled. JPEGs of Android's cameras are copied once, other frames are
      * not copied.
      */
-    public fun view(streamId: String, on: Boolean): Unit = LocalFrames.view(stream(streamId), on)
+    fun view(streamId: String, on: Boolean): Unit = LocalFrames.view(stream(streamId), on)
 
     /**
      * Opens a topic of the app's own, `custom/[topic]`, of a ROS [type]. It exists as long as this object, over starts
@@ -176,7 +176,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
      * @return the number for [publish].
      */
     @Synchronized
-    public fun openPublisher(topic: String, type: String): Int {
+    fun openPublisher(topic: String, type: String): Int {
         val name = topic.removePrefix("${StreamTable.custom.id}/")
         val known = topics.indexOfFirst { it.name == name }
         if (known >= 0) {
@@ -195,20 +195,20 @@ public class Ml2Unity private constructor(private val app: Context, private val 
      * @param captureNanos CLOCK_BOOTTIME, as of `ml2s_now`; not more than a second ahead of it.
      * @return false while no receiver accepts it; [refusal] may say why.
      */
-    public fun publish(publisher: Int, payload: ByteArray, captureNanos: Long): Boolean =
+    fun publish(publisher: Int, payload: ByteArray, captureNanos: Long): Boolean =
         synchronized(this) { run }?.publisher(publisher)?.publish(ByteBuffer.wrap(payload), captureNanos) ?: false
 
     /** Returns why the receiver does not publish the topic; empty if it does. */
-    public fun refusal(publisher: Int): String =
+    fun refusal(publisher: Int): String =
         synchronized(this) { run }?.publisher(publisher)?.refusal.orEmpty()
 
     /** Returns the ROS time in ns of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while unknown. */
-    public fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
+    fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
 
     /** Calls the listener; must not be called while this is locked. */
     private fun changed(): Unit = synchronized(notifying) { listener.changed(status()) }
 
-    public companion object {
+    companion object {
         private val json = Json {
             encodeDefaults = true
             explicitNulls = false
@@ -218,7 +218,7 @@ public class Ml2Unity private constructor(private val app: Context, private val 
 
         /** Opens the headset; nothing runs before [start]. [context] is any of the app's. */
         @JvmStatic
-        public fun open(context: Context, listener: Ml2UnityListener): Ml2Unity =
+        fun open(context: Context, listener: Ml2UnityListener): Ml2Unity =
             Ml2Unity(context.applicationContext, listener)
 
         private fun stream(id: String): StreamSpec =

@@ -1,7 +1,7 @@
 package dev.ml2sensors.unity
 
 /** The listener that Unity's side implements. */
-public interface Ml2UnityListener {
+internal interface Ml2UnityListener {
     /** Called when [Ml2Unity.status] has changed, on any thread, one call at a time. */
-    public fun changed(statusJson: String)
+    fun changed(statusJson: String)
 }

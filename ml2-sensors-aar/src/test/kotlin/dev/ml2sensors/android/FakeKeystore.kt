@@ -23,7 +23,7 @@ import java.util.Enumeration
 /**
  * What Robolectric lacks: the provider `AndroidKeyStore`, with keys that are made for one [made] specification each.
  */
-class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
+internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private val content = HashMap<String, Pair<PrivateKey, Certificate>>()
     val made = ArrayList<KeyGenParameterSpec>()
 

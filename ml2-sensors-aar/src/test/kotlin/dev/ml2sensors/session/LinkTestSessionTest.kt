@@ -32,8 +32,8 @@ class LinkTestSessionTest {
         session.awaitEnds()
         for (topic in listOf("color/image", "color/info")) {
             assertEquals((0L..49).toList(), session.data(topic).map { it.sequence })
-            val books = session.frames(HostFrame.STATUS).last().json.getValue("channels").jsonObject
-            val sent = books.getValue(topic).jsonObject.getValue("sent").jsonPrimitive.long
+            val counters = session.frames(HostFrame.STATUS).last().json.getValue("channels").jsonObject
+            val sent = counters.getValue(topic).jsonObject.getValue("sent").jsonPrimitive.long
             assertEquals(50, sent, topic)
         }
         session.close()

@@ -41,7 +41,7 @@ class SessionEndTest {
         val last = session.log().filter { it.lane == "control" }.takeLast(3)
         assertEquals(listOf(HostFrame.STATUS, HostFrame.BYE, HostFrame.END), last.map { it.kind })
         assertEquals("true", last[0].json.getValue("final").jsonPrimitive.content)
-        for (topic in listOf("color/image", "color/info")) assertEquals(Triple(90L, 90L, 0L), books(last[0], topic))
+        for (topic in listOf("color/image", "color/info")) assertEquals(Triple(90L, 90L, 0L), counters(last[0], topic))
         session.close()
         assertNull(fixture.outcome(outcome))
         assertEquals("stopSources", fixture.streams.calls.value.last())
@@ -102,11 +102,11 @@ class SessionEndTest {
             slow.stop.complete("enough")
             session.await(HostFrame.BYE)
             val status = session.frames(HostFrame.STATUS).last()
-            val (produced, sent, dropped) = books(status, "color/image")
+            val (produced, sent, dropped) = counters(status, "color/image")
             assertEquals(20, produced)
             assertEquals(produced, sent + dropped)
             assertTrue(dropped > 0)
-            assertEquals(Triple(1L, 1L, 0L), books(status, "color/info"))
+            assertEquals(Triple(1L, 1L, 0L), counters(status, "color/info"))
             session.close()
             assertNull(slow.outcome(outcome))
         }
@@ -129,7 +129,7 @@ class SessionEndTest {
             assertEquals(emptyList(), session.frames(HostFrame.END))
             session.release("color")
             val status = session.await(HostFrame.BYE).let { session.frames(HostFrame.STATUS).last() }
-            assertEquals(Triple(20L, 20L, 0L), books(status, "color/image"))
+            assertEquals(Triple(20L, 20L, 0L), counters(status, "color/image"))
             session.close()
             assertNull(slow.outcome(outcome))
         }
@@ -173,7 +173,7 @@ class SessionEndTest {
         again.awaitData("color/image")
         fixture.stop.complete("enough")
         again.await(HostFrame.BYE)
-        val (produced, sent, dropped) = books(again.frames(HostFrame.STATUS).last(), "color/image")
+        val (produced, sent, dropped) = counters(again.frames(HostFrame.STATUS).last(), "color/image")
         assertEquals(52, produced)
         assertEquals(host.received()["color/image"], sent)
         assertEquals(produced, sent + dropped)
@@ -192,7 +192,7 @@ class SessionEndTest {
     }
 
     /** Produced, sent and dropped of [topic]. */
-    private fun books(status: HostFrame, topic: String): Triple<Long, Long, Long> {
+    private fun counters(status: HostFrame, topic: String): Triple<Long, Long, Long> {
         val counts: JsonObject = status.json.getValue("channels").jsonObject.getValue(topic).jsonObject
         val dropped = counts.getValue("dropped").jsonObject.values.sumOf { it.jsonPrimitive.long }
         return Triple(

@@ -172,9 +172,9 @@ class CameraTest {
         val metadata = session.awaitData("world_left/metadata")[0].message<StringMessage>()
         val keys = Json.parseToJsonElement(metadata.data).jsonObject.keys
         assertEquals(setOf("stamp", "frame_id", "frame_number"), keys)
-        val books = fixture.finish(session)
-        assertEquals(0, books.getValue("world_left/camera_info").produced)
-        assertEquals(0, books.getValue("/tf").produced, "eye cameras have no pose, and the other had none")
+        val counters = fixture.finish(session)
+        assertEquals(0, counters.getValue("world_left/camera_info").produced)
+        assertEquals(0, counters.getValue("/tf").produced, "eye cameras have no pose, and the other had none")
     }
 
     @Test
@@ -183,10 +183,10 @@ class CameraTest {
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
         headset.deliver(StreamTable.worldLeft, LostSamples(fixture.now, 3, DropReason.NO_BUFFER))
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
-        val books = fixture.finish(session)
+        val counters = fixture.finish(session)
         for (topic in listOf("world_left/image_raw", "world_left/camera_info", "world_left/metadata")) {
             assertEquals(listOf(0L, 4L), session.data(topic).map { it.sequence })
-            assertEquals(Books(5, 2, mapOf("no_buffer" to 3)), books[topic])
+            assertEquals(Counters(5, 2, mapOf("no_buffer" to 3)), counters[topic])
         }
     }
 

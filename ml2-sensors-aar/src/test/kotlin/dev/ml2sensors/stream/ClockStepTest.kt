@@ -39,12 +39,12 @@ class ClockStepTest {
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, pose = pose))
         headset.deliver(StreamTable.headPose, PoseSample(fixture.now, pose))
         headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
-        val books = fixture.finish(session)
+        val counters = fixture.finish(session)
         for (topic in listOf("world_left/image_raw", "world_left/camera_info", "world_left/metadata")) {
-            assertEquals(Books(1, 0, mapOf("clock_step" to 1)), books[topic], topic)
+            assertEquals(Counters(1, 0, mapOf("clock_step" to 1)), counters[topic], topic)
         }
-        assertEquals(Books(3, 0, mapOf("clock_step" to 3)), books["/tf"], "the head's and the image's")
-        assertEquals(Books(2, 1, mapOf("clock_step" to 1)), books["gyro_left/imu"])
+        assertEquals(Counters(3, 0, mapOf("clock_step" to 3)), counters["/tf"], "the head's and the image's")
+        assertEquals(Counters(2, 1, mapOf("clock_step" to 1)), counters["gyro_left/imu"])
     }
 
     private fun HostSession.awaitClock(key: String, value: String) = generateSequence(0) { it + 1 }

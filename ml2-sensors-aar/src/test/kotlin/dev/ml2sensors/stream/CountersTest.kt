@@ -38,13 +38,13 @@ class CountersTest {
         }
         assertEquals(emptyList(), session.data("world_left/image_raw"))
         session.release("world_left")
-        val books = fixture.finish(session)
-        assertBalanced(listOf(session), books)
-        val image = books.getValue("world_left/image_raw")
+        val counters = fixture.finish(session)
+        assertBalanced(listOf(session), counters)
+        val image = counters.getValue("world_left/image_raw")
         assertEquals(setOf("queue_full"), image.dropped.keys)
         assertEquals(images.toLong(), image.produced)
-        for (topic in books.keys - "world_left/image_raw") {
-            assertEquals(Books(images.toLong(), images.toLong(), emptyMap()), books[topic], topic)
+        for (topic in counters.keys - "world_left/image_raw") {
+            assertEquals(Counters(images.toLong(), images.toLong(), emptyMap()), counters[topic], topic)
         }
         val last = session.data("world_left/image_raw").takeLast(4).map { it.sequence }
         assertEquals(listOf(36L, 37, 38, 39), last, "the oldest go, the latest arrive")
@@ -67,9 +67,9 @@ class CountersTest {
         }
         sessions.last().awaitData("gyro_left/imu", 20)
         sources.forEach { it.cancelAndJoin() }
-        val books = fixture.finish(sessions.last())
-        assertBalanced(sessions, books)
-        assertEquals(setOf("link_down"), books.getValue("gyro_left/imu").dropped.keys)
+        val counters = fixture.finish(sessions.last())
+        assertBalanced(sessions, counters)
+        assertEquals(setOf("link_down"), counters.getValue("gyro_left/imu").dropped.keys)
         val numbers = sessions.flatMap { session -> session.data("gyro_left/imu").map { it.sequence } }
         assertEquals(numbers.sorted().distinct(), numbers, "numbers go on across sessions")
     }
@@ -99,8 +99,8 @@ class CountersTest {
             }
         }
 
-    private fun assertBalanced(sessions: List<HostSession>, books: Map<String, Books>) {
-        for ((topic, counts) in books) {
+    private fun assertBalanced(sessions: List<HostSession>, counters: Map<String, Counters>) {
+        for ((topic, counts) in counters) {
             val numbers = sessions.flatMap { session -> session.data(topic).map { it.sequence } }
             val gaps = counts.produced - numbers.size
             assertEquals(numbers.size.toLong(), counts.sent, "$topic: $counts")

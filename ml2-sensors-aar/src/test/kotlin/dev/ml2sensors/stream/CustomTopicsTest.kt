@@ -42,7 +42,7 @@ class CustomTopicsTest {
         assertContentEquals(message(1), frames[0].body)
         assertContentEquals(message(2), frames[1].body)
         assertEquals(fixture.streamer.stampNanos(captureNanos), frames[1].captureNanos)
-        assertEquals(Books(2, 2, emptyMap()), fixture.finish(session)["custom/temperature"])
+        assertEquals(Counters(2, 2, emptyMap()), fixture.finish(session)["custom/temperature"])
     }
 
     @Test
@@ -143,8 +143,8 @@ class CustomTopicsTest {
             abs(checkNotNull(fixture.streamer.stampNanos(now)) - now - offsetNanos) < STEP_NANOS / 10
         }
         assertTrue(publisher.publish(ByteBuffer.wrap(message(3)), fixture.now))
-        val books = fixture.finish(session)["custom/temperature"]
-        assertEquals(Books(3, 2, mapOf("future_capture" to 1)), books)
+        val counters = fixture.finish(session)["custom/temperature"]
+        assertEquals(Counters(3, 2, mapOf("future_capture" to 1)), counters)
     }
 
     @Test

@@ -143,7 +143,7 @@ class MeasurementTest {
         fixture.streamer.start()
         val session = fixture.session("""{"battery": {}}""")
         headset.deliver(StreamTable.battery, LostSamples(fixture.now, 4, DropReason.SOURCE_LATE))
-        assertEquals(Books(4, 0, mapOf("source_late" to 4)), fixture.finish(session).getValue("battery"))
+        assertEquals(Counters(4, 0, mapOf("source_late" to 4)), fixture.finish(session).getValue("battery"))
     }
 
     /** The message that comes of [sample]. */

@@ -39,7 +39,7 @@ class OutageTest {
         val images = session.awaitData("world_left/image_raw", 2)
         assertEquals(listOf(0L, 1L), images.map { it.sequence })
         assertEquals(emptyList(), session.frames(HostFrame.CHANNEL_END))
-        assertEquals(Books(2, 2, emptyMap()), fixture.finish(session)["world_left/image_raw"])
+        assertEquals(Counters(2, 2, emptyMap()), fixture.finish(session)["world_left/image_raw"])
     }
 
     @Test

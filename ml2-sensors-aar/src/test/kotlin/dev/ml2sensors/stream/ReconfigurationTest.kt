@@ -99,10 +99,10 @@ class ReconfigurationTest {
         headset.deliver(StreamTable.depth, headset.image(fixture.now))
         session.awaitData("gyro_left/imu", session.data("gyro_left/imu").size + 20)
         gyroscope.cancelAndJoin()
-        val books = fixture.finish(session)
+        val counters = fixture.finish(session)
         val numbers = session.data("gyro_left/imu").map { it.sequence }
         assertEquals(numbers.indices.map { it.toLong() }, numbers, "the gyroscope lost nothing")
-        assertEquals(Books(2, 2, emptyMap()), books["depth/image_raw"])
+        assertEquals(Counters(2, 2, emptyMap()), counters["depth/image_raw"])
         val ended = session.frames(HostFrame.CHANNEL_END).map { it.json["id"] }
         val left = session.channels().filterKeys { it.startsWith("world_left") }.values.map { it["id"] }
         assertEquals(left.toSet(), ended.toSet())

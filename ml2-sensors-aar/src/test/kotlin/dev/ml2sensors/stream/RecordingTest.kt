@@ -92,7 +92,7 @@ class RecordingTest {
         second.start(1)
         waiting.join()
         assertEquals(1, second.awaitData("/tf").size)
-        assertEquals(Books(2, 2, emptyMap()), fixture.finish(second)["/tf"])
+        assertEquals(Counters(2, 2, emptyMap()), fixture.finish(second)["/tf"])
     }
 
     @Test

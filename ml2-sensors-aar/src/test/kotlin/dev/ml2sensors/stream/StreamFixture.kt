@@ -39,8 +39,8 @@ internal class StreamFixture(
         return session
     }
 
-    /** Stops in order, and asserts that the final STATUS and all memory is settled; gives the books by topic. */
-    fun finish(session: HostSession): Map<String, Books> = runBlocking {
+    /** Stops in order, and asserts that the final STATUS and all memory is settled; gives the counters by topic. */
+    fun finish(session: HostSession): Map<String, Counters> = runBlocking {
         withTimeout(LIMIT) { streamer.stop("test over") }
         session.await(HostFrame.BYE)
         session.awaitEnds()
@@ -50,7 +50,7 @@ internal class StreamFixture(
         status.getValue("channels").jsonObject.mapValues { (_, counts) ->
             val dropped = counts.jsonObject.getValue("dropped").jsonObject.mapValues { it.value.jsonPrimitive.long }
             fun count(key: String) = counts.jsonObject.getValue(key).jsonPrimitive.long
-            Books(count("produced"), count("sent"), dropped)
+            Counters(count("produced"), count("sent"), dropped)
         }
     }
 
@@ -66,7 +66,7 @@ internal class StreamFixture(
 }
 
 /** What STATUS says of a channel. */
-internal data class Books(val produced: Long, val sent: Long, val dropped: Map<String, Long>)
+internal data class Counters(val produced: Long, val sent: Long, val dropped: Map<String, Long>)
 
 @OptIn(ExperimentalSerializationApi::class)
 internal inline fun <reified T> HostFrame.message(): T = Cdr.decodeFromByteArray(body)

@@ -42,9 +42,15 @@ class StreamTableTest {
             fixture.headset.deliver(stream, sample(stream.id), if (stream == StreamTable.headPose) 2 else times)
         }
         for (topic in session.channels().keys) session.awaitData(topic)
-        val books = fixture.finish(session)
-        assertEquals(session.channels().keys, books.keys)
-        for ((topic, counts) in books) assertEquals(counts.produced to emptyMap(), counts.sent to counts.dropped, topic)
+        val counters = fixture.finish(session)
+        assertEquals(session.channels().keys, counters.keys)
+        for ((topic, counts) in counters) {
+            assertEquals(
+                counts.produced to emptyMap(),
+                counts.sent to counts.dropped,
+                topic,
+            )
+        }
     }
 
     private fun line(channel: JsonObject): String {

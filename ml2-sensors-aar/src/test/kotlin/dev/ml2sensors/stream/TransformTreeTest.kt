@@ -125,7 +125,7 @@ class TransformTreeTest {
         fixture.headset.deliver(StreamTable.headPose, LostSamples(base + HEAD, 4, DropReason.SOURCE_LATE))
         fixture.camera(StreamTable.worldLeft, base + 3 * HEAD, Transform.IDENTITY)
         fixture.head(base + 5 * HEAD, Transform.IDENTITY)
-        assertEquals(Books(7, 2, mapOf("source_late" to 5)), fixture.finish(session)["/tf"])
+        assertEquals(Counters(7, 2, mapOf("source_late" to 5)), fixture.finish(session)["/tf"])
     }
 
     @Test
@@ -136,7 +136,7 @@ class TransformTreeTest {
         fixture.headset.deliver(StreamTable.headPose, LostSamples(base + HEAD, 1, DropReason.SOURCE_LATE))
         fixture.camera(StreamTable.worldLeft, base + HEAD, Transform.IDENTITY)
         fixture.head(base + 2 * HEAD, Transform.IDENTITY)
-        assertEquals(Books(4, 3, mapOf("source_late" to 1)), fixture.finish(session)["/tf"])
+        assertEquals(Counters(4, 3, mapOf("source_late" to 1)), fixture.finish(session)["/tf"])
     }
 
     @Test
@@ -148,9 +148,9 @@ class TransformTreeTest {
         fixture.camera(StreamTable.worldLeft, future, Transform.IDENTITY)
         fixture.head(base, Transform.IDENTITY)
         fixture.camera(StreamTable.worldLeft, base, Transform.IDENTITY)
-        val books = fixture.finish(session)
-        assertEquals(Books(4, 2, mapOf("future_capture" to 2)), books["/tf"])
-        assertEquals(Books(2, 1, mapOf("future_capture" to 1)), books["world_left/image_raw"])
+        val counters = fixture.finish(session)
+        assertEquals(Counters(4, 2, mapOf("future_capture" to 2)), counters["/tf"])
+        assertEquals(Counters(2, 1, mapOf("future_capture" to 1)), counters["world_left/image_raw"])
     }
 
     @Test

@@ -1,18 +1,11 @@
 package dev.ml2sensors.sample
 
-import dev.ml2sensors.capture.NativeBackend
-import dev.ml2sensors.capture.NativeHeadsetClock
 import dev.ml2sensors.capture.NativeLibrary
-import dev.ml2sensors.capture.NativePixelSource
-import dev.ml2sensors.capture.NativePoseSource
-import dev.ml2sensors.capture.PixelSensor
-import dev.ml2sensors.capture.PoseSensor
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
-import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -29,16 +22,9 @@ import java.nio.file.Path
  */
 fun main(arguments: Array<String>) {
     NativeLibrary.load(Path.of(arguments.single()))
-    openHeadset().use { headset ->
+    NativeLibrary.openHeadset(Headset.Identity("sample", "Sample")).use { headset ->
         for (stream in StreamTable.all) println("${stream.id}: ${firstFrame(headset, stream)}")
     }
-}
-
-private fun openHeadset(): Headset {
-    val cameras = listOf(PixelSensor.DEPTH, PixelSensor.WORLD, PixelSensor.EYE)
-    val sources = cameras.map { NativePixelSource(it, NativeBackend.SDK) }
-    val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
-    return SensorHeadset(Headset.Identity("sample", "Sample"), NativeHeadsetClock, sources + head)
 }
 
 private fun firstFrame(headset: Headset, stream: StreamSpec): String =
@@ -48,7 +34,7 @@ private fun firstFrame(headset: Headset, stream: StreamSpec): String =
         is Answer.Refused -> "refused, ${answer.reason}"
     }
 
-/** Images are borrowed memory, so they are looked at inside the flow. */
+/** An image is valid until the collector returns, so it is read inside the flow. */
 private fun first(samples: Flow<Sample>): String = runBlocking { samples.mapNotNull(::describe).first() }
 
 private fun describe(sample: Sample): String? =
