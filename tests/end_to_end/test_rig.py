@@ -39,4 +39,4 @@ def test_sensors_stand_where_the_simulation_has_mounted_them(rig: FullLoad, came
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_how_rigid_a_mounting_is_stands_in_the_log(rig: FullLoad, camera: str) -> None:
-    assert f"{camera} is where its last 30 frames have it: median 0.0" in rig.log
+    assert f"the mounting of {camera} is stable over its last 30 frames: median 0.0" in rig.log

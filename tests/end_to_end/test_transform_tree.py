@@ -49,7 +49,7 @@ def test_transforms_end_and_begin_with_the_tracking(tmp_path: Path) -> None:
 
 def test_a_new_world_is_announced(tmp_path: Path) -> None:
     received_with(tmp_path, one_camera(), "--simulate", "fault.head.new_session=1@1")
-    assert "head tracking begins anew" in (tmp_path / "receiver.log").read_text()
+    assert "head tracking has restarted" in (tmp_path / "receiver.log").read_text()
 
 
 @pytest.mark.alone

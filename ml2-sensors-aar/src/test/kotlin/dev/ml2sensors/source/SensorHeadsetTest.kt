@@ -35,7 +35,7 @@ class SensorHeadsetTest {
     @Test
     fun aBackendThatIsNotThereIsRefusedWithThoseThatAre() {
         val answer = headset.negotiate(StreamTable.gaze, StreamValues(backend = "sdk"))
-        assertEquals(Answer.Refused("no backend sdk for gaze here, only openxr"), answer)
+        assertEquals(Answer.Refused("this headset has no backend sdk for gaze, only openxr"), answer)
     }
 
     @Test

@@ -50,7 +50,7 @@ class ReconfigurationTest {
                 """{"world_left": {"result": "applied", "values": {"update_rate": 30, "format": "Grayscale"}},
                     "depth": {"result": "adjusted", "values": {"update_rate": 30}, "reason": "60 delivers 30"},
                     "color": {"result": "refused", "reason": "no camera permission"},
-                    "taste": {"result": "refused", "reason": "this headset knows no stream taste"}}"""
+                    "taste": {"result": "refused", "reason": "this headset has no stream taste"}}"""
             assertEquals(Json.parseToJsonElement(expected), answers)
             val states = awaitItem()
             assertEquals(StreamState.Accepted(StreamValues(rateHz = 30), "60 delivers 30"), states["depth"])
