@@ -7,7 +7,7 @@ import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,8 +17,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..configuration.config import load_config
+from ..configuration.config_file import ConfigFile
 from ..configuration.parameter_file import node_names
-from ..doctor import findings, machine
+from ..doctor import bundle, findings, machine
 from ..doctor.findings import Finding
 from ..errors import ConfigError, DiscoveryError, RosError
 from ..processes import is_listened_on, listener_of, receivers
@@ -41,6 +42,7 @@ examples:
   ml2-receiver doctor
   ml2-receiver doctor my.yaml        look at a configuration file, too
   ml2-receiver doctor --name robot1  the link to the headset of that receiver
+  ml2-receiver doctor --bundle report.zip   what to attach to a report
   ml2-receiver doctor --json | jq '.[] | select(.level == "wrong")'
 """
 
@@ -53,6 +55,13 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_file(parser, "file", nargs="?", metavar="FILE", help="a configuration file")
     parser.add_argument("--json", action="store_true", help="print a list of objects")
+    add_file(
+        parser,
+        "--bundle",
+        metavar="ZIP",
+        help="also write versions, configuration, diagnostics, logs and findings to a zip file,"
+        " without keys and images",
+    )
     add_name(parser)
     parser.set_defaults(run=_run)
 
@@ -63,6 +72,9 @@ def _run(options: argparse.Namespace) -> int:
         print(json.dumps([dataclasses.asdict(it) for it in found], indent=2))
     else:
         Console().print(_table(found))
+    if options.bundle is not None:
+        bundle.write_bundle(options.bundle, _bundled(options, found))
+        print(f"wrote {options.bundle}: attach it to the report", file=sys.stderr)
     return int(any(it.level == "wrong" for it in found))
 
 
@@ -90,6 +102,31 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
         yield findings.link("no receiver runs here", "")
     if file is not None:
         yield _parameter_file(file)
+
+
+def _bundled(options: argparse.Namespace, found: Sequence[Finding]) -> Mapping[str, str]:
+    """Returns the texts of a bundle by their names in it."""
+    config = ConfigFile(options.file) if options.file else ConfigFile.of_user()
+    text = "The packaged configuration is used.\n"
+    texts = {
+        "versions.json": bundle.as_json(bundle.versions(os.environ)),
+        "findings.json": bundle.as_json([dataclasses.asdict(it) for it in found]),
+        "configuration.yaml": text if config.is_packaged else bundle.text_of(config.path),
+        "diagnostics.json": bundle.as_json(_diagnostics(options.name)),
+    }
+    logs = bundle.receiver_logs(bundle.log_folder(os.environ))
+    return texts | {f"logs/{log.name}": bundle.text_of(log) for log in logs}
+
+
+def _diagnostics(receiver: str) -> Mapping[str, Values | str]:
+    """Returns the rows of the last /diagnostics, or the reason why there are none."""
+    if not receivers():
+        return {"error": "no receiver runs here"}
+    try:
+        with diagnostics_node() as node:
+            return node.rows(receiver, PATIENCE_S)
+    except RosError as error:
+        return {"error": str(error)}
 
 
 def _parameter_file(file: Path) -> Finding:
