@@ -22,4 +22,20 @@ elif [[ ${ROS_DISTRO:-} != jazzy ]]; then
   exit 1
 fi
 export PYTHONPATH=$receiver${PYTHONPATH:+:$PYTHONPATH}
+
+# The commands of ml2-receiver are entry points, which Python finds in the metadata beside the packages.
+metadata=$receiver/ml2_receiver.egg-info
+has_metadata() { [[ $metadata/entry_points.txt -nt $receiver/pyproject.toml ]]; }
+write_metadata() (
+  cd "$receiver"
+  exec 9<pyproject.toml
+  flock 9 # several commands may start at once
+  if has_metadata; then return; fi
+  made=$(mktemp -d -p .)
+  trap 'rm -rf "$made"' EXIT
+  python3 setup.py --quiet egg_info --egg-base "$made"
+  rm -rf "$metadata"
+  mv "$made"/*.egg-info "$metadata"
+)
+has_metadata || write_metadata
 exec "$@"

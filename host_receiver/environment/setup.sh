@@ -33,7 +33,6 @@ main() {
     echo "[4/4] tf2_msgs, which has no wheel (about 20 seconds)"
     "$venv/bin/python" -c 'import tf2_msgs.msg' 2>/dev/null || "$environment/tf2_msgs.sh" "$venv"
   fi
-  "$venv/bin/python" -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation --editable host_receiver
   inputs >"$stamp"
 }
 

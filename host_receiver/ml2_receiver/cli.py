@@ -83,6 +83,6 @@ def _commands() -> list[EntryPoint]:
     if not found:
         raise ReceiverError(
             "no commands are installed: the metadata of ml2-receiver is missing. "
-            "Run `make setup` in a clone, or `pip install ./host_receiver`"
+            "Start host_receiver/ml2-receiver in a clone, or `pip install ./host_receiver`"
         )
     return sorted(found, key=lambda it: (not it.module.startswith("ml2_receiver."), it.name))

@@ -1,5 +1,6 @@
 """What a ROS workspace and pip get. colcon and ros2 launch themselves are not run here."""
 
+import os
 import re
 import runpy
 import subprocess
@@ -47,6 +48,26 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
         f"{shared}/ml2_receiver/package.xml",
         f"{shared}/ml2_receiver/launch/receiver.launch.py",
     } <= names
+
+
+def test_a_clone_finds_a_command_that_was_added_to_pyproject(tmp_path: Path) -> None:
+    clone = tmp_path / "clone/host_receiver"
+    clone.parent.mkdir()
+    subprocess.run(["cp", "-rL", RECEIVER, clone], check=True)
+    environment = {**os.environ, "ROS_DISTRO": "jazzy"}  # the clone has no environment of its own
+
+    def help_text() -> str:
+        command = [clone / "ml2-receiver", "--help"]
+        return subprocess.check_output(command, text=True, env=environment)
+
+    assert "salute" not in help_text()
+    settings = clone / "pyproject.toml"
+    text = settings.read_text()
+    settings.write_text(text.replace('\nplay = "', '\nsalute = "salute"\nplay = "'))
+    (clone / "salute.py").write_text(
+        "def add_parser(subparsers): subparsers.add_parser('salute', help='wave')"
+    )
+    assert "salute" in help_text()
 
 
 def installed_by_name() -> list[str]:
