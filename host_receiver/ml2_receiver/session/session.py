@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from ..errors import ErrorCode, LinkTestError, ProtocolError, PublishError
 from ..table.stream_table import Topic
-from ..wire.frame import VERSION, Frame, Kind
+from ..wire.frame import Frame, Kind
 from ..wire.json_body import JsonBody
 from ..wire.messages import (
     Bye,
@@ -18,11 +18,8 @@ from ..wire.messages import (
     Hello,
     Join,
     Joined,
-    PeerLimits,
     Status,
     StreamStatus,
-    Timeouts,
-    Welcome,
 )
 from .connection import Connection, Route
 from .context import Context, Ending, Send, close, error_body
@@ -94,20 +91,8 @@ class Session:
 
     def welcome(self, received: dict[str, int] | None) -> None:
         """Sends WELCOME; `received` is None for an instance that is new here."""
-        limits = self._context.settings.limits
-        self.send(
-            Kind.WELCOME,
-            Welcome(
-                version=VERSION,
-                session=self.id,
-                name=self._context.settings.name,
-                software=self._context.settings.software,
-                tickets=self._tickets.by_lane,
-                received=received,
-                limits=PeerLimits(Kind.DATA.max_length),
-                timeouts=Timeouts(limits.handshake_s, limits.ping_s, limits.dead_s),
-            ),
-        )
+        settings = self._context.settings
+        self.send(Kind.WELCOME, settings.welcome(self.id, self._tickets.by_lane, received))
 
     def join(self, connection: Connection, join: Join) -> None:
         """A new connection wants to be a lane."""

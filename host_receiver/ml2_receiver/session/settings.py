@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 from ..table.reader import load_table
 from ..table.stream_table import StreamTable
+from ..wire.frame import VERSION, Kind
+from ..wire.messages import PeerLimits, Timeouts, Welcome
 
 
 @dataclass(frozen=True)
@@ -43,3 +45,19 @@ class ReceiverSettings:
     excluded: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = field(default_factory=Limits)
     table: StreamTable = field(default_factory=load_table)
+
+    def welcome(
+        self, session: str, tickets: Mapping[str, str], received: Mapping[str, int] | None
+    ) -> Welcome:
+        """Returns the WELCOME of a session; `received` is None for a new instance of the app."""
+        limits = self.limits
+        return Welcome(
+            version=VERSION,
+            session=session,
+            name=self.name,
+            software=self.software,
+            tickets=tickets,
+            received=received,
+            limits=PeerLimits(Kind.DATA.max_length),
+            timeouts=Timeouts(limits.handshake_s, limits.ping_s, limits.dead_s),
+        )
