@@ -28,7 +28,7 @@ def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> N
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
     words = (tmp_path / "headset.log").read_text()
-    assert "ended: 2s are over" in words
+    assert "ended: the duration of 2s is over" in words
     faults = re.search("WARNING: (?!--insecure)|FATAL ERROR", words)
     assert not faults, "of the JVM, which checks every JNI call"
 
@@ -41,7 +41,7 @@ def program(classes: Path) -> list[str | Path]:
     return [
         *("java", "-Xcheck:jni", "-XX:TieredStopAtLevel=1"),
         *("-Xmx1g", "-XX:MaxDirectMemorySize=512m"),
-        f"-Dml2s.films={NATIVE / 'films'}",
+        f"-Dml2s.frame_cache={NATIVE / 'frame_cache'}",
         *("-cp", os.pathsep.join(str(it) for it in (classes, headset, *others))),
         "dev.ml2sensors.simulator.MainKt",
     ]

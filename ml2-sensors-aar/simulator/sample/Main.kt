@@ -1,4 +1,4 @@
-// The example of the simulator's README; tests/aar compares its words, compiles it and runs it.
+// The example in the README of the simulator. tests/aar compares both texts, compiles this file and runs it.
 
 package dev.ml2sensors.sample
 

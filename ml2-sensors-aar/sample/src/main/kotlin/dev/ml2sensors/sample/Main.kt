@@ -17,8 +17,8 @@ import java.nio.ByteBuffer
 import java.nio.file.Path
 
 /**
- * Prints what the first frame of each stream is, for every stream that the pixel sensors and the head tracker of the
- * vendor's SDK serve. The argument is libml2sensors.so; in an app, `NativeLibrary.load()` finds it in the package.
+ * Prints a description of the first frame of each stream that the vendor's SDK serves by its pixel sensors and its head
+ * tracker. The argument is the path of libml2sensors.so; in an app, `NativeLibrary.load()` finds it in the package.
  */
 fun main(arguments: Array<String>) {
     NativeLibrary.load(Path.of(arguments.single()))
@@ -34,7 +34,7 @@ private fun firstFrame(headset: Headset, stream: StreamSpec): String =
         is Answer.Refused -> "refused, ${answer.reason}"
     }
 
-/** An image is valid until the collector returns, so it is read inside the flow. */
+/** Describes samples inside the flow, since the memory of an image is only valid there. */
 private fun first(samples: Flow<Sample>): String = runBlocking { samples.mapNotNull(::describe).first() }
 
 private fun describe(sample: Sample): String? =

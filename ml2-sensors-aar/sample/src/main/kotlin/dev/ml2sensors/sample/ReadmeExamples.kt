@@ -1,4 +1,4 @@
-// The examples of the library's README; tests/aar compiles them and compares their words.
+// The examples in the README of the library. tests/aar compiles this file and compares both texts.
 
 package dev.ml2sensors.sample
 

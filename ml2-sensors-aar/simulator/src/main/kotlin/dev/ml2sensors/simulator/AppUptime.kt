@@ -7,7 +7,7 @@ import java.nio.ByteBuffer
 import java.nio.ByteOrder
 import kotlin.time.Duration.Companion.milliseconds
 
-/** What an app may publish beside the sensors: `custom/app_uptime`, seconds since it was made, ten times a second. */
+/** Publishes `custom/app_uptime`, the seconds since this was created, ten times a second: an example of a custom topic. */
 internal class AppUptime(streamer: Ml2Streamer, private val clock: DeviceClock) {
     private val publisher = streamer.publisher("app_uptime", "std_msgs/msg/Float64")
     private val startNanos = clock.nowNanos()

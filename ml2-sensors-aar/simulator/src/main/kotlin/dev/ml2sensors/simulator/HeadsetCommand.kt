@@ -31,24 +31,29 @@ import kotlin.time.Duration.Companion.seconds
 
 internal const val EXIT_USAGE = 2
 
-/** Parses the command line, makes the headset and streams it. */
+/** The command `ml2-headset`: parses its options, opens a headset and streams it. */
 internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
-    private val link by LinkOptions()
-    private val source by option(help = "The simulated device (default), or test signals without native code.")
+    private val link by ConnectionOptions()
+    private val source by option(
+        help = "simulated: the simulated device (default); test-signal: test signals without native code.",
+    )
         .choice(SIMULATED, TEST_SIGNAL).default(SIMULATED)
-    private val replay by option(metavar = "DIR", help = "Play this EuRoC/ASL data set instead.")
+    private val replay by option(metavar = "DIR", help = "Replay this EuRoC/ASL data set instead of simulating.")
         .file(mustExist = true)
     private val simulation by SimulationOptions()
-    private val seed by option(metavar = "N", help = "Of the room, the walk and all noise; default 1.")
+    private val seed by option(metavar = "N", help = "Seed of the scene, the trajectory and all noise; default 1.")
         .long().default(1)
-    private val duration by option(metavar = "S", help = "End after so many seconds of samples.")
+    private val duration by option(metavar = "S", help = "Stop S seconds after the first sample.")
         .convert { (positive(it) ?: fail("expected a positive number, found '$it'")).seconds }
-    private val rateFactor by option(metavar = "X|max", help = "Replay X times as fast, or as fast as can be sent.")
+    private val rateFactor by option(
+        metavar = "X|max",
+        help = "Replay X times as fast as recorded; max: as fast as the receiver takes it.",
+    )
         .convert { rateFactor(it) ?: fail("expected a positive number or max, found '$it'") }
 
     init {
         versionOption(Version.NAME)
-        // clikt-core sends everything to standard output
+        // clikt-core prints errors to standard output, too
         context {
             echoMessage = { _, message, newline, isError ->
                 val stream = if (isError) System.err else System.out
@@ -61,8 +66,8 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     override fun run() {
         val uri = link.pair
-        val isWell = headset().use { if (uri == null) stream(it) else pair(it, uri) }
-        if (!isWell) throw ProgramResult(1)
+        val isOk = headset().use { if (uri == null) stream(it) else pair(it, uri) }
+        if (!isOk) throw ProgramResult(1)
     }
 
     private fun stream(headset: Headset): Boolean {
@@ -87,7 +92,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         }
         return when {
             folder != null -> ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)
-            source == SIMULATED -> simulation.open(seed, System.getProperty("ml2s.films", ""))
+            source == SIMULATED -> simulation.open(seed, System.getProperty("ml2s.frame_cache", ""))
             else -> TestSignalHeadset(seed, shiftedClock(), ::echo)
         }
     }
@@ -99,7 +104,11 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
 
     private fun recording(folder: File): EurocRecording {
         val isBag = (listOf(folder) + folder.listFiles().orEmpty()).any { it.extension == "mcap" }
-        if (isBag) throw UsageError("--replay is for EuRoC/ASL folders; to play a recording: ml2-receiver play $folder")
+        if (isBag) {
+            throw UsageError(
+                "--replay expects a EuRoC/ASL folder, found a rosbag2 recording; to play it: ml2-receiver play $folder",
+            )
+        }
         try {
             return EurocRecording.open(folder)
         } catch (failure: RecordingException) {
@@ -111,7 +120,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         const val SIMULATED = "simulated"
         const val TEST_SIGNAL = "test-signal"
 
-        /** Far from any other clock, so that a time that was not converted is noticed. */
+        /** A large offset from every other clock, so that a time that was not converted is noticed. */
         const val MAX_CLOCK_OFFSET_NANOS = 1L shl 50
     }
 }
@@ -120,7 +129,7 @@ private fun positive(text: String): Double? = text.toDoubleOrNull()?.takeIf { it
 
 private fun rateFactor(text: String): Double? = if (text == "max") Double.POSITIVE_INFINITY else positive(text)
 
-/** Completes with the name of the first SIGINT or SIGTERM, neither of which ends the process any more. */
+/** Completes with the name of the first SIGINT or SIGTERM. Neither signal ends the process from then on. */
 private fun stopSignal(): CompletableDeferred<String> {
     val stop = CompletableDeferred<String>()
     for (name in listOf("INT", "TERM")) Signal.handle(Signal(name)) { stop.complete("SIG$name") }

@@ -5,7 +5,7 @@ import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.parse
 import kotlin.system.exitProcess
 
-/** The command `ml2-headset`: exit code 0 at the end, 1 if a sensor failed, 2 for wrong arguments, keys or recordings. */
+/** Runs `ml2-headset`. The exit code is 0, or 1 if a sensor failed, or 2 for wrong arguments, keys or recordings. */
 public fun main(arguments: Array<String>) {
     useAndroidTls()
     val command = HeadsetCommand()

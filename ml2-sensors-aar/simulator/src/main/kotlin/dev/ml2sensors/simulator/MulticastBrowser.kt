@@ -19,13 +19,13 @@ import javax.jmdns.ServiceListener
 import kotlin.concurrent.thread
 import kotlin.streams.asSequence
 
-/** Looks on the networks of [interfaces], each given by an address of this machine. */
+/** Finds receivers by mDNS on the networks of [interfaces], each given by an address of this machine. */
 internal class MulticastBrowser(private val interfaces: List<InetAddress> = multicastInterfaces()) : ReceiverBrowser {
     override fun receivers(): Flow<Map<String, ReceiverAddress>> = callbackFlow {
         val listener = Listener { trySend(it) }
         val resolvers = interfaces.map { JmDNS.create(it) }
         for (resolver in resolvers) resolver.addServiceListener("${ReceiverBrowser.SERVICE_TYPE}.local.", listener)
-        // Closing takes two seconds, for goodbyes of services that there are none of.
+        // JmDNS takes two seconds to close: it waits for goodbyes of services, of which there are none
         awaitClose { thread(isDaemon = true) { resolvers.forEach(JmDNS::close) } }
     }.conflate().flowOn(Dispatchers.IO)
 
@@ -54,7 +54,7 @@ private fun address(service: ServiceInfo): ReceiverAddress? {
     return service.port.takeIf { it in 1..65535 }?.let { ReceiverAddress(host.hostAddress, it, fingerprint) }
 }
 
-/** An IPv4 address of every network, or the one that JmDNS's own property names. */
+/** Returns an IPv4 address of every network, or only the address in JmDNS's own property. */
 private fun multicastInterfaces(): List<InetAddress> =
     System.getProperty("net.mdns.interface")?.let { listOf(InetAddress.getByName(it)) }
         ?: NetworkInterface.networkInterfaces().asSequence()

@@ -8,10 +8,10 @@ import dev.ml2sensors.capture.PixelSensor
 import dev.ml2sensors.capture.PoseSensor
 import dev.ml2sensors.simulator.signal.SignalSource
 import dev.ml2sensors.simulator.simulated.NativeBundle
-import dev.ml2sensors.simulator.simulated.Opening
+import dev.ml2sensors.simulator.simulated.RenderGate
 import dev.ml2sensors.simulator.simulated.SimulatedCamera2
-import dev.ml2sensors.simulator.simulated.SimulatedKey
 import dev.ml2sensors.simulator.simulated.SimulatedSdk
+import dev.ml2sensors.simulator.simulated.SimulationKey
 import dev.ml2sensors.simulator.simulated.sensorManagerSignals
 import dev.ml2sensors.simulator.testsignal.battery
 import dev.ml2sensors.source.Headset
@@ -26,36 +26,36 @@ import kotlinx.coroutines.flow.filter
 import java.util.concurrent.atomic.AtomicBoolean
 
 /**
- * A Magic Leap 2 that is a program: the headset's own code, with the very native library of the Android package, on a
- * simulation of the vendor's library. All sensors belong to one walk through one rendered room. What Android would
- * deliver (inertial units, light, colour camera, battery) comes from the same room.
+ * A simulated Magic Leap 2. It runs the headset's own code, including the native library of the Android package, on a
+ * simulation of the vendor's library. All sensors follow one trajectory through one rendered scene, including those
+ * that Android delivers on a headset (inertial units, light, colour camera, battery).
  *
- * It runs on Linux on x86-64, and needs neither Android nor any setting of the environment. The picture of a camera is
- * drawn when its stream is first collected, which takes some seconds; no stream delivers before all cameras that were
- * started together are drawn.
+ * It runs on Linux on x86-64, and needs neither Android nor environment variables. The frames of a camera are rendered
+ * when its stream is first collected, which takes some seconds. No stream delivers samples until the frames of all
+ * cameras that were started together are rendered.
  *
- * All functions are thread-safe.
+ * Thread-safe.
  */
 public class SimulatedHeadset private constructor(private val headset: Headset) : Headset by headset {
-    private val opening = Opening(headset.clock, SimulatedSdk::isDrawing)
+    private val renderGate = RenderGate(headset.clock, SimulatedSdk::isDrawing)
 
     override val holds: Map<String, String>
-        get() = if (opening.isHolding) StreamTable.all.associate { it.id to "drawing the pictures" } else emptyMap()
+        get() = if (renderGate.isClosed) StreamTable.all.associate { it.id to "drawing the pictures" } else emptyMap()
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        headset.samples(stream, values).filter { opening.isOver() }
+        headset.samples(stream, values).filter { renderGate.isOpen() }
 
     /**
-     * Changes the simulation from now on, such as `set("fault.world.stalled", "1")`: the world cameras deliver nothing
-     * until the value is 0 again. `ml2-headset --simulate help` lists all keys.
+     * Sets a key of the simulation. For example, after `set("fault.world.stalled", "1")` the world cameras deliver
+     * nothing until the value is 0 again. `ml2-headset --simulate help` lists all keys.
      *
-     * @throws IllegalArgumentException for an unknown key or a wrong value, with what is expected.
+     * @throws IllegalArgumentException for an unknown key or a wrong value; the message says what was expected.
      */
     public fun set(key: String, value: String) {
         SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
     }
 
-    /** Ends all flows. Another headset can be opened then. */
+    /** Ends all flows. Then another simulated headset can be opened. */
     override fun close() {
         headset.close()
         isOpen.set(false)
@@ -66,23 +66,23 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
         private val isOpen = AtomicBoolean()
 
         /**
-         * Opens the simulated headset. One is open at a time in a process. Keys that [settings] does not name have their
-         * defaults.
+         * Opens the simulated headset. Only one can be open at a time in a process. Keys that [settings] does not name
+         * have their defaults.
          *
-         * @param seed chooses the room, the walk and all noise.
+         * @param seed chooses the scene, the trajectory and all noise.
          * @param settings keys of the simulation and their values, as [set] takes them. The key `cache` names a folder
-         * that keeps drawn pictures for later runs.
-         * @throws IllegalArgumentException for an unknown key or a wrong value, with what is expected.
+         * that keeps rendered frames for later runs.
+         * @throws IllegalArgumentException for an unknown key or a wrong value; the message says what was expected.
          * @throws IllegalStateException while another simulated headset is open.
-         * @throws UnsatisfiedLinkError where the native code does not run.
+         * @throws UnsatisfiedLinkError if the native code does not run on this machine.
          */
         @JvmStatic
         @JvmOverloads
         public fun open(seed: Long = 1, settings: Map<String, String> = emptyMap()): SimulatedHeadset {
-            check(isOpen.compareAndSet(false, true)) { "a simulated headset is open already: close it first" }
+            check(isOpen.compareAndSet(false, true)) { "a simulated headset is already open: close it first" }
             try {
                 NativeBundle.load()
-                val changed = SimulatedKey.all().filter { it.value != it.default }.associate { it.name to it.default }
+                val changed = SimulationKey.all().filter { it.value != it.default }.associate { it.name to it.default }
                 val identity = Headset.Identity("simulated-$seed", "Simulated headset, seed $seed")
                 val headset = SimulatedHeadset(SensorHeadset(identity, NativeHeadsetClock, sources()))
                 (changed + ("seed" to "$seed") + settings).forEach(headset::set)
@@ -95,7 +95,7 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
     }
 }
 
-/** As on the device, but for what Android would deliver. */
+/** Returns the sources of a headset, with simulations in place of Android's. */
 private fun sources(): List<SensorSource> =
     listOf(PixelSensor.WORLD, PixelSensor.DEPTH, PixelSensor.EYE).map { NativePixelSource(it, NativeBackend.SDK) } +
         PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) } +

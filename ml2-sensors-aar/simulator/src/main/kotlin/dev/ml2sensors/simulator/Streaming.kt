@@ -22,68 +22,68 @@ import kotlinx.coroutines.launch
 import kotlin.time.Duration
 
 /**
- * Streams [headset] over [link] and says what happens, until a recording is over, [duration] has passed since the
- * first sample, or [stop] is completed. At the first sample it launches [onBegun]. A receiver that lets the app
- * publish gets [AppUptime], too.
+ * Streams [headset] over [link] and logs what happens, until a recording ends, [duration] has passed since the first
+ * sample, or [stop] is completed. Calls [onFirstSample] at the first sample. Publishes [AppUptime] if the receiver
+ * takes custom topics.
  *
- * @return whether no sensor stands still at the end.
+ * @return false if a stream is waiting or has failed at the end.
  */
 internal suspend fun stream(
     headset: Headset,
-    link: Link,
+    link: ConnectionSettings,
     duration: Duration?,
     stop: CompletableDeferred<String>,
-    say: (String) -> Unit,
-    onBegun: suspend () -> Unit,
+    log: (String) -> Unit,
+    onFirstSample: suspend () -> Unit,
 ): Boolean = coroutineScope {
-    val hasBegun = CompletableDeferred<Unit>()
-    val streamer = Ml2Streamer(ObservedHeadset(headset, hasBegun), link.receiver, link.security)
+    val firstSample = CompletableDeferred<Unit>()
+    val streamer = Ml2Streamer(ObservedHeadset(headset, firstSample), link.receiver, link.security)
     val uptime = AppUptime(streamer, headset.clock)
-    val narration = launch { streamer.narrate(link.receiver, say) }
+    val logging = launch { streamer.logChanges(link.receiver, log) }
     launch { stop.complete(streamer.state.filterIsInstance<StreamerState.Ended>().first().reason) }
     launch {
-        hasBegun.await()
-        onBegun()
+        firstSample.await()
+        onFirstSample()
     }
     if (duration != null) {
         launch {
-            hasBegun.await()
+            firstSample.await()
             delay(duration)
-            stop.complete("$duration are over")
+            stop.complete("the duration of $duration is over")
         }
     }
     streamer.start()
     launch { uptime.run() }
     val reason = stop.await()
     streamer.stop(reason)
-    narration.join()
-    say("ended: $reason")
+    logging.join()
+    log("ended: $reason")
     coroutineContext.cancelChildren()
     streamer.streams.value.values.none { it is StreamState.Waiting || it is StreamState.Failed }
 }
 
-/** The [headset], which completes [hasBegun] with the first sample of any stream. */
-private class ObservedHeadset(private val headset: Headset, private val hasBegun: CompletableDeferred<Unit>) :
+/** Passes on the samples of [headset], and completes [firstSample] with the first one of any stream. */
+private class ObservedHeadset(private val headset: Headset, private val firstSample: CompletableDeferred<Unit>) :
     Headset by headset {
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        headset.samples(stream, values).onEach { hasBegun.complete(Unit) }
+        headset.samples(stream, values).onEach { firstSample.complete(Unit) }
 }
 
-/** Says where the streamer is and what became of each stream, whenever that changes, until it has ended. */
-private suspend fun Ml2Streamer.narrate(receiver: Receiver, say: (String) -> Unit) {
+/** Logs each change of the connection and of each stream, until the streamer ends. */
+private suspend fun Ml2Streamer.logChanges(receiver: Receiver, log: (String) -> Unit) {
     var lastState: StreamerState? = null
     var lastStreams = emptyMap<String, StreamState>()
     combine(state, streams, ::Pair).first { (state, streams) ->
-        if (state != lastState) state.inWords(receiver)?.let(say)
-        for (id in lastStreams.keys - streams.keys) say("  $id: ended")
-        for ((id, stream) in streams) if (stream != lastStreams[id]) say("  $id: ${stream.inWords()}")
+        if (state != lastState) state.describe(receiver)?.let(log)
+        for (id in lastStreams.keys - streams.keys) log("  $id: ended")
+        for ((id, stream) in streams) if (stream != lastStreams[id]) log("  $id: ${stream.describe()}")
         lastState = state
         lastStreams = streams
         state is StreamerState.Ended
     }
 }
 
-private fun StreamerState.inWords(receiver: Receiver): String? = when (this) {
+private fun StreamerState.describe(receiver: Receiver): String? = when (this) {
     is StreamerState.Connecting -> "connecting to $receiver" + reason?.let { ": $it" }.orEmpty()
 
     is StreamerState.Connected ->
@@ -92,12 +92,12 @@ private fun StreamerState.inWords(receiver: Receiver): String? = when (this) {
     is StreamerState.Ended -> null
 }
 
-private fun StreamState.inWords(): String = when (this) {
-    is StreamState.Accepted -> values.inWords() + adjusted?.let { " (adjusted: $it)" }.orEmpty()
+private fun StreamState.describe(): String = when (this) {
+    is StreamState.Accepted -> values.describe() + adjusted?.let { " (adjusted: $it)" }.orEmpty()
     is StreamState.Waiting -> "waiting: $reason"
     is StreamState.Refused -> "refused: $reason"
     is StreamState.Failed -> "failed: $reason"
 }
 
-private fun StreamValues.inWords(): String =
+private fun StreamValues.describe(): String =
     if (width == null) "accepted" else "accepted, ${width}x$height@$rateHz $format"

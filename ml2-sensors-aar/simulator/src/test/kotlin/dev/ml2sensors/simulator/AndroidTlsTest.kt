@@ -11,7 +11,7 @@ class AndroidTlsTest {
     fun removeProvider(): Unit = Security.removeProvider("Conscrypt")
 
     @Test
-    fun tlsIsThatOfAndroid() {
+    fun tlsComesFromConscrypt() {
         useAndroidTls()
         assertEquals("Conscrypt", SSLContext.getInstance("TLSv1.3").provider.name)
     }

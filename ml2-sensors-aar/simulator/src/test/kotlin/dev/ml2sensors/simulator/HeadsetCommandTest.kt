@@ -5,7 +5,7 @@ import com.github.ajalt.clikt.core.UsageError
 import com.github.ajalt.clikt.core.parse
 import com.github.ajalt.clikt.parsers.CommandLineParser
 import dev.ml2sensors.Version
-import dev.ml2sensors.simulator.replay.RecordingFiles
+import dev.ml2sensors.simulator.replay.SyntheticRecording
 import org.junit.jupiter.api.Timeout
 import org.junit.jupiter.api.io.TempDir
 import java.io.File
@@ -24,7 +24,7 @@ class HeadsetCommandTest {
 
     @Test
     fun wrongArgumentsAreNamedWithWhatWasExpected() {
-        val recording = RecordingFiles(folder).folder.path
+        val recording = SyntheticRecording(folder).folder.path
         val wrong = mapOf(
             "--receiver host:0" to "expected a name, or HOST:PORT with a port of 1 to 65535, found 'host:0'",
             "--receiver host:65536" to "found 'host:65536'",
@@ -56,7 +56,7 @@ class HeadsetCommandTest {
     }
 
     @Test
-    fun everyCommandLineOfTheDocumentsIsUnderstood() {
+    fun everyCommandLineInTheDocumentsParses() {
         val documents = listOf(Path("README.md")) + Path("../../docs").listDirectoryEntries("*.md")
         val lines = documents.flatMap { it.readLines() }.mapNotNull(EXAMPLE::find).map { it.groupValues[1] }
         assertTrue(lines.size > 8, "$lines")
@@ -67,7 +67,7 @@ class HeadsetCommandTest {
     }
 
     @Test
-    fun aRosbagIsForTheReceiversOwnCommand() {
+    fun aRosbagIsRefusedWithAHintToMl2ReceiverPlay() {
         val bag = folder.resolve("walk").apply { mkdir() }
         val file = bag.resolve("walk_0.mcap").apply { createNewFile() }
         for (recording in listOf(bag, file)) {
@@ -83,7 +83,7 @@ class HeadsetCommandTest {
 
     @Test
     fun damagedRecordingExitsWith2AndIsNamedBeforeAnythingStarts() {
-        val files = RecordingFiles(folder)
+        val files = SyntheticRecording(folder)
         files.replace("imu0/data.csv", "2e-3", "x")
         val run = Run("--receiver 127.0.0.1:1 --replay ${folder.path}")
         val expected = "Error: ${files.file("imu0/data.csv")}:2: expected a finite number, found 'x'\n"
@@ -92,7 +92,7 @@ class HeadsetCommandTest {
     }
 
     @Test
-    fun aPairingThatFailsIsOneLineAndExitsWith1() {
+    fun aFailedPairingPrintsOneLineAndExitsWith1() {
         val run = Run("--keys $folder --pair $URI --source test-signal")
         val output = run.output.readText().lines()
         assertTrue(output[0].startsWith("Error: no pairing with the receiver at 127.0.0.1:1: "), "$output")
@@ -132,7 +132,7 @@ class HeadsetCommandTest {
 
     @Test
     fun signalsEndTheWaitForAReceiver() {
-        val recording = RecordingFiles(folder).folder
+        val recording = SyntheticRecording(folder).folder
         for (signal in listOf("INT", "TERM")) {
             val run = Run("--insecure --receiver 127.0.0.1:1 --replay $recording")
             assertTrue("WARNING: --insecure" in run.output.readLine())
@@ -143,22 +143,22 @@ class HeadsetCommandTest {
         }
     }
 
-    /** The command as its users run it, in a process of its own. */
+    /** Runs the command in its own process, as users do. */
     private class Run(arguments: String) {
         private val java = File(System.getProperty("java.home"), "bin/java").path
         private val main = listOf(java, "-cp", System.getProperty("java.class.path"), "dev.ml2sensors.simulator.MainKt")
 
-        // Tests that run in the background have SIGINT ignored, and so would the command
-        private val asInForeground = listOf("env", "--default-signal=INT")
+        // A background test inherits an ignored SIGINT, and so would the command
+        private val withDefaultSigint = listOf("env", "--default-signal=INT")
         val process: Process =
-            ProcessBuilder(asInForeground + main + words(arguments)).redirectErrorStream(true).start()
+            ProcessBuilder(withDefaultSigint + main + words(arguments)).redirectErrorStream(true).start()
         val output = process.inputStream.bufferedReader()
     }
 }
 
 private val URI = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}"
 
-/** In an indented block: the arguments, up to a comment. */
+/** Matches a command line in a block: the arguments, up to a comment. */
 private val EXAMPLE = Regex("""^(?:\S*/ml2-headset *|(?=--[a-z]))(.*?)(?:  .*|#.*)?$""")
 
 private fun words(arguments: String) = arguments.split(' ').filter(String::isNotEmpty)

@@ -6,10 +6,10 @@ import org.junit.jupiter.api.Test
 import java.io.File
 import kotlin.test.assertNull
 
-/** What is public is what api/ml2-headset.api says, in the format of Kotlin's binary-compatibility-validator. */
+/** Compares the public API with api/ml2-headset.api, in the format of Kotlin's binary-compatibility-validator. */
 class PublicApiTest {
     @Test
-    fun whatIsPublicChangesOnPurposeOnly() {
+    fun publicApiIsTheCommittedOne() {
         val tools = AbiTools.getInstance()
         val committed = File("api/ml2-headset.api")
         val found = File("target/ml2-headset.api")

@@ -21,13 +21,13 @@ import kotlin.io.path.isDirectory
 import kotlin.io.path.outputStream
 import kotlin.io.path.readBytes
 
-/** The keys of a headset that is a program: the [folder] with `device.p12`, made when missing, and `receivers.json`. */
+/** The keys of a simulated headset: a [folder] with `device.p12`, created if it is missing, and `receivers.json`. */
 internal class KeyFolder(private val folder: Path) {
     private val keyFile = folder.resolve("device.p12")
 
     /**
-     * @param name of the device, if its key is yet to be made.
-     * @throws IOException when the folder cannot be used.
+     * @param name the name of the device in a key that is created.
+     * @throws IOException if the folder cannot be used.
      */
     fun open(name: String): DeviceKeys {
         if (folder.exists() && !folder.isDirectory()) {
@@ -35,7 +35,7 @@ internal class KeyFolder(private val folder: Path) {
         }
         if (!keyFile.exists()) {
             try {
-                make(name)
+                create(name)
             } catch (e: IOException) {
                 throw IOException("cannot write in $folder: give a folder that this user can write (${reason(e)})", e)
             }
@@ -52,21 +52,21 @@ internal class KeyFolder(private val folder: Path) {
         return try {
             identity(content)
         } catch (e: IOException) {
-            throw notOurs(e)
+            throw notAKeyFile(e)
         } catch (e: GeneralSecurityException) {
-            throw notOurs(e)
-        } ?: throw notOurs(null)
+            throw notAKeyFile(e)
+        } ?: throw notAKeyFile(null)
     }
 
-    /** @return null when the store has no key of a device. */
+    /** @return null if the key store holds no device key. */
     private fun identity(content: ByteArray): DeviceIdentity? {
         val store = KeyStore.getInstance(FORMAT).apply { load(content.inputStream(), PASSWORD) }
         val key = store.getKey(ALIAS, PASSWORD) as? PrivateKey ?: return null
         return (store.getCertificate(ALIAS) as? X509Certificate)?.let { DeviceIdentity(key, it) }
     }
 
-    /** Its cause has the words of the format's parser, which help no user. */
-    private fun notOurs(cause: Exception?) = IOException(
+    /** The cause holds the message of the format's parser, which does not help users. */
+    private fun notAKeyFile(cause: Exception?) = IOException(
         "expected the key that ml2-headset has written in $keyFile, found something else: remove the file, and pair again",
         cause,
     )
@@ -74,7 +74,7 @@ internal class KeyFolder(private val folder: Path) {
     private fun reason(failure: IOException) =
         (failure as? FileSystemException)?.reason ?: failure.javaClass.simpleName.removeSuffix("Exception")
 
-    private fun make(name: String) {
+    private fun create(name: String) {
         folder.createDirectories(PosixFilePermissions.asFileAttribute(PosixFilePermissions.fromString("rwx------")))
         val keys = KeyPairGenerator.getInstance("EC").run {
             initialize(ECGenParameterSpec("secp256r1"))
@@ -93,10 +93,10 @@ internal class KeyFolder(private val folder: Path) {
         private const val FORMAT = "PKCS12"
         private const val ALIAS = "device"
 
-        /** The format wants one; what protects the key is the mode of the file. */
+        /** The format requires a password; the mode of the file protects the key. */
         private val PASSWORD = "ml2-sensors".toCharArray()
 
-        /** Where the keys are unless said otherwise. */
+        /** Returns the default folder of the keys. */
         fun default(): Path {
             val configuration = System.getenv("XDG_CONFIG_HOME")?.takeIf(String::isNotEmpty)?.let(::Path)
                 ?: Path(System.getProperty("user.home"), ".config")

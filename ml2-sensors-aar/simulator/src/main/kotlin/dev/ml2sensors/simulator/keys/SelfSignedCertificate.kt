@@ -8,8 +8,8 @@ import java.security.cert.CertificateFactory
 import java.security.cert.X509Certificate
 
 /**
- * A certificate for [keys], an EC pair, by those keys, as RFC 5280 has it: version 3, subject and issuer CN=[name],
- * valid from 2000 to the last second of 9999, ECDSA with SHA-256, no extensions. Java has no public way to make one.
+ * Returns a self-signed certificate (RFC 5280) for [keys], an EC pair: version 3, subject and issuer CN=[name], valid
+ * from 2000 to the last second of 9999, ECDSA with SHA-256, no extensions. Java has no public API for this.
  */
 internal fun selfSignedCertificate(keys: KeyPair, name: String): X509Certificate {
     val commonName = sequence(set(sequence(COMMON_NAME, der(UTF8_STRING, name.toByteArray()))))
@@ -56,7 +56,7 @@ private fun sequence(vararg parts: ByteArray) = der(SEQUENCE, *parts)
 
 private fun set(part: ByteArray) = der(SET, part)
 
-/** Tag, length and contents, X.690, 8.1. */
+/** Returns a DER element: tag, length and contents (X.690, 8.1). */
 private fun der(tag: Int, vararg parts: ByteArray): ByteArray {
     val size = parts.sumOf { it.size }
     val length = BigInteger.valueOf(size.toLong()).toByteArray().dropWhile { it == 0.toByte() }.toByteArray()

@@ -9,14 +9,14 @@ import kotlinx.coroutines.runInterruptible
 import java.io.File
 import java.nio.ByteBuffer
 
-/** Makes the samples of a recorded camera; waits when all its buffers are in use. */
+/** Makes the samples of a recorded camera. Waits while all its buffers are in use. */
 internal class CameraPlayer(private val camera: RecordedCamera, private val groundTruth: GroundTruth?) {
     private val width = camera.intrinsics.width
     private val height = camera.intrinsics.height
     private val pool = BufferPool(width * height, BUFFERS)
     private val decoder = GreyPngDecoder(width, height)
 
-    fun track(): Track = Track(LongArray(camera.images.size) { camera.images[it].stampNanos }, ::sample)
+    fun track(): ReplayTrack = ReplayTrack(LongArray(camera.images.size) { camera.images[it].stampNanos }, ::sample)
 
     private suspend fun sample(row: Int, captureNanos: Long): ImageSample {
         val image = camera.images[row]
@@ -51,7 +51,7 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
     }
 
     private companion object {
-        /** More than a lane holds and writes, so that a reader that keeps up never waits. */
+        /** More than a lane queues and sends at once, so that the replay never waits for a receiver that keeps up. */
         const val BUFFERS = 8
     }
 }

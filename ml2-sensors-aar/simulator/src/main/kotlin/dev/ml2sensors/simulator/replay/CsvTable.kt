@@ -3,7 +3,7 @@ package dev.ml2sensors.simulator.replay
 import java.io.File
 import java.io.IOException
 
-/** The rows of a `data.csv`: comma-separated, `#` begins a comment line, the first field is a time in ns. */
+/** Reads a `data.csv`: comma-separated fields, the first a time in ns; lines that begin with `#` are comments. */
 internal class CsvTable(private val file: File, private val columns: Int) {
     class Row(private val file: File, val line: Int, private val fields: List<String>) {
         val stampNanos: Long = fields[0].toLongOrNull() ?: throw error("a time in integer nanoseconds", fields[0])
@@ -16,7 +16,7 @@ internal class CsvTable(private val file: File, private val columns: Int) {
         fun error(expected: String, found: String) = RecordingException(file, line, expected, "'$found'")
     }
 
-    /** At least one row, times strictly increasing. */
+    /** Returns at least one row; times increase strictly. */
     fun rows(): List<Row> {
         val rows = lines().withIndex().mapNotNull { (index, text) -> row(index + 1, text.trim()) }
         if (rows.isEmpty()) throw RecordingException(file, null, "at least one row", "none")

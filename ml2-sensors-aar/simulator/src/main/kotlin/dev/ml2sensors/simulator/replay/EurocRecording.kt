@@ -3,13 +3,14 @@ package dev.ml2sensors.simulator.replay
 import java.io.File
 
 /**
- * A recording in the EuRoC/ASL format, checked but for the pixels, which are decoded while it plays.
+ * A recording in the EuRoC/ASL format. All files are checked when it is opened, except for the images, which are decoded
+ * during the replay.
  *
- * Read are `cam0` (the left camera), `cam1` (the right one), `imu0` and `state_groundtruth_estimate0` of the folder
- * `mav0`; a folder that is missing is a sensor the recording does not have.
+ * It reads `cam0` (the left camera), `cam1` (the right one), `imu0` and `state_groundtruth_estimate0` in the folder
+ * `mav0`. A missing folder means that the recording does not have that sensor.
  */
 public class EurocRecording private constructor(
-    /** Name of the folder it was read from. */
+    /** The name of the folder it was read from. */
     public val name: String,
     internal val left: RecordedCamera?,
     internal val right: RecordedCamera?,
@@ -18,8 +19,8 @@ public class EurocRecording private constructor(
 ) {
     public companion object {
         /**
-         * @param folder holds the folder `mav0`.
-         * @throws RecordingException if there is no sensor, or a file that is not as the format says.
+         * @param folder the folder that holds `mav0`.
+         * @throws RecordingException if there is no sensor, or a file does not follow the format.
          */
         public fun open(folder: File): EurocRecording {
             val sensors = folder.resolve("mav0")

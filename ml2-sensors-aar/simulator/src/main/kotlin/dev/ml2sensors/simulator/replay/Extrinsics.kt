@@ -7,12 +7,12 @@ import dev.ml2sensors.message.normalized
 import dev.ml2sensors.message.rotate
 import kotlin.math.abs
 
-/** How far entries may be from those of a rotation; files are written with few digits. */
+/** The largest accepted deviation of an entry from that of a rotation; files are written with few digits. */
 private const val TOLERANCE = 1e-3
 
 private val AXES = listOf(Vector3(1.0, 0.0, 0.0), Vector3(0.0, 1.0, 0.0), Vector3(0.0, 0.0, 1.0))
 
-/** The sensor in the body frame: `T_BS`, a homogeneous 4x4 matrix, row by row. */
+/** Reads `T_BS`, the pose of the sensor in the body frame: a homogeneous 4x4 matrix, row by row. */
 internal fun extrinsics(yaml: SensorYaml): Transform {
     val rows = yaml.numbers("T_BS.data", 16).chunked(4)
     val rotation = rows.take(3).map { it.take(3) }
@@ -28,7 +28,7 @@ internal fun extrinsics(yaml: SensorYaml): Transform {
     return Transform(Vector3(rows[0][3], rows[1][3], rows[2][3]), quaternion)
 }
 
-/** Each candidate is the quaternion times four times one of its components; the largest is the most exact. */
+/** Each candidate is the quaternion scaled by four times one of its components. The largest is the most exact. */
 private fun quaternion(m: List<List<Double>>): Quaternion {
     val x = m[2][1] - m[1][2]
     val y = m[0][2] - m[2][0]

@@ -7,7 +7,7 @@ import java.nio.ByteBuffer
 import javax.imageio.ImageIO
 import javax.imageio.ImageReader
 
-/** Decodes 8-bit grey PNG files of one size. Safe for use by several threads, one at a time. */
+/** Decodes 8-bit grey PNG files of one size. Thread-safe; calls run one at a time. */
 internal class GreyPngDecoder(width: Int, height: Int) {
     private val expected = "${width}x$height, 8-bit grey"
     private val reader: ImageReader = ImageIO.getImageReadersByFormatName("png").next()
@@ -18,7 +18,7 @@ internal class GreyPngDecoder(width: Int, height: Int) {
     /**
      * Writes the pixels of [file], row by row, to [target].
      *
-     * @throws RecordingException if it is no such PNG.
+     * @throws RecordingException if it is not an 8-bit grey PNG of this size.
      */
     @Synchronized
     fun decode(file: File, target: ByteBuffer) {
@@ -27,14 +27,14 @@ internal class GreyPngDecoder(width: Int, height: Int) {
         target.put(pixels)
     }
 
-    /** Size and pixel format of [file], which is in [image] if they are as expected. */
+    /** Returns the size and pixel format of [file]. If they are as expected, decodes it into [image]. */
     private fun read(file: File): String = try {
         ImageIO.createImageInputStream(file).use { input ->
             reader.input = input
             format().also { if (it == expected) reader.read(0, parameters) }
         }
     } catch (failure: Exception) {
-        // Damage also makes the JDK's reader throw unchecked exceptions of several kinds
+        // The JDK's reader throws unchecked exceptions of several kinds for damaged files
         throw RecordingException(file, null, "a PNG image", "$failure", failure)
     }
 

@@ -7,9 +7,9 @@ import dev.ml2sensors.message.interpolate
 import java.io.File
 import kotlin.math.abs
 
-/** The body in the world at recorded times: the `state_groundtruth_estimate0` folder. */
+/** The poses of the body in the world, from the folder `state_groundtruth_estimate0`. */
 internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
-    /** The pose at [stampNanos] between two rows, null outside of the recorded span. */
+    /** Returns the pose at [stampNanos], interpolated between two rows, or null outside the recorded time. */
     fun poseAt(stampNanos: Long): Transform? {
         val found = stamps.binarySearch(stampNanos)
         if (found >= 0) return poses[found]

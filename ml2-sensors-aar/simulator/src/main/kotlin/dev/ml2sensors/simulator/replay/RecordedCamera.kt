@@ -8,7 +8,7 @@ import java.io.File
 /**
  * A `cam*` folder: 8-bit grey PNG files and their times, in order.
  *
- * @property inBody the optical frame in the body frame (`T_BS`).
+ * @property inBody the pose of the optical frame in the body frame (`T_BS`).
  */
 internal class RecordedCamera(
     val images: List<Image>,
@@ -19,7 +19,7 @@ internal class RecordedCamera(
     class Image(val stampNanos: Long, val file: File)
 
     companion object {
-        /** One message of the wire holds 16 MiB: PROTOCOL.md, Kinds. */
+        /** A message on the wire holds at most 16 MiB (PROTOCOL.md, Kinds). */
         private const val MAX_SIDE_PIXELS = 4095.0
 
         fun open(folder: File): RecordedCamera {

@@ -2,7 +2,7 @@ package dev.ml2sensors.simulator.replay
 
 import java.io.File
 
-/** Angular velocities (rad/s) and accelerations (m/s^2) in the axes of the sensor: an `imu*` folder. */
+/** An `imu*` folder: angular velocities (rad/s) and accelerations (m/s^2) in the axes of the sensor. */
 internal class RecordedImu(val stamps: LongArray, val gyro: List<DoubleArray>, val accel: List<DoubleArray>) {
     companion object {
         fun open(folder: File): RecordedImu {

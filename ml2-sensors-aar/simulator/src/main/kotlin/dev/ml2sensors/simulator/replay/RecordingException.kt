@@ -3,7 +3,7 @@ package dev.ml2sensors.simulator.replay
 import java.io.File
 import java.io.IOException
 
-/** A recording is not as its format says: [file], the [line] in it where there is one, what was expected and found. */
+/** A recording does not follow its format. Names the [file], the [line] if there is one, and what was expected and found. */
 public class RecordingException internal constructor(
     public val file: File,
     public val line: Int?,

@@ -17,19 +17,18 @@ import kotlinx.coroutines.withTimeoutOrNull
 import kotlin.time.Duration.Companion.nanoseconds
 
 /**
- * Plays a [recording] once, as if a headset saw it now.
+ * Replays a [recording] once, as if a headset captured it now.
  *
- * `cam0` is `world_left`, `cam1` `world_right`, `imu0` `accel_left` and `gyro_left`, the ground truth `head_pose`; all
- * values are those of the files, in the files' axes. Images have the pose that the ground truth, interpolated to their
- * time, gives their optical frame, and none outside of its span.
+ * `cam0` is `world_left`, `cam1` is `world_right`, `imu0` is `accel_left` and `gyro_left`, and the ground truth is
+ * `head_pose`. All values are those of the files, in the axes of the files. The pose of an image is that of its optical
+ * frame, from the ground truth interpolated to the image's time. It is null outside the time of the ground truth.
  *
- * The replay starts when the first flow is collected. Capture time = recorded time + one constant for all streams,
- * fixed then. The recording plays once: a stream that is collected again, after its collection ended, goes on where
- * that one was left. Flows wait for their collectors and drop nothing; they fail with [RecordingException] on an image
- * that cannot be decoded.
+ * The replay starts when the first flow is collected. Then the capture time of a sample is its recorded time plus one
+ * constant for all streams. A stream that is collected a second time resumes where the first collection ended. Flows
+ * wait for their collectors and drop nothing. They fail with [RecordingException] on an image that cannot be decoded.
  *
- * @param rateFactor how many times as fast as recorded to deliver, capture times being the same; infinite: as fast as
- * the collectors take it.
+ * @param rateFactor how many times as fast as recorded samples are delivered; infinite for as fast as collectors take
+ * them. Capture times are the same for all factors.
  */
 public class ReplayHeadset(
     private val recording: EurocRecording,
@@ -39,11 +38,11 @@ public class ReplayHeadset(
     private val closed = Job()
     private val tracks = tracks()
     private val schedule by lazy {
-        Schedule(clock.nowNanos(), tracks.values.minOf { it.stamps.first() }, rateFactor)
+        ReplaySchedule(clock.nowNanos(), tracks.values.minOf { it.stamps.first() }, rateFactor)
     }
 
     init {
-        require(rateFactor > 0) { "rate factor must be positive, not $rateFactor" }
+        require(rateFactor > 0) { "expected a positive rate factor, found $rateFactor" }
     }
 
     override val identity: Headset.Identity =
@@ -62,17 +61,17 @@ public class ReplayHeadset(
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         play(requireNotNull(tracks[stream]) { "${stream.id} is not in this recording" })
 
-    /** Ends the flows, with the sample that is being delivered. */
+    /** Ends the flows after the sample that is being delivered. */
     override fun close() {
         closed.complete()
     }
 
-    private fun play(track: Track): Flow<Sample> = flow {
+    private fun play(track: ReplayTrack): Flow<Sample> = flow {
         var row = track.nextRow
         try {
             while (row < track.stamps.size) {
                 val recordedNanos = track.stamps[row]
-                track.sample(row, schedule.captureNanos(recordedNanos)).lend { sample ->
+                track.sample(row, schedule.captureNanos(recordedNanos)).useThenRelease { sample ->
                     awaitDue(schedule.dueNanos(recordedNanos))
                     if (!closed.isActive) return@flow
                     row++
@@ -80,11 +79,11 @@ public class ReplayHeadset(
                 }
             }
         } finally {
-            track.leave(row)
+            track.resumeAt(row)
         }
     }
 
-    private inline fun Sample.lend(use: (Sample) -> Unit) {
+    private inline fun Sample.useThenRelease(use: (Sample) -> Unit) {
         try {
             use(this)
         } finally {
@@ -102,15 +101,15 @@ public class ReplayHeadset(
         else -> null
     }
 
-    private fun tracks(): Map<StreamSpec, Track> = buildMap {
+    private fun tracks(): Map<StreamSpec, ReplayTrack> = buildMap {
         recording.left?.let { put(StreamTable.worldLeft, CameraPlayer(it, recording.groundTruth).track()) }
         recording.right?.let { put(StreamTable.worldRight, CameraPlayer(it, recording.groundTruth).track()) }
         recording.imu?.let { imu ->
-            put(StreamTable.accelLeft, Track(imu.stamps) { row, at -> imu.accel[row].sample(at) })
-            put(StreamTable.gyroLeft, Track(imu.stamps) { row, at -> imu.gyro[row].sample(at) })
+            put(StreamTable.accelLeft, ReplayTrack(imu.stamps) { row, at -> imu.accel[row].sample(at) })
+            put(StreamTable.gyroLeft, ReplayTrack(imu.stamps) { row, at -> imu.gyro[row].sample(at) })
         }
         recording.groundTruth?.let { truth ->
-            put(StreamTable.headPose, Track(truth.stamps) { row, at -> PoseSample(at, truth.poses[row]) })
+            put(StreamTable.headPose, ReplayTrack(truth.stamps) { row, at -> PoseSample(at, truth.poses[row]) })
         }
     }
 

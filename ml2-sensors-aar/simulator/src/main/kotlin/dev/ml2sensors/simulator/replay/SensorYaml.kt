@@ -11,7 +11,7 @@ import org.snakeyaml.engine.v2.nodes.SequenceNode
 import java.io.File
 import java.io.IOException
 
-/** The values of a `sensor.yaml`; keys of nested mappings are written with dots. */
+/** Reads a `sensor.yaml`. Keys of nested mappings are written with dots. */
 internal class SensorYaml(private val file: File) {
     private val root: Node = compose()
 
@@ -40,7 +40,7 @@ internal class SensorYaml(private val file: File) {
     private fun line(node: Node?): Int? = node?.startMark?.map { it.line + 1 }?.orElse(null)
 
     private fun compose(): Node = try {
-        // OpenCV's first line, which is no YAML directive
+        // OpenCV's first line is not a valid YAML directive
         val text = file.readText().replaceFirst(Regex("^%YAML:.*"), "")
         Compose(LoadSettings.builder().build()).composeString(text).orElse(null)
     } catch (failure: YamlEngineException) {

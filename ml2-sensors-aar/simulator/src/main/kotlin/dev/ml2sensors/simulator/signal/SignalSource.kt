@@ -9,7 +9,7 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 
-/** Stands in for the platform's [backend]: [signals] on the grid of whole periods of the [clock]. */
+/** Simulates a [backend] of the platform: delivers [signals] at whole periods of the [clock]. */
 internal class SignalSource(
     override val backend: String,
     private val clock: DeviceClock,
@@ -22,7 +22,7 @@ internal class SignalSource(
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = Answer.Applied(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        signals.getValue(stream).readings(clock, startNanos = 0, life)
+        signals.getValue(stream).samples(clock, startNanos = 0, life)
 
     /** Ends all flows. */
     override fun close(): Unit = life.cancel()

@@ -7,7 +7,7 @@ import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 
-/** What Android's SensorManager would deliver of the simulated headset. */
+/** Returns the signals that Android's SensorManager would deliver on the simulated headset. */
 internal fun sensorManagerSignals(): Map<StreamSpec, Signal> = buildMap {
     for (unit in ImuUnit.entries) {
         put(unit.accelerometer, vectors(unit, IMU_HZ, ACCELERATION))
@@ -31,13 +31,13 @@ private fun pressure(unit: ImuUnit) = Signal(PRESSURE_HZ) {
     ScalarSample(it.nanos, SimulatedSdk.pressure(unit.ordinal, it.nanos).toDouble())
 }
 
-/** Where each quantity begins in what [SimulatedSdk.inertial] writes; units are in the order of ml2sim_unit. */
+/** The index of each quantity in the output of [SimulatedSdk.inertial]. Units are in the order of ml2sim_unit. */
 private const val ACCELERATION = 0
 private const val ANGULAR_VELOCITY = 3
 private const val MAGNETIC_FIELD = 6
 private const val NUMBERS = 9
 
-/** A recorder on the device saw about 210 Hz. */
+/** A headset delivers about 210 Hz. */
 private const val IMU_HZ = 200
 private const val MAGNETOMETER_HZ = 50
 private const val PRESSURE_HZ = 10

@@ -2,9 +2,9 @@ package dev.ml2sensors.simulator.simulated
 
 import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeHeadsetClock
-import dev.ml2sensors.simulator.signal.KEPT_NANOS
-import dev.ml2sensors.simulator.signal.lend
-import dev.ml2sensors.simulator.signal.reaches
+import dev.ml2sensors.simulator.signal.MAX_LATENESS_NANOS
+import dev.ml2sensors.simulator.signal.emitAndRelease
+import dev.ml2sensors.simulator.signal.waitUntil
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
@@ -27,8 +27,8 @@ import kotlinx.coroutines.withContext
 import java.util.concurrent.Executors
 
 /**
- * The colour camera as Android's Camera2 would deliver it: JPEGs of the simulated room with the MLTime of their capture
- * and intrinsics, for which the native library is asked at once where the camera was.
+ * Simulates the colour camera of Android's Camera2: JPEGs of the simulated scene with intrinsics and the MLTime of their
+ * capture. The pose of the camera comes from the native library, right after the capture.
  */
 internal class SimulatedCamera2 : SensorSource {
     private val life = Job()
@@ -40,12 +40,12 @@ internal class SimulatedCamera2 : SensorSource {
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = stream.answer(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
-        // Poses belong to one thread, and the first picture takes seconds
+        // Poses must be read on one thread, and rendering the first frame takes seconds
         Executors.newSingleThreadExecutor().asCoroutineDispatcher().use { thread ->
             val camera = withContext(thread) { OpenColorCamera(values, stream == StreamTable.mixedReality) }
             try {
-                while (NativeHeadsetClock.reaches(camera.nextNanos, life)) {
-                    withContext(thread) { camera.next() }.forEach { lend(it) }
+                while (NativeHeadsetClock.waitUntil(camera.nextNanos, life)) {
+                    withContext(thread) { camera.next() }.forEach { emitAndRelease(it) }
                 }
             } finally {
                 withContext(NonCancellable + thread) { camera.close() }
@@ -57,7 +57,7 @@ internal class SimulatedCamera2 : SensorSource {
     override fun close(): Unit = life.cancel()
 }
 
-/** Of the thread that makes it. */
+/** An open colour camera. Use it only on the thread that created it. */
 private class OpenColorCamera(private val values: StreamValues, private val withHologram: Boolean) : AutoCloseable {
     private val width = checkNotNull(values.width)
     private val height = checkNotNull(values.height)
@@ -66,18 +66,18 @@ private class OpenColorCamera(private val values: StreamValues, private val with
     private val poses = checkNotNull(NativeColorPoses.open()) { "the simulated device has the vendor's library" }
     private val frameNumber get() = numbers[0]
 
-    /** When [next] is there. */
+    /** The time at which [next] has a frame. */
     val nextNanos: Long get() = numbers[3]
 
     init {
         read(NativeHeadsetClock.nowNanos())
     }
 
-    /** The next frame, after what was lost because it was asked for too late. */
+    /** Returns the next frame, preceded by a count of frames that were lost because this call came late. */
     fun next(): List<Sample> {
         val last = frameNumber
         val now = NativeHeadsetClock.nowNanos()
-        val jpeg = read(if (now - nextNanos > KEPT_NANOS) now else nextNanos)
+        val jpeg = read(if (now - nextNanos > MAX_LATENESS_NANOS) now else nextNanos)
         val deviceNanos = numbers[1]
         val sample = ImageSample(
             poses.captureNanos(deviceNanos),
@@ -100,7 +100,7 @@ private class OpenColorCamera(private val values: StreamValues, private val with
         SimulatedSdk.color(width, height, checkNotNull(values.rateHz), withHologram, boottimeNanos, numbers, tag),
     ) { "the simulated device has no colour mode ${width}x$height at ${values.rateHz} Hz" }
 
-    /** com.amd.control.intrinsics: w, h, fx, fy, cx, cy, fov, k1, k2, p1, p2, k3. */
+    /** Decodes com.amd.control.intrinsics: w, h, fx, fy, cx, cy, fov, k1, k2, p1, p2, k3. */
     private fun intrinsics(): Intrinsics {
         val (fx, fy, cx, cy) = List(4) { tag[2 + it].toDouble() }
         val (k1, k2, p1, p2, k3) = List(5) { tag[7 + it].toDouble() }

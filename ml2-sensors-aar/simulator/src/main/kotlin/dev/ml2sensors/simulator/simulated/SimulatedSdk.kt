@@ -3,27 +3,27 @@ package dev.ml2sensors.simulator.simulated
 import java.nio.ByteBuffer
 
 /**
- * native/sim/ml2sim.h, what the simulated headset offers beside the vendor's interfaces: functions, units and axes are
- * stated there. Registered by JNI_OnLoad of libml2sim_jni.so, which [NativeBundle] loads. Any thread.
+ * The controls of the simulated headset. native/sim/ml2sim.h documents the functions, units and axes. JNI_OnLoad of
+ * libml2sim_jni.so, which [NativeBundle] loads, registers them. Thread-safe.
  */
 internal object SimulatedSdk {
-    /** What is wrong, or null. */
+    /** Sets a key. Returns null, or what is wrong with the key or the value. */
     @JvmStatic
     external fun set(key: String, value: String): String?
 
-    /** A line for each key, of OpenXR's runtime too; the columns are those of ml2sim_describe_keys. */
+    /** Returns a line for each key, those of OpenXR too; the columns are those of ml2sim_describe_keys. */
     @JvmStatic
     external fun describeKeys(): String
 
-    /** Names the manifest of the OpenXR runtime, before OpenXR is first used. */
+    /** Sets the manifest of the OpenXR runtime. Call it before OpenXR is first used. */
     @JvmStatic
     external fun useRuntime(manifest: String)
 
-    /** Whether pictures are being drawn, which takes all processors for seconds. */
+    /** Returns true while frames are being rendered, which uses all processors for seconds. */
     @JvmStatic
     external fun isDrawing(): Boolean
 
-    /** Acceleration, angular velocity and magnetic field of an ml2sim_unit, three numbers each. */
+    /** Writes acceleration, angular velocity and magnetic field of an ml2sim_unit, three numbers each. */
     @JvmStatic
     external fun inertial(unit: Int, boottimeNanos: Long, out: FloatArray)
 
@@ -34,10 +34,10 @@ internal object SimulatedSdk {
     external fun pressure(unit: Int, boottimeNanos: Long): Float
 
     /**
-     * The JPEG, which stays as it is until the process ends; null for a size or rate that the device does not have.
+     * Returns a JPEG that stays valid until the process ends, or null if the device does not have this size or rate.
      *
-     * @param numbers receives frame number, MLTime of the capture, exposure in ns, and when the next will be there.
-     * @param intrinsics receives 12 numbers as the vendor's tag has them.
+     * @param numbers receives the frame number, MLTime of the capture, exposure in ns, and time of the next frame.
+     * @param intrinsics receives 12 numbers, in the order of the vendor's metadata tag.
      */
     @JvmStatic
     external fun color(

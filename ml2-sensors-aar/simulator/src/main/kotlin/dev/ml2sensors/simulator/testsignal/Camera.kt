@@ -21,9 +21,10 @@ import java.nio.ByteBuffer
  * A camera in one mode.
  *
  * @property strideBytes 0 for JPEG.
- * @property planes role of each image of a capture, and how frame numbers are written into it.
- * @property mount in the head, body axes; null when not known, and then [lens] is too.
- * @property draw the images of [planes] at a phase from 0 to 1 of a loop; runs on any thread.
+ * @property planes the role of each image of a capture, and how frame numbers are written into it.
+ * @property lens the intrinsics; null together with [extrinsics].
+ * @property extrinsics the pose in the head frame, with body axes; null if not known.
+ * @property draw renders the images of [planes] at a phase of the loop, from 0 to 1; runs on any thread.
  */
 internal class Camera(
     val width: Int,
@@ -32,20 +33,20 @@ internal class Camera(
     val planes: Map<String, FrameNumber>,
     val settings: CaptureSettings,
     val lens: Intrinsics? = null,
-    val mount: Transform? = null,
+    val extrinsics: Transform? = null,
     val draw: (phase: Double) -> List<ByteArray>,
 )
 
-/** A camera with the loop of images it shows again and again. */
-internal class Film(private val camera: Camera, private val reels: List<Reel>) {
+/** The rendered frames of a camera, which it shows in a loop. */
+internal class FrameLoop(private val camera: Camera, private val planeLoops: List<PlaneLoop>) {
     fun signal(rateHz: Int, trajectory: Trajectory) =
         Signal(rateHz) { capture -> sample(capture, trajectory.at(capture.seconds).pose) }
 
-    /** The next image in borrowed memory, taken with the head at [head]. */
+    /** Returns the next image in leased memory, captured with the head at [head]. */
     private fun sample(capture: Capture, head: Transform): Sample {
-        val lent = reels.mapNotNull { reel -> reel.lend(capture.number)?.let { reel to it } }
-        val giveBack = { lent.forEach { (reel, pixels) -> reel.giveBack(pixels) } }
-        if (lent.size < reels.size) {
+        val leased = planeLoops.mapNotNull { planeLoop -> planeLoop.lease(capture.number)?.let { planeLoop to it } }
+        val giveBack = { leased.forEach { (planeLoop, pixels) -> planeLoop.giveBack(pixels) } }
+        if (leased.size < planeLoops.size) {
             giveBack()
             return LostSamples(capture.nanos, 1, DropReason.NO_BUFFER)
         }
@@ -55,20 +56,20 @@ internal class Film(private val camera: Camera, private val reels: List<Reel>) {
             camera.width,
             camera.height,
             camera.strideBytes,
-            camera.mount?.let { head * it * OPTICAL_IN_BODY },
+            camera.extrinsics?.let { head * it * OPTICAL_IN_BODY },
             camera.lens,
             camera.settings,
-            lent.map { (reel, pixels) -> ImageSample.Plane(reel.role, pixels) },
+            leased.map { (planeLoop, pixels) -> ImageSample.Plane(planeLoop.role, pixels) },
             giveBack,
         )
     }
 }
 
-/** One image of each frame of the loop, and the memory that copies of them are lent in. */
-internal class Reel(val role: String, private val mark: FrameNumber, private val images: List<ByteArray>) {
+/** One plane of all frames of a loop, and the buffers in which copies of it are leased. */
+internal class PlaneLoop(val role: String, private val mark: FrameNumber, private val images: List<ByteArray>) {
     private val pool = BufferPool(images.maxOf { it.size }, POOL_BUFFERS)
 
-    fun lend(number: Long): ByteBuffer? {
+    fun lease(number: Long): ByteBuffer? {
         val pixels = pool.acquire() ?: return null
         pixels.put(images[(number % images.size).toInt()]).flip()
         mark.write(pixels, number)
@@ -82,8 +83,13 @@ internal class Reel(val role: String, private val mark: FrameNumber, private val
     }
 }
 
-/** Draws [frameCount] images of each plane, on as many threads as the dispatcher has. */
-internal suspend fun Camera.film(frameCount: Int): Film = coroutineScope {
+/** Renders [frameCount] images of each plane, on as many threads as the dispatcher has. */
+internal suspend fun Camera.renderLoop(frameCount: Int): FrameLoop = coroutineScope {
     val frames = List(frameCount) { async { draw(it.toDouble() / frameCount) } }.awaitAll()
-    Film(this@film, planes.entries.mapIndexed { plane, (role, mark) -> Reel(role, mark, frames.map { it[plane] }) })
+    FrameLoop(
+        this@renderLoop,
+        planes.entries.mapIndexed { plane, (role, mark) ->
+            PlaneLoop(role, mark, frames.map { it[plane] })
+        },
+    )
 }

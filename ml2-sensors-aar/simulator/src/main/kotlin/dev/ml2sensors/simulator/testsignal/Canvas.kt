@@ -15,7 +15,7 @@ import java.awt.geom.Ellipse2D
 import java.awt.geom.Path2D
 import java.awt.image.BufferedImage
 
-/** Draws things of the room, in its coordinates, as a camera sees them; [camera] is the optical frame in the room. */
+/** Draws 3D shapes of the scene as a camera sees them. [camera] is the pose of the optical frame in the scene. */
 internal class Canvas(image: BufferedImage, private val lens: Intrinsics, camera: Transform) : AutoCloseable {
     private val graphics: Graphics2D = image.createGraphics()
     private val toCamera = camera.inverse()
@@ -36,7 +36,7 @@ internal class Canvas(image: BufferedImage, private val lens: Intrinsics, camera
         graphics.draw(path(points) ?: return)
     }
 
-    /** A rectangle of [columns] by [rows] tiles from [corner], so small that the lens bends it tile by tile. */
+    /** Draws a rectangle of [columns] by [rows] tiles from [corner]. Tiles are small, to follow the lens distortion. */
     fun tiles(
         corner: Vector3,
         along: Vector3,
@@ -55,9 +55,9 @@ internal class Canvas(image: BufferedImage, private val lens: Intrinsics, camera
         }
     }
 
-    fun ball(color: Color, ball: Ball) {
-        val middle = lens.project(toCamera.map(ball.center)) ?: return
-        val top = lens.project(toCamera.map(ball.center + Vector3(0.0, 0.0, ball.radius))) ?: return
+    fun sphere(color: Color, sphere: Sphere) {
+        val middle = lens.project(toCamera.map(sphere.center)) ?: return
+        val top = lens.project(toCamera.map(sphere.center + Vector3(0.0, 0.0, sphere.radius))) ?: return
         val r = middle.distance(top)
         graphics.paint = RadialGradientPaint(
             (middle.x - r / 3).toFloat(),
@@ -69,7 +69,7 @@ internal class Canvas(image: BufferedImage, private val lens: Intrinsics, camera
         graphics.fill(Ellipse2D.Double(middle.x - r, middle.y - r, 2 * r, 2 * r))
     }
 
-    /** Text in the lower left corner of the image. */
+    /** Writes text in the lower left corner of the image. */
     fun label(text: String) {
         graphics.font = Font(Font.SANS_SERIF, Font.BOLD, lens.height / 26)
         val width = graphics.fontMetrics.stringWidth(text)

@@ -14,9 +14,9 @@ import kotlin.math.PI
 import kotlin.math.cos
 import kotlin.math.sin
 
-/** The colour camera, or what it sees with the headset's drawings on it when [isMixed]. */
+/** Returns the colour camera; its images include the headset's holograms if [isMixed]. */
 internal fun colorCamera(stream: String, width: Int, height: Int, isMixed: Boolean): Camera {
-    val mount = MOUNTS.getValue("color")
+    val extrinsics = SENSOR_EXTRINSICS.getValue("color")
     val lens = colorLens(width, height)
     return Camera(
         width,
@@ -25,11 +25,11 @@ internal fun colorCamera(stream: String, width: Int, height: Int, isMixed: Boole
         mapOf(ImageSample.IMAGE to FrameNumber.JPEG),
         CaptureSettings(exposureNanos = 8_000_000, analogGain = 1.5, digitalGain = 1.0),
         lens,
-        mount,
+        extrinsics,
     ) { phase ->
         val image = BufferedImage(width, height, BufferedImage.TYPE_3BYTE_BGR)
-        Canvas(image, lens, Room.head(phase) * mount * OPTICAL_IN_BODY).use { canvas ->
-            Room.draw(canvas, phase)
+        Canvas(image, lens, Scene.head(phase) * extrinsics * OPTICAL_IN_BODY).use { canvas ->
+            Scene.draw(canvas, phase)
             if (isMixed) canvas.drawHologram(phase, lineWidth = height / 200.0)
             canvas.label("$stream ${width}x$height")
         }
@@ -37,7 +37,7 @@ internal fun colorCamera(stream: String, width: Int, height: Int, isMixed: Boole
     }
 }
 
-/** A ring of glowing plates that turns about the wearer's line of sight. */
+/** Draws a ring of plates that rotates about the wearer's viewing direction. */
 private fun Canvas.drawHologram(phase: Double, lineWidth: Double) {
     repeat(PLATES) { plate ->
         val angle = 2 * PI * (phase + plate) / PLATES

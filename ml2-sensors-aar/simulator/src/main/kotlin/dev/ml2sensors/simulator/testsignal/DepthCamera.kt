@@ -7,12 +7,13 @@ import java.nio.ByteBuffer
 import java.nio.ByteOrder
 
 /**
- * The depth camera: distances in metres, z along the optical axis unless `radial`, NaN where invalid; `confidence` is
- * the light that came back, `flags` say why a pixel is invalid. Short range sees the room at a quarter of its size.
+ * Returns the depth camera. Distances are in metres along the optical axis, or along the ray if `radial`, and NaN where
+ * invalid. `confidence` is the intensity of the returned light; `flags` say why a pixel is invalid. In short range the
+ * scene is scaled to a quarter.
  */
 internal fun depthCamera(values: StreamValues): Camera {
     val scale = if (values.stream == SHORT_RANGE) 0.25 else 1.0
-    val scene = DepthScene(DEPTH_LENS, MOUNTS.getValue("depth").rotation)
+    val scene = DepthRaycaster(DEPTH_LENS, SENSOR_EXTRINSICS.getValue("depth").rotation)
     val planes = buildMap {
         put(ImageSample.IMAGE, FrameNumber.FLOAT32)
         if (values.confidence == true) put(CONFIDENCE, FrameNumber.FLOAT32)
@@ -34,9 +35,9 @@ internal fun depthCamera(values: StreamValues): Camera {
     }
 }
 
-/** The infrared image of the same camera, lit by its illuminator, in counts. */
+/** Returns the infrared camera: the depth camera's image under its illuminator, in counts. */
 internal fun infraredCamera(values: StreamValues): Camera {
-    val scene = DepthScene(DEPTH_LENS, MOUNTS.getValue("depth").rotation)
+    val scene = DepthRaycaster(DEPTH_LENS, SENSOR_EXTRINSICS.getValue("depth").rotation)
     return camera(values, mapOf(ImageSample.IMAGE to FrameNumber.FLOAT32), illumination = "on") { phase ->
         val echoes = scene.echoes(phase)
         listOf(image { out, pixel -> out.putFloat((AMBIENT_COUNTS + COUNTS * echoes[pixel].signal).toFloat()) })
@@ -50,10 +51,10 @@ private const val FLAGS = "flags"
 private const val COUNTS = 1000
 private const val AMBIENT_COUNTS = 8
 
-/** Less than this does not measure a distance. */
+/** The smallest signal that gives a valid distance. */
 private const val LOW_SIGNAL = 0.012
 
-/** MLDepthCameraDepthFlags of a pixel: 0, or bit 0 (invalid) and bit 3 (low signal) or 4 (flying pixel). */
+/** The MLDepthCameraDepthFlags of a pixel: 0, or bit 0 (invalid) with bit 3 (low signal) or bit 4 (flying pixel). */
 private val Echo.flags: Int
     get() = when {
         isEdge -> 0b10001
@@ -61,9 +62,9 @@ private val Echo.flags: Int
         else -> 0
     }
 
-private fun DepthScene.echoes(phase: Double): List<Echo> {
-    val balls = Room.balls(phase)
-    return axial.indices.map { echo(it, balls) }
+private fun DepthRaycaster.echoes(phase: Double): List<Echo> {
+    val spheres = Scene.spheres(phase)
+    return axial.indices.map { echo(it, spheres) }
 }
 
 private fun image(put: (out: ByteBuffer, pixel: Int) -> Unit): ByteArray {
@@ -85,6 +86,6 @@ private fun camera(
     planes,
     CaptureSettings(if (values.stream == SHORT_RANGE) 375_000 else 1_600_000, illumination = illumination),
     DEPTH_LENS,
-    MOUNTS.getValue("depth"),
+    SENSOR_EXTRINSICS.getValue("depth"),
     draw,
 )

@@ -18,7 +18,7 @@ import kotlin.math.sin
 
 private const val SIZE = 400
 
-/** An eye camera of the name [stream]: an eye under infrared light that looks about. */
+/** Returns the eye camera [stream], which shows a moving eye under infrared light. */
 internal fun eyeCamera(stream: String): Camera = Camera(
     SIZE,
     SIZE,
@@ -37,7 +37,7 @@ internal fun eyeCamera(stream: String): Camera = Camera(
     listOf(grey(image, brightness = 1.0))
 }
 
-/** [side] 1 or -1 is where the camera sits. */
+/** Draws the eye, seen from [side] 1 or -1. */
 private fun Graphics2D.drawEye(phase: Double, side: Int) {
     val gaze = Point2D.Double(200 + side * 20 + 45 * cos(2 * PI * phase), 195 + 22 * sin(4 * PI * phase))
     paint = glow(Point2D.Double(200.0 - side * 60, 170.0), 320.0, Color(0xa0a0a0), Color(0x303030))
@@ -60,8 +60,8 @@ private fun Graphics2D.drawIris(center: Point2D.Double, radius: Double) {
     stroke = BasicStroke(1.4f)
     repeat(90) { spoke ->
         val angle = 2 * PI * spoke / 90
-        val length = radius * (0.7 + 0.28 * Room.grain(spoke, 3))
-        color = Color.WHITE.times(0.3 + 0.3 * Room.grain(spoke, 7))
+        val length = radius * (0.7 + 0.28 * Scene.noise(spoke, 3))
+        color = Color.WHITE.times(0.3 + 0.3 * Scene.noise(spoke, 7))
         val path = Path2D.Double()
         path.moveTo(center.x + 0.4 * radius * cos(angle), center.y + 0.4 * radius * sin(angle))
         path.lineTo(center.x + length * cos(angle), center.y + length * sin(angle))

@@ -3,12 +3,12 @@ package dev.ml2sensors.simulator.testsignal
 import java.nio.ByteBuffer
 
 /**
- * The frame number in the pixels of a test image, so that a receiver can prove which frame it got.
+ * Writes the frame number into a test image, so that a receiver can verify which frame it got.
  *
- * Raw images: pixels 0 to 31 of row 0 are the bits of the number modulo 2^32, most significant first; a bit is the
- * pixel value 0 or, when set, the value named below, little endian.
+ * Raw images: pixels 0 to 31 of row 0 are the bits of the number modulo 2^32, most significant first. A pixel is 0, or
+ * for a set bit the value named below, little endian.
  *
- * JPEG: bytes 20 to 39, right after SOI and the APP0 segment that JFIF wants first, are a COM segment: `FF FE 00 12`
+ * JPEG: bytes 20 to 39, right after SOI and the APP0 segment of JFIF, are a COM segment: `FF FE 00 12`
  * and the 16 ASCII bytes `frame=0000000042`, the number modulo 10^10 in ten decimal digits.
  */
 internal enum class FrameNumber {
@@ -30,7 +30,7 @@ internal enum class FrameNumber {
             forEachBit(number) { pixel, bit -> image.putInt(pixel * Int.SIZE_BYTES, if (bit) 1 else 0) }
     },
 
-    /** A JPEG that [withComment] made. */
+    /** A JPEG with the comment that [withComment] inserts. */
     JPEG {
         override fun write(image: ByteBuffer, number: Long) {
             var rest = number
@@ -45,12 +45,12 @@ internal enum class FrameNumber {
     abstract fun write(image: ByteBuffer, number: Long)
 
     companion object {
-        /** SOI, and an APP0 without a thumbnail. */
+        /** The size of SOI and of an APP0 without a thumbnail. */
         private const val HEAD_BYTES = 2 + 18
         private val COMMENT = byteArrayOf(-1, -2, 0, 18) + "frame=0000000000".toByteArray(Charsets.US_ASCII)
         private val DIGITS = HEAD_BYTES + COMMENT.size - 10 until HEAD_BYTES + COMMENT.size
 
-        /** The JFIF image [jpeg] with the comment that [JPEG] writes to. */
+        /** Returns the JFIF image [jpeg] with the comment that [JPEG] writes to. */
         fun withComment(jpeg: ByteArray): ByteArray =
             jpeg.copyOfRange(0, HEAD_BYTES) + COMMENT + jpeg.copyOfRange(HEAD_BYTES, jpeg.size)
 

@@ -31,7 +31,7 @@ internal val DEPTH_LENS = Intrinsics(
     Distortion.PlumbBob(k1 = -0.03, k2 = 0.01, p1 = 2e-4, p2 = -3e-4, k3 = -0.001),
 )
 
-/** The whole colour sensor, 75 degrees wide. */
+/** The full colour sensor, 75 degrees wide. */
 private val COLOR_LENS = Intrinsics(
     4096,
     3072,
@@ -42,7 +42,7 @@ private val COLOR_LENS = Intrinsics(
     Distortion.PlumbBob(k1 = 0.03, k2 = -0.02, p1 = 1e-4, p2 = 2e-4, k3 = 0.003),
 )
 
-/** The colour camera at a size that has another aspect than its sensor: scaled to fill it, then cut at the centre. */
+/** Returns the colour intrinsics at a size: the sensor is scaled to fill that size, then cropped at the centre. */
 internal fun colorLens(width: Int, height: Int): Intrinsics {
     val scale = max(width.toDouble() / COLOR_LENS.width, height.toDouble() / COLOR_LENS.height)
     val whole = COLOR_LENS.scaledTo((COLOR_LENS.width * scale).roundToInt(), (COLOR_LENS.height * scale).roundToInt())
@@ -54,10 +54,10 @@ internal fun colorLens(width: Int, height: Int): Intrinsics {
     )
 }
 
-/** The farthest from the optical axis, in radians, that a point can be seen; no image here reaches that far. */
+/** The largest angle from the optical axis, in radians, at which a point is projected; all images end before it. */
 private const val EDGE = 1.45
 
-/** The pixel that sees [point] (z forward, x right, y down), null when it is too far aside. */
+/** Returns the pixel of [point] (z forward, x right, y down), or null if it is too far from the optical axis. */
 internal fun Intrinsics.project(point: Vector3): Point2D.Double? {
     val aside = hypot(point.x, point.y)
     val theta = atan2(aside, point.z)
@@ -78,11 +78,13 @@ internal fun Intrinsics.project(point: Vector3): Point2D.Double? {
             Point2D.Double(fx * (x * radial + tx) + cx, fy * (y * radial + ty) + cy)
         }
 
-        is Distortion.FisheyeTangential -> error("no camera here has the lens ${lens.name}")
+        is Distortion.FisheyeTangential -> error(
+            "expected a simulated lens, equidistant or plumb_bob, found ${lens.name}",
+        )
     }
 }
 
-/** What the pixel ([u], [v]) of a plumb_bob camera looks along: x and y at z = 1. */
+/** Returns the ray of the pixel ([u], [v]) of a plumb_bob camera, with z = 1. */
 internal fun Intrinsics.ray(u: Double, v: Double): Vector3 {
     val lens = distortion as Distortion.PlumbBob
     val bentX = (u - cx) / fx
@@ -98,7 +100,7 @@ internal fun Intrinsics.ray(u: Double, v: Double): Vector3 {
     return Vector3(x, y, 1.0)
 }
 
-/** Each step of the fixed point shrinks the error by more than ten with the lenses above. */
+/** Each fixed-point step reduces the error more than tenfold for the lenses above. */
 private const val UNDISTORT_STEPS = 12
 
 private fun Distortion.PlumbBob.radial(x: Double, y: Double): Double {

@@ -1,6 +1,6 @@
 package dev.ml2sensors.simulator.testsignal
 
-import dev.ml2sensors.simulator.signal.readings
+import dev.ml2sensors.simulator.signal.samples
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
@@ -19,21 +19,21 @@ import kotlinx.coroutines.flow.emitAll
 import kotlinx.coroutines.flow.flow
 
 /**
- * A headset that has every sensor and mode of the stream table and delivers test signals from them, in real time.
+ * A headset that delivers test signals for every sensor and mode of the stream table, in real time.
  *
  * Motion, gravity, magnetic field, gaze and hands follow one head trajectory in the world frame, chosen by [seed].
- * Cameras show a loop of a moving scene, at least a second long, that is drawn before the first sample; the number of
- * the capture is written into each image as [FrameNumber] says. It counts from 0 each time a stream is collected, and
- * includes captures that were lost.
+ * Cameras show a loop of a moving scene, at least a second long, that is rendered before the first sample. Each image
+ * holds its capture number, in the format of [FrameNumber]. The number counts from 0 each time a stream is collected,
+ * and includes lost captures.
  *
- * The sensors share one schedule, which begins soon after the first stream is collected: capture instants are its
- * start plus whole periods, so that sensors of one rate capture together. Samples are emitted in the collector's
- * context, after their instant. A collector that is late by more than 50 ms and a period loses captures
- * (`SOURCE_LATE`); one that keeps all buffers of an image loses the next (`NO_BUFFER`).
+ * All sensors share one start time, soon after the first stream is collected. Capture times are that start plus whole
+ * periods, so that sensors of equal rate capture at the same times. Samples are emitted in the collector's context,
+ * after their capture time. A collector that is more than 250 ms late loses captures (`SOURCE_LATE`). A collector that
+ * retains all buffers of a camera loses its next captures (`NO_BUFFER`).
  *
- * @param seed the same seed gives the same samples relative to the start of the schedule.
- * @param clock runs at the speed of coroutine delays.
- * @param log gets a line when the drawing of a camera's loop begins and ends, from any thread; large ones take seconds.
+ * @param seed equal seeds give equal samples, relative to the start time.
+ * @param clock must run at the speed of coroutine delays.
+ * @param log receives a line when rendering of a camera starts and ends, on any thread; rendering can take seconds.
  */
 public class TestSignalHeadset(seed: Long, override val clock: DeviceClock, log: (String) -> Unit = {}) : Headset {
     override val identity: Headset.Identity = Headset.Identity("test-signal-$seed", "Test signals, seed $seed")
@@ -41,26 +41,28 @@ public class TestSignalHeadset(seed: Long, override val clock: DeviceClock, log:
 
     private val life = SupervisorJob()
     private val scope = CoroutineScope(life)
-    private val films = Films(scope, log)
+    private val frameCache = FrameCache(scope, log)
     private val trajectory = Trajectory(seed)
-    private val signals = inertialUnits(trajectory) + surroundings(trajectory) + trackedPoses(trajectory)
+    private val signals = imuSignals(trajectory) + environmentSignals(trajectory) + trackingSignals(trajectory)
 
-    // Drawing takes all cores: no sensor runs until all streams that were started together have their images.
+    // Rendering uses all cores, so no sensor starts until the frames of all streams started together are rendered
     private val startNanos = scope.async(start = CoroutineStart.LAZY) {
         delay(GATHERING_MILLIS)
-        films.awaitAll()
+        frameCache.awaitAll()
         clock.nowNanos() + HEAD_START_NANOS
     }
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = stream.answer(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> {
-        require(stream.modes.isNotEmpty() || stream.id in signals) { "$stream is made of other streams" }
+        require(stream.modes.isNotEmpty() || stream.id in signals) {
+            "expected a sensor's stream, found $stream, which is derived from other streams"
+        }
         val samples = flow {
-            val film = if (stream.modes.isEmpty()) null else films.of(stream, values)
+            val loop = if (stream.modes.isEmpty()) null else frameCache.of(stream, values)
             val start = startNanos.await()
-            val signal = film?.await()?.signal(checkNotNull(values.rateHz), trajectory) ?: signals.getValue(stream.id)
-            emitAll(signal.readings(clock, start, life))
+            val signal = loop?.await()?.signal(checkNotNull(values.rateHz), trajectory) ?: signals.getValue(stream.id)
+            emitAll(signal.samples(clock, start, life))
         }
         return samples.catch { if (life.isActive) throw it }
     }
@@ -68,10 +70,10 @@ public class TestSignalHeadset(seed: Long, override val clock: DeviceClock, log:
     override fun close(): Unit = life.cancel()
 
     private companion object {
-        /** In which the other streams of a configuration are started. */
+        /** The time in which the other streams of a configuration are started. */
         const val GATHERING_MILLIS = 50L
 
-        /** In which all of them reach the first tick. */
+        /** The time in which all of them get ready for the first sample. */
         const val HEAD_START_NANOS = 50_000_000L
     }
 }

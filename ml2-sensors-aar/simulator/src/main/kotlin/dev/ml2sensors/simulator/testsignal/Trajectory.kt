@@ -10,12 +10,12 @@ import kotlin.math.sin
 import kotlin.random.Random
 
 /**
- * The head at one instant.
+ * The motion of the head at one time.
  *
- * @property pose of the head (x forward, y left, z up) in the world.
- * @property acceleration in the world, m/s^2, without gravity.
- * @property angularVelocity in the head's own axes, rad/s.
- * @property angularAcceleration in the head's own axes, rad/s^2.
+ * @property pose the pose of the head (x forward, y left, z up) in the world.
+ * @property acceleration the acceleration in the world, m/s^2, without gravity.
+ * @property angularVelocity the angular velocity in the head's axes, rad/s.
+ * @property angularAcceleration the angular acceleration in the head's axes, rad/s^2.
  */
 internal class HeadState(
     val pose: Transform,
@@ -24,7 +24,7 @@ internal class HeadState(
     val angularAcceleration: Vector3,
 )
 
-/** A head that walks and looks about for ever; [seed] chooses the path. Smooth, in closed form, a pure function. */
+/** An endless, smooth head motion in closed form. [seed] chooses it. Functions are pure. */
 internal class Trajectory(seed: Long) {
     private val random = Random(seed)
     private val x = sines(0.6 to 0.11, 0.03 to 0.7)
@@ -44,7 +44,7 @@ internal class Trajectory(seed: Long) {
         )
     }
 
-    /** The rates of yaw, then pitch, then roll about the axes they turn, seen from the head. */
+    /** Transforms the rates of yaw, pitch and roll to an angular velocity in the head's axes. */
     private fun angularVelocity(seconds: Double): Vector3 {
         val tilt = pitch.value(seconds)
         val lean = roll.value(seconds)
@@ -61,7 +61,7 @@ internal class Trajectory(seed: Long) {
         Sines(amplitudeToHertz.map { (amplitude, hertz) -> Sine(amplitude, 2 * PI * hertz, random.nextDouble(2 * PI)) })
 
     private companion object {
-        /** Seconds; central differences over it are right to 1e-7 rad/s^2. */
+        /** Seconds; central differences over this step are exact to 1e-7 rad/s^2. */
         const val STEP = 1e-4
     }
 }

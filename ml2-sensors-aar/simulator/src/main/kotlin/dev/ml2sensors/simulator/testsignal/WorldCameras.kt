@@ -7,9 +7,9 @@ import dev.ml2sensors.source.ImageSample
 import java.awt.image.BufferedImage
 import java.awt.image.DataBufferInt
 
-/** A tracking camera of the name [stream]; at low exposure the room is dark. */
+/** Returns the world camera [stream]. At low exposure its images are dark. */
 internal fun worldCamera(stream: String, isLowExposure: Boolean): Camera {
-    val mount = MOUNTS.getValue(stream)
+    val extrinsics = SENSOR_EXTRINSICS.getValue(stream)
     val exposureNanos = if (isLowExposure) 500_000L else 4_000_000L
     return Camera(
         WORLD_LENS.width,
@@ -18,18 +18,18 @@ internal fun worldCamera(stream: String, isLowExposure: Boolean): Camera {
         mapOf(ImageSample.IMAGE to FrameNumber.MONO8),
         CaptureSettings(exposureNanos, analogGain = 2.0, digitalGain = 1.0),
         WORLD_LENS,
-        mount,
+        extrinsics,
     ) { phase ->
         val image = BufferedImage(WORLD_LENS.width, WORLD_LENS.height, BufferedImage.TYPE_INT_RGB)
-        Canvas(image, WORLD_LENS, Room.head(phase) * mount * OPTICAL_IN_BODY).use { canvas ->
-            Room.draw(canvas, phase)
+        Canvas(image, WORLD_LENS, Scene.head(phase) * extrinsics * OPTICAL_IN_BODY).use { canvas ->
+            Scene.draw(canvas, phase)
             canvas.label(stream)
         }
         listOf(grey(image, if (isLowExposure) 0.2 else 1.0))
     }
 }
 
-/** Rec. 601 luma of a TYPE_INT_RGB [image] times [brightness], one byte per pixel. */
+/** Returns the Rec. 601 luma of a TYPE_INT_RGB [image] times [brightness], one byte per pixel. */
 internal fun grey(image: BufferedImage, brightness: Double): ByteArray {
     val pixels = (image.raster.dataBuffer as DataBufferInt).data
     val scale = (brightness * 256).toInt()

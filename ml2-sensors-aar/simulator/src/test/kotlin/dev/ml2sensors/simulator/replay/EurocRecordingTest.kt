@@ -27,9 +27,9 @@ class EurocRecordingTest {
 
     @Test
     fun rowsAndCalibrationAreThoseOfTheFiles() {
-        val recording = RecordingFiles(folder).open()
+        val recording = SyntheticRecording(folder).open()
         val camera = assertNotNull(recording.left)
-        assertEquals(List(3, RecordingFiles::stamp), camera.images.map { it.stampNanos })
+        assertEquals(List(3, SyntheticRecording::stamp), camera.images.map { it.stampNanos })
         assertEquals(20, camera.rateHz)
         val distortion = Distortion.PlumbBob(-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0.0)
         assertEquals(Intrinsics(5, 3, 458.654, 457.296, 367.215, 248.375, distortion), camera.intrinsics)
@@ -44,8 +44,8 @@ class EurocRecordingTest {
     }
 
     @Test
-    fun missingFolderIsASensorTheRecordingDoesNotHave() {
-        val files = RecordingFiles(folder)
+    fun missingFolderMeansAMissingSensor() {
+        val files = SyntheticRecording(folder)
         listOf("cam1", "imu0", "state_groundtruth_estimate0").forEach { files.file(it).deleteRecursively() }
         val recording = files.open()
         assertNotNull(recording.left)
@@ -68,7 +68,7 @@ class EurocRecordingTest {
         Damage("cam0/data.csv", "$SECOND.png", "\u0000.png", 3, "data/\u0000.png", "no such file"),
         Damage("cam0/data.csv", "$SECOND,", "1.5,", 3, "integer nanoseconds", "1.5"),
         Damage("cam0/data.csv", "$SECOND,", "99999999999999999999,", 3, "nanoseconds", "9999"),
-        Damage("cam0/data.csv", "$SECOND,", "${RecordingFiles.FIRST},", 3, "time after", "1403"),
+        Damage("cam0/data.csv", "$SECOND,", "${SyntheticRecording.FIRST},", 3, "time after", "1403"),
         Damage("imu0/data.csv", "2e-3", "nan", 2, "finite number", "nan"),
         Damage("imu0/data.csv", "2e-3", "NaN", 2, "finite number", "NaN"),
         Damage("imu0/data.csv", "2e-3", "1e999", 2, "finite number", "1e999"),
@@ -92,7 +92,7 @@ class EurocRecordingTest {
         Damage(CAM1, "radial-tangential", "equidistant", 14, "radial-tangential", "'equidistant'"),
     ).map { damage ->
         dynamicTest("${damage.path}: ${damage.old} -> ${damage.new}") {
-            val files = RecordingFiles(Files.createTempDirectory(folder.toPath(), "damaged").toFile())
+            val files = SyntheticRecording(Files.createTempDirectory(folder.toPath(), "damaged").toFile())
             files.replace(damage.path, damage.old, damage.new)
             val failure = assertFailsWith<RecordingException> { files.open() }
             assertEquals(files.file(damage.path), failure.file)
@@ -105,7 +105,7 @@ class EurocRecordingTest {
     private companion object {
         const val CAM1 = "cam1/sensor.yaml"
         const val TRUTH = "state_groundtruth_estimate0/data.csv"
-        val SECOND = RecordingFiles.stamp(1)
+        val SECOND = SyntheticRecording.stamp(1)
     }
 
     private class Damage(
@@ -119,7 +119,7 @@ class EurocRecordingTest {
 
     @Test
     fun absentOrEmptyFilesAreNamed() {
-        val files = RecordingFiles(folder)
+        val files = SyntheticRecording(folder)
         for (path in listOf("cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv")) {
             val original = files.file(path).readText()
             for (damage in listOf<(File) -> Unit>({ it.delete() }, { it.writeText("# only this\n") })) {
@@ -132,8 +132,8 @@ class EurocRecordingTest {
     }
 
     @Test
-    fun randomDamageIsARecordingOrATypedFailure() {
-        val files = RecordingFiles(folder)
+    fun randomDamageGivesARecordingOrARecordingException() {
+        val files = SyntheticRecording(folder)
         val random = Random(20260101)
         val paths = listOf("cam0/data.csv", "cam0/sensor.yaml", "imu0/data.csv", TRUTH)
         var failures = 0

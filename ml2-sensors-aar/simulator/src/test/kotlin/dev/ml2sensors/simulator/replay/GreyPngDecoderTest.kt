@@ -17,7 +17,7 @@ class GreyPngDecoderTest {
 
     private val decoder = GreyPngDecoder(16, 8)
     private val pixels = Random(3).nextBytes(16 * 8)
-    private val file by lazy { folder.resolve("image.png").also { RecordingFiles.writePng(it, pixels, 16) } }
+    private val file by lazy { folder.resolve("image.png").also { SyntheticRecording.writePng(it, pixels, 16) } }
 
     @Test
     fun pixelsAreThoseOfTheFile() {
@@ -36,21 +36,21 @@ class GreyPngDecoderTest {
             BufferedImage.TYPE_BYTE_BINARY,
         )
         for (type in types) {
-            RecordingFiles.writePng(file, ByteArray(16 * 8), 16, type)
+            SyntheticRecording.writePng(file, ByteArray(16 * 8), 16, type)
             assertEquals("16x8, another pixel format", failure().found)
         }
     }
 
     @Test
     fun otherSizesAreRefused() {
-        RecordingFiles.writePng(file, pixels, 8)
+        SyntheticRecording.writePng(file, pixels, 8)
         val failure = failure()
         assertEquals("16x8, 8-bit grey", failure.expected)
         assertEquals("8x16, 8-bit grey", failure.found)
     }
 
     @Test
-    fun everyTruncationIsATypedFailure() {
+    fun everyTruncatedFileGivesARecordingException() {
         val whole = file.readBytes()
         val end = whole.size - 12
         for (size in 0 until end) {
@@ -60,7 +60,7 @@ class GreyPngDecoderTest {
     }
 
     @Test
-    fun randomDamageIsAnImageOrATypedFailure() {
+    fun randomDamageGivesAnImageOrARecordingException() {
         val whole = file.readBytes()
         val random = Random(5)
         var failures = 0

@@ -12,7 +12,11 @@ import kotlin.test.assertNull
 
 class GroundTruthTest {
     private val random = Random(7)
-    private val stamps = longArrayOf(RecordingFiles.FIRST, RecordingFiles.FIRST + 5, RecordingFiles.FIRST + 1_000_005)
+    private val stamps = longArrayOf(
+        SyntheticRecording.FIRST,
+        SyntheticRecording.FIRST + 5,
+        SyntheticRecording.FIRST + 1_000_005,
+    )
     private val truth = GroundTruth(stamps, List(3) { Transform(vector(), rotation()) })
 
     @Test
@@ -21,7 +25,7 @@ class GroundTruthTest {
     }
 
     @Test
-    fun poseBetweenRowsIsOnTheLineAndTurnsEvenlyAboutOneAxis() {
+    fun poseBetweenRowsIsInterpolatedLinearlyAndRotatedAboutOneAxis() {
         val (_, before, after) = truth.poses
         repeat(200) {
             val elapsed = random.nextLong(1, 1_000_000)
@@ -38,7 +42,7 @@ class GroundTruthTest {
     }
 
     @Test
-    fun nothingIsKnownOutsideOfTheSpan() {
+    fun thereIsNoPoseOutsideTheRecordedTime() {
         assertNull(truth.poseAt(stamps.first() - 1))
         assertNull(truth.poseAt(stamps.last() + 1))
         assertNull(truth.poseAt(Long.MIN_VALUE))

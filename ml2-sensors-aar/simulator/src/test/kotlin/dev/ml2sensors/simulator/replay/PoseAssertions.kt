@@ -3,7 +3,7 @@ package dev.ml2sensors.simulator.replay
 import dev.ml2sensors.message.Quaternion
 import kotlin.test.assertEquals
 
-/** Both are the same rotation within [tolerance] rad, about. */
+/** Asserts that both are the same rotation, within about [tolerance] rad. */
 internal fun assertClose(expected: Quaternion, actual: Quaternion, tolerance: Double = 1e-9) {
     val dot = expected.x * actual.x + expected.y * actual.y + expected.z * actual.z + expected.w * actual.w
     val sign = if (dot < 0) -1 else 1

@@ -39,7 +39,7 @@ class ReplayHeadsetTest {
     @TempDir
     lateinit var folder: File
 
-    private val files by lazy { RecordingFiles(folder) }
+    private val files by lazy { SyntheticRecording(folder) }
     private val values = StreamValues()
 
     @Test
@@ -56,34 +56,23 @@ class ReplayHeadsetTest {
     }
 
     @Test
-    fun samplesAreDeliveredWhenTheyAreDue() = runTest {
-        val headset = headset(1.0)
-        assertEquals(
-            files.open().imu!!.stamps.map { dueMillis(it, 1.0) },
-            headset.samples(StreamTable.gyroLeft, values).map { currentTime }.toList(),
+    fun samplesAreDeliveredWhenTheyAreDueAndKeepTheirCaptureTimes() = runTest {
+        val recording = files.open()
+        val cases = listOf(
+            Triple(StreamTable.gyroLeft, recording.imu!!.stamps.toList(), 1.0),
+            Triple(StreamTable.worldLeft, recording.left!!.images.map { it.stampNanos }, 1.0),
+            Triple(StreamTable.headPose, recording.groundTruth!!.stamps.toList(), 4.0),
         )
+        for ((stream, stamps, rateFactor) in cases) {
+            val start = currentTime
+            val samples = headset(rateFactor).samples(stream, values).map { it.captureNanos to currentTime }.toList()
+            assertEquals(stamps.map { start + dueMillis(it, rateFactor) }, samples.map { it.second }, "$stream")
+            assertEquals(stamps.map { it - stamps[0] }, samples.map { it.first - samples[0].first }, "$stream")
+        }
     }
 
     @Test
-    fun imagesAreDeliveredWhenTheyAreDue() = runTest {
-        val headset = headset(1.0)
-        assertEquals(
-            files.open().left!!.images.map { dueMillis(it.stampNanos, 1.0) },
-            headset.samples(StreamTable.worldLeft, values).map { currentTime }.toList(),
-        )
-    }
-
-    @Test
-    fun rateFactorChangesWhenSamplesAreDueAndNothingElse() = runTest {
-        val fast = headset(4.0)
-        val samples = fast.samples(StreamTable.headPose, values).map { it.captureNanos to currentTime }.toList()
-        val stamps = files.open().groundTruth!!.stamps
-        assertEquals(stamps.map { dueMillis(it, 4.0) }, samples.map { it.second })
-        assertEquals(stamps.map { it - stamps[0] }, samples.map { it.first - samples[0].first })
-    }
-
-    @Test
-    fun infiniteRateDeliversAsFastAsTheCollectorTakes() = runTest {
+    fun infiniteRateDeliversWithoutWaiting() = runTest {
         val times = headset(Double.POSITIVE_INFINITY).samples(StreamTable.gyroLeft, values).map { currentTime }.toList()
         assertEquals(List(10) { LEAD_NANOS / 1_000_000 }, times)
     }
@@ -111,7 +100,7 @@ class ReplayHeadsetTest {
         var number = 0
         headset(1.0).samples(StreamTable.worldLeft, values).collect { sample ->
             val image = sample as ImageSample
-            assertContentEquals(RecordingFiles.pixels(number), image.copy())
+            assertContentEquals(SyntheticRecording.pixels(number), image.copy())
             assertEquals(listOf(5, 3, 5), listOf(image.width, image.height, image.strideBytes))
             assertEquals(camera.intrinsics, image.intrinsics)
             assertEquals(number++.toLong(), image.frameNumber)
@@ -149,7 +138,7 @@ class ReplayHeadsetTest {
     }
 
     @Test
-    fun flowThatIsCollectedAgainGoesOnWhereItWasLeft() = runTest {
+    fun aFlowCollectedAgainResumesWhereItStopped() = runTest {
         val flow = headset(1.0).samples(StreamTable.gyroLeft, values)
         val first = flow.take(4).toList()
         assertEquals(files.open().imu!!.gyro.map { it[0] }, (first + flow.toList()).map { (it as VectorSample).x })
@@ -157,7 +146,7 @@ class ReplayHeadsetTest {
     }
 
     @Test
-    fun everyCollectorOfAStreamGetsAllOfIt() = runTest {
+    fun everyCollectorGetsTheWholeStream() = runTest {
         val headset = headset(1.0)
         val streams = listOf(StreamTable.gyroLeft, StreamTable.gyroLeft, StreamTable.worldLeft, StreamTable.worldLeft)
         val sizes = streams.map { async { headset.captures(it).size } }.awaitAll()
@@ -167,17 +156,17 @@ class ReplayHeadsetTest {
     @Test
     fun imagesWaitForABufferInsteadOfBeingDropped() = runTest {
         val kept = mutableListOf<ImageSample>()
-        val collection = keepAllBuffers(twelveImages(), kept)
+        val collection = leaseAllBuffers(twelveImages(), kept)
         kept.toList().forEach(ImageSample::release)
         collection.join()
         assertEquals((0L until 12).toList(), kept.map { it.frameNumber })
     }
 
     @Test
-    fun cancelledWaitForABufferLosesNoImage() = runTest {
+    fun cancellingTheWaitForABufferLosesNoImage() = runTest {
         val headset = twelveImages()
         val kept = mutableListOf<ImageSample>()
-        keepAllBuffers(headset, kept).cancelAndJoin()
+        leaseAllBuffers(headset, kept).cancelAndJoin()
         kept.forEach(ImageSample::release)
         val rest = headset.samples(StreamTable.worldLeft, values).map { (it as ImageSample).frameNumber }.toList()
         assertEquals((8L until 12).toList(), rest)
@@ -195,7 +184,7 @@ class ReplayHeadsetTest {
     }
 
     @Test
-    fun imageThatCannotBeDecodedKeepsNoBuffer() = runTest(timeout = 10.seconds) {
+    fun imageThatCannotBeDecodedReturnsItsBuffer() = runTest(timeout = 10.seconds) {
         damagedSecondImage()
         val flow = headset(1.0).samples(StreamTable.worldLeft, values)
         repeat(20) { assertFailsWith<RecordingException> { flow.toList() } }
@@ -214,7 +203,7 @@ class ReplayHeadsetTest {
     }
 
     @Test
-    fun cameraIsAdjustedToWhatWasRecorded() = runTest {
+    fun cameraRequestIsAdjustedToTheRecordedMode() = runTest {
         val asked = StreamValues(stream = 1, width = 1016, height = 1016, rateHz = 30, format = "Grayscale")
         val recorded = asked.copy(width = 5, height = 3, rateHz = 20)
         val headset = headset(1.0)
@@ -244,7 +233,7 @@ class ReplayHeadsetTest {
     }
 
     @Test
-    fun identityIsTheRecordings() = runTest {
+    fun identityNamesTheRecording() = runTest {
         val headset = headset(1.0)
         assertEquals("replay-${folder.name}", headset.identity.deviceId)
         assertEquals(Headset.Timeline.RECORDED, headset.timeline)
@@ -254,16 +243,18 @@ class ReplayHeadsetTest {
         ReplayHeadset(files.open(), { CLOCK_START_NANOS + currentTime * 1_000_000 }, rateFactor)
 
     private fun damagedSecondImage(): File =
-        files.file("cam0/data/${RecordingFiles.stamp(1)}.png").also { it.writeBytes(it.readBytes().copyOf(50)) }
+        files.file("cam0/data/${SyntheticRecording.stamp(1)}.png").also { it.writeBytes(it.readBytes().copyOf(50)) }
 
     private fun TestScope.twelveImages(): Headset {
-        val more = (3 until 12).joinToString("") { "${RecordingFiles.stamp(it)},${RecordingFiles.stamp(0)}.png\r\n" }
+        val more = (3 until 12).joinToString("") {
+            "${SyntheticRecording.stamp(it)},${SyntheticRecording.stamp(0)}.png\r\n"
+        }
         files.file("cam0/data.csv").appendText(more)
         return headset(Double.POSITIVE_INFINITY)
     }
 
-    /** Collects and retains images into [kept]; returns when there are as many as the headset has buffers, eight. */
-    private suspend fun TestScope.keepAllBuffers(headset: Headset, kept: MutableList<ImageSample>): Job {
+    /** Collects and retains images into [kept]; returns when all eight buffers of the headset are in use. */
+    private suspend fun TestScope.leaseAllBuffers(headset: Headset, kept: MutableList<ImageSample>): Job {
         val eighth = CompletableDeferred<Unit>()
         val collection = launch {
             headset.samples(StreamTable.worldLeft, values).collect { sample ->
@@ -277,7 +268,7 @@ class ReplayHeadsetTest {
 
     private suspend fun Headset.captures(stream: StreamSpec) = samples(stream, values).map { it.captureNanos }.toList()
 
-    /** Milliseconds of virtual time, rounded up as delays are. */
+    /** Returns the due time in milliseconds of virtual time, rounded up as delays are. */
     private fun dueMillis(recordedNanos: Long, rateFactor: Double): Long {
         val sinceFirst = (recordedNanos - files.open().groundTruth!!.stamps.first()) / rateFactor
         return (LEAD_NANOS + sinceFirst.toLong() + 999_999) / 1_000_000

@@ -6,7 +6,7 @@ import kotlin.math.cos
 import kotlin.math.sin
 import kotlin.math.sqrt
 
-/** Rotations as 3x3 matrices, by Rodrigues' formula: shares nothing with the quaternions it checks. */
+/** A rotation as a 3x3 matrix, by Rodrigues' formula. It shares no code with the quaternions under test. */
 internal class RotationMatrix(private val m: Array<DoubleArray>) {
     operator fun get(row: Int, column: Int): Double = m[row][column]
 
@@ -16,7 +16,7 @@ internal class RotationMatrix(private val m: Array<DoubleArray>) {
 
     fun transposed() = of { row, column -> this[column, row] }
 
-    /** The same axis, [fraction] of the angle; the angle is under half a turn. */
+    /** Returns the rotation about the same axis by [fraction] of the angle, which must be under half a turn. */
     fun scaled(fraction: Double): RotationMatrix {
         val angle = acos(((m[0][0] + m[1][1] + m[2][2] - 1) / 2).coerceIn(-1.0, 1.0))
         if (angle < 1e-9) return of { row, column -> if (row == column) 1.0 else 0.0 }

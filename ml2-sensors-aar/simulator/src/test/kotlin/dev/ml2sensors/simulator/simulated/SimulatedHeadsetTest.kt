@@ -36,7 +36,7 @@ class SimulatedHeadsetTest {
     }
 
     @Test
-    fun colourFramesComeInOrderAndThoseThatAreMissedAreCounted() {
+    fun colourFramesComeInOrderAndMissedFramesAreCounted() {
         val found = samples(StreamTable.color, COLOR, count = 8) { if (it == 1) Thread.sleep(LATE_MILLIS) }
         val lost = found.filterIsInstance<LostSamples>()
         assertEquals(setOf(DropReason.SOURCE_LATE), lost.map { it.reason }.toSet())
@@ -47,7 +47,7 @@ class SimulatedHeadsetTest {
 
     @Test
     fun colourFramesHaveTheirPoseAndIntrinsics() {
-        // Tracking takes its time to begin
+        // Tracking needs some frames to begin
         val frames = samples(StreamTable.color, COLOR, count = 20).filterIsInstance<ImageSample>()
         val frame = frames.first { it.pose != null }
         assertTrue(frames.dropWhile { it != frame }.all { it.pose != null })
@@ -56,18 +56,18 @@ class SimulatedHeadsetTest {
     }
 
     @Test
-    fun inertialUnitsFeelGravityOnASteadyGridOf200Hz() {
+    fun accelerometersMeasureGravityOnASteady200HzGrid() {
         val found = samples(StreamTable.accelLeft, StreamValues(), count = 400)
         val readings = found.filterIsInstance<VectorSample>()
         assertEquals(setOf(0L), readings.map { it.captureNanos % 5_000_000 }.toSet())
-        // A busy machine may read too late, but not without counting what it lost
+        // On a busy machine samples may be lost, but each loss must be counted
         val lost = found.filterIsInstance<LostSamples>().associate { it.captureNanos to it.count }
         for ((a, b) in readings.zipWithNext()) {
             val next = a.captureNanos + 5_000_000
             assertEquals(next + 5_000_000L * (lost[next] ?: 0), b.captureNanos)
         }
         val mean = readings.map { sqrt(it.x * it.x + it.y * it.y + it.z * it.z) }.average()
-        // Over the whole walk, on which the head is swung about
+        // The mean over the whole trajectory; single samples include the head's own acceleration
         assertEquals(9.81, mean, absoluteTolerance = 1.0)
     }
 
@@ -80,7 +80,7 @@ class SimulatedHeadsetTest {
     }
 
     @Test
-    fun aWrongSettingIsRefusedInTheWordsOfTheSimulation() {
+    fun aWrongSettingIsRefusedWithTheAllowedRange() {
         val failure = assertFailsWith<IllegalArgumentException> { headset.set("tangential", "much") }
         assertContains(failure.message.orEmpty(), """tangential: expected a number from -0.01 to 0.01, found "much"""")
     }
@@ -89,10 +89,10 @@ class SimulatedHeadsetTest {
         const val WIDTH = 640
         const val HEIGHT = 480
 
-        /** More than a frame is kept for. */
+        /** Longer than a frame waits for a late collector. */
         const val LATE_MILLIS = 600L
         val COLOR = StreamValues(0, WIDTH, HEIGHT, 15, "jpeg")
-        val films = Path.of("target/films").createDirectories().absolute()
-        val headset = SimulatedHeadset.open(settings = mapOf("cache" to "$films", "loop_seconds" to "2"))
+        val cache = Path.of("target/frame_cache").createDirectories().absolute()
+        val headset = SimulatedHeadset.open(settings = mapOf("cache" to "$cache", "loop_seconds" to "2"))
     }
 }

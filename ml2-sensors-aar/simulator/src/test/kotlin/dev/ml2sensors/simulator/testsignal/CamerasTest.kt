@@ -26,14 +26,14 @@ class CamerasTest {
     private val depth = StreamValues(0, 544, 480, 5, "Depth32", confidence = true, flags = true)
 
     @Test
-    fun depthIsZOfPointsThatLieOnTheRoom() {
+    fun depthIsZOfPointsOnSurfacesOfTheScene() {
         val (image) = depthCamera(depth).draw(0.3).map(::floats)
-        val toRoom = MOUNTS.getValue("depth").rotation * OPTICAL_IN_BODY.rotation
+        val toScene = SENSOR_EXTRINSICS.getValue("depth").rotation * OPTICAL_IN_BODY.rotation
         for (pixel in image.indices step 101) {
             if (image[pixel].isNaN()) continue
             val ray = DEPTH_LENS.ray((pixel % 544).toDouble(), (pixel / 544).toDouble())
-            val point = toRoom.rotate(ray * image[pixel].toDouble())
-            assertTrue(distanceToRoom(point, Room.balls(0.3)) < 1e-5, "pixel $pixel sees $point")
+            val point = toScene.rotate(ray * image[pixel].toDouble())
+            assertTrue(distanceToScene(point, Scene.spheres(0.3)) < 1e-5, "pixel $pixel sees $point")
         }
     }
 
@@ -66,13 +66,13 @@ class CamerasTest {
     }
 
     @Test
-    fun planesNotAskedForAreNotThere() {
+    fun planesThatAreNotRequestedAreAbsent() {
         assertEquals(setOf("image"), depthCamera(depth.copy(confidence = false, flags = null)).planes.keys)
         assertEquals(listOf("image", "flags"), depthCamera(depth.copy(confidence = null)).planes.keys.toList())
     }
 
     @Test
-    fun everyCameraMovesAndIsNotBlank() {
+    fun everyCameraShowsMotionAndManyValues() {
         val cameras = listOf(
             worldCamera("world_left", isLowExposure = false),
             eyeCamera("eye_nasal_left"),
@@ -90,7 +90,7 @@ class CamerasTest {
     }
 
     @Test
-    fun lowExposureIsDarkerAndSaysSo() {
+    fun lowExposureIsDarkerAndReportsAShorterExposure() {
         val normal = worldCamera("world_left", isLowExposure = false)
         val low = worldCamera("world_left", isLowExposure = true)
         assertTrue(4 * brightness(low.draw(0.0).single()) < brightness(normal.draw(0.0).single()))
@@ -104,15 +104,17 @@ class CamerasTest {
     }
 
     @Test
-    fun aCaptureIsLostWholeWhenOneOfItsPlanesHasNoBuffer() {
-        val reels = listOf("image", "confidence").map { Reel(it, FrameNumber.FLOAT32, listOf(ByteArray(128))) }
-        val signal = Film(depthCamera(depth), reels).signal(rateHz = 5, Trajectory(1))
-        repeat(7) { assertNotNull(reels[1].lend(0)) }
+    fun aCaptureIsLostIfOneOfItsPlanesHasNoBuffer() {
+        val planeLoops = listOf("image", "confidence").map {
+            PlaneLoop(it, FrameNumber.FLOAT32, listOf(ByteArray(128)))
+        }
+        val signal = FrameLoop(depthCamera(depth), planeLoops).signal(rateHz = 5, Trajectory(1))
+        repeat(7) { assertNotNull(planeLoops[1].lease(0)) }
         val sample = assertIs<ImageSample>(signal.read(Capture(0, 0, 0.0)))
         val lost = assertIs<LostSamples>(signal.read(Capture(1, 200_000_000, 0.2)))
         assertEquals(DropReason.NO_BUFFER, lost.reason)
         sample.release()
-        repeat(8) { assertNotNull(reels[0].lend(0)) }
+        repeat(8) { assertNotNull(planeLoops[0].lease(0)) }
     }
 
     private fun brightness(image: ByteArray) = image.sumOf { it.toInt() and 255 }
@@ -122,9 +124,13 @@ class CamerasTest {
         return FloatArray(pixels.remaining()).also { pixels.get(it) }
     }
 
-    private fun distanceToRoom(point: Vector3, balls: List<Ball>): Double {
-        val walls = listOf(Room.FRONT - abs(point.x), Room.SIDE - abs(point.y), Room.HIGH - abs(point.z))
-        val surfaces = balls.map { ball -> (point - ball.center).let { sqrt(it dot it) } - ball.radius }
+    private fun distanceToScene(point: Vector3, spheres: List<Sphere>): Double {
+        val walls = listOf(
+            Scene.HALF_LENGTH - abs(point.x),
+            Scene.HALF_WIDTH - abs(point.y),
+            Scene.HALF_HEIGHT - abs(point.z),
+        )
+        val surfaces = spheres.map { sphere -> (point - sphere.center).let { sqrt(it dot it) } - sphere.radius }
         return (walls + surfaces).minOf { abs(it) }
     }
 }

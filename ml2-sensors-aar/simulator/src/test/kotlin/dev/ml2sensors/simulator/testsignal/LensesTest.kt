@@ -8,24 +8,20 @@ import kotlin.test.assertNull
 
 class LensesTest {
     @Test
-    fun worldLensIsTheFisheyeOfOpenCv() {
-        // cv2.fisheye.projectPoints, 4.12
-        val expected = listOf(674.1013035267393 to 398.0477916718829, 247.45475308619984 to 725.2819967864883)
-        for ((point, pixel) in POINTS zip expected) {
-            val projected = assertNotNull(WORLD_LENS.project(point))
-            assertEquals(pixel.first, projected.x, 1e-9)
-            assertEquals(pixel.second, projected.y, 1e-9)
-        }
-    }
-
-    @Test
-    fun depthLensIsThePinholeOfOpenCv() {
-        // cv2.projectPoints, 4.12
-        val expected = listOf(376.61149799904996 to 172.92268638631998, 95.2701894214604 to 382.55930974825276)
-        for ((point, pixel) in POINTS zip expected) {
-            val projected = assertNotNull(DEPTH_LENS.project(point))
-            assertEquals(pixel.first, projected.x, 1e-9)
-            assertEquals(pixel.second, projected.y, 1e-9)
+    fun projectionIsThatOfOpenCv() {
+        // cv2.fisheye.projectPoints and cv2.projectPoints, 4.12
+        val expected = mapOf(
+            WORLD_LENS to
+                listOf(674.1013035267393 to 398.0477916718829, 247.45475308619984 to 725.2819967864883),
+            DEPTH_LENS to
+                listOf(376.61149799904996 to 172.92268638631998, 95.2701894214604 to 382.55930974825276),
+        )
+        for ((lens, pixels) in expected) {
+            for ((point, pixel) in POINTS zip pixels) {
+                val projected = assertNotNull(lens.project(point))
+                assertEquals(pixel.first, projected.x, 1e-9)
+                assertEquals(pixel.second, projected.y, 1e-9)
+            }
         }
     }
 
@@ -41,13 +37,13 @@ class LensesTest {
     }
 
     @Test
-    fun whatIsBesideOrBehindTheCameraHasNoPixel() {
+    fun pointsFarOffAxisOrBehindTheCameraHaveNoPixel() {
         assertNull(WORLD_LENS.project(Vector3(1.0, 0.0, 0.01)))
         assertNull(DEPTH_LENS.project(Vector3(0.0, 0.1, -1.0)))
     }
 
     @Test
-    fun colorLensKeepsItsSightAndCutsTheRestAtTheCentre() {
+    fun colorIntrinsicsAreScaledAndCroppedAtTheCentre() {
         val hd = colorLens(1920, 1080)
         assertEquals(2668.0 * 1920 / 4096, hd.fx, 1e-9)
         assertEquals(2666.5 * 1440 / 3072, hd.fy, 1e-9)

@@ -17,6 +17,7 @@ import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.async
 import kotlinx.coroutines.flow.collect
 import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.map
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.launch
@@ -32,24 +33,24 @@ import kotlin.test.assertTrue
 
 class TestSignalHeadsetTest {
     @Test
-    fun everySensorOfTheTableDelivers() = withHeadset { headset ->
-        for (stream in StreamTable.all - MADE_OF_OTHERS.toSet()) {
+    fun everySensorOfTheStreamTableDeliversSamples() = withHeadset { headset ->
+        for (stream in StreamTable.all - DERIVED.toSet()) {
             val sample = headset.samples(stream, headset.accepted(stream)).first()
             assertTrue(sample.captureNanos <= headset.clock.nowNanos())
         }
     }
 
     @Test
-    fun streamsMadeOfOthersAreNotSensors() = withHeadset { headset ->
-        for (stream in MADE_OF_OTHERS) {
+    fun derivedStreamsAreNotSensors() = withHeadset { headset ->
+        for (stream in DERIVED) {
             assertFailsWith<IllegalArgumentException> { headset.samples(stream, StreamValues()) }
         }
     }
 
     @Test
-    fun sensorsOfOneRateCaptureTogetherAndShowTheirNumber() = withHeadset { headset ->
+    fun sensorsOfEqualRateCaptureAtTheSameTimesAndImagesShowTheirNumber() = withHeadset { headset ->
         val streams = listOf(StreamTable.eyeNasalLeft, StreamTable.eyeTempleRight, StreamTable.worldCenter)
-        headset.draw(streams)
+        headset.render(streams)
         val captures = streams.map { stream ->
             async {
                 val captures = mutableListOf<Pair<Long, Long>>()
@@ -67,13 +68,13 @@ class TestSignalHeadsetTest {
     }
 
     @Test
-    fun aCameraIsWhereItsMountIsOnTheHeadAndEyesAreNowhere() = withHeadset { headset ->
-        headset.draw(listOf(StreamTable.worldLeft))
+    fun imagePoseIsHeadPoseTimesExtrinsicsAndEyeImagesHaveNone() = withHeadset { headset ->
+        headset.render(listOf(StreamTable.worldLeft))
         val world = async { headset.images(StreamTable.worldLeft, 20) { it.captureNanos to assertNotNull(it.pose) } }
         val poses = headset.samples(StreamTable.headPose, StreamValues()).take(40).toList()
         val heads = poses.associate { it.captureNanos to assertNotNull((it as PoseSample).pose) }
         for ((nanos, pose) in world.await()) {
-            val expected = heads.getValue(nanos) * MOUNTS.getValue("world_left") * OPTICAL_IN_BODY
+            val expected = heads.getValue(nanos) * SENSOR_EXTRINSICS.getValue("world_left") * OPTICAL_IN_BODY
             assertNear(expected.translation, pose.translation, 1e-12)
             assertEquals(0.0, angleBetween(expected.rotation, pose.rotation), 1e-7)
         }
@@ -84,7 +85,7 @@ class TestSignalHeadsetTest {
     }
 
     @Test
-    fun imagesThatAreKeptCostTheNextOnesAndTheirNumbers() = withHeadset { headset ->
+    fun retainedImagesMakeLaterCapturesLost() = withHeadset { headset ->
         val kept = mutableListOf<ImageSample>()
         val samples = mutableListOf<Sample>()
         headset.samples(StreamTable.eyeNasalLeft, headset.accepted(StreamTable.eyeNasalLeft)).take(12).collect {
@@ -122,7 +123,7 @@ class TestSignalHeadsetTest {
     }
 
     @Test
-    fun aHandIsSometimesNotSeenAndElseHas26Joints() = withHeadset { headset ->
+    fun aHandIsEitherUntrackedOrHas26Joints() = withHeadset { headset ->
         val hands = headset.samples(StreamTable.handRight, StreamValues()).take(300).toList()
         val joints = hands.map { (it as PosesSample).poses }
         assertEquals(setOf(26), joints.map { it.size }.toSet())
@@ -130,7 +131,7 @@ class TestSignalHeadsetTest {
     }
 
     @Test
-    fun theSameSeedIsTheSameHead() = runTest {
+    fun equalSeedsGiveEqualPoses() = runTest {
         suspend fun poses(seed: Long): List<Transform?> = TestSignalHeadset(seed, clock).use { headset ->
             headset.samples(StreamTable.gaze, StreamValues()).take(5).toList().map { (it as PoseSample).pose }
         }
@@ -142,16 +143,13 @@ class TestSignalHeadsetTest {
         TestSignalHeadset(seed = 1, clock).use { test(it) }
     }
 
-    /** From then on nothing waits in real time, while virtual time would run on. */
-    private suspend fun TestSignalHeadset.draw(streams: List<StreamSpec>) {
+    /** Renders all frames first: rendering takes real time, during which virtual time would advance. */
+    private suspend fun TestSignalHeadset.render(streams: List<StreamSpec>) {
         for (stream in streams) samples(stream, accepted(stream)).first()
     }
 
-    private suspend fun <T> TestSignalHeadset.images(stream: StreamSpec, count: Int, see: (ImageSample) -> T): List<T> {
-        val seen = mutableListOf<T>()
-        samples(stream, accepted(stream)).take(count).collect { seen += see(it as ImageSample) }
-        return seen
-    }
+    private suspend fun <T> TestSignalHeadset.images(stream: StreamSpec, count: Int, read: (ImageSample) -> T) =
+        samples(stream, accepted(stream)).take(count).map { read(it as ImageSample) }.toList()
 
     private fun TestSignalHeadset.accepted(stream: StreamSpec): StreamValues {
         val mode = stream.modes.firstOrNull() ?: return StreamValues()
@@ -166,7 +164,7 @@ class TestSignalHeadsetTest {
     }
 
     private companion object {
-        val MADE_OF_OTHERS =
+        val DERIVED =
             StreamTable.all.filter { it.id.startsWith("imu_") } + StreamTable.tf + StreamTable.custom
     }
 }

@@ -18,52 +18,60 @@ import kotlinx.coroutines.runBlocking
 import java.io.IOException
 import kotlin.io.path.Path
 
-/** Which receiver, and how the way there is protected. */
-internal class Link(val receiver: Receiver, val security: TransportSecurity)
+/** The receiver to connect to, and how the connection is protected. */
+internal class ConnectionSettings(val receiver: Receiver, val security: TransportSecurity)
 
-/** The options that say so. */
-internal class LinkOptions : OptionGroup() {
+/** The options for the receiver, the keys and encryption. */
+internal class ConnectionOptions : OptionGroup() {
     private val receiver by option(
         metavar = "NAME|HOST:PORT",
-        help = "Which receiver; default: the one that is paired, with --insecure the one there is.",
-    ).convert { parsing { Receiver.parse(it, MulticastBrowser()) } }
-    val pair by option(metavar = "URI", help = "Pair with the receiver whose ml2-receiver pair shows this, and end.")
-        .convert { parsing { PairingUri.parse(it) } }
-    private val keys by option(metavar = "FOLDER", help = "The keys; default: ~/.config/ml2-sensors-headset.")
+        help = "The receiver to connect to; default: the paired one, or with --insecure the only one on the network.",
+    ).convert { failOnInvalid { Receiver.parse(it, MulticastBrowser()) } }
+    val pair by option(
+        metavar = "URI",
+        help = "Pair with the receiver whose ml2-receiver pair shows this URI, then exit.",
+    )
+        .convert { failOnInvalid { PairingUri.parse(it) } }
+    private val keys by option(
+        metavar = "FOLDER",
+        help = "The folder of the keys; default: ~/.config/ml2-sensors-headset.",
+    )
         .convert { Path(it) }
         .default(KeyFolder.default())
-    private val insecure by option(help = "Encrypt nothing, trust everybody; the receiver must be told, too.").flag()
-    private val insecureEyeImages by option(help = "With --insecure, send images of the eyes all the same.").flag()
+    private val insecure by option(
+        help = "Do not encrypt, and trust every receiver; the receiver needs --insecure, too.",
+    ).flag()
+    private val insecureEyeImages by option(help = "With --insecure, send eye images, too.").flag()
 
-    /** @return what is to be said. */
+    /** @return a message for the user. */
     fun pairWith(uri: PairingUri, device: Headset.Identity): String {
-        if (insecure) throw UsageError("--pair and --insecure exclude each other")
+        if (insecure) throw UsageError("--pair and --insecure exclude each other: leave one out")
         val opened = openKeys()
-        val paired = failing(EXIT_FAILED) { runBlocking { opened.pair(uri, device) } }
+        val paired = exitOnFailure(EXIT_FAILED) { runBlocking { opened.pair(uri, device) } }
         return "paired with ${paired.name} (fingerprint ${paired.fingerprint}), which serves at ${paired.address}"
     }
 
-    /** @param warn is told what the user must not overlook. */
-    fun open(warn: (String) -> Unit): Link {
+    /** @param warn prints a warning. */
+    fun open(warn: (String) -> Unit): ConnectionSettings {
         if (insecureEyeImages && !insecure) throw UsageError("--insecure-eye-images needs --insecure")
         if (insecure) {
-            warn("WARNING: --insecure: nothing is encrypted, and any machine can impersonate the receiver")
-            return Link(
+            warn("WARNING: --insecure: nothing is encrypted, and anyone on the network can pose as the receiver")
+            return ConnectionSettings(
                 receiver ?: Receiver.discover(MulticastBrowser()),
                 TransportSecurity.Insecure(insecureEyeImages),
             )
         }
         val keys = openKeys()
-        val paired = failing(EXIT_USAGE) { keys.receivers }
+        val paired = exitOnFailure(EXIT_USAGE) { keys.receivers }
         if (paired.isEmpty()) {
             throw UsageError("paired with no receiver: run ml2-receiver pair there, then ml2-headset --pair URI")
         }
-        return Link(receiver ?: keys.receiver(MulticastBrowser()), keys.security())
+        return ConnectionSettings(receiver ?: keys.receiver(MulticastBrowser()), keys.security())
     }
 
-    private fun openKeys(): DeviceKeys = failing(EXIT_USAGE) { KeyFolder(keys).open(NAME) }
+    private fun openKeys(): DeviceKeys = exitOnFailure(EXIT_USAGE) { KeyFolder(keys).open(NAME) }
 
-    private inline fun <T> failing(exitCode: Int, action: () -> T): T = try {
+    private inline fun <T> exitOnFailure(exitCode: Int, action: () -> T): T = try {
         action()
     } catch (failure: IOException) {
         throw PrintMessage("Error: ${failure.message}", exitCode, printError = true)
@@ -75,7 +83,7 @@ internal class LinkOptions : OptionGroup() {
     }
 }
 
-private inline fun <T> OptionCallTransformContext.parsing(action: () -> T): T = try {
+private inline fun <T> OptionCallTransformContext.failOnInvalid(action: () -> T): T = try {
     action()
 } catch (mistake: IllegalArgumentException) {
     fail(mistake.message.orEmpty())

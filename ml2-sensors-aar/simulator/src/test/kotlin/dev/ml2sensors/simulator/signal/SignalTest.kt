@@ -23,49 +23,44 @@ import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
 
 @OptIn(ExperimentalCoroutinesApi::class)
-class TicksTest {
+class SignalTest {
     @Test
-    fun ticksAreTheExactInstantsRoundedDown() {
+    fun sampleTimesAreExactInstantsRoundedDown() {
         val random = Random(1)
         repeat(10_000) {
             val rate = random.nextInt(1, 1000)
             val tick = random.nextLong(4_000_000_000)
             val exact = BigInteger.valueOf(tick) * BigInteger.valueOf(1_000_000_000) / BigInteger.valueOf(rate.toLong())
-            assertEquals(17 + exact.toLong(), Ticks(17, rate).nanos(tick))
+            assertEquals(17 + exact.toLong(), SampleTimes(17, rate).nanos(tick))
         }
     }
 
     @Test
-    fun aHalfRateSharesEverySecondInstant() {
-        for (tick in 0L..100_000) assertEquals(Ticks(5, 60).nanos(2 * tick), Ticks(5, 30).nanos(tick))
-    }
-
-    @Test
-    fun theLastTickIsNotAfterAndItsSuccessorIs() {
+    fun theLastTickIsTheNewestOneNotAfterATime() {
         val random = Random(2)
         repeat(10_000) {
-            val ticks = Ticks(random.nextLong(1_000_000), random.nextInt(1, 1000))
+            val ticks = SampleTimes(random.nextLong(1_000_000), random.nextInt(1, 1000))
             val nanos = random.nextLong(1_000_000, 10_000_000_000)
-            val last = ticks.lastAt(nanos)
+            val last = ticks.lastTickAt(nanos)
             assertTrue(ticks.nanos(last) <= nanos && nanos < ticks.nanos(last + 1))
-            assertEquals(last, ticks.lastAt(ticks.nanos(last)))
+            assertEquals(last, ticks.lastTickAt(ticks.nanos(last)))
         }
     }
 
     @Test
-    fun readingsComeInOrderAfterTheirInstants() = runTest {
+    fun samplesComeInOrderAfterTheirCaptureTimes() = runTest {
         val arrivals = mutableListOf<Pair<Long, Long>>()
-        counter(30).readings(clock, startNanos = 100_000_000, Job()).take(60).collect {
+        counter(30).samples(clock, startNanos = 100_000_000, Job()).take(60).collect {
             arrivals += it.captureNanos to clock.nowNanos()
         }
-        assertEquals(List(60) { Ticks(100_000_000, 30).nanos(it.toLong()) }, arrivals.map { it.first })
+        assertEquals(List(60) { SampleTimes(100_000_000, 30).nanos(it.toLong()) }, arrivals.map { it.first })
         assertTrue(arrivals.all { (capture, arrival) -> arrival - capture in 0..1_000_000 })
     }
 
     @Test
-    fun aLateReaderStillGetsWhatIsLessThan250MillisOld() = runTest {
+    fun aLateCollectorStillGetsSamplesUpTo250MillisOld() = runTest {
         val samples = mutableListOf<Sample>()
-        counter(200).readings(clock, 0, Job()).take(80).collect {
+        counter(200).samples(clock, 0, Job()).take(80).collect {
             samples += it
             if (samples.size == 10) delay(250.milliseconds)
         }
@@ -73,9 +68,9 @@ class TicksTest {
     }
 
     @Test
-    fun aReaderThatIsTooLateLosesCapturesAndGoesOnWithTheNewest() = runTest {
+    fun aCollectorThatIsTooLateLosesSamplesAndContinuesWithTheNewest() = runTest {
         val samples = mutableListOf<Sample>()
-        counter(10).readings(clock, 0, Job()).take(8).collect {
+        counter(10).samples(clock, 0, Job()).take(8).collect {
             samples += it
             if (samples.size == 3) delay(470.milliseconds)
         }
@@ -88,17 +83,17 @@ class TicksTest {
     }
 
     @Test
-    fun aSensorSwitchedOnLaterKeepsToTheScheduleAndCountsFromZero() = runTest {
+    fun aSensorStartedLaterUsesTheSameSampleTimesAndCountsFromZero() = runTest {
         delay(1_010.milliseconds)
-        val samples = counter(30).readings(clock, 0, Job()).take(3).toList()
-        assertEquals(List(3) { Ticks(0, 30).nanos(31L + it) }, samples.map { it.captureNanos })
+        val samples = counter(30).samples(clock, 0, Job()).take(3).toList()
+        assertEquals(List(3) { SampleTimes(0, 30).nanos(31L + it) }, samples.map { it.captureNanos })
         assertEquals(listOf(0.0, 1.0, 2.0), samples.map { (it as ScalarSample).value })
     }
 
     @Test
-    fun theEndIsNotHeldUpByTheNextInstant() = runTest {
+    fun cancellationDoesNotWaitForTheNextSample() = runTest {
         val end = Job()
-        val reading = launch { counter(1).readings(clock, 0, end).collect() }
+        val reading = launch { counter(1).samples(clock, 0, end).collect() }
         delay(2_300.milliseconds)
         end.cancel()
         reading.join()
@@ -108,6 +103,6 @@ class TicksTest {
 
 private fun counter(rateHz: Int) = Signal(rateHz) { ScalarSample(it.nanos, it.number.toDouble()) }
 
-/** Virtual time. */
+/** The clock of virtual time. */
 @OptIn(ExperimentalCoroutinesApi::class)
 internal val TestScope.clock get() = DeviceClock { testScheduler.currentTime * 1_000_000 }

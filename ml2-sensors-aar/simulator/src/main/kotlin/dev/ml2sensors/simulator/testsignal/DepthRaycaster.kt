@@ -11,27 +11,27 @@ import kotlin.math.floor
 import kotlin.math.sqrt
 
 /**
- * What a time-of-flight camera gets back in one pixel.
+ * The light that a time-of-flight camera receives in one pixel.
  *
- * @property range along the ray, in the metres of the room.
- * @property signal of the light that came back, from 0 to 1 at a distance of 1 m.
- * @property isEdge when part of it comes from behind what the pixel sees.
+ * @property range the distance along the ray in metres.
+ * @property signal the intensity; at a distance of 1 m it is from 0 to 1.
+ * @property isEdge true if part of the light comes from a surface further away.
  */
 internal class Echo(val range: Double, val signal: Double, val isEdge: Boolean)
 
-/** The rays of a camera in the middle of the room, turned by [orientation] (body axes). */
-internal class DepthScene(lens: Intrinsics, orientation: Quaternion) {
+/** Casts the rays of a camera at the origin of the scene, rotated by [orientation] (body axes). */
+internal class DepthRaycaster(lens: Intrinsics, orientation: Quaternion) {
     private val rays = List(3) { FloatArray(lens.width * lens.height) }
 
-    /** Of each pixel, z along the optical axis for 1 m along the ray. */
+    /** For each pixel, the distance along the optical axis of a point 1 m along the ray. */
     val axial = FloatArray(lens.width * lens.height)
 
     init {
-        val toRoom = orientation * OPTICAL_IN_BODY.rotation
+        val toScene = orientation * OPTICAL_IN_BODY.rotation
         for (pixel in axial.indices) {
             val ray = lens.ray((pixel % lens.width).toDouble(), (pixel / lens.width).toDouble())
             val unit = 1 / sqrt(ray dot ray)
-            val (x, y, z) = toRoom.rotate(ray * unit)
+            val (x, y, z) = toScene.rotate(ray * unit)
             rays[0][pixel] = x.toFloat()
             rays[1][pixel] = y.toFloat()
             rays[2][pixel] = z.toFloat()
@@ -39,18 +39,18 @@ internal class DepthScene(lens: Intrinsics, orientation: Quaternion) {
         }
     }
 
-    fun echo(pixel: Int, balls: List<Ball>): Echo {
+    fun echo(pixel: Int, spheres: List<Sphere>): Echo {
         val ray = Vector3(rays[0][pixel].toDouble(), rays[1][pixel].toDouble(), rays[2][pixel].toDouble())
-        return balls.mapNotNull { it.echo(ray) }.minByOrNull { it.range } ?: wall(ray)
+        return spheres.mapNotNull { it.echo(ray) }.minByOrNull { it.range } ?: wall(ray)
     }
 }
 
 private fun wall(ray: Vector3): Echo {
-    val range = minOf(Room.FRONT / abs(ray.x), Room.SIDE / abs(ray.y), Room.HIGH / abs(ray.z))
+    val range = minOf(Scene.HALF_LENGTH / abs(ray.x), Scene.HALF_WIDTH / abs(ray.y), Scene.HALF_HEIGHT / abs(ray.z))
     val at = ray * range
     val facing = when {
-        abs(at.x) > Room.FRONT - NEAR -> ray.x
-        abs(at.y) > Room.SIDE - NEAR -> ray.y
+        abs(at.x) > Scene.HALF_LENGTH - NEAR -> ray.x
+        abs(at.y) > Scene.HALF_WIDTH - NEAR -> ray.y
         else -> ray.z
     }
     val tile = floor(at.x * 2 + NEAR) + floor(at.y * 2 + NEAR) + floor(at.z * 2 + NEAR)
@@ -58,10 +58,10 @@ private fun wall(ray: Vector3): Echo {
     return Echo(range, reflectivity * abs(facing) / (range * range), isEdge = false)
 }
 
-/** Metres that rounding cannot reach. */
+/** A distance in metres that is larger than any rounding error. */
 private const val NEAR = 1e-6
 
-private fun Ball.echo(ray: Vector3): Echo? {
+private fun Sphere.echo(ray: Vector3): Echo? {
     val along = ray dot center
     val squaredMiss = (center dot center) - along * along
     val squaredRadius = radius * radius
@@ -71,5 +71,5 @@ private fun Ball.echo(ray: Vector3): Echo? {
     return Echo(range, 0.9 * depth / radius / (range * range), isEdge = squaredMiss > squaredRadius / EDGE)
 }
 
-/** A pixel is on the edge of a ball when its ray passes the centre at a squared radius off by less than this factor. */
+/** A pixel is on the edge of a sphere if its ray passes the centre at a squared radius off by less than this factor. */
 private const val EDGE = 1.04

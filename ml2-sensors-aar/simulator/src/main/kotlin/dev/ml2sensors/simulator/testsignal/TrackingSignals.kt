@@ -11,40 +11,40 @@ import dev.ml2sensors.source.PosesSample
 import kotlin.math.PI
 import kotlin.math.sin
 
-/** Head, gaze and hands, all in the world frame. */
-internal fun trackedPoses(trajectory: Trajectory): Map<String, Signal> = mapOf(
+/** Returns head, gaze and hands, all in the world frame. */
+internal fun trackingSignals(trajectory: Trajectory): Map<String, Signal> = mapOf(
     "head_pose" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose) },
     "gaze" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose * gaze(it.seconds)) },
     "hand_left" to hand(trajectory, side = 1),
     "hand_right" to hand(trajectory, side = -1),
 )
 
-/** Between the eyes, x along the line of sight. */
+/** The gaze: origin between the eyes, x along the viewing direction. */
 private fun gaze(seconds: Double): Transform {
     val aside = 0.25 * sin(2 * PI * 0.4 * seconds)
     val down = 0.1 + 0.15 * sin(2 * PI * 0.27 * seconds)
-    return MOUNTS.getValue("eyes") * Transform(Vector3.ZERO, yaw(aside) * pitch(down))
+    return SENSOR_EXTRINSICS.getValue("eyes") * Transform(Vector3.ZERO, yaw(aside) * pitch(down))
 }
 
-/** Palm, wrist and the joints of each finger from its root, as XR_EXT_hand_tracking orders them; [side] 1 is left. */
+/** Palm, wrist and the joints of each finger from its root, in the order of XR_EXT_hand_tracking. [side] 1 is left. */
 private fun hand(trajectory: Trajectory, side: Int) = Signal(30) { capture ->
-    val isSeen = (capture.seconds + side) % HAND_PERIOD_SECONDS < HAND_SEEN_SECONDS
+    val isTracked = (capture.seconds + side) % HAND_PERIOD_SECONDS < HAND_TRACKED_SECONDS
     val palm = trajectory.at(capture.seconds).pose * palm(capture.seconds, side)
     PosesSample(
         capture.nanos,
-        JOINTS.map { if (isSeen) (palm * mirrored(it, side)).toPose() else PosesSample.UNTRACKED },
+        JOINTS.map { if (isTracked) (palm * mirrored(it, side)).toPose() else PosesSample.UNTRACKED },
     )
 }
 
 private const val HAND_PERIOD_SECONDS = 10.0
-private const val HAND_SEEN_SECONDS = 8.0
+private const val HAND_TRACKED_SECONDS = 8.0
 
 private fun palm(seconds: Double, side: Int) = Transform(
     Vector3(0.42 + 0.05 * sin(2 * PI * 0.3 * seconds), side * 0.16, -0.2 + 0.06 * sin(2 * PI * 0.5 * seconds)),
     yaw(-side * 0.3) * roll(side * 0.4 * sin(2 * PI * 0.5 * seconds)),
 )
 
-/** Joints of a flat left hand in its palm: fingers along x, thumb to the right, metres. */
+/** The joints of a flat left hand in the palm frame: fingers along x, thumb to the right, metres. */
 private val JOINTS: List<Vector3> = buildList {
     add(Vector3.ZERO)
     add(Vector3(-0.07, 0.0, 0.0))

@@ -11,43 +11,43 @@ import kotlin.math.abs
 import kotlin.math.cos
 import kotlin.math.sin
 
-internal class Ball(val center: Vector3, val radius: Double)
+internal class Sphere(val center: Vector3, val radius: Double)
 
-/** The room all cameras look at: x forward, y left, z up from where the wearer stands; metres. */
-internal object Room {
-    const val FRONT = 3.5
-    const val SIDE = 3.0
-    const val HIGH = 1.4
+/** The room that all cameras show: x forward, y left, z up from the wearer's position; metres. */
+internal object Scene {
+    const val HALF_LENGTH = 3.5
+    const val HALF_WIDTH = 3.0
+    const val HALF_HEIGHT = 1.4
 
-    private val HOOK = Vector3(2.6, -1.3, HIGH)
-    private const val BALL_RADIUS = 0.28
+    private val HOOK = Vector3(2.6, -1.3, HALF_HEIGHT)
+    private const val SPHERE_RADIUS = 0.28
 
-    /** Bounces twice in a [phase] from 0 to 1, on a way across the room and back. */
-    private fun bouncing(phase: Double) = Ball(
+    /** A ball that bounces twice in a [phase] from 0 to 1, while it crosses the room and returns. */
+    private fun bouncing(phase: Double) = Sphere(
         Vector3(
             2.3 + 0.3 * cos(2 * PI * phase),
             0.9 * sin(2 * PI * phase),
-            -HIGH + BALL_RADIUS + 1.3 * abs(sin(2 * PI * phase + 0.5)),
+            -HALF_HEIGHT + SPHERE_RADIUS + 1.3 * abs(sin(2 * PI * phase + 0.5)),
         ),
-        BALL_RADIUS,
+        SPHERE_RADIUS,
     )
 
-    /** Swings from [HOOK] once in a [phase] from 0 to 1. */
-    private fun lamp(phase: Double): Ball {
+    /** A lamp that swings from [HOOK] once in a [phase] from 0 to 1. */
+    private fun lamp(phase: Double): Sphere {
         val angle = 0.45 * sin(2 * PI * phase)
-        return Ball(HOOK + Vector3(0.0, sin(angle), -cos(angle)) * 0.9, 0.16)
+        return Sphere(HOOK + Vector3(0.0, sin(angle), -cos(angle)) * 0.9, 0.16)
     }
 
-    fun balls(phase: Double): List<Ball> = listOf(lamp(phase), bouncing(phase))
+    fun spheres(phase: Double): List<Sphere> = listOf(lamp(phase), bouncing(phase))
 
-    /** Where the wearer's head is, who sways once in a [phase] from 0 to 1. */
+    /** The pose of the wearer's head, which sways once in a [phase] from 0 to 1. */
     fun head(phase: Double) = Transform(
         Vector3(0.0, 0.08 * sin(2 * PI * phase), 0.03 * cos(2 * PI * phase)),
         yaw(0.06 * sin(2 * PI * phase)) * roll(0.02 * cos(2 * PI * phase)),
     )
 
-    /** A number from 0 to 1 that looks random. */
-    fun grain(a: Int, b: Int): Double {
+    /** Returns a pseudo-random number from 0 to 1. */
+    fun noise(a: Int, b: Int): Double {
         var hash = a * 374_761_393 + b * 668_265_263
         hash = (hash xor (hash ushr 13)) * 1_274_126_177
         return ((hash xor (hash ushr 16)) and 0xffff) / 65_535.0
@@ -58,16 +58,16 @@ internal object Room {
         canvas.drawFurniture()
         canvas.drawCube(phase)
         canvas.line(Color(0x303030), 3.0, listOf(HOOK, lamp(phase).center))
-        canvas.ball(Color(0xf2d060), lamp(phase))
-        canvas.ball(Color(0xd64830), bouncing(phase))
+        canvas.sphere(Color(0xf2d060), lamp(phase))
+        canvas.sphere(Color(0xd64830), bouncing(phase))
     }
 }
 
-private val LEFT = Vector3(0.0, 2 * Room.SIDE, 0.0)
-private val UP = Vector3(0.0, 0.0, 2 * Room.HIGH)
-private val AHEAD = Vector3(2 * Room.FRONT, 0.0, 0.0)
+private val LEFT = Vector3(0.0, 2 * Scene.HALF_WIDTH, 0.0)
+private val UP = Vector3(0.0, 0.0, 2 * Scene.HALF_HEIGHT)
+private val AHEAD = Vector3(2 * Scene.HALF_LENGTH, 0.0, 0.0)
 
-private fun corner(x: Int, y: Int, z: Int) = Vector3(x * Room.FRONT, y * Room.SIDE, z * Room.HIGH)
+private fun corner(x: Int, y: Int, z: Int) = Vector3(x * Scene.HALF_LENGTH, y * Scene.HALF_WIDTH, z * Scene.HALF_HEIGHT)
 
 private fun Canvas.drawWalls() {
     tiles(corner(-1, -1, -1), AHEAD, LEFT, 14, 12) { i, j ->
@@ -80,19 +80,19 @@ private fun Canvas.drawWalls() {
 }
 
 private fun Canvas.drawFurniture() {
-    val wall = Room.FRONT - 0.02
+    val wall = Scene.HALF_LENGTH - 0.02
     tiles(Vector3(wall, 0.3, -0.3), Vector3(0.0, 1.2, 0.0), Vector3(0.0, 0.0, 1.2), 8, 8) { i, j ->
         if ((i + j) % 2 == 0) Color(0x101010) else Color(0xf0f0f0)
     }
     tiles(Vector3(wall, -1.8, -0.2), Vector3(0.0, 1.3, 0.0), Vector3(0.0, 0.0, 0.9), 13, 9) { i, j ->
-        Color.getHSBColor(((i + 2 * j) / 30f), 0.55f, (0.5 + 0.45 * Room.grain(i, j)).toFloat())
+        Color.getHSBColor(((i + 2 * j) / 30f), 0.55f, (0.5 + 0.45 * Scene.noise(i, j)).toFloat())
     }
-    val side = Room.SIDE - 0.02
+    val side = Scene.HALF_WIDTH - 0.02
     tiles(Vector3(1.0, side, -0.2), Vector3(1.8, 0.0, 0.0), Vector3(0.0, 0.0, 1.2), 6, 4) { i, j ->
         if (i % 3 == 0) Color(0xf4f4f0) else Color(0x7db7e8 + 0x0a0600 * j)
     }
     tiles(Vector3(0.8, -side, -1.2), Vector3(2.0, 0.0, 0.0), Vector3(0.0, 0.0, 1.9), 20, 4) { i, j ->
-        Color.getHSBColor(Room.grain(i, j + 9).toFloat(), 0.6f, (0.35 + 0.5 * Room.grain(i + 50, j)).toFloat())
+        Color.getHSBColor(Scene.noise(i, j + 9).toFloat(), 0.6f, (0.35 + 0.5 * Scene.noise(i + 50, j)).toFloat())
     }
 }
 
@@ -125,7 +125,7 @@ private val CUBE: List<Face> = run {
     )
 }
 
-private fun Color.shaded(a: Int, b: Int) = times(0.86 + 0.28 * Room.grain(a, b))
+private fun Color.shaded(a: Int, b: Int) = times(0.86 + 0.28 * Scene.noise(a, b))
 
 internal fun Color.times(factor: Double) = Color(
     (red * factor).toInt().coerceIn(0, 255),

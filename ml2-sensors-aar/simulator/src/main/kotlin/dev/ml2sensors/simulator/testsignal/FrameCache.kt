@@ -11,39 +11,39 @@ import java.util.concurrent.ConcurrentHashMap
 import kotlin.math.max
 import kotlin.time.measureTimedValue
 
-/** The film of each camera, for the values it was last asked for. Used by any thread. */
-internal class Films(private val scope: CoroutineScope, private val log: (String) -> Unit) {
-    private class Entry(val values: StreamValues, val film: Deferred<Film>)
+/** Keeps the rendered frames of each camera, for the values that were last requested. Thread-safe. */
+internal class FrameCache(private val scope: CoroutineScope, private val log: (String) -> Unit) {
+    private class Entry(val values: StreamValues, val loop: Deferred<FrameLoop>)
 
     private val entries = ConcurrentHashMap<String, Entry>()
 
-    /** Begins to draw, unless that has been done. */
-    fun of(stream: StreamSpec, values: StreamValues): Deferred<Film> {
+    /** Returns the frames of a camera. Starts to render them if that was not done for these values. */
+    fun of(stream: StreamSpec, values: StreamValues): Deferred<FrameLoop> {
         val entry = entries.compute(stream.id) { _, last ->
             if (last?.values == values) return@compute last
-            last?.film?.cancel()
-            Entry(values, scope.async(DRAWING) { draw(stream, values) })
+            last?.loop?.cancel()
+            Entry(values, scope.async(RENDERING) { draw(stream, values) })
         }
-        return checkNotNull(entry).film
+        return checkNotNull(entry).loop
     }
 
-    suspend fun awaitAll(): Unit = entries.values.map { it.film }.joinAll()
+    suspend fun awaitAll(): Unit = entries.values.map { it.loop }.joinAll()
 
-    private suspend fun draw(stream: StreamSpec, values: StreamValues): Film {
+    private suspend fun draw(stream: StreamSpec, values: StreamValues): FrameLoop {
         val frames = max(checkNotNull(values.rateHz), MIN_FRAMES)
         val what = "$frames frames of $stream, ${values.width}x${values.height}"
-        log("drawing $what")
-        val (film, duration) = measureTimedValue { camera(stream.id, values).film(frames) }
-        log("drew $what in ${duration.inWholeMilliseconds} ms")
-        return film
+        log("rendering $what")
+        val (loop, duration) = measureTimedValue { camera(stream.id, values).renderLoop(frames) }
+        log("rendered $what in ${duration.inWholeMilliseconds} ms")
+        return loop
     }
 
     private companion object {
-        /** A loop lasts one second, or longer at low rates so that it moves. */
+        /** A loop lasts one second, or longer at low rates, so that it shows motion. */
         const val MIN_FRAMES = 5
 
-        /** Beside the threads that deliver samples, and few enough that unfinished images do not fill the memory. */
-        val DRAWING = Dispatchers.IO.limitedParallelism(Runtime.getRuntime().availableProcessors().coerceAtMost(4))
+        /** Apart from the threads that deliver samples. Few threads, so that unfinished images do not fill the memory. */
+        val RENDERING = Dispatchers.IO.limitedParallelism(Runtime.getRuntime().availableProcessors().coerceAtMost(4))
     }
 }
 

@@ -5,8 +5,8 @@ import java.awt.image.DataBufferByte
 import java.io.File
 import javax.imageio.ImageIO
 
-/** A small correct recording, written for a test to read or to damage: [IMAGES] images of 5x3 pixels per camera. */
-internal class RecordingFiles(val folder: File) {
+/** Writes a small valid EuRoC recording for a test to read or damage: [IMAGES] images of 5x3 pixels per camera. */
+internal class SyntheticRecording(val folder: File) {
     init {
         camera("cam0")
         camera("cam1")

@@ -3,11 +3,12 @@ package dev.ml2sensors.simulator.simulated
 /**
  * A key of the simulation, as native/sim/settings.cpp and native/sim/openxr/keys.cpp declare it.
  *
- * @property value now.
- * @property isText takes one of [choices], or any text if there are none; all other keys take numbers of [range].
- * @property isWhole takes whole numbers only.
+ * @property value the current value.
+ * @property isText true if the key takes one of [choices], or any text if there are none; other keys take numbers in
+ *   [range].
+ * @property isWhole true if the key takes whole numbers only.
  */
-internal data class SimulatedKey(
+internal data class SimulationKey(
     val name: String,
     val value: String,
     val default: String,
@@ -18,14 +19,14 @@ internal data class SimulatedKey(
     val meaning: String,
 ) {
     companion object {
-        /** All there are, in the order of the table; after [NativeBundle] was loaded. */
-        fun all(): List<SimulatedKey> = SimulatedSdk.describeKeys().lines().filter(String::isNotEmpty).map(::parse)
+        /** Returns all keys in the order of their table. [NativeBundle] must have been loaded. */
+        fun all(): List<SimulationKey> = SimulatedSdk.describeKeys().lines().filter(String::isNotEmpty).map(::parse)
 
-        private fun parse(line: String): SimulatedKey {
+        private fun parse(line: String): SimulationKey {
             val columns = line.split('\t')
             val (name, value, default, kind) = columns
             val (least, most, choices, meaning) = columns.takeLast(LAST_COLUMNS)
-            return SimulatedKey(
+            return SimulationKey(
                 name,
                 value,
                 default,
