@@ -72,7 +72,7 @@ class HeadsetCommandTest {
         val file = bag.resolve("walk_0.mcap").apply { createNewFile() }
         for (recording in listOf(bag, file)) {
             val failure = assertFailsWith<UsageError> { HeadsetCommand().parse(words("--replay $recording")) }
-            assertTrue("to play a recording: ml2-receiver play $recording" in failure.message.orEmpty())
+            assertTrue("to play it: ml2-receiver play $recording" in failure.message.orEmpty())
         }
     }
 
