@@ -2,8 +2,8 @@ package dev.ml2sensors.app
 
 import android.app.Application
 
-/** What activity and service have in common lives as long as the process. */
+/** Holds the objects that activity and service share, for the lifetime of the process. */
 internal class App : Application() {
-    val choices by lazy { Choices(this) }
-    val streaming by lazy { Streaming(this, choices) }
+    val settings by lazy { AppSettings(this) }
+    val streaming by lazy { StreamController(this, settings) }
 }

@@ -5,10 +5,14 @@ import android.content.Context
 import android.content.Intent
 import dev.ml2sensors.app.control.Command
 
-/** Streams when the headset has started, if the user wants that. */
+/** Starts to stream when the headset has booted, if the user has enabled that. */
 internal class BootReceiver : BroadcastReceiver() {
     override fun onReceive(context: Context, intent: Intent) {
-        if (intent.action != Intent.ACTION_BOOT_COMPLETED || !(context.applicationContext as App).choices.atBoot) return
-        StreamingService.tell(context, Command.START)
+        if (intent.action != Intent.ACTION_BOOT_COMPLETED ||
+            !(context.applicationContext as App).settings.startAtBoot
+        ) {
+            return
+        }
+        StreamingService.send(context, Command.START)
     }
 }

@@ -11,17 +11,17 @@ import android.widget.Button
 import android.widget.CheckBox
 import android.widget.EditText
 import dev.ml2sensors.app.control.Command
-import dev.ml2sensors.app.screen.Rates
+import dev.ml2sensors.app.screen.RateMeter
 import dev.ml2sensors.app.screen.Screen
 import kotlin.reflect.KMutableProperty0
 
-/** Shows how streaming stands, once a second, and takes the user's wishes to the service. */
+/** Shows the status of streaming once a second, and sends the user's commands to the service. */
 internal class MainActivity : Activity() {
     private val app get() = application as App
-    private val clock = Handler(Looper.getMainLooper())
-    private val rates = Rates()
+    private val handler = Handler(Looper.getMainLooper())
+    private val rateMeter = RateMeter()
     private val declined = LinkedHashSet<String>()
-    private val confirmation = PairingConfirmation(this)
+    private val pairingDialog = PairingDialog(this)
     private lateinit var view: ScreenView
     private var ratesHz = emptyMap<String, Double>()
 
@@ -30,64 +30,64 @@ internal class MainActivity : Activity() {
         setContentView(R.layout.main)
         view = ScreenView(findViewById(R.id.main))
         state?.getStringArray(DECLINED)?.let(declined::addAll)
-        listen()
-        if (state == null) confirmation.show(intent.dataString) else confirmation.restore(state)
+        addListeners()
+        if (state == null) pairingDialog.show(intent.dataString) else pairingDialog.restore(state)
     }
 
-    private fun listen() {
+    private fun addListeners() {
         findViewById<Button>(R.id.toggle).setOnClickListener {
-            StreamingService.tell(this, if (screen().isOn) Command.STOP else Command.START)
+            StreamingService.send(this, if (screen().isOn) Command.STOP else Command.START)
         }
         findViewById<Button>(R.id.allow).setOnClickListener {
-            screen().question?.let { requestPermissions(arrayOf(it.permission), 0) }
+            screen().permissionRequest?.let { requestPermissions(arrayOf(it.permission), 0) }
         }
         findViewById<Button>(R.id.pair).setOnClickListener {
-            confirmation.show(findViewById<EditText>(R.id.uri).text.toString())
+            pairingDialog.show(findViewById<EditText>(R.id.uri).text.toString())
         }
-        listen(R.id.at_boot, app.choices::atBoot)
-        listen(R.id.cool_down, app.choices::coolsDown)
+        bind(R.id.at_boot, app.settings::startAtBoot)
+        bind(R.id.pause_when_hot, app.settings::pauseWhenHot)
     }
 
-    private fun listen(id: Int, choice: KMutableProperty0<Boolean>): Unit = findViewById<CheckBox>(id).run {
-        isChecked = choice.get()
-        setOnCheckedChangeListener { _, isChecked -> choice.set(isChecked) }
+    private fun bind(id: Int, setting: KMutableProperty0<Boolean>): Unit = findViewById<CheckBox>(id).run {
+        isChecked = setting.get()
+        setOnCheckedChangeListener { _, isChecked -> setting.set(isChecked) }
     }
 
-    override fun onNewIntent(intent: Intent): Unit = confirmation.show(intent.dataString)
+    override fun onNewIntent(intent: Intent): Unit = pairingDialog.show(intent.dataString)
 
     override fun onResume() {
         super.onResume()
-        // The user may have allowed something elsewhere
-        if (app.choices.streams) StreamingService.tell(this, Command.START)
-        tick()
+        // The user may have granted a permission in Android's settings
+        if (app.settings.isStreaming) StreamingService.send(this, Command.START)
+        refresh()
     }
 
     override fun onPause() {
         super.onPause()
-        clock.removeCallbacksAndMessages(null)
+        handler.removeCallbacksAndMessages(null)
     }
 
     override fun onDestroy() {
         super.onDestroy()
-        confirmation.close()
+        pairingDialog.close()
     }
 
     override fun onSaveInstanceState(state: Bundle) {
         super.onSaveInstanceState(state)
         state.putStringArray(DECLINED, declined.toTypedArray())
-        confirmation.save(state)
+        pairingDialog.save(state)
     }
 
     override fun onRequestPermissionsResult(code: Int, permissions: Array<String>, results: IntArray) {
         declined += permissions.filterIndexed { i, _ -> results[i] != PackageManager.PERMISSION_GRANTED }
-        if (PackageManager.PERMISSION_GRANTED in results) StreamingService.tell(this, Command.START)
+        if (PackageManager.PERMISSION_GRANTED in results) StreamingService.send(this, Command.START)
         view.show(screen())
     }
 
-    private fun tick() {
-        ratesHz = rates.of(app.streaming.status().streams, SystemClock.elapsedRealtime())
+    private fun refresh() {
+        ratesHz = rateMeter.update(app.streaming.status().streams, SystemClock.elapsedRealtime())
         view.show(screen())
-        clock.postDelayed(::tick, SECOND_MILLIS)
+        handler.postDelayed(::refresh, SECOND_MILLIS)
     }
 
     private fun screen() = Screen.of(app.streaming.status(), ratesHz, declined)

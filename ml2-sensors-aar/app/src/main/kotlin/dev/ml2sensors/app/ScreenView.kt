@@ -6,21 +6,21 @@ import android.view.ViewGroup
 import android.widget.Button
 import android.widget.TextView
 import dev.ml2sensors.app.screen.Screen
-import dev.ml2sensors.app.screen.Text
+import dev.ml2sensors.app.screen.StringResource
 
-/** A [Screen] in the views of layout/main.xml. Main thread. */
+/** Shows a [Screen] in the views of layout/main.xml. Main thread. */
 internal class ScreenView(private val root: View) {
     private val context = root.context
     private val streams: ViewGroup = root.findViewById(R.id.streams)
 
     fun show(screen: Screen) {
-        say(R.id.title, screen.title.resolve())
-        say(R.id.detail, screen.detail)
-        say(R.id.clock, screen.clock?.resolve())
-        say(R.id.heat, screen.heat.resolve())
+        setText(R.id.title, screen.title.resolve())
+        setText(R.id.detail, screen.detail)
+        setText(R.id.clock, screen.clock?.resolve())
+        setText(R.id.heat, screen.heat.resolve())
         root.findViewById<Button>(R.id.toggle).setText(if (screen.isOn) R.string.stop else R.string.start)
-        root.findViewById<View>(R.id.question).visibility = visibility(screen.question != null)
-        screen.question?.let { say(R.id.reason, context.getString(it.reason, it.streams.joinToString())) }
+        root.findViewById<View>(R.id.permission_request).visibility = visibility(screen.permissionRequest != null)
+        screen.permissionRequest?.let { setText(R.id.reason, context.getString(it.reason, it.streams.joinToString())) }
         show(screen.rows)
     }
 
@@ -32,12 +32,12 @@ internal class ScreenView(private val root: View) {
             view.findViewById<TextView>(R.id.stream).text = row.stream
             view.findViewById<TextView>(R.id.rate).run {
                 text = row.text.resolve()
-                setTextColor(context.getColor(if (row.isBad) R.color.bad else R.color.text))
+                setTextColor(context.getColor(if (row.isWarning) R.color.bad else R.color.text))
             }
         }
     }
 
-    private fun say(id: Int, text: String?) {
+    private fun setText(id: Int, text: String?) {
         root.findViewById<TextView>(id).run {
             this.text = text
             visibility = visibility(!text.isNullOrEmpty())
@@ -46,5 +46,5 @@ internal class ScreenView(private val root: View) {
 
     private fun visibility(isThere: Boolean) = if (isThere) View.VISIBLE else View.GONE
 
-    private fun Text.resolve(): String = context.getString(id, *values.toTypedArray())
+    private fun StringResource.resolve(): String = context.getString(id, *values.toTypedArray())
 }

@@ -6,7 +6,7 @@ import android.content.Intent
 import android.os.IBinder
 import android.util.Log
 import dev.ml2sensors.app.control.Command
-import dev.ml2sensors.app.control.Control
+import dev.ml2sensors.app.control.CommandHandler
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.Dispatchers
@@ -16,64 +16,64 @@ import kotlinx.coroutines.flow.filterNotNull
 import kotlinx.coroutines.launch
 
 /**
- * Streams in the foreground while another app is in front. Told what to do by the intents of [Command], by the app
- * itself or over adb, and answers each with lines of JSON in logcat. Android starts it again when its process has died.
+ * Streams as a foreground service, also while another app is in front. It takes the intents of [Command], from the app
+ * or over adb, and replies to each with lines of JSON in logcat. Android restarts it after its process has died.
  */
 internal class StreamingService : Service() {
     private val app get() = application as App
     private val tasks = CoroutineScope(SupervisorJob() + Dispatchers.Default)
-    private val control by lazy { Control(app.streaming, app.choices) }
-    private val locks by lazy { Locks(this) }
-    private val notice by lazy { Notice(this) }
+    private val commands by lazy { CommandHandler(app.streaming, app.settings) }
+    private val wakeLocks by lazy { WakeLocks(this) }
+    private val notification by lazy { StreamingNotification(this) }
 
     override fun onCreate() {
-        tasks.launch { app.streaming.state.filterNotNull().collect(notice::show) }
+        tasks.launch { app.streaming.state.filterNotNull().collect(notification::show) }
     }
 
     override fun onStartCommand(intent: Intent?, flags: Int, startId: Int): Int {
-        startForeground(Notice.ID, notice.of(app.streaming.state.value))
-        // Begun at once, so that what comes next is done next
+        startForeground(StreamingNotification.ID, notification.of(app.streaming.state.value))
+        // Undispatched, so that commands are carried out in the order of their intents
         tasks.launch(start = CoroutineStart.UNDISPATCHED) {
             val request = intent?.getStringExtra("request").orEmpty()
-            control.answer(request, intent?.action) { intent?.extras?.get(it) }.forEach { Log.i(TAG, "$it") }
-            if (app.streaming.isOn) locks.hold() else finish(startId)
+            commands.reply(request, intent?.action) { intent?.extras?.get(it) }.forEach { Log.i(TAG, "$it") }
+            if (app.streaming.isOn) wakeLocks.hold() else finish(startId)
         }
         return START_STICKY
     }
 
-    /** Unless something was asked for in the meantime. */
+    /** Stops the service, unless another command has arrived. */
     private fun finish(startId: Int) {
-        locks.release()
+        wakeLocks.release()
         stopSelf(startId)
     }
 
     override fun onDestroy() {
-        // What this begins goes on by itself
+        // The controller finishes this even though the scope is cancelled
         tasks.launch(start = CoroutineStart.UNDISPATCHED) { app.streaming.stop() }
         tasks.cancel()
-        locks.release()
-        notice.remove()
+        wakeLocks.release()
+        notification.remove()
     }
 
     override fun onBind(intent: Intent): IBinder? = null
 
     companion object {
-        /** Of the lines in logcat. */
+        /** The tag of the lines in logcat. */
         const val TAG = "ml2-sensors"
 
-        /** Tells the service an [action] of [Command]. */
-        fun tell(context: Context, action: String): Unit = tell(context, intent(context, action))
+        /** Sends an [action] of [Command] to the service. */
+        fun send(context: Context, action: String): Unit = send(context, intent(context, action))
 
-        /** Pairs as of a [uri] that the user has confirmed, and streams. */
+        /** Pairs with a [uri] that the user has confirmed, then streams. */
         fun pair(
             context: Context,
             uri: String,
-        ): Unit = tell(context, intent(context, Command.PAIR).putExtra("uri", uri))
+        ): Unit = send(context, intent(context, Command.PAIR).putExtra("uri", uri))
 
         fun intent(context: Context, action: String): Intent =
             Intent(context, StreamingService::class.java).setAction(action)
 
-        private fun tell(context: Context, intent: Intent) {
+        private fun send(context: Context, intent: Intent) {
             context.startForegroundService(intent)
         }
     }

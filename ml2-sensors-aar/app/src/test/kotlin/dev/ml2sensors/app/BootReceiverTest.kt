@@ -17,17 +17,17 @@ class BootReceiverTest {
     private val app = RuntimeEnvironment.getApplication() as App
 
     @Test
-    fun theServiceStartsWithTheHeadsetIfTheUserSaidSo() {
-        app.choices.atBoot = true
+    fun theServiceStartsAtBootIfEnabled() {
+        app.settings.startAtBoot = true
         assertEquals(Command.START, startedBy(Intent.ACTION_BOOT_COMPLETED)?.action)
     }
 
     @Test
-    fun elseItDoesNot() = assertNull(startedBy(Intent.ACTION_BOOT_COMPLETED))
+    fun theServiceDoesNotStartAtBootIfDisabled() = assertNull(startedBy(Intent.ACTION_BOOT_COMPLETED))
 
     @Test
-    fun nothingElseStartsIt() {
-        app.choices.atBoot = true
+    fun otherIntentsDoNotStartIt() {
+        app.settings.startAtBoot = true
         assertNull(startedBy("dev.ml2sensors.app.START"))
     }
 

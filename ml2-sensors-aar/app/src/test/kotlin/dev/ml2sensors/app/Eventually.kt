@@ -5,7 +5,7 @@ import org.robolectric.Shadows.shadowOf
 import java.time.Duration
 import kotlin.test.assertTrue
 
-/** Runs what the main thread does, on a clock that runs ahead, until [isSo]. */
+/** Runs the main thread's tasks, on a fast clock, until [isSo]. */
 internal fun eventually(what: String, isSo: () -> Boolean) {
     val end = System.nanoTime() + 20_000_000_000
     while (!isSo()) {

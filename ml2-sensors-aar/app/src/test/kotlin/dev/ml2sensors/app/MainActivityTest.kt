@@ -41,9 +41,9 @@ class MainActivityTest {
     }
 
     @Test
-    fun itSaysThatNothingRunsAndStartsAndStopsIt() {
+    fun theButtonStartsAndStopsStreaming() {
         open()
-        eventually("what it is paired with") { text(R.id.title) == "Off" }
+        eventually("the paired state") { text(R.id.title) == "Off" }
         button(R.id.toggle).performClick()
         assertEquals(Command.START, started()?.action)
         stream("{}")
@@ -54,14 +54,14 @@ class MainActivityTest {
     }
 
     @Test
-    fun aHeadsetThatIsNotPairedSaysSo() {
+    fun anUnpairedHeadsetShowsThat() {
         app.filesDir.resolve("ml2-sensors-receivers.json").delete()
         open()
         assertEquals("Not paired", text(R.id.title))
     }
 
     @Test
-    fun streamsAreShownWithRateAndReason() {
+    fun streamsAreShownWithRateOrReason() {
         open()
         stream("""{"battery": {}, "depth": {}}""")
         eventually("the rows") { rows().size == 2 }
@@ -71,27 +71,27 @@ class MainActivityTest {
     }
 
     @Test
-    fun permissionsAreAskedForOneByOneWithTheirReason() {
+    fun permissionsAreRequestedOneByOneWithTheirReason() {
         open()
         stream("""{"depth": {}, "world_left": {}, "color": {}}""")
-        eventually("the first question") { "world_left, color" in text(R.id.reason) }
+        eventually("the first request") { "world_left, color" in text(R.id.reason) }
         button(R.id.allow).performClick()
         assertEquals(listOf(CAMERA), asked())
         answer(CAMERA, PackageManager.PERMISSION_DENIED)
-        eventually("the second question") { "depth" in text(R.id.reason) }
+        eventually("the second request") { "depth" in text(R.id.reason) }
         controller.recreate()
-        eventually("the second question, after a rotation") { "depth" in text(R.id.reason) }
+        eventually("the second request, after a rotation") { "depth" in text(R.id.reason) }
         button(R.id.allow).performClick()
         assertEquals(listOf(DEPTH), asked())
         shadowOf(app).clearStartedServices()
         shadowOf(app).grantPermissions(DEPTH)
         answer(DEPTH, PackageManager.PERMISSION_GRANTED)
-        assertEquals(Command.START, started()?.action, "to ask for the stream anew")
-        eventually("no more questions") { view<View>(R.id.question).visibility == View.GONE }
+        assertEquals(Command.START, started()?.action, "start again with the permission")
+        eventually("no more requests") { view<View>(R.id.permission_request).visibility == View.GONE }
     }
 
     @Test
-    fun aPairingUriFromOutsideNeedsTheUsersYes() {
+    fun aPairingUriFromOutsideNeedsConfirmation() {
         open(view(URI))
         val dialog = assertNotNull(ShadowAlertDialog.getLatestAlertDialog())
         val message = shadowOf(dialog).message.toString()
@@ -104,7 +104,7 @@ class MainActivityTest {
     }
 
     @Test
-    fun aNoIsRememberedOverARotationAndAnOpenQuestionToo() {
+    fun theDialogAndItsDismissalSurviveARotation() {
         open(view(URI))
         controller.recreate()
         val dialog = assertNotNull(ShadowAlertDialog.getLatestAlertDialog())
@@ -116,7 +116,7 @@ class MainActivityTest {
     }
 
     @Test
-    fun whatIsPastedIsAskedForLikeWhatIsOpened() {
+    fun aPastedUriNeedsConfirmation() {
         open()
         view<EditText>(R.id.uri).setText(" $URI\n")
         button(R.id.pair).performClick()
@@ -125,7 +125,7 @@ class MainActivityTest {
     }
 
     @Test
-    fun badUrisAreNoQuestionsAndNoCrash() {
+    fun invalidUrisCannotBeConfirmed() {
         open()
         for (bad in listOf(
             "",
@@ -137,7 +137,7 @@ class MainActivityTest {
         )) {
             controller.newIntent(view(bad))
             val dialog = ShadowAlertDialog.getLatestAlertDialog()
-            assertEquals("This is no pairing code", shadowOf(dialog).title, bad.take(20))
+            assertEquals("This is not a pairing URI", shadowOf(dialog).title, bad.take(20))
             assertFalse(TOKEN in shadowOf(dialog).message.toString())
             assertNull(dialog.getButton(DialogInterface.BUTTON_POSITIVE)?.takeIf { it.visibility == View.VISIBLE })
         }
@@ -146,18 +146,18 @@ class MainActivityTest {
     }
 
     @Test
-    fun choicesAreTheUsers() {
-        app.choices.atBoot = true
+    fun checkBoxesChangeTheSettings() {
+        app.settings.startAtBoot = true
         open()
         assertTrue(view<CheckBox>(R.id.at_boot).isChecked)
         view<CheckBox>(R.id.at_boot).performClick()
-        view<CheckBox>(R.id.cool_down).performClick()
-        assertEquals(false to true, app.choices.atBoot to app.choices.coolsDown)
+        view<CheckBox>(R.id.pause_when_hot).performClick()
+        assertEquals(false to true, app.settings.startAtBoot to app.settings.pauseWhenHot)
     }
 
     @Test
-    fun inFrontAgainWhatWasAllowedElsewhereIsAskedForAnew() {
-        app.choices.streams = true
+    fun resumingTheActivityStartsAgainSoThatNewPermissionsAreUsed() {
+        app.settings.isStreaming = true
         open()
         assertEquals(Command.START, started()?.action)
         controller.pause().resume()
@@ -170,7 +170,7 @@ class MainActivityTest {
 
     private fun view(uri: String) = Intent(Intent.ACTION_VIEW, Uri.parse(uri))
 
-    /** Streams as the service would. */
+    /** Starts streaming, as the service does. */
     private fun stream(streams: String) {
         runBlocking { app.streaming.start() }
         paired.session(streams)

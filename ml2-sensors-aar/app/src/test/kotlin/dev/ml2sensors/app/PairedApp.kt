@@ -12,7 +12,7 @@ import org.robolectric.Shadows.shadowOf
 import java.io.File
 import java.security.Security
 
-/** The app on a headset that is paired with a scripted receiver, over real TLS, and that goes straight to it. */
+/** The app on a headset that is paired with a scripted receiver and connects to it by address, over real TLS. */
 internal class PairedApp : AutoCloseable {
     val app = RuntimeEnvironment.getApplication() as App
     val host = ScriptedHost(server = TlsPeer.serverSocket(TlsPeer.trusting(TestIdentity.device)))
@@ -24,10 +24,10 @@ internal class PairedApp : AutoCloseable {
         val receiver = """{"name": "desk", "fingerprint": "${TestIdentity.receiver.fingerprint}",
             "host": "${host.address.host}", "port": ${host.address.port}}"""
         File(app.filesDir, "ml2-sensors-receivers.json").writeText("""{"receivers": [$receiver]}""")
-        app.choices.receiver = "${host.address}"
+        app.settings.receiver = "${host.address}"
     }
 
-    /** A session in which the receiver wants [streams], once the app has connected. */
+    /** Waits for the app to connect, and starts a session in which the receiver requests [streams]. */
     fun session(streams: String): HostSession {
         val session = host.awaitHello()
         session.welcome(host.received())

@@ -18,7 +18,7 @@ import java.io.File
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 
-/** The texts as Android lays them out and draws them; the picture is build/reports/app.png. */
+/** Lays out and draws the screen as Android does; the picture is build/reports/app.png. */
 @RunWith(RobolectricTestRunner::class)
 @Config(sdk = [29], qualifiers = "w1000dp-h1100dp-mdpi")
 @GraphicsMode(GraphicsMode.Mode.NATIVE)
@@ -27,7 +27,7 @@ class ScreenPictureTest {
     private val root = activity.findViewById<View>(R.id.main)
 
     @Test
-    fun everythingFitsAndIsLargeEnoughToRead() {
+    fun allTextsFitAndAreLargeEnoughToRead() {
         ScreenView(root).show(Screen.of(STATUS, RATES, emptySet()))
         val picture = draw()
         val folder = File("../../build/reports").apply { mkdirs() }

@@ -43,14 +43,14 @@ class StreamingServiceTest {
     }
 
     @Test
-    fun itStreamsInTheForegroundAndAwakeUntilItIsStopped() {
-        tell(Command.START)
+    fun itStreamsInTheForegroundWithLocksUntilItIsStopped() {
+        send(Command.START)
         val session = paired.session("""{"battery": {}}""")
         eventually("the notification") { title() == "Connected to scripted" }
         eventually("the locks") { isAwake() && wifiLocks() == 2 }
-        tell(Command.STOP)
+        send(Command.STOP)
         assertEquals("""{"reason":"stopped"}""", session.await(HostFrame.BYE).body.decodeToString())
-        eventually("the service's end") { shadow.isStoppedBySelf }
+        eventually("the end of the service") { shadow.isStoppedBySelf }
         assertFalse(isAwake())
         assertEquals(0, wifiLocks())
         assertEquals(listOf("""{"request":"1","more":0}""", """{"request":"2","more":0}"""), lines())
@@ -59,79 +59,79 @@ class StreamingServiceTest {
     }
 
     @Test
-    fun afterItsProcessHasDiedItGoesOn() {
-        app.choices.streams = true
+    fun afterItsProcessDiedItResumes() {
+        app.settings.isStreaming = true
         resume()
         paired.session("{}")
         assertFalse(shadow.isStoppedBySelf)
     }
 
     @Test
-    fun afterItsProcessHasDiedItEndsWhereTheUserHadStoppedIt() {
+    fun afterItsProcessDiedItStopsIfTheUserHadStoppedIt() {
         resume()
-        eventually("its end") { shadow.isStoppedBySelf }
+        eventually("the end of the service") { shadow.isStoppedBySelf }
         assertFalse(app.streaming.isOn)
     }
 
     @Test
-    fun destroyedFromOutsideItEndsTheSessionInOrder() {
-        tell(Command.START)
+    fun whenDestroyedItEndsTheSessionWithBye() {
+        send(Command.START)
         val session = paired.session("{}")
         service.onDestroy()
         session.await(HostFrame.BYE)
-        assertTrue(app.choices.streams, "the user had not stopped it")
+        assertTrue(app.settings.isStreaming, "the user had not stopped it")
     }
 
     @Test
-    fun aHeadsetThatIsNotPairedSaysSoAndRests() {
+    fun anUnpairedHeadsetReportsAnErrorAndStops() {
         app.filesDir.resolve("ml2-sensors-receivers.json").delete()
-        tell(Command.START)
-        eventually("its end") { shadow.isStoppedBySelf }
+        send(Command.START)
+        eventually("the end of the service") { shadow.isStoppedBySelf }
         assertTrue("ml2-receiver pair" in lines().single(), lines().single())
     }
 
     @Test
-    fun damagedPairingsAreAnErrorAndNoCrash() {
+    fun aDamagedPairingFileIsReported() {
         app.filesDir.resolve("ml2-sensors-receivers.json").writeText("[]")
-        tell(Command.START)
-        eventually("its end") { shadow.isStoppedBySelf }
+        send(Command.START)
+        eventually("the end of the service") { shadow.isStoppedBySelf }
         assertTrue("damaged" in lines().single(), lines().single())
     }
 
     @Test
-    fun badIntentsAreAnsweredAndChangeNothing() {
+    fun invalidIntentsAreAnsweredAndChangeNothing() {
         val token = "5".repeat(32)
-        tell("dev.ml2sensors.app.DANCE")
-        tell(Command.PAIR)
-        tell(Command.PAIR) { putExtra("uri", "ml2s://desk:1?token=$token") }
-        tell(Command.RECEIVER) { putExtra("receiver", "desk:99999") }
-        tell(Command.AT_BOOT) { putExtra("on", "true") }
-        tell(Command.COOL_DOWN) { putExtra("request", 7) }
-        eventually("all answers") { lines().size == 6 }
+        send("dev.ml2sensors.app.DANCE")
+        send(Command.PAIR)
+        send(Command.PAIR) { putExtra("uri", "ml2s://desk:1?token=$token") }
+        send(Command.RECEIVER) { putExtra("receiver", "desk:99999") }
+        send(Command.AT_BOOT) { putExtra("on", "true") }
+        send(Command.COOL_DOWN) { putExtra("request", 7) }
+        eventually("all replies") { lines().size == 6 }
         for (line in lines()) {
             assertNotNull(json(line)["error"], line)
             assertFalse(token in line, line)
         }
-        eventually("its end") { shadow.isStoppedBySelf }
-        assertFalse(app.choices.atBoot || app.choices.coolsDown || app.choices.streams)
-        assertEquals("${paired.host.address}", app.choices.receiver)
+        eventually("the end of the service") { shadow.isStoppedBySelf }
+        assertFalse(app.settings.startAtBoot || app.settings.pauseWhenHot || app.settings.isStreaming)
+        assertEquals("${paired.host.address}", app.settings.receiver)
     }
 
     @Test
-    fun aPairingThatFailsIsAnErrorWithoutTheToken() {
+    fun aFailedPairingIsReportedWithoutTheToken() {
         val token = "5".repeat(32)
-        tell(Command.PAIR) { putExtra("uri", "ml2s://127.0.0.1:1?fp=${"a".repeat(64)}&token=$token") }
-        eventually("its end") { shadow.isStoppedBySelf }
+        send(Command.PAIR) { putExtra("uri", "ml2s://127.0.0.1:1?fp=${"a".repeat(64)}&token=$token") }
+        eventually("the end of the service") { shadow.isStoppedBySelf }
         assertTrue("no pairing with the receiver" in lines().single(), lines().single())
         assertFalse(token in lines().single())
     }
 
     @Test
-    fun theStatusIsInLogcat() {
-        tell(Command.START)
+    fun theStatusIsWrittenToLogcat() {
+        send(Command.START)
         paired.session("""{"battery": {}, "world_left": {}}""")
         eventually("the streams") { app.streaming.status().streams.size == 2 }
-        tell(Command.STATUS)
+        send(Command.STATUS)
         eventually("the status") { lines().any { "world_left" in it } }
         val (status, camera, battery) = lines().drop(1).map(::json)
         assertEquals("connected", status.getValue("status").jsonObject.text("state"))
@@ -140,44 +140,44 @@ class StreamingServiceTest {
     }
 
     @Test
-    fun choicesAreKept() {
-        tell(Command.AT_BOOT) { putExtra("on", true) }
-        tell(Command.COOL_DOWN) { putExtra("on", true) }
-        tell(Command.RECEIVER) { putExtra("receiver", "127.0.0.1:7755") }
-        eventually("all answers") { lines().size == 3 }
-        val again = Choices(app)
-        assertEquals(listOf(true, true), listOf(again.atBoot, again.coolsDown))
+    fun settingsAreSaved() {
+        send(Command.AT_BOOT) { putExtra("on", true) }
+        send(Command.COOL_DOWN) { putExtra("on", true) }
+        send(Command.RECEIVER) { putExtra("receiver", "127.0.0.1:7755") }
+        eventually("all replies") { lines().size == 3 }
+        val again = AppSettings(app)
+        assertEquals(listOf(true, true), listOf(again.startAtBoot, again.pauseWhenHot))
         assertEquals("127.0.0.1:7755", again.receiver)
     }
 
     @Test
-    fun everyPermissionIsRefusedWhileDeniedAskedAnewWhenGrantedAndRefusedOnceRevoked() {
+    fun streamsFollowTheirPermissionWhenItIsGrantedAndRevoked() {
         val permissions = StreamTable.all.flatMap { it.permissions }.distinct()
         for (permission in permissions) {
             val stream = StreamTable.all.first { permission in it.permissions }.id
             val denial = "permission $permission is not granted"
-            tell(Command.START)
+            send(Command.START)
             assertEquals(denial, answer(stream))
             shadowOf(app).grantPermissions(permission)
-            tell(Command.START)
+            send(Command.START)
             assertTrue(answer(stream) != denial, permission)
             // Android ends the process of an app whose permission is revoked, and starts the service again
             shadowOf(app).denyPermissions(permission)
             resume()
             assertEquals(denial, answer(stream))
-            tell(Command.STOP)
+            send(Command.STOP)
             eventually("the end") { !app.streaming.isOn }
         }
     }
 
-    /** What the next session says of [stream]. */
+    /** Returns the reason that the next session gives for [stream]. */
     private fun answer(stream: String): String {
         val session = paired.host.awaitHello()
         session.welcome(paired.host.received())
         return session.configure(1, """{"$stream": {}}""").getValue(stream).jsonObject.text("reason")
     }
 
-    private fun tell(action: String, extras: Intent.() -> Unit = {}) {
+    private fun send(action: String, extras: Intent.() -> Unit = {}) {
         val intent = StreamingService.intent(app, action).putExtra("request", "${++starts}").apply(extras)
         service.onStartCommand(intent, 0, starts)
     }

@@ -5,9 +5,9 @@ import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverBrowser
 import kotlinx.coroutines.flow.emptyFlow
 
-/** What the service is told by an intent. */
+/** A command to the service, sent as an intent. */
 internal sealed interface Command {
-    /** To do what was being done when the process died. */
+    /** Resume what the service did when its process died. */
     data object Resume : Command
 
     data object Start : Command
@@ -16,15 +16,15 @@ internal sealed interface Command {
 
     data object Status : Command
 
-    /** To pair as of [uri], and to stream. */
+    /** Pair with [uri], then stream. */
     class Pair(val uri: String) : Command
 
-    /** The [receiver] to stream to, as of `Choices.receiver`. */
-    data class GoTo(val receiver: String) : Command
+    /** Stream to [receiver], as described at `AppSettings.receiver`. */
+    data class SetReceiver(val receiver: String) : Command
 
-    data class AtBoot(val on: Boolean) : Command
+    data class SetStartAtBoot(val on: Boolean) : Command
 
-    data class CoolDown(val on: Boolean) : Command
+    data class SetPauseWhenHot(val on: Boolean) : Command
 
     companion object {
         private const val PREFIX = "dev.ml2sensors.app."
@@ -37,20 +37,30 @@ internal sealed interface Command {
         const val COOL_DOWN: String = "${PREFIX}COOL_DOWN"
 
         /**
-         * The command of an intent's [action] and extras; Android gives a null action after the process has died.
+         * Parses an intent's [action] and extras. Android sends a null action after the process has died.
          *
-         * @throws IllegalArgumentException for anything else, in words that do not repeat a secret.
+         * @throws IllegalArgumentException for anything else. The message never contains a pairing token.
          */
         fun parse(action: String?, extra: (String) -> Any?): Command = when (action) {
             null -> Resume
+
             START -> Start
+
             STOP -> Stop
+
             STATUS -> Status
+
             PAIR -> Pair(extra("uri").asText("uri").also(PairingUri::parse))
-            RECEIVER -> GoTo(extra("receiver").asText("receiver").also { Receiver.parse(it, NOBODY) })
-            AT_BOOT -> AtBoot(extra("on").asFlag("on"))
-            COOL_DOWN -> CoolDown(extra("on").asFlag("on"))
-            else -> throw IllegalArgumentException("there is no action $action")
+
+            RECEIVER -> SetReceiver(extra("receiver").asText("receiver").also { Receiver.parse(it, NO_BROWSER) })
+
+            AT_BOOT -> SetStartAtBoot(extra("on").asFlag("on"))
+
+            COOL_DOWN -> SetPauseWhenHot(extra("on").asFlag("on"))
+
+            else -> throw IllegalArgumentException(
+                "there is no action $action; expected one of ${ACTIONS.joinToString()}",
+            )
         }
 
         private fun Any?.asText(name: String): String =
@@ -59,6 +69,10 @@ internal sealed interface Command {
         private fun Any?.asFlag(name: String): Boolean =
             requireNotNull(this as? Boolean) { "expected the extra --ez $name true or false" }
 
-        private val NOBODY = ReceiverBrowser { emptyFlow() }
+        private val ACTIONS = listOf(START, STOP, STATUS, PAIR, RECEIVER, AT_BOOT, COOL_DOWN).map {
+            it.removePrefix(PREFIX)
+        }
+
+        private val NO_BROWSER = ReceiverBrowser { emptyFlow() }
     }
 }

@@ -4,63 +4,71 @@ import dev.ml2sensors.app.R
 import dev.ml2sensors.app.status.AppStatus
 import dev.ml2sensors.app.status.StreamStatus
 
-/** A string resource and what stands in it. */
-internal data class Text(val id: Int, val values: List<Any> = emptyList()) {
+/** A string resource and its arguments. */
+internal data class StringResource(val id: Int, val values: List<Any> = emptyList()) {
     constructor(id: Int, vararg values: Any) : this(id, values.toList())
 }
 
 /**
- * What the user sees of the app's status.
+ * The app's status as the screen shows it.
  *
- * @property detail why it is not connected, or what became of what the user did; may be empty.
- * @property isOn whether there is something to stop.
+ * @property detail the result of the last command, or why the app is not connected; may be empty.
+ * @property isOn true if the app streams or tries to, so that the button stops it.
  */
 internal data class Screen(
-    val title: Text,
+    val title: StringResource,
     val detail: String,
-    val clock: Text?,
-    val heat: Text,
+    val clock: StringResource?,
+    val heat: StringResource,
     val rows: List<Row>,
-    val question: Question?,
+    val permissionRequest: PermissionRequest?,
     val isOn: Boolean,
 ) {
-    /** One stream; [isBad] asks for attention. */
-    data class Row(val stream: String, val text: Text, val isBad: Boolean)
+    /** A row for one stream. [isWarning] highlights it. */
+    data class Row(val stream: String, val text: StringResource, val isWarning: Boolean)
 
     companion object {
         fun of(status: AppStatus, rates: Map<String, Double>, declined: Set<String>): Screen = Screen(
             title(status),
-            status.news.ifEmpty { status.reason },
+            status.lastResult.ifEmpty { status.reason },
             status.clock?.let { clock(it.state, it.uncertaintyNanos) },
             heat(status),
             status.streams.map { row(it, rates[it.id]) },
-            Question.next(status, declined),
+            PermissionRequest.next(status, declined),
             isOn = status.state != "off",
         )
 
-        private fun title(status: AppStatus): Text = when {
-            status.state == "connected" -> Text(R.string.connected, status.receiver)
-            status.state != "off" -> Text(R.string.connecting)
-            status.paired.isEmpty() -> Text(R.string.not_paired)
-            else -> Text(R.string.off)
+        private fun title(status: AppStatus): StringResource = when {
+            status.state == "connected" -> StringResource(R.string.connected, status.receiver)
+            status.state != "off" -> StringResource(R.string.connecting)
+            status.paired.isEmpty() -> StringResource(R.string.not_paired)
+            else -> StringResource(R.string.off)
         }
 
-        private fun clock(state: String, uncertaintyNanos: Long): Text = when (state) {
-            "waiting" -> Text(R.string.clock_waiting)
-            else -> Text(R.string.clock, uncertaintyNanos / NANOS_PER_MILLI)
+        private fun clock(state: String, uncertaintyNanos: Long): StringResource = when (state) {
+            "waiting" -> StringResource(R.string.clock_waiting)
+            else -> StringResource(R.string.clock, uncertaintyNanos / NANOS_PER_MILLI)
         }
 
-        private fun heat(status: AppStatus): Text {
-            val battery = status.batteryCelsius ?: return Text(R.string.heat, status.thermal ?: UNKNOWN)
-            return Text(R.string.heat_and_battery, status.thermal ?: UNKNOWN, battery)
+        private fun heat(status: AppStatus): StringResource {
+            val battery = status.batteryCelsius ?: return StringResource(R.string.heat, status.thermal ?: UNKNOWN)
+            return StringResource(R.string.heat_and_battery, status.thermal ?: UNKNOWN, battery)
         }
 
         private fun row(stream: StreamStatus, rateHz: Double?): Row = when {
-            stream.state != "accepted" -> Row(stream.id, Text(R.string.bare, stream.reason), isBad = true)
-            stream.resting -> Row(stream.id, Text(R.string.resting), isBad = true)
-            rateHz == null -> Row(stream.id, Text(R.string.stream_begins), isBad = false)
-            stream.dropped == 0L -> Row(stream.id, Text(R.string.rate, rateHz), isBad = false)
-            else -> Row(stream.id, Text(R.string.rate_and_loss, rateHz, stream.dropped), isBad = true)
+            stream.state != "accepted" -> Row(
+                stream.id,
+                StringResource(R.string.plain, stream.reason),
+                isWarning = true,
+            )
+
+            stream.isPaused -> Row(stream.id, StringResource(R.string.paused), isWarning = true)
+
+            rateHz == null -> Row(stream.id, StringResource(R.string.starting), isWarning = false)
+
+            stream.dropped == 0L -> Row(stream.id, StringResource(R.string.rate, rateHz), isWarning = false)
+
+            else -> Row(stream.id, StringResource(R.string.rate_and_loss, rateHz, stream.dropped), isWarning = true)
         }
 
         private const val UNKNOWN = "?"

@@ -5,19 +5,19 @@ import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 import kotlinx.serialization.Transient
 
-/** Characters of what others say, so that a line of logcat has room for it. */
+/** The largest number of characters of a text from elsewhere, so that a line fits logcat. */
 internal const val TEXT_LIMIT = 200
 
 /**
- * How the app stands at one instant.
+ * The status of the app.
  *
- * @property state `off`, or that of the streamer: `connecting`, `connected`.
- * @property receiver by name or address, empty while it is not known.
- * @property reason why it is not connected; may be empty.
- * @property news of what was asked for last, good or bad; may be empty.
+ * @property state `off`, `connecting` or `connected`.
+ * @property receiver the receiver's name or address; empty while it is not known.
+ * @property reason why the app is not connected; may be empty.
+ * @property lastResult the result of the last command, an error or a success; may be empty.
  * @property paired the names of the receivers that the headset is paired with.
- * @property thermal how hot the headset is, by the words of PROTOCOL.md.
- * @property permissions Android's, that streams need, and whether each is granted.
+ * @property permissions the Android permissions that streams need, and whether each is granted.
+ * @property thermal the thermal status of the headset, as in PROTOCOL.md.
  */
 @Serializable
 internal class AppStatus(
@@ -25,13 +25,13 @@ internal class AppStatus(
     val state: String,
     val receiver: String,
     val reason: String,
-    val news: String,
+    @SerialName("news") val lastResult: String,
     val paired: List<String>,
     val permissions: Map<String, Boolean>,
     val clock: Status.Clock?,
     val thermal: String?,
     @SerialName("battery_celsius") val batteryCelsius: Double?,
-    @SerialName("at_boot") val atBoot: Boolean,
-    @SerialName("cools_down") val coolsDown: Boolean,
+    @SerialName("at_boot") val startAtBoot: Boolean,
+    @SerialName("cools_down") val pauseWhenHot: Boolean,
     @Transient val streams: List<StreamStatus> = emptyList(),
 )

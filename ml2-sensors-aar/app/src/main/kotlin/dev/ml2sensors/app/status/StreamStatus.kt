@@ -3,15 +3,17 @@ package dev.ml2sensors.app.status
 import dev.ml2sensors.stream.StreamerStatus
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
+import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 
 /**
- * What became of a stream that the receiver asked for.
+ * The status of a stream that the receiver requested.
  *
- * @property state `accepted`, `waiting`, `refused` or `failed`; [reason] may be empty.
- * @property produced messages of its first topic.
- * @property dropped messages of all its topics.
- * @property resting because the headset is hot.
+ * @property state `accepted`, `waiting`, `refused` or `failed`.
+ * @property reason why; may be empty.
+ * @property produced the number of messages of its first topic.
+ * @property dropped the number of dropped messages of all its topics.
+ * @property isPaused true while the stream is paused because the headset is hot.
  */
 @Serializable
 internal data class StreamStatus(
@@ -20,11 +22,11 @@ internal data class StreamStatus(
     val reason: String,
     val produced: Long,
     val dropped: Long,
-    val resting: Boolean,
+    @SerialName("resting") val isPaused: Boolean,
 )
 
-/** In the order of the stream table; those with the ids [resting] are. */
-internal fun StreamerStatus.byStream(resting: Set<String>): List<StreamStatus> = StreamTable.all.mapNotNull { spec ->
+/** Returns the status of each stream, in the order of the stream table. [paused] holds the ids of paused streams. */
+internal fun StreamerStatus.byStream(paused: Set<String>): List<StreamStatus> = StreamTable.all.mapNotNull { spec ->
     streams[spec.id]?.let { stream ->
         val counts = channels.filterKeys { it in spec }.values
         val first = channels[spec.topics.firstOrNull()?.name] ?: counts.firstOrNull()
@@ -35,7 +37,7 @@ internal fun StreamerStatus.byStream(resting: Set<String>): List<StreamStatus> =
             stream.reason.take(TEXT_LIMIT),
             first?.produced ?: 0,
             dropped,
-            spec.id in resting,
+            spec.id in paused,
         )
     }
 }

@@ -8,21 +8,21 @@ import kotlin.test.assertIs
 
 class CommandTest {
     @Test
-    fun everyActionIsACommand() {
+    fun everyActionIsParsed() {
         assertEquals(Command.Resume, parse(null))
         assertEquals(Command.Start, parse("dev.ml2sensors.app.START"))
         assertEquals(Command.Stop, parse("dev.ml2sensors.app.STOP"))
         assertEquals(Command.Status, parse("dev.ml2sensors.app.STATUS"))
-        assertEquals(Command.AtBoot(true), parse("dev.ml2sensors.app.AT_BOOT", "on" to true))
-        assertEquals(Command.CoolDown(false), parse("dev.ml2sensors.app.COOL_DOWN", "on" to false))
+        assertEquals(Command.SetStartAtBoot(true), parse("dev.ml2sensors.app.AT_BOOT", "on" to true))
+        assertEquals(Command.SetPauseWhenHot(false), parse("dev.ml2sensors.app.COOL_DOWN", "on" to false))
         for (receiver in listOf("", "desk", "127.0.0.1:7755")) {
-            assertEquals(Command.GoTo(receiver), parse("dev.ml2sensors.app.RECEIVER", "receiver" to receiver))
+            assertEquals(Command.SetReceiver(receiver), parse("dev.ml2sensors.app.RECEIVER", "receiver" to receiver))
         }
         assertEquals(URI, assertIs<Command.Pair>(parse("dev.ml2sensors.app.PAIR", "uri" to URI)).uri)
     }
 
     @Test
-    fun whatIsNoneIsRefusedAndSaysWhatWasExpected() {
+    fun invalidIntentsAreRefusedWithWhatWasExpected() {
         refused("there is no action android.intent.action.VIEW", "android.intent.action.VIEW")
         refused("expected the extra --es uri TEXT", "dev.ml2sensors.app.PAIR")
         refused("expected the extra --es uri TEXT", "dev.ml2sensors.app.PAIR", "uri" to 7)
@@ -32,7 +32,7 @@ class CommandTest {
     }
 
     @Test
-    fun aPairingUriThatIsWrongIsNotRepeatedSinceItMayBeSecret() {
+    fun anInvalidPairingUriIsNotRepeatedInTheError() {
         val message = refused("expected ml2s://", "dev.ml2sensors.app.PAIR", "uri" to URI + "0")
         assertFalse(TOKEN in message, message)
     }

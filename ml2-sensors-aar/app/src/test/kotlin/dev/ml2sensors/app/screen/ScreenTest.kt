@@ -13,12 +13,12 @@ import kotlin.test.assertTrue
 
 class ScreenTest {
     @Test
-    fun theTitleSaysWhereItStands() {
+    fun theTitleShowsTheConnection() {
         val titles = mapOf(
-            appStatus("off", paired = emptyList()) to Text(R.string.not_paired),
-            appStatus("off") to Text(R.string.off),
-            appStatus("connecting") to Text(R.string.connecting),
-            appStatus("connected") to Text(R.string.connected, "desk"),
+            appStatus("off", paired = emptyList()) to StringResource(R.string.not_paired),
+            appStatus("off") to StringResource(R.string.off),
+            appStatus("connecting") to StringResource(R.string.connecting),
+            appStatus("connected") to StringResource(R.string.connected, "desk"),
         )
         for ((status, title) in titles) assertEquals(title, screen(status).title)
         assertFalse(screen(appStatus("off")).isOn)
@@ -26,44 +26,50 @@ class ScreenTest {
     }
 
     @Test
-    fun newsComesBeforeTheReason() {
+    fun theLastResultComesBeforeTheReason() {
         assertEquals("no route", screen(appStatus("connecting", reason = "no route")).detail)
-        assertEquals("wrong code", screen(appStatus("connecting", reason = "no route", news = "wrong code")).detail)
+        assertEquals(
+            "wrong code",
+            screen(appStatus("connecting", reason = "no route", lastResult = "wrong code")).detail,
+        )
     }
 
     @Test
-    fun aStreamShowsItsRateAndWhatIsLostOrWhyItDoesNotRun() {
+    fun aStreamShowsItsRateAndLossesOrWhyItDoesNotRun() {
         val streams = listOf(
             streamStatus("world_left"),
             streamStatus("depth", dropped = 3),
-            streamStatus("color", resting = true),
+            streamStatus("color", isPaused = true),
             streamStatus("gaze", state = "refused", reason = "permission missing"),
             streamStatus("battery"),
         )
         val rates = mapOf("world_left" to 30.0, "depth" to 5.0, "color" to 0.0)
         val rows = Screen.of(appStatus(streams = streams), rates, emptySet()).rows
         val expected = listOf(
-            Screen.Row("world_left", Text(R.string.rate, 30.0), isBad = false),
-            Screen.Row("depth", Text(R.string.rate_and_loss, 5.0, 3L), isBad = true),
-            Screen.Row("color", Text(R.string.resting), isBad = true),
-            Screen.Row("gaze", Text(R.string.bare, "permission missing"), isBad = true),
-            Screen.Row("battery", Text(R.string.stream_begins), isBad = false),
+            Screen.Row("world_left", StringResource(R.string.rate, 30.0), isWarning = false),
+            Screen.Row("depth", StringResource(R.string.rate_and_loss, 5.0, 3L), isWarning = true),
+            Screen.Row("color", StringResource(R.string.paused), isWarning = true),
+            Screen.Row("gaze", StringResource(R.string.plain, "permission missing"), isWarning = true),
+            Screen.Row("battery", StringResource(R.string.starting), isWarning = false),
         )
         assertEquals(expected, rows)
     }
 
     @Test
-    fun theClockIsAsGoodAsItsUncertainty() {
+    fun theClockShowsItsUncertainty() {
         assertNull(screen(appStatus()).clock)
-        assertEquals(Text(R.string.clock_waiting), screen(appStatus(clock = clock("waiting"))).clock)
-        assertEquals(Text(R.string.clock, 0.25), screen(appStatus(clock = clock("synchronised"))).clock)
+        assertEquals(StringResource(R.string.clock_waiting), screen(appStatus(clock = clock("waiting"))).clock)
+        assertEquals(StringResource(R.string.clock, 0.25), screen(appStatus(clock = clock("synchronised"))).clock)
     }
 
     @Test
-    fun heatIsAndroidsWordAndTheBatterysTemperature() {
-        assertEquals(Text(R.string.heat, "severe"), screen(appStatus(thermal = "severe")).heat)
-        assertEquals(Text(R.string.heat, "?"), screen(appStatus(thermal = null)).heat)
-        assertEquals(Text(R.string.heat_and_battery, "none", 31.5), screen(appStatus(batteryCelsius = 31.5)).heat)
+    fun heatShowsAndroidsStatusAndTheBatteryTemperature() {
+        assertEquals(StringResource(R.string.heat, "severe"), screen(appStatus(thermal = "severe")).heat)
+        assertEquals(StringResource(R.string.heat, "?"), screen(appStatus(thermal = null)).heat)
+        assertEquals(
+            StringResource(R.string.heat_and_battery, "none", 31.5),
+            screen(appStatus(batteryCelsius = 31.5)).heat,
+        )
     }
 
     private fun clock(state: String) = Status.Clock(state, 0, 250_000, 500_000)

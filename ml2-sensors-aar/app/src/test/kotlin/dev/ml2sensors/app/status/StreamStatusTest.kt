@@ -7,7 +7,7 @@ import kotlin.test.assertEquals
 
 class StreamStatusTest {
     @Test
-    fun aStreamHasTheCountOfItsFirstTopicAndTheLossesOfAll() {
+    fun aStreamCountsMessagesOfItsFirstTopicAndLossesOfAllTopics() {
         val status = StreamerStatus(
             "connected",
             "desk",
@@ -25,11 +25,11 @@ class StreamStatusTest {
             ),
         )
         val expected = listOf(
-            streamStatus("world_left", produced = 10, dropped = 7, resting = true),
+            streamStatus("world_left", produced = 10, dropped = 7, isPaused = true),
             streamStatus("depth", "refused", "no"),
             streamStatus("custom", produced = 5),
         )
-        assertEquals(expected, status.byStream(resting = setOf("world_left")))
+        assertEquals(expected, status.byStream(paused = setOf("world_left")))
     }
 
     private fun counts(produced: Long, vararg dropped: Pair<String, Long>) =

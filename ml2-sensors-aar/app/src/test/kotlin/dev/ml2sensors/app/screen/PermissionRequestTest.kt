@@ -9,36 +9,36 @@ import kotlin.test.assertEquals
 import kotlin.test.assertNotEquals
 import kotlin.test.assertNull
 
-class QuestionTest {
-    private val wanted = listOf("world_left", "color", "depth", "battery").map { streamStatus(it) }
+class PermissionRequestTest {
+    private val requested = listOf("world_left", "color", "depth", "battery").map { streamStatus(it) }
 
     @Test
-    fun onePermissionIsAskedForAtATimeWithTheStreamsItIsFor() {
+    fun onePermissionIsRequestedAtATimeWithItsStreams() {
         val nothing = mapOf(CAMERA to false, DEPTH to false)
-        assertEquals(Question(CAMERA, listOf("world_left", "color")), next(nothing))
-        assertEquals(Question(DEPTH, listOf("depth")), next(nothing, declined = setOf(CAMERA)))
-        assertEquals(Question(DEPTH, listOf("depth")), next(mapOf(CAMERA to true, DEPTH to false)))
+        assertEquals(PermissionRequest(CAMERA, listOf("world_left", "color")), next(nothing))
+        assertEquals(PermissionRequest(DEPTH, listOf("depth")), next(nothing, declined = setOf(CAMERA)))
+        assertEquals(PermissionRequest(DEPTH, listOf("depth")), next(mapOf(CAMERA to true, DEPTH to false)))
     }
 
     @Test
-    fun nothingIsAskedForThatIsGrantedOrDeclinedOrThatNobodyWants() {
+    fun grantedDeclinedAndUnneededPermissionsAreNotRequested() {
         assertNull(next(mapOf(CAMERA to true, DEPTH to true)))
         assertNull(next(mapOf(CAMERA to false, DEPTH to false), declined = setOf(CAMERA, DEPTH)))
         val idle = appStatus(permissions = mapOf(CAMERA to false))
-        assertNull(Question.next(idle, emptySet()))
+        assertNull(PermissionRequest.next(idle, emptySet()))
     }
 
     @Test
-    fun everyPermissionThatIsAskedForHasAReasonOfItsOwn() {
+    fun everyRequestedPermissionHasItsOwnReason() {
         val normal = "com.magicleap.permission.HAND_TRACKING"
         val asked = StreamTable.all.flatMap { it.permissions }.toSet() - normal
         for (permission in asked) {
-            assertNotEquals(R.string.reason_other, Question(permission, emptyList()).reason, permission)
+            assertNotEquals(R.string.reason_other, PermissionRequest(permission, emptyList()).reason, permission)
         }
     }
 
     private fun next(permissions: Map<String, Boolean>, declined: Set<String> = emptySet()) =
-        Question.next(appStatus(streams = wanted, permissions = permissions), declined)
+        PermissionRequest.next(appStatus(streams = requested, permissions = permissions), declined)
 
     private companion object {
         const val CAMERA = "android.permission.CAMERA"

@@ -9,8 +9,8 @@ import android.content.Intent
 import dev.ml2sensors.app.control.Command
 import dev.ml2sensors.stream.StreamerState
 
-/** What the user sees of the service while another app is in front: how it stands, and a way to stop it. */
-internal class Notice(private val context: Context) {
+/** The notification of the service: shows the connection and has a button that stops streaming. */
+internal class StreamingNotification(private val context: Context) {
     private val notifications = context.getSystemService(NotificationManager::class.java).apply {
         val name = context.getString(R.string.app_name)
         createNotificationChannel(NotificationChannel(CHANNEL, name, NotificationManager.IMPORTANCE_LOW))

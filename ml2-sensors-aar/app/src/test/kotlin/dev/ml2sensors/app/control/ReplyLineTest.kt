@@ -13,17 +13,20 @@ import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertTrue
 
-class AnswerTest {
+class ReplyLineTest {
     @Test
-    fun doneIsALineOfItsOwn() = assertEquals("""{"request":"7","more":0}""", "${Answer("7")}")
+    fun successIsOneLine() = assertEquals("""{"request":"7","more":0}""", "${ReplyLine("7")}")
 
     @Test
-    fun anErrorSaysWhy() = assertEquals("""{"request":"","more":0,"error":"no"}""", "${Answer("", error = "no")}")
+    fun anErrorHasItsReason() = assertEquals(
+        """{"request":"","more":0,"error":"no"}""",
+        "${ReplyLine("", error = "no")}",
+    )
 
     @Test
-    fun aStatusIsALineForTheAppAndOneForEachStreamAndTheLastIsKnown() {
+    fun aStatusIsALineForTheAppAndOneForEachStream() {
         val streams = listOf(streamStatus("depth", produced = 5, dropped = 1), streamStatus("gaze", "refused", "no"))
-        val (app, depth, gaze) = Answer.of("7", appStatus(streams = streams)).map { json("$it") }
+        val (app, depth, gaze) = ReplyLine.of("7", appStatus(streams = streams)).map { json("$it") }
         assertEquals(listOf(2, 1, 0), listOf(app, depth, gaze).map { it.getValue("more").jsonPrimitive.int })
         assertEquals(setOf("request", "more", "status"), app.keys)
         val keys = setOf(
@@ -36,23 +39,23 @@ class AnswerTest {
         assertEquals("gaze", gaze.getValue("stream").jsonObject.getValue("id").jsonPrimitive.content)
     }
 
-    /** `ml2-receiver headset` is tested with the same lines. */
+    /** The test of `ml2-receiver headset` reads the same lines. */
     @Test
-    fun aStatusIsWhatTheHostReads() {
+    fun aStatusIsWhatTheReceiverReads() {
         val denied = "com.magicleap.permission.DEPTH_CAMERA"
         val status = appStatus(
             streams = listOf(
-                streamStatus("world_left", produced = 900, dropped = 2, resting = true),
+                streamStatus("world_left", produced = 900, dropped = 2, isPaused = true),
                 streamStatus("depth", "refused", "$denied is not granted"),
             ),
             permissions = mapOf("android.permission.CAMERA" to true, denied to false),
-            news = "paired with desk",
+            lastResult = "paired with desk",
             clock = Status.Clock("synchronised", -5, 58_000, 110_000, 0.5, 0, 1, mapOf("head_pose" to "boottime")),
             thermal = "light",
             batteryCelsius = 31.5,
         )
         val lines = checkNotNull(javaClass.getResource("/status.jsonl")).readText().trim().lines()
-        assertEquals(lines, Answer.of("7", status).map { "$it" })
+        assertEquals(lines, ReplyLine.of("7", status).map { "$it" })
     }
 
     @Test
@@ -63,7 +66,7 @@ class AnswerTest {
             streams = streams,
             permissions = StreamTable.all.flatMap { it.permissions }.associateWith { true },
             reason = long,
-            news = long,
+            lastResult = long,
             paired = List(8) { "r".repeat(64) },
             clock = Status.Clock(
                 "synchronised",
@@ -76,7 +79,7 @@ class AnswerTest {
                 StreamTable.all.associate { it.id to "monotonic" },
             ),
         )
-        for (line in Answer.of("x".repeat(36), status)) assertTrue("$line".length < 4_000, "${"$line".length}")
+        for (line in ReplyLine.of("x".repeat(36), status)) assertTrue("$line".length < 4_000, "${"$line".length}")
     }
 
     private fun json(line: String): JsonObject = Json.parseToJsonElement(line).jsonObject

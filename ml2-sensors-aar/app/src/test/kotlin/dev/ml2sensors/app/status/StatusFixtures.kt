@@ -2,13 +2,13 @@ package dev.ml2sensors.app.status
 
 import dev.ml2sensors.wire.Status
 
-/** A status with what a test says, and nothing of interest besides. */
+/** Returns a status with the values of a test and neutral defaults. */
 internal fun appStatus(
     state: String = "connected",
     streams: List<StreamStatus> = emptyList(),
     permissions: Map<String, Boolean> = emptyMap(),
     reason: String = "",
-    news: String = "",
+    lastResult: String = "",
     paired: List<String> = listOf("desk"),
     clock: Status.Clock? = null,
     thermal: String? = "none",
@@ -18,14 +18,14 @@ internal fun appStatus(
     state,
     receiver = "desk",
     reason,
-    news,
+    lastResult,
     paired,
     permissions,
     clock,
     thermal,
     batteryCelsius,
-    atBoot = false,
-    coolsDown = false,
+    startAtBoot = false,
+    pauseWhenHot = false,
     streams,
 )
 
@@ -35,5 +35,5 @@ internal fun streamStatus(
     reason: String = "",
     produced: Long = 0,
     dropped: Long = 0,
-    resting: Boolean = false,
-): StreamStatus = StreamStatus(id, state, reason, produced, dropped, resting)
+    isPaused: Boolean = false,
+): StreamStatus = StreamStatus(id, state, reason, produced, dropped, isPaused)

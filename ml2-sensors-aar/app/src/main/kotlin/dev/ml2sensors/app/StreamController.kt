@@ -3,11 +3,11 @@ package dev.ml2sensors.app
 import android.content.Context
 import dev.ml2sensors.Version
 import dev.ml2sensors.android.Ml2Sensors
-import dev.ml2sensors.app.heat.CooledHeadset
-import dev.ml2sensors.app.heat.batteryCelsius
 import dev.ml2sensors.app.status.AppStatus
 import dev.ml2sensors.app.status.TEXT_LIMIT
 import dev.ml2sensors.app.status.byStream
+import dev.ml2sensors.app.thermal.ThermalHeadset
+import dev.ml2sensors.app.thermal.batteryCelsius
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.stream.StreamerState
 import kotlinx.coroutines.CoroutineScope
@@ -25,15 +25,15 @@ import kotlinx.coroutines.sync.withLock
 import java.io.IOException
 
 /**
- * The headset and its one streamer, from start to stop. Any thread; what is asked for is done in that order, also when
- * the caller no longer waits for it.
+ * Controls the headset and its one streamer. Thread-safe. Calls are carried out in order, even if the caller no longer
+ * waits for them.
  */
-internal class Streaming(private val context: Context, private val choices: Choices) {
+internal class StreamController(private val context: Context, private val settings: AppSettings) {
     private class Run(val streamer: Ml2Streamer, val permissions: Map<String, Boolean>, val watching: Job)
 
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.IO.limitedParallelism(1))
-    private val turns = Mutex()
-    private val headset by lazy { CooledHeadset(Ml2Sensors.open(context)) { choices.coolsDown } }
+    private val mutex = Mutex()
+    private val headset by lazy { ThermalHeadset(Ml2Sensors.open(context)) { settings.pauseWhenHot } }
     private val mutableState = MutableStateFlow<StreamerState?>(null)
 
     @Volatile
@@ -41,89 +41,89 @@ internal class Streaming(private val context: Context, private val choices: Choi
 
     val isOn: Boolean get() = run != null
 
-    /** What went wrong last, or well; empty when nothing has. */
+    /** The result of the last call, for the user: an error or a success; empty if there is nothing to report. */
     @Volatile
-    private var news = ""
+    private var lastResult = ""
 
-    /** The receivers that the headset is paired with, by name. */
+    /** The names of the receivers that the headset is paired with. */
     @Volatile
     private var paired = emptyList<String>()
 
-    /** Of the streamer; null while there is none. */
+    /** The state of the streamer; null while there is none. */
     val state: StateFlow<StreamerState?> = mutableState.asStateFlow()
 
     init {
-        scope.async { inTurn { readPairings() } } // What goes wrong is news
+        scope.async { inOrder { readPairings() } } // An error is shown as lastResult
     }
 
     /**
-     * Streams from now on; begins anew where the user has allowed or forbidden something since.
+     * Starts to stream. Reconnects if permissions have changed since the last start.
      *
-     * @throws IllegalStateException when the headset is paired with no receiver.
-     * @throws IOException when what is known of receivers cannot be read.
+     * @throws IllegalStateException if the headset is paired with no receiver.
+     * @throws IOException if the file of paired receivers cannot be read.
      */
-    suspend fun start(): Unit = inTurn {
-        if (run?.permissions == headset.permissions) return@inTurn
-        end()
-        begin()
+    suspend fun start(): Unit = inOrder {
+        if (run?.permissions == headset.permissions) return@inOrder
+        disconnect()
+        connect()
     }
 
-    /** Returns when all has ended in order. */
-    suspend fun stop(): Unit = inTurn { end() }
+    /** Stops streaming. Returns when the session has ended. */
+    suspend fun stop(): Unit = inOrder { disconnect() }
 
-    /** As [Ml2Sensors.pair]; whatever streams goes on with the new receiver. */
-    suspend fun pair(uri: String): Unit = inTurn {
+    /** Pairs like [Ml2Sensors.pair]. If the headset streams, it continues with the new receiver. */
+    suspend fun pair(uri: String): Unit = inOrder {
         val receiver = Ml2Sensors.pair(context, uri)
         readPairings()
-        choices.receiver = ""
-        beginAnew()
-        news = "paired with ${receiver.name}"
+        settings.receiver = ""
+        reconnect()
+        lastResult = "paired with ${receiver.name}"
     }
 
-    /** From now on to [receiver], as of [Choices.receiver]. */
-    suspend fun goTo(receiver: String): Unit = inTurn {
-        choices.receiver = receiver
-        beginAnew()
+    /** Changes the receiver, as described at [AppSettings.receiver]. Reconnects if the headset streams. */
+    suspend fun setReceiver(receiver: String): Unit = inOrder {
+        settings.receiver = receiver
+        reconnect()
     }
 
     fun status(): AppStatus {
-        val streamer = run?.streamer?.status(choices.receiver)
+        val streamer = run?.streamer?.status(settings.receiver)
         return AppStatus(
             Version.NAME,
             state = streamer?.state ?: "off",
             receiver = streamer?.receiver.orEmpty(),
             reason = streamer?.reason.orEmpty().take(TEXT_LIMIT),
-            news = news.take(TEXT_LIMIT),
+            lastResult = lastResult.take(TEXT_LIMIT),
             paired = paired,
             permissions = headset.permissions,
             clock = streamer?.clock,
             thermal = headset.thermal?.wireName,
             batteryCelsius = batteryCelsius(context),
-            atBoot = choices.atBoot,
-            coolsDown = choices.coolsDown,
-            streams = streamer?.byStream(headset.resting).orEmpty(),
+            startAtBoot = settings.startAtBoot,
+            pauseWhenHot = settings.pauseWhenHot,
+            streams = streamer?.byStream(headset.paused).orEmpty(),
         )
     }
 
-    private suspend fun beginAnew() {
+    private suspend fun reconnect() {
         if (run == null) return
-        end()
-        begin()
+        disconnect()
+        connect()
     }
 
     private fun readPairings() {
         paired = Ml2Sensors.receivers(context).map { it.name }
     }
 
-    private suspend fun begin() {
+    private suspend fun connect() {
         readPairings()
         check(paired.isNotEmpty()) { "this headset is paired with no receiver; run ml2-receiver pair" }
-        val streamer = Ml2Sensors.connect(context, headset, choices.receiver)
+        val streamer = Ml2Sensors.connect(context, headset, settings.receiver)
         run = Run(streamer, headset.permissions, scope.launch { streamer.state.collect { mutableState.value = it } })
         streamer.start()
     }
 
-    private suspend fun end() {
+    private suspend fun disconnect() {
         val ended = run ?: return
         run = null
         ended.streamer.stop()
@@ -131,13 +131,13 @@ internal class Streaming(private val context: Context, private val choices: Choi
         mutableState.value = null
     }
 
-    private suspend fun <T> inTurn(block: suspend () -> T): T = scope.async {
-        turns.withLock {
+    private suspend fun <T> inOrder(block: suspend () -> T): T = scope.async {
+        mutex.withLock {
             try {
-                news = ""
+                lastResult = ""
                 block()
             } catch (e: Exception) {
-                news = e.message ?: e.javaClass.simpleName
+                lastResult = e.message ?: e.javaClass.simpleName
                 throw e
             }
         }

@@ -1,4 +1,4 @@
-package dev.ml2sensors.app.heat
+package dev.ml2sensors.app.thermal
 
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DeviceClock
@@ -24,30 +24,30 @@ import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 
 @OptIn(ExperimentalCoroutinesApi::class)
-class CooledHeadsetTest {
+class ThermalHeadsetTest {
     private val device = FakeHeadset()
-    private var isWilling = true
-    private val headset = CooledHeadset(device) { isWilling }
+    private var isEnabled = true
+    private val headset = ThermalHeadset(device) { isEnabled }
 
     @Test
-    fun rgbRestsFirstAndTheOtherCamerasLater() {
-        assertEquals(Thermal.SEVERE, Cooling.limit(StreamTable.color))
-        assertEquals(Thermal.SEVERE, Cooling.limit(StreamTable.mixedReality))
-        assertEquals(Thermal.CRITICAL, Cooling.limit(StreamTable.worldLeft))
-        assertEquals(Thermal.CRITICAL, Cooling.limit(StreamTable.depth))
+    fun rgbIsPausedFirstAndTheOtherCamerasLater() {
+        assertEquals(Thermal.SEVERE, ThermalPolicy.limit(StreamTable.color))
+        assertEquals(Thermal.SEVERE, ThermalPolicy.limit(StreamTable.mixedReality))
+        assertEquals(Thermal.CRITICAL, ThermalPolicy.limit(StreamTable.worldLeft))
+        assertEquals(Thermal.CRITICAL, ThermalPolicy.limit(StreamTable.depth))
         for (stream in listOf(StreamTable.imuLeft, StreamTable.headPose, StreamTable.battery)) {
-            assertEquals(null, Cooling.limit(stream))
+            assertEquals(null, ThermalPolicy.limit(stream))
         }
     }
 
     @Test
-    fun aCameraIsClosedWhileItRestsAndGoesOnWhenItIsMuchCooler() = collecting(StreamTable.color) { received ->
+    fun aPausedCameraIsClosedAndResumesWhenTheHeadsetIsMuchCooler() = collecting(StreamTable.color) { received ->
         advanceTimeBy(5_500)
         assertEquals(5, received.size)
         device.thermal = Thermal.SEVERE
         advanceTimeBy(10_000)
         assertFalse(device.isOpen)
-        assertEquals(setOf("color"), headset.resting)
+        assertEquals(setOf("color"), headset.paused)
         device.thermal = Thermal.MODERATE
         advanceTimeBy(10_000)
         assertFalse(device.isOpen, "not yet")
@@ -56,36 +56,36 @@ class CooledHeadsetTest {
         advanceTimeBy(10_000)
         assertTrue(device.isOpen)
         assertTrue(received.size > 10)
-        assertEquals(emptySet(), headset.resting)
+        assertEquals(emptySet(), headset.paused)
     }
 
     @Test
-    fun withoutTheUsersWishNothingRests() = collecting(StreamTable.color) { received ->
-        isWilling = false
+    fun nothingIsPausedWhileDisabled() = collecting(StreamTable.color) { received ->
+        isEnabled = false
         device.thermal = Thermal.SHUTDOWN
         advanceTimeBy(5_500)
         assertEquals(5, received.size)
     }
 
     @Test
-    fun whoeverNoLongerWantsItGetsTheCameraBackAtOnce() = collecting(StreamTable.color) { received ->
+    fun disablingResumesTheCamera() = collecting(StreamTable.color) { received ->
         device.thermal = Thermal.SEVERE
         advanceTimeBy(5_500)
         assertEquals(0, received.size)
-        isWilling = false
+        isEnabled = false
         advanceTimeBy(5_500)
         assertTrue(received.isNotEmpty())
     }
 
     @Test
-    fun whatIsSmallGoesOn() = collecting(StreamTable.imuLeft) { received ->
+    fun smallStreamsAreNeverPaused() = collecting(StreamTable.imuLeft) { received ->
         device.thermal = Thermal.EMERGENCY
         advanceTimeBy(5_500)
         assertEquals(5, received.size)
     }
 
     @Test
-    fun aStreamThatEndsHasEnded() = runTest {
+    fun theEndOfAStreamIsPassedOn() = runTest {
         device.count = 3
         val received = ArrayList<Sample>()
         headset.samples(StreamTable.color, StreamValues()).collect(received::add)
@@ -100,7 +100,7 @@ class CooledHeadsetTest {
         collector.cancel()
     }
 
-    /** Has a sample a second. */
+    /** Delivers a sample per second. */
     private class FakeHeadset : Headset {
         override var thermal: Thermal? = Thermal.NONE
         var isOpen = false

@@ -6,14 +6,14 @@ import kotlinx.serialization.Serializable
 import kotlinx.serialization.json.Json
 
 /**
- * A line of the answer to a command: JSON, short enough for logcat, which takes 4 kB.
+ * A line of the reply to a command: JSON of less than 4 kB, the limit of logcat.
  *
- * @property request repeats the extra `request` of the command.
- * @property more lines of the same answer are to come.
+ * @property request the extra `request` of the command.
+ * @property more the number of lines of the same reply that follow.
  * @property error why the command was not carried out.
  */
 @Serializable
-internal class Answer(
+internal class ReplyLine(
     private val request: String,
     private val more: Int = 0,
     private val error: String? = null,
@@ -28,11 +28,11 @@ internal class Answer(
             explicitNulls = false
         }
 
-        /** The app's line, then one for each stream. */
-        fun of(request: String, status: AppStatus): List<Answer> {
+        /** Returns a line for the app, then one for each stream. */
+        fun of(request: String, status: AppStatus): List<ReplyLine> {
             val count = status.streams.size
-            val streams = status.streams.mapIndexed { i, it -> Answer(request, more = count - 1 - i, stream = it) }
-            return listOf(Answer(request, more = count, status = status)) + streams
+            val streams = status.streams.mapIndexed { i, it -> ReplyLine(request, more = count - 1 - i, stream = it) }
+            return listOf(ReplyLine(request, more = count, status = status)) + streams
         }
     }
 }

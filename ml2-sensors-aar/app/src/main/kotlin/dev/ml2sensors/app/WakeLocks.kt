@@ -6,10 +6,10 @@ import android.net.wifi.WifiManager
 import android.os.PowerManager
 
 /**
- * Keeps processor and Wi-Fi awake. Android honours the low latency only while the screen is on and the app in front;
- * elsewhere it is high performance that remains.
+ * Keeps the processor and Wi-Fi awake. Android honours the low-latency lock only while the screen is on and the app is
+ * in front. At other times the high-performance lock has effect.
  */
-internal class Locks(context: Context) {
+internal class WakeLocks(context: Context) {
     private val processor =
         context.getSystemService(PowerManager::class.java).newWakeLock(PowerManager.PARTIAL_WAKE_LOCK, TAG)
     private val wifi = listOf(WifiManager.WIFI_MODE_FULL_HIGH_PERF, WifiManager.WIFI_MODE_FULL_LOW_LATENCY)
@@ -20,7 +20,7 @@ internal class Locks(context: Context) {
         wifi.forEach { it.setReferenceCounted(false) }
     }
 
-    /** However long the user streams. */
+    /** Holds the locks for as long as the user streams, without a timeout. */
     @SuppressLint("WakelockTimeout")
     fun hold() {
         processor.acquire()

@@ -6,23 +6,23 @@ import android.os.Bundle
 import dev.ml2sensors.app.control.Command
 import dev.ml2sensors.pairing.PairingUri
 
-/** Asks the user before the headset pairs with anything; any app and web page can open a pairing URI. Main thread. */
-internal class PairingConfirmation(private val activity: Activity) {
+/** Asks the user before the headset pairs, since any app or web page can open a pairing URI. Main thread. */
+internal class PairingDialog(private val activity: Activity) {
     private var uri: String? = null
     private var dialog: AlertDialog? = null
 
-    /** For what was pasted or opened; null is nothing. */
+    /** Asks about a URI that was pasted or opened; does nothing for null. */
     fun show(text: String?) {
         close()
         uri = text?.trim() ?: return
         dialog = try {
-            question(text.trim(), PairingUri.parse(text.trim()))
+            confirmation(text.trim(), PairingUri.parse(text.trim()))
         } catch (e: IllegalArgumentException) {
-            AlertDialog.Builder(activity).setTitle(R.string.no_code).setMessage(e.message)
+            AlertDialog.Builder(activity).setTitle(R.string.invalid_uri).setMessage(e.message)
         }.setOnCancelListener { uri = null }.show()
     }
 
-    private fun question(text: String, parsed: PairingUri) = AlertDialog.Builder(activity)
+    private fun confirmation(text: String, parsed: PairingUri) = AlertDialog.Builder(activity)
         .setTitle(R.string.pair_question)
         .setMessage(activity.getString(R.string.pair_with, parsed.receiver.host, parsed.receiver.fingerprint?.hex))
         .setNegativeButton(R.string.no) { dialog, _ -> dialog.cancel() }
