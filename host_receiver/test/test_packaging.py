@@ -57,8 +57,10 @@ def test_a_clone_finds_a_command_that_was_added_to_pyproject(tmp_path: Path) -> 
     environment = {**os.environ, "ROS_DISTRO": "jazzy"}  # the clone has no environment of its own
 
     def help_text() -> str:
-        command = [clone / "ml2-receiver", "--help"]
-        return subprocess.check_output(command, text=True, env=environment)
+        command = [str(clone / "ml2-receiver"), "--help"]
+        return subprocess.run(
+            command, stdout=subprocess.PIPE, text=True, env=environment, check=True
+        ).stdout
 
     assert "salute" not in help_text()
     settings = clone / "pyproject.toml"

@@ -43,7 +43,7 @@ static uint32_t structures_in(JNIEnv *env, jobject buffer, uint32_t size, void *
 /** The ml2s_settings in a direct buffer; null when it has no room for one. */
 static const ml2s_settings *settings_in(JNIEnv *env, jobject buffer) {
     void *memory;
-    return room(env, buffer, sizeof(ml2s_settings), &memory) ? memory : NULL;
+    return structures_in(env, buffer, sizeof(ml2s_settings), &memory) ? memory : NULL;
 }
 
 static jlong open(JNIEnv *env, jclass class, jobject settings) {
