@@ -3,7 +3,7 @@ using UnityEngine;
 
 namespace Ml2Sensors.Tests
 {
-    /// <summary>The examples in the documents; test_csharp_examples.py compares both texts.</summary>
+    /// <summary>The examples in the documents; tests/docs/test_examples.py compares both texts.</summary>
     internal static class DocumentedExamples
     {
         internal static void Stream(Ml2SensorStreamer streamer, string uri)
@@ -12,7 +12,7 @@ namespace Ml2Sensors.Tests
             streamer.PairingFailed += reason => Debug.LogWarning(reason);
             streamer.Connected += receiver => Debug.Log($"streaming to {receiver}");
             streamer.StreamRefused += (stream, reason) => Debug.LogWarning($"{stream}: {reason}");
-            streamer.Pair(uri); // once per receiver: the URI from `ml2-receiver pair`
+            streamer.Pair(uri);
         }
 
         internal static void Publish(Ml2SensorStreamer streamer, Float64Msg message)

@@ -145,7 +145,7 @@ namespace Ml2Sensors.Tests
         [Test]
         public unsafe void Update_FrameWithPosesAndLens_ShowsThemInUnitysAxes()
         {
-            using (var shown = new ShownStream(StreamId.Color))
+            using (var shown = new CameraTextureScene(StreamId.Color))
             using (var slots = new NativeSlots(StreamId.Color, 2, 64))
             {
                 NativeFrame frame = NativeFrame.Sized();
