@@ -92,7 +92,7 @@ class ConfigError(ReceiverError):
     def __init__(self, problems: Sequence[Problem], file: str = "configuration") -> None:
         self.problems = tuple(problems)
         text = "\n".join(problem.located_in(file) for problem in problems)
-        super().__init__(text, hint=_CONFIG_HINT)
+        super().__init__(text, hint=_CONFIG_HINT if any(it.key for it in problems) else "")
 
 
 class CalibrationError(ReceiverError):

@@ -43,6 +43,7 @@ def test_a_bad_file_has_one_line_per_error(
     assert printed.err.splitlines() == [
         f"{file}:3: gaze.enabled: expected true or false, found 1",
         f"{file}:4: tf.layout: expected one of flat, rig, found tree",
+        "hint: `ml2-receiver config show` lists every section, key and legal value.",
     ]
 
 

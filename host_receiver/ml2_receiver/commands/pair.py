@@ -115,7 +115,7 @@ def _wait(listener: PairingListener, pairing: Pairing, stopping: threading.Event
                 raise PairingError("no headset was paired")
             if pairing.is_guessed_at:
                 raise PairingError(
-                    "no headset was paired: too many wrong codes arrived",
+                    "no headset was paired: too many wrong tokens arrived",
                     hint="Somebody on the network may be guessing. Pair on another network, or by"
                     " cable: `ml2-receiver headset start --pair URI`.",
                 )

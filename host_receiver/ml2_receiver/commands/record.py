@@ -23,8 +23,8 @@ from .stopping import stop_signal
 
 _MOST = 1 << 31
 _ENDED_EARLY_HINT = (
-    "What was written can be played. Record to a disk with more space, fewer streams, or with"
-    " --compression zstd."
+    "Leave the folder where it is, and its disk room. Fewer streams or --compression zstd need less"
+    " of it."
 )
 _EXAMPLES = """examples:
   ml2-receiver record walk                       publish in ROS 2, and record into walk/

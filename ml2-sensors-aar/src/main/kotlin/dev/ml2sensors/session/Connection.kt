@@ -89,8 +89,8 @@ internal class Connection private constructor(
          * images do not become stale there.
          *
          * @param resolve returns the addresses of a host.
-         * @throws TransportException when the machine that answers is not the receiver that [security] and the address
-         * require.
+         * @throws TransportException when this device is not paired, or the machine that answers is not the receiver
+         * that [security] and the address require.
          */
         fun open(
             receiver: ReceiverAddress,
@@ -98,26 +98,25 @@ internal class Connection private constructor(
             rosNowNanos: () -> Long,
             urgent: Boolean = true,
             resolve: (String) -> List<InetAddress> = ::addressesOf,
-        ): Connection = firstThatAnswers(receiver, resolve(receiver.host)) { address, limitMillis ->
-            val socket = SocketChannel.open()
-            try {
-                socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
-                if (urgent) {
-                    socket.setOption(StandardSocketOptions.IP_TOS, CS6)
-                } else {
-                    socket.setOption(StandardSocketOptions.SO_SNDBUF, BULK_SEND_BUFFER_BYTES)
+        ): Connection {
+            val client = (security as? TransportSecurity.Paired)?.client // Fails before it connects if the device is not paired
+            return firstThatAnswers(receiver, resolve(receiver.host)) { address, limitMillis ->
+                val socket = SocketChannel.open()
+                try {
+                    socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
+                    if (urgent) {
+                        socket.setOption(StandardSocketOptions.IP_TOS, CS6)
+                    } else {
+                        socket.setOption(StandardSocketOptions.SO_SNDBUF, BULK_SEND_BUFFER_BYTES)
+                    }
+                    socket.socket().connect(address, limitMillis)
+                    val channel = client?.open(socket, "$receiver", receiver.fingerprint) ?: PlaintextChannel(socket)
+                    Connection(channel, address.address, rosNowNanos)
+                } catch (e: Throwable) {
+                    socket.close()
+                    throw e
                 }
-                socket.socket().connect(address, limitMillis)
-                Connection(security.channel(socket, receiver), address.address, rosNowNanos)
-            } catch (e: Throwable) {
-                socket.close()
-                throw e
             }
-        }
-
-        private fun TransportSecurity.channel(socket: SocketChannel, receiver: ReceiverAddress) = when (this) {
-            is TransportSecurity.Paired -> client.open(socket, "$receiver", receiver.fingerprint)
-            is TransportSecurity.Insecure -> PlaintextChannel(socket)
         }
     }
 }

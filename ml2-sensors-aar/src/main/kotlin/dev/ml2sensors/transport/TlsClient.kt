@@ -20,6 +20,10 @@ internal class TlsClient(
     private val pinned: Set<Fingerprint>,
     provider: Provider? = null,
 ) {
+    init {
+        if (pinned.isEmpty()) throw NotPairedException("any receiver")
+    }
+
     private val context =
         (if (provider == null) SSLContext.getInstance(TLS) else SSLContext.getInstance(TLS, provider)).apply {
             init(identity?.let { arrayOf(IdentityKeys(it)) }, arrayOf(PinnedTrust(pinned)), null)
@@ -33,7 +37,6 @@ internal class TlsClient(
      * @throws TransportException when this is not such a receiver.
      */
     fun open(socket: SocketChannel, receiver: String, expected: Fingerprint? = null): TransportChannel {
-        if (pinned.isEmpty()) throw NotPairedException("any receiver")
         val engine = engine(socket.remoteAddress as InetSocketAddress)
         val channel = TlsChannel(socket, engine, receiver)
         try {

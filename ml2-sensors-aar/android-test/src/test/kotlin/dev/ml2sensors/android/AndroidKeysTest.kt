@@ -48,7 +48,7 @@ class AndroidKeysTest {
     @Test
     fun aKeystoreThatFailsIsAnInputOutputFailure() {
         val failure = assertFailsWith<IOException> { AndroidKeys.of(app).identity }
-        assertTrue("Android's Keystore gives no key" in failure.message.orEmpty(), "$failure")
+        assertTrue("Android's Keystore returned no key" in failure.message.orEmpty(), "$failure")
     }
 
     @Test
