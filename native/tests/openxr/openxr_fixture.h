@@ -53,7 +53,8 @@ class OpenXr : public testing::Test {
         ASSERT_EQ(useLoader(kLoader), ML2S_OK);
     }
 
-    /** Stops time: only ml2sim_advance changes it. Frames are then rendered one by one, and there are no current poses. */
+    /** Stops time: only ml2sim_advance changes it. Frames are then rendered one by one, and there are no current poses.
+     */
     static void stopTime() {
         headset("clock", "manual");
         headset("loop_seconds", "2");
