@@ -99,7 +99,8 @@ internal class Connection private constructor(
             urgent: Boolean = true,
             resolve: (String) -> List<InetAddress> = ::addressesOf,
         ): Connection {
-            val client = (security as? TransportSecurity.Paired)?.client // Fails before it connects if the device is not paired
+            // Fails here if the device is not paired
+            val client = (security as? TransportSecurity.Paired)?.client
             return firstThatAnswers(receiver, resolve(receiver.host)) { address, limitMillis ->
                 val socket = SocketChannel.open()
                 try {
