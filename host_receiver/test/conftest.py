@@ -12,7 +12,7 @@ import bag_scene
 from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
 from ros_processes import Client, Receiver, environment
-from tls_lab import UNLIMITED, Lab
+from secure_receiver import UNLIMITED, SecureReceiver
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(
@@ -85,18 +85,18 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], Lab]]:
-    labs: list[Lab] = []
+def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], SecureReceiver]]:
+    labs: list[SecureReceiver] = []
 
-    def make(limits: Limits) -> Lab:
-        labs.append(Lab(tmp_path, limits))
+    def make(limits: Limits) -> SecureReceiver:
+        labs.append(SecureReceiver(tmp_path, limits))
         return labs[-1]
 
     yield make
-    for lab in labs:
-        lab.stop()
+    for secure in labs:
+        secure.stop()
 
 
 @pytest.fixture
-def lab(open_lab: Callable[[Limits], Lab]) -> Lab:
+def secure(open_lab: Callable[[Limits], SecureReceiver]) -> SecureReceiver:
     return open_lab(UNLIMITED)

@@ -7,7 +7,7 @@ from ml2_receiver.errors import PublishError
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.sink import Applied, Publish
 from ml2_receiver.table.stream_table import Topic
-from patience import PATIENCE_S
+from waiting import LIMIT_S
 
 
 class FakeSink:
@@ -56,16 +56,16 @@ class FakeSink:
 
     def await_payloads(self, topic: str, count: int) -> list[bytes]:
         with self._changed:
-            assert self._changed.wait_for(lambda: len(self.payloads[topic]) >= count, PATIENCE_S)
+            assert self._changed.wait_for(lambda: len(self.payloads[topic]) >= count, LIMIT_S)
             return self.payloads[topic]
 
     def await_event(self, text: str) -> None:
         with self._changed:
             assert self._changed.wait_for(
-                lambda: any(text in event for event in self.events), PATIENCE_S
+                lambda: any(text in event for event in self.events), LIMIT_S
             ), self.events
 
     def await_report(self) -> Report:
         with self._changed:
-            assert self._changed.wait_for(lambda: self.reports, PATIENCE_S)
+            assert self._changed.wait_for(lambda: self.reports, LIMIT_S)
             return self.reports[-1]

@@ -30,7 +30,7 @@ from ml2_receiver.wire.messages import (
     Welcome,
 )
 from ml2_tools.playback.device import KINDS, Device, Reply
-from patience import PATIENCE_S
+from waiting import LIMIT_S
 
 PAYLOAD = CDR_ENCAPSULATION + bytes(4)
 _PING_S = 0.5
@@ -54,7 +54,7 @@ class Wire:
     ) -> None:
         host, _, port = address.rpartition(":")
         own = None if ":" in host else (source, 0)
-        self.socket = socket.create_connection((host.strip("[]"), int(port)), PATIENCE_S, own)
+        self.socket = socket.create_connection((host.strip("[]"), int(port)), LIMIT_S, own)
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if tls is not None:
             self.socket = tls.wrap_socket(self.socket)

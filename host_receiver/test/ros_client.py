@@ -18,7 +18,7 @@ from sensor_msgs.msg import CameraInfo
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import SetBool, Trigger
 
-from patience import PATIENCE_S
+from waiting import LIMIT_S
 
 _RECEIVER = "/ml2_receiver"
 
@@ -27,7 +27,7 @@ class Client:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._parameters = AsyncParameterClient(node, _RECEIVER)
-        assert self._parameters.wait_for_services(PATIENCE_S)
+        assert self._parameters.wait_for_services(LIMIT_S)
 
     def set(self, values: dict[str, Any]) -> Any:
         """One parameter after the other, as `ros2 param set`."""
@@ -85,11 +85,11 @@ class Client:
 
     def _answer(self, type: Any, name: str, request: Any) -> Any:
         client = self._node.create_client(type, name)
-        assert client.wait_for_service(PATIENCE_S)
+        assert client.wait_for_service(LIMIT_S)
         return self._await(client.call_async(request))
 
     def _await(self, future: Any) -> Any:
-        rclpy.spin_until_future_complete(self._node, future, timeout_sec=PATIENCE_S)
+        rclpy.spin_until_future_complete(self._node, future, timeout_sec=LIMIT_S)
         return future.result()
 
 

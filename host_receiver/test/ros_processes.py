@@ -13,8 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from patience import PATIENCE_S
 from ros_domain import reserve_domain
+from waiting import LIMIT_S
 
 _POLL_S = 0.01
 _HERE = Path(__file__).parent
@@ -67,7 +67,7 @@ class Child:
     ) -> None:
         self.process.send_signal(signal.SIGINT)
         try:
-            self.process.wait(PATIENCE_S)
+            self.process.wait(LIMIT_S)
         finally:
             self.process.kill()
         for thread in self._threads:
@@ -84,14 +84,14 @@ class Child:
             self.process.kill()
             raise
 
-    def line(self, timeout_s: float = PATIENCE_S) -> str:
+    def line(self, timeout_s: float = LIMIT_S) -> str:
         """The next line; fails when none comes."""
         try:
             return self._lines.get(timeout=timeout_s)
         except queue.Empty:
             raise AssertionError(f"no line within {timeout_s} s; {self.errors}") from None
 
-    def object(self, timeout_s: float = PATIENCE_S) -> Any:
+    def object(self, timeout_s: float = LIMIT_S) -> Any:
         """The next line, which is JSON."""
         return json.loads(self.line(timeout_s))
 
@@ -103,7 +103,7 @@ class Child:
             return False
         return True
 
-    def await_error(self, text: str, timeout_s: float = PATIENCE_S) -> None:
+    def await_error(self, text: str, timeout_s: float = LIMIT_S) -> None:
         """Until a line of standard error has this text."""
         deadline_s = time.monotonic() + timeout_s
         while not any(text in line for line in self.errors):
@@ -117,7 +117,7 @@ class Child:
 
     def wait(self) -> int:
         """The exit code."""
-        code = self.process.wait(PATIENCE_S)
+        code = self.process.wait(LIMIT_S)
         for thread in self._threads:
             thread.join()
         return code

@@ -11,8 +11,8 @@ from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.transport.access import Protection
 from mock_device import MockDevice
-from patience import PATIENCE_S
 from ros_processes import Client
+from waiting import LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -74,7 +74,7 @@ def test_a_service_answers_that_it_failed_and_goes_on(node: RosNode) -> None:
 def test_diagnostics_go_on_and_have_what_failed(node: RosNode) -> None:
     watch = DiagnosticsNode()
     try:
-        rows = watch.rows("", PATIENCE_S, lambda rows: "callbacks" in rows)
+        rows = watch.rows("", LIMIT_S, lambda rows: "callbacks" in rows)
     finally:
         watch.close()
     assert rows["callbacks"]["failures"] == "1"

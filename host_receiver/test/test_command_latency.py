@@ -9,9 +9,9 @@ import pytest
 
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from patience import PATIENCE_S, await_so
 from repeated import repeated
 from ros_processes import Child, Receiver
+from waiting import LIMIT_S, await_true
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -75,7 +75,7 @@ class EagerTaker(RawTaker):
             subscriptions[0].callback(payload)
 
         super().__init__(node, [replace(subscriptions[0], callback=call)])
-        assert called.wait(PATIENCE_S)
+        assert called.wait(LIMIT_S)
         self._thread.join(0.2)  # time to fail in
 
 
@@ -86,7 +86,7 @@ def test_a_receiver_may_speak_at_once(receiver: Receiver, monkeypatch: pytest.Mo
         device.start()
         node = latency_node.LatencyNode("", 1)
         try:
-            await_so(lambda: "/magic_leap2/battery" in node.breakdowns())
+            await_true(lambda: "/magic_leap2/battery" in node.breakdowns())
         finally:
             node.close()
 

@@ -15,14 +15,14 @@ from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
 from ros_processes import Child, environment
-from test_pairing_listener import ERROR, PAIR, PAIRED, Lab, read, send
+from test_pairing_listener import ERROR, PAIR, PAIRED, PairingScene, read, send
 from tls_device import Certificate
 
 CONFIG = "/**: {ros__parameters: {world_center: {enabled: false}, battery: {enabled: true}}}"
 COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 
 
-class Device(Lab):
+class Device(PairingScene):
     """Pairs with what a URI says."""
 
     def __init__(self, folder: Path, uri: PairingUri) -> None:
@@ -99,10 +99,10 @@ def test_strangers_do_not_make_the_code_scroll_away(tmp_path: Path, keys: Path) 
     with pair_command(keys) as pairing:
         device = Device(tmp_path, PairingUri.parse(pairing.line()))
         for _ in range(50):
-            with socket.create_connection(device.address, 10) as stranger:
-                stranger.sendall(b"GET / HTTP/1.1\r\n\r\n")
+            with socket.create_connection(device.address, 10) as other:
+                other.sendall(b"GET / HTTP/1.1\r\n\r\n")
                 with suppress(ConnectionError):
-                    stranger.recv(100)
+                    other.recv(100)
         assert device.pair()[0] == PAIRED
         assert pairing.wait() == 0
     assert "no TLS connection" in pairing.errors[0]

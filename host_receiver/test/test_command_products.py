@@ -18,8 +18,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import String
 
-from patience import PATIENCE_S
 from ros_processes import Child, environment
+from waiting import LIMIT_S
 
 PREFIX = "/products_test"
 INPUTS = ("depth/image_raw", "depth/camera_info")
@@ -42,9 +42,9 @@ class Graph:
             name = status.name.removeprefix("ml2_products: ")
             self.statuses[name] = {pair.key: pair.value for pair in status.values}
 
-    def await_that(self, is_so: Callable[[], Any]) -> None:
-        deadline_s = time.monotonic() + PATIENCE_S
-        while not is_so():
+    def await_that(self, is_true: Callable[[], Any]) -> None:
+        deadline_s = time.monotonic() + LIMIT_S
+        while not is_true():
             assert time.monotonic() < deadline_s
             self.executor.spin_once(timeout_sec=0.1)
 

@@ -29,9 +29,9 @@ from bag_readers import (
 from ml2_receiver.cli import main
 from ml2_tools.bags.bag_reader import BagReader
 from mock_device import MockDevice
-from patience import PATIENCE_S, await_so
 from repeated import repeated
 from ros_processes import Child, Recording, Subscriber, environment
+from waiting import LIMIT_S, await_true
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
 IMAGE = "world_left/image_raw"
@@ -60,7 +60,7 @@ def streaming(device: MockDevice) -> Iterator[list[float]]:
 def await_flushed(folder: Path, count: int) -> None:
     """Until there are so many bytes, and metadata.yaml knows the topics."""
     file, metadata = mcap_file(folder), folder / "metadata.yaml"
-    await_so(lambda: file.stat().st_size >= count and "battery" in metadata.read_text())
+    await_true(lambda: file.stat().st_size >= count and "battery" in metadata.read_text())
 
 
 @pytest.mark.parametrize("flushed_bytes", [10_000, 2_000_000])
@@ -162,7 +162,7 @@ def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
         while b"MB/s" not in shown:
             shown += os.read(terminal, 1024)
         process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE_S) == 0
+        assert process.wait(LIMIT_S) == 0
     finally:
         process.kill()
         process.wait()
@@ -244,7 +244,7 @@ def test_a_folder_that_is_removed_ends_the_recording(folder: Path, config: Path)
             assert recording.wait() == 2
         error, hint = recording.errors[-2:]
         assert "the recording has ended: somebody has removed its file" in error
-        assert hint.startswith("hint: Leave the folder where it is")
+        assert hint.startswith("hint: Leave the folder in place")
 
 
 def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
@@ -257,7 +257,7 @@ def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
         with streaming(device):
             assert recording.wait() == 2
         assert "the recording has ended: File too large" in recording.errors[-2]
-        assert recording.errors[-1].startswith("hint: Leave the folder where it is")
+        assert recording.errors[-1].startswith("hint: Leave the folder in place")
         assert mcap_file(folder).stat().st_size <= 500_000
     check_images(folder)
 

@@ -8,9 +8,9 @@ import pytest
 import bag_scene
 from ml2_receiver.cli import main
 from mock_device import MockDevice
-from patience import PATIENCE_S
 from repeated import repeated
 from ros_processes import Client, Receiver, environment
+from waiting import LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -30,7 +30,7 @@ def command(*arguments: str) -> tuple[int, list[str], str]:
         env=environment(),
         capture_output=True,
         text=True,
-        timeout=2 * PATIENCE_S,
+        timeout=2 * LIMIT_S,
         check=False,
     )
     return done.returncode, done.stdout.splitlines(), done.stderr

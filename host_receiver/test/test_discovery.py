@@ -30,7 +30,7 @@ GROUP = ("224.0.0.251", 5353)
 ANNOUNCEMENTS = 4
 # An announcement takes 2.4 s; a responder says one record once a second at most.
 LOOK_S = 1.2
-PATIENCE_S = 30.0
+LIMIT_S = 30.0
 
 
 @contextmanager
@@ -79,7 +79,7 @@ def pointed_at(names: list[str]) -> Iterator[None]:
 def found(names: set[str]) -> dict[str, FoundReceiver]:
     """The receivers of these names, as soon as all are found; other tests may announce theirs."""
     receivers: dict[str, FoundReceiver] = {}
-    end_s = time.monotonic() + PATIENCE_S
+    end_s = time.monotonic() + LIMIT_S
     while receivers.keys() != names and time.monotonic() < end_s:
         receivers |= {it.name: it for it in find_receivers(LOOK_S, LOOPBACK) if it.name in names}
     assert receivers.keys() == names

@@ -24,8 +24,8 @@ from ml2_receiver.cli import main
 from ml2_receiver.errors import EvaluationError
 from ml2_tools.evaluation import live
 from ml2_tools.evaluation.live import record_live
-from patience import await_so
 from rendered_room import CAMERA, Walk
+from waiting import await_true
 
 PREFIX, CAMERA_NAME = "/live_test", "world_left"
 FRAME, WORLD = "world_left_optical_frame", "magicleap_world"
@@ -49,7 +49,7 @@ class Headset:
     def walk(self) -> None:
         """Once somebody has subscribed to everything; twenty images a second."""
         publishers = (self._images, self._infos, self._metadata, self._transforms)
-        await_so(lambda: all(it.get_subscription_count() for it in publishers))
+        await_true(lambda: all(it.get_subscription_count() for it in publishers))
         for (stamp_ns, pixels), pose in zip(list(WALK.images()), WALK.poses, strict=True):
             sec, nanosec = divmod(stamp_ns, 1_000_000_000)
             header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=FRAME)

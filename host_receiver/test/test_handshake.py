@@ -141,9 +141,9 @@ def test_silence_instead_of_a_greeting_times_out() -> None:
 def test_the_oldest_stranger_goes_for_the_seventeenth() -> None:
     scene = Scene()
     scene.start()
-    strangers = [scene.connect() for _ in range(17)]
-    assert scene.ending(strangers[0]) is Ending.ABORT
-    assert [scene.ending(stranger) for stranger in strangers[1:]] == [None] * 16
+    pending = [scene.connect() for _ in range(17)]
+    assert scene.ending(pending[0]) is Ending.ABORT
+    assert [scene.ending(connection) for connection in pending[1:]] == [None] * 16
     assert scene.is_connected()
 
 
@@ -183,9 +183,9 @@ def test_what_a_device_writes_is_one_short_line_of_the_log() -> None:
 def test_the_receiver_says_goodbye_when_it_stops() -> None:
     scene = Scene()
     scene.start()
-    stranger = scene.connect()
+    connection = scene.connect()
     scene.host.stop()
     assert scene.sent(scene.control)[-1] == (Kind.BYE, Bye("the receiver stops"))
     assert scene.ending(scene.control) is Ending.DISCARD
     assert scene.ending(scene.lanes["sensors"]) is Ending.DRAIN
-    assert scene.ending(stranger) is Ending.ABORT
+    assert scene.ending(connection) is Ending.ABORT

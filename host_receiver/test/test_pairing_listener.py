@@ -27,7 +27,7 @@ HEADER = struct.Struct("<HBBHHIIqq")
 CHALLENGE, PAIR, PAIRED, ERROR = 60, 61, 62, 51
 
 
-class Lab:
+class PairingScene:
     def __init__(self, folder: Path) -> None:
         identity = Identity.of(folder / "keys")
         self.fingerprint = identity.fingerprint
@@ -96,74 +96,76 @@ def exactly(tls: socket.socket, count: int) -> bytes:
 
 
 @pytest.fixture
-def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Lab]:
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[PairingScene]:
     monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 1.0)
-    lab = Lab(tmp_path)
-    yield lab
-    lab.listener.close()
-    assert lab.pairing.token not in "\n".join(lab.said)
+    scene = PairingScene(tmp_path)
+    yield scene
+    scene.listener.close()
+    assert scene.pairing.token not in "\n".join(scene.said)
 
 
-def test_the_device_with_the_token_is_paired(lab: Lab) -> None:
-    assert lab.pair() == (PAIRED, {"name": "desk", "port": 7755})
-    assert lab.listener.ended.wait(10)
-    (device,) = lab.devices.load()
+def test_the_device_with_the_token_is_paired(scene: PairingScene) -> None:
+    assert scene.pair() == (PAIRED, {"name": "desk", "port": 7755})
+    assert scene.listener.ended.wait(10)
+    (device,) = scene.devices.load()
     assert (device.name, device.device_id) == ("Magic Leap 2", "id")
-    assert device.certificate == lab.certificate.der
-    assert lab.listener.device == device
+    assert device.certificate == scene.certificate.der
+    assert scene.listener.device == device
 
 
 def test_a_device_that_cannot_be_remembered_is_told_and_pairing_ends(
-    lab: Lab, tmp_path: Path
+    scene: PairingScene, tmp_path: Path
 ) -> None:
     (tmp_path / "keys" / "devices").write_text("in the way")
-    kind, error = lab.pair()
+    kind, error = scene.pair()
     assert (kind, error["code"]) == (ERROR, "pairing")
     assert "cannot remember" in error["message"]
-    assert lab.listener.ended.wait(10)
-    assert "cannot use" in str(lab.listener.failure)
-    assert lab.listener.device is None
+    assert scene.listener.ended.wait(10)
+    assert "cannot use" in str(scene.listener.failure)
+    assert scene.listener.device is None
 
 
-def test_the_challenge_is_signed_by_nothing_but_tls_with_the_shown_certificate(lab: Lab) -> None:
-    with lab.connect() as tls:
+def test_the_challenge_is_signed_by_nothing_but_tls_with_the_shown_certificate(
+    scene: PairingScene,
+) -> None:
+    with scene.connect() as tls:
         certificate = tls.getpeercert(binary_form=True)
         assert certificate is not None
         assert tls.version() == "TLSv1.3"
         _, challenge = read(tls)
-    with lab.connect() as tls:
+    with scene.connect() as tls:
         assert read(tls)[1]["nonce"] != challenge["nonce"]
     assert (challenge["name"], challenge["software"]) == ("desk", "test 1")
     assert len(bytes.fromhex(challenge["nonce"])) == 32
 
 
-def test_a_token_that_was_used_is_refused(lab: Lab, tmp_path: Path) -> None:
-    lab.pair()
-    lab.certificate = Certificate(tmp_path / "second", "second")
-    kind, error = lab.pair()
+def test_a_token_that_was_used_is_refused(scene: PairingScene, tmp_path: Path) -> None:
+    scene.pair()
+    scene.certificate = Certificate(tmp_path / "second", "second")
+    kind, error = scene.pair()
     assert (kind, error["code"], error["fatal"]) == (ERROR, "pairing", True)
     assert "used or expired" in error["message"]
-    assert len(lab.devices.load()) == 1
+    assert len(scene.devices.load()) == 1
 
 
-def test_an_answer_to_another_connections_challenge_is_refused(lab: Lab) -> None:
-    with lab.connect() as heard, lab.connect() as replayed:
-        answer = lab.answer(read(heard)[1]["nonce"])
+def test_an_answer_to_another_connections_challenge_is_refused(scene: PairingScene) -> None:
+    with scene.connect() as heard, scene.connect() as replayed:
+        answer = scene.answer(read(heard)[1]["nonce"])
         read(replayed)
         send(replayed, PAIR, answer)
         kind, error = read(replayed)
     assert (kind, error["code"], error["message"]) == (ERROR, "pairing", "wrong signature")
-    assert lab.devices.load() == []
+    assert scene.devices.load() == []
 
 
-def test_wrong_tokens_are_counted_and_told(lab: Lab) -> None:
+def test_wrong_tokens_are_counted_and_told(scene: PairingScene) -> None:
     for _ in range(5):
-        kind, error = lab.pair(token="0" * 32)
+        kind, error = scene.pair(token="0" * 32)
         assert (kind, error["code"]) == (ERROR, "pairing")
-    assert lab.pairing.is_guessed_at
-    assert lab.pair()[0] == ERROR
-    assert lab.devices.load() == []
-    assert any("wrong token, 0 more allowed" in said for said in lab.said)
+    assert scene.pairing.is_guessed_at
+    assert scene.pair()[0] == ERROR
+    assert scene.devices.load() == []
+    assert any("wrong token, 0 more allowed" in said for said in scene.said)
 
 
 @pytest.mark.parametrize(
@@ -182,15 +184,15 @@ def test_wrong_tokens_are_counted_and_told(lab: Lab) -> None:
         (b"\0" * 100, "malformed"),
     ],
 )
-def test_hostile_peers_are_refused_and_the_next_device_is_paired(
-    lab: Lab, sent: bytes, code: str
+def test_malicious_peers_are_refused_and_the_next_device_is_paired(
+    scene: PairingScene, sent: bytes, code: str
 ) -> None:
-    with lab.connect() as tls:
+    with scene.connect() as tls:
         read(tls)
         tls.sendall(sent)
         kind, error = read(tls)
     assert (kind, error["code"]) == (ERROR, code)
-    assert lab.pair()[0] == PAIRED
+    assert scene.pair()[0] == PAIRED
 
 
 def tls_12() -> ssl.SSLContext:
@@ -206,26 +208,28 @@ def other_protocol() -> ssl.SSLContext:
 
 
 @pytest.mark.parametrize("context", [tls_12, other_protocol])
-def test_other_protocols_are_refused(lab: Lab, context: Callable[[], ssl.SSLContext]) -> None:
-    with suppress(ssl.SSLError), lab.connect(context()) as tls:
+def test_other_protocols_are_refused(
+    scene: PairingScene, context: Callable[[], ssl.SSLContext]
+) -> None:
+    with suppress(ssl.SSLError), scene.connect(context()) as tls:
         assert read(tls)[0] == ERROR
-    assert lab.pair()[0] == PAIRED
+    assert scene.pair()[0] == PAIRED
 
 
-def test_plaintext_and_silence_do_not_keep_a_device_out(lab: Lab) -> None:
+def test_plaintext_and_silence_do_not_keep_a_device_out(scene: PairingScene) -> None:
     with (
-        socket.create_connection(lab.address, 10) as silent,
-        socket.create_connection(lab.address, 10) as plain,
+        socket.create_connection(scene.address, 10) as silent,
+        socket.create_connection(scene.address, 10) as plain,
     ):
         send(plain, PAIR, {})
-        assert lab.pair()[0] == PAIRED
+        assert scene.pair()[0] == PAIRED
         with suppress(ConnectionError):
             assert silent.recv(100) == b""
 
 
-def test_bytes_now_and_then_do_not_hold_a_place(lab: Lab) -> None:
+def test_bytes_now_and_then_do_not_hold_a_place(scene: PairingScene) -> None:
     began_s = time.monotonic()
-    with lab.connect() as tls:
+    with scene.connect() as tls:
         read(tls)
         with suppress(OSError):
             while time.monotonic() - began_s < 8:
@@ -234,13 +238,15 @@ def test_bytes_now_and_then_do_not_hold_a_place(lab: Lab) -> None:
     assert time.monotonic() - began_s < 8
 
 
-def test_silent_connections_do_not_keep_a_device_of_another_machine_out(lab: Lab) -> None:
-    stranger = ("127.0.0.2", 0)
+def test_silent_connections_do_not_keep_a_device_of_another_machine_out(
+    scene: PairingScene,
+) -> None:
+    unpaired = ("127.0.0.2", 0)
     with ExitStack() as stack:
         held = [
-            stack.enter_context(socket.create_connection(lab.address, 10, stranger))
+            stack.enter_context(socket.create_connection(scene.address, 10, unpaired))
             for _ in range(40)
         ]
-        assert lab.pair()[0] == PAIRED
+        assert scene.pair()[0] == PAIRED
         with suppress(ConnectionError):
             assert held[0].recv(1) == b""

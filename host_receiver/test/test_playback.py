@@ -35,8 +35,8 @@ from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.playback.answers import Repertoire
 from ml2_tools.playback.lane import Destination
 from ml2_tools.playback.session import Session
-from patience import PATIENCE_S
 from ros_processes import Child, environment
+from waiting import LIMIT_S
 
 
 @contextmanager
@@ -351,7 +351,7 @@ def test_the_space_bar_ends_a_pause(bag: Path) -> None:
             with suppress(OSError):  # the terminal ends with the process
                 while os.read(terminal, 1024):
                     pass
-            assert process.wait(PATIENCE_S) == 0
+            assert process.wait(LIMIT_S) == 0
 
 
 def test_the_arrows_go_forward_and_back(tmp_path: Path) -> None:
@@ -369,7 +369,7 @@ def test_the_arrows_go_forward_and_back(tmp_path: Path) -> None:
             os.write(terminal, b" ")
             sink.await_payloads("battery", 1)
             process.send_signal(signal.SIGINT)
-            assert process.wait(PATIENCE_S) == 0
+            assert process.wait(LIMIT_S) == 0
     assert sink.payloads["battery"] == [bag_scene.battery(10)]
 
 

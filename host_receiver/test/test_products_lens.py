@@ -1,4 +1,4 @@
-"""Against OpenCV's own models, and the fact sheet's formula of the world cameras."""
+"""Lenses against OpenCV's models, and the world cameras against the vendor's formula."""
 
 from __future__ import annotations
 

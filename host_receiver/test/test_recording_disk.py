@@ -25,7 +25,7 @@ from ml2_receiver.recording.recorder import Recorder
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Qos
 from ml2_tools.bags.bag_reader import Bag
-from patience import PATIENCE_S, await_so
+from waiting import LIMIT_S, await_true
 
 BATTERY = load_table().streams["battery"].topics[0]
 BATTERIES = BagTopic("/battery", BATTERY.type, Qos(10))
@@ -111,7 +111,7 @@ def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
     publish = recorder.open(BATTERY)
     publish(bytearray(bag_scene.battery(1)))
     shutil.rmtree(tmp_path / "walk")
-    assert failures.get(timeout=PATIENCE_S) == "somebody has removed its file"
+    assert failures.get(timeout=LIMIT_S) == "somebody has removed its file"
     with pytest.raises(PublishError, match="removed"):
         publish(bytearray(bag_scene.battery(2)))
     recorder.close()
@@ -132,7 +132,7 @@ def test_messages_are_written_while_the_metadata_wait_for_the_disk(tmp_path: Pat
 
     for number in range(3):
         publish(bytearray(bag_scene.battery(number)))
-        await_so(partial(is_written, number))
+        await_true(partial(is_written, number))
     reader = os.open(draft, os.O_RDONLY | os.O_NONBLOCK)
     recorder.close()
     os.close(reader)

@@ -16,7 +16,7 @@ from ros_processes import Child, Client, Receiver
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from ml2_receiver.ros.diagnostics_node import DiagnosticsNode, Rows, Values
-from patience import PATIENCE_S
+from waiting import LIMIT_S
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
 BATTERY, IMAGE = "/magic_leap2/battery", "/magic_leap2/world_left/image_raw"
@@ -31,11 +31,11 @@ def images(folder: Path) -> list[str]:
     return [seen.sha256 for seen in with_mcap(folder) if seen.topic == IMAGE]
 
 
-def rows(is_so: Callable[[Rows], bool]) -> Rows:
+def rows(is_true: Callable[[Rows], bool]) -> Rows:
     """Those of /diagnostics, once it is so."""
     watch = DiagnosticsNode()
     try:
-        return watch.rows("", PATIENCE_S, is_so)
+        return watch.rows("", LIMIT_S, is_true)
     finally:
         watch.close()
 

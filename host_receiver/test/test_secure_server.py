@@ -15,46 +15,52 @@ from ml2_receiver.transport.listener import listen
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from ml2_receiver.wire.messages import Bye, Join
 from mock_device import MockDevice, Wire
+from secure_receiver import BATTERY, UNPAIRED_ADDRESS, SecureReceiver, refused
 from tls_device import Certificate, anonymous_context
-from tls_lab import BATTERY, STRANGER, Lab, refused
 
 IMAGE = "world_left/image_raw"
 
 
-def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(lab: Lab) -> None:
+def test_a_paired_device_streams_over_tls_and_payloads_arrive_unchanged(
+    secure: SecureReceiver,
+) -> None:
     sent = [
         CDR_ENCAPSULATION + bytes([it]) * size for it, size in enumerate((0, 5, 16_384, 3 << 20))
     ]
-    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
+    with MockDevice(secure.server.address, tls=secure.paired("headset").context()) as device:
         device.start()
         for payload in sent:
             device.publish(IMAGE, payload)
-        assert lab.sink.await_payloads(IMAGE, len(sent)) == sent
+        assert secure.sink.await_payloads(IMAGE, len(sent)) == sent
         device.leave()
-    report = lab.sink.await_report()
+    report = secure.sink.await_report()
     assert (report.state, report.is_final) == (State.ENDED, True)
 
 
-def test_headsets_whose_certificates_have_the_same_name_can_all_connect(lab: Lab) -> None:
+def test_headsets_whose_certificates_have_the_same_name_can_all_connect(
+    secure: SecureReceiver,
+) -> None:
     for number in range(3):
-        same = Certificate(lab.folder / str(number), "ML2 Sensors")
-        lab.devices.add("headset", str(number), same.der)
-        with MockDevice(lab.server.address, str(number), tls=same.context()) as device:
+        same = Certificate(secure.folder / str(number), "ML2 Sensors")
+        secure.devices.add("headset", str(number), same.der)
+        with MockDevice(secure.server.address, str(number), tls=same.context()) as device:
             device.start()
             device.leave()
 
 
-def test_a_certificate_that_openssl_does_not_take_keeps_only_its_device_out(lab: Lab) -> None:
-    with lab.streaming():
-        lab.devices.add("bad", "id", b"0")
-        lab.await_more()
-        with MockDevice(lab.server.address, tls=lab.paired("other").context()) as other:
+def test_a_certificate_that_openssl_does_not_take_keeps_only_its_device_out(
+    secure: SecureReceiver,
+) -> None:
+    with secure.streaming():
+        secure.devices.add("bad", "id", b"0")
+        secure.await_more()
+        with MockDevice(secure.server.address, tls=secure.paired("other").context()) as other:
             other.greet().expect_error("busy")
-        lab.await_more()
+        secure.await_more()
 
 
-def test_everything_is_tls_13(lab: Lab) -> None:
-    wire = Wire(lab.server.address, "control", lab.paired("headset").context())
+def test_everything_is_tls_13(secure: SecureReceiver) -> None:
+    wire = Wire(secure.server.address, "control", secure.paired("headset").context())
     assert isinstance(wire.socket, ssl.SSLSocket)
     assert wire.socket.version() == "TLSv1.3"
     assert wire.socket.selected_alpn_protocol() == "ml2s/1"
@@ -66,14 +72,16 @@ def test_everything_is_tls_13(lab: Lab) -> None:
     ("listening", "to", "seen"),
     [("::1", "::1", "[::1]"), ("::", "::1", "[::1]"), ("::", "127.0.0.1", "127.0.0.1")],
 )
-def test_a_headset_comes_by_ipv6_as_by_ipv4(lab: Lab, listening: str, to: str, seen: str) -> None:
-    server_host, port = lab.serve(PairedOnly(lab.folder / "keys"), listening)
+def test_a_headset_comes_by_ipv6_as_by_ipv4(
+    secure: SecureReceiver, listening: str, to: str, seen: str
+) -> None:
+    server_host, port = secure.serve(PairedOnly(secure.folder / "keys"), listening)
     assert server_host == f"[{listening}]"
-    context = lab.paired("headset").context()
+    context = secure.paired("headset").context()
     address = f"[{to}]:{port}" if ":" in to else f"{to}:{port}"
     with MockDevice(address, tls=context) as device:
         device.start()
-        lab.sink.await_event(f"connected from {seen}:")
+        secure.sink.await_event(f"connected from {seen}:")
 
 
 class Relay:
@@ -106,15 +114,17 @@ class Relay:
 
 
 @pytest.mark.parametrize("is_encrypted", [True, False])
-def test_who_listens_sees_no_pixel_row_token_or_topic_name(lab: Lab, is_encrypted: bool) -> None:
+def test_who_listens_sees_no_pixel_row_token_or_topic_name(
+    secure: SecureReceiver, is_encrypted: bool
+) -> None:
     rows = [bytes([(number * 7 + x) % 251 for x in range(1016)]) for number in range(100)]
-    target = lab.address if is_encrypted else lab.insecure()
+    target = secure.address if is_encrypted else secure.insecure()
     relay = Relay(target)
-    tls = lab.paired("headset").context() if is_encrypted else None
+    tls = secure.paired("headset").context() if is_encrypted else None
     with MockDevice(relay.address, tls=tls) as device:
         device.start()
         device.publish(IMAGE, CDR_ENCAPSULATION + b"".join(rows))
-        lab.sink.await_payloads(IMAGE, 1)
+        secure.sink.await_payloads(IMAGE, 1)
         secrets = [
             device.welcome.session,
             *device.welcome.tickets.values(),
@@ -129,169 +139,177 @@ def test_who_listens_sees_no_pixel_row_token_or_topic_name(lab: Lab, is_encrypte
     assert seen == [] if is_encrypted else {*words} - {*seen} <= used
 
 
-def test_an_unpaired_device_is_refused_and_told_by_an_alert(lab: Lab) -> None:
-    unpaired = lab.certificate("unpaired").context()
-    with lab.streaming():
-        said = refused(lambda: unpaired.wrap_socket(lab.connect()))
-        lab.await_more()
+def test_an_unpaired_device_is_refused_and_told_by_an_alert(secure: SecureReceiver) -> None:
+    unpaired = secure.certificate("unpaired").context()
+    with secure.streaming():
+        said = refused(lambda: unpaired.wrap_socket(secure.connect()))
+        secure.await_more()
     assert "UNKNOWN_CA" in said
-    lab.sink.await_event("(new connection): pairing: it is not paired: run `ml2-receiver pair`")
+    secure.sink.await_event("(new connection): pairing: it is not paired: run `ml2-receiver pair`")
 
 
-def test_a_device_that_shows_no_certificate_is_refused(lab: Lab) -> None:
-    with lab.streaming():
-        refused(lambda: anonymous_context().wrap_socket(lab.connect()))
-        lab.await_more()
-    lab.sink.await_event("pairing: it shows no certificate")
+def test_a_device_that_shows_no_certificate_is_refused(secure: SecureReceiver) -> None:
+    with secure.streaming():
+        refused(lambda: anonymous_context().wrap_socket(secure.connect()))
+        secure.await_more()
+    secure.sink.await_event("pairing: it shows no certificate")
 
 
-def test_a_certificate_that_a_paired_device_has_signed_is_refused(lab: Lab) -> None:
-    authority = lab.certificate("authority", is_authority=True)
-    lab.devices.add("authority", "authority", authority.der)
-    forged = lab.certificate("forged", issuer=authority)
-    with lab.streaming():
-        wire = Wire(lab.server.address, "control", forged.context(), STRANGER)
+def test_a_certificate_that_a_paired_device_has_signed_is_refused(secure: SecureReceiver) -> None:
+    authority = secure.certificate("authority", is_authority=True)
+    secure.devices.add("authority", "authority", authority.der)
+    forged = secure.certificate("forged", issuer=authority)
+    with secure.streaming():
+        wire = Wire(secure.server.address, "control", forged.context(), UNPAIRED_ADDRESS)
         wire.expect_error("pairing")
-        lab.await_more()
+        secure.await_more()
         wire.socket.close()
-    lab.sink.await_event("pairing: it is not paired")
+    secure.sink.await_event("pairing: it is not paired")
 
 
-def test_tls_12_is_refused(lab: Lab) -> None:
-    old = lab.paired("old").context()
+def test_tls_12_is_refused(secure: SecureReceiver) -> None:
+    old = secure.paired("old").context()
     old.minimum_version = old.maximum_version = ssl.TLSVersion.TLSv1_2
-    with lab.streaming():
-        refused(lambda: old.wrap_socket(lab.connect()))
-        lab.await_more()
-    lab.sink.await_event("pairing: it does not speak TLS 1.3")
+    with secure.streaming():
+        refused(lambda: old.wrap_socket(secure.connect()))
+        secure.await_more()
+    secure.sink.await_event("pairing: it does not speak TLS 1.3")
 
 
-def test_another_protocol_in_tls_is_refused(lab: Lab) -> None:
-    other = lab.paired("other").context()
+def test_another_protocol_in_tls_is_refused(secure: SecureReceiver) -> None:
+    other = secure.paired("other").context()
     other.set_alpn_protocols(["http/1.1"])
-    with lab.streaming():
-        refused(lambda: other.wrap_socket(lab.connect()))
-        lab.await_more()
-    lab.sink.await_event("pairing: it does not speak ml2s/1")
+    with secure.streaming():
+        refused(lambda: other.wrap_socket(secure.connect()))
+        secure.await_more()
+    secure.sink.await_event("pairing: it does not speak ml2s/1")
 
 
-def test_plaintext_is_answered_in_words(lab: Lab) -> None:
-    with lab.streaming(), MockDevice(lab.server.address, "plain") as plain:
+def test_plaintext_is_answered_in_words(secure: SecureReceiver) -> None:
+    with secure.streaming(), MockDevice(secure.server.address, "plain") as plain:
         error = plain.greet().expect_error("pairing")
-        lab.await_more()
+        secure.await_more()
     assert "this port speaks TLS only" in error.message
-    lab.sink.await_event("pairing: this port speaks TLS only")
+    secure.sink.await_event("pairing: this port speaks TLS only")
 
 
 @pytest.mark.parametrize("sent", [b"GET / HTTP/1.1\r\n\r\n", b"\x16\x03\x01" + b"\xff" * 5000, b""])
-def test_what_is_no_handshake_is_refused(lab: Lab, sent: bytes) -> None:
-    with lab.streaming(), lab.connect() as peer:
+def test_what_is_no_handshake_is_refused(secure: SecureReceiver, sent: bytes) -> None:
+    with secure.streaming(), secure.connect() as peer:
         peer.sendall(sent)
         peer.shutdown(socket.SHUT_WR)
         with suppress(ConnectionError):
             while peer.recv(1000):
                 pass
-        lab.await_more()
-    lab.sink.await_event("pairing: ")
+        secure.await_more()
+    secure.sink.await_event("pairing: ")
 
 
-def test_a_ticket_is_worth_nothing_on_the_connection_of_another_paired_device(lab: Lab) -> None:
-    thief = lab.paired("thief").context()
-    with MockDevice(lab.server.address, tls=lab.paired("headset").context()) as device:
+def test_a_ticket_is_worth_nothing_on_the_connection_of_another_paired_device(
+    secure: SecureReceiver,
+) -> None:
+    thief = secure.paired("thief").context()
+    with MockDevice(secure.server.address, tls=secure.paired("headset").context()) as device:
         welcome = device.connect()
         stolen = Join(welcome.session, welcome.tickets["sensors"], "sensors")
-        wire = Wire(lab.server.address, "sensors", thief, STRANGER)
+        wire = Wire(secure.server.address, "sensors", thief, UNPAIRED_ADDRESS)
         wire.send(Kind.JOIN, stolen)
         assert wire.expect_error("ticket").message == "the session is another device's"
         wire.socket.close()
         device.join("sensors")
-    said = "\n".join(lab.sink.events)
+    said = "\n".join(secure.sink.events)
     assert welcome.session not in said
     assert stolen.ticket not in said
 
 
-def test_a_device_id_does_not_take_another_devices_session(lab: Lab) -> None:
+def test_a_device_id_does_not_take_another_devices_session(secure: SecureReceiver) -> None:
     with (
-        lab.streaming(),
-        MockDevice(lab.server.address, tls=lab.paired("thief").context()) as thief,
+        secure.streaming(),
+        MockDevice(secure.server.address, tls=secure.paired("thief").context()) as thief,
     ):
         thief.greet().expect_error("busy")
-        lab.await_more()
+        secure.await_more()
 
 
-def test_a_device_whose_certificate_changes_is_a_stranger_and_its_session_goes_on(lab: Lab) -> None:
-    with lab.streaming():
-        other = Certificate(lab.folder / "other", "headset").context()
-        assert "UNKNOWN_CA" in refused(lambda: other.wrap_socket(lab.connect()))
-        lab.await_more()
+def test_a_device_whose_certificate_changes_is_a_stranger_and_its_session_goes_on(
+    secure: SecureReceiver,
+) -> None:
+    with secure.streaming():
+        other = Certificate(secure.folder / "other", "headset").context()
+        assert "UNKNOWN_CA" in refused(lambda: other.wrap_socket(secure.connect()))
+        secure.await_more()
 
 
-def test_pairing_disturbs_no_session_whoever_tries(lab: Lab, tmp_path: Path) -> None:
-    with lab.streaming():
-        pairing = test_pairing_listener.Lab(lab.folder)
+def test_pairing_disturbs_no_session_whoever_tries(secure: SecureReceiver, tmp_path: Path) -> None:
+    with secure.streaming():
+        pairing = test_pairing_listener.PairingScene(secure.folder)
         answers = [
             pairing.pair(**changes)[0] for changes in ({"token": "0" * 32}, {"signature": ""}, {})
         ]
-        pairing.certificate = lab.certificate("thief")
+        pairing.certificate = secure.certificate("thief")
         answers.append(pairing.pair()[0])
         pairing.listener.close()
         assert answers == [Kind.ERROR, Kind.ERROR, Kind.PAIRED, Kind.ERROR]
-        lab.await_more()
+        secure.await_more()
 
 
-def test_a_device_takes_the_place_of_its_own_session(lab: Lab) -> None:
-    context = lab.paired("headset").context()
-    with MockDevice(lab.server.address, tls=context) as dead:
+def test_a_device_takes_the_place_of_its_own_session(secure: SecureReceiver) -> None:
+    context = secure.paired("headset").context()
+    with MockDevice(secure.server.address, tls=context) as dead:
         dead.start()
-        with MockDevice(lab.server.address, tls=context) as back:
+        with MockDevice(secure.server.address, tls=context) as back:
             back.start()
             back.publish(BATTERY)
-            lab.sink.await_payloads(BATTERY, 1)
+            secure.sink.await_payloads(BATTERY, 1)
 
 
-def test_unpairing_ends_the_running_session_and_keeps_the_device_out(lab: Lab) -> None:
-    certificate = lab.paired("headset")
+def test_unpairing_ends_the_running_session_and_keeps_the_device_out(
+    secure: SecureReceiver,
+) -> None:
+    certificate = secure.paired("headset")
     context = certificate.context()
-    with MockDevice(lab.server.address, tls=context) as device:
+    with MockDevice(secure.server.address, tls=context) as device:
         device.start()
         resumable = device.wires["control"].socket
         assert isinstance(resumable, ssl.SSLSocket)
         session = resumable.session
-        lab.devices.remove("headset")
+        secure.devices.remove("headset")
         assert Bye.parse(device.wires["control"].expect(Kind.BYE)).reason == "unpaired"
         for wire in device.wires.values():
             wire.expect_end()
-    assert lab.sink.await_report().state is State.ENDED
-    lab.sink.await_event("the device was unpaired")
+    assert secure.sink.await_report().state is State.ENDED
+    secure.sink.await_event("the device was unpaired")
     assert session is not None
     assert session.has_ticket
-    refused(lambda: context.wrap_socket(lab.connect(), session=session))
+    refused(lambda: context.wrap_socket(secure.connect(), session=session))
 
 
-def test_a_device_that_is_paired_while_the_receiver_runs_is_let_in(lab: Lab) -> None:
-    late = lab.certificate("late")
-    refused(lambda: late.context().wrap_socket(lab.connect()))
-    lab.devices.add("late", "late", late.der)
-    with MockDevice(lab.server.address, tls=late.context()) as device:
+def test_a_device_that_is_paired_while_the_receiver_runs_is_let_in(secure: SecureReceiver) -> None:
+    late = secure.certificate("late")
+    refused(lambda: late.context().wrap_socket(secure.connect()))
+    secure.devices.add("late", "late", late.der)
+    with MockDevice(secure.server.address, tls=late.context()) as device:
         device.start()
 
 
-def test_a_lane_resumes_the_tls_session_of_its_device(lab: Lab) -> None:
-    context = lab.paired("headset").context()
-    with MockDevice(lab.server.address, tls=context) as device:
+def test_a_lane_resumes_the_tls_session_of_its_device(secure: SecureReceiver) -> None:
+    context = secure.paired("headset").context()
+    with MockDevice(secure.server.address, tls=context) as device:
         device.start()
         first = device.wires["control"].socket
         assert isinstance(first, ssl.SSLSocket)
-        resumed = context.wrap_socket(socket.create_connection(lab.address), session=first.session)
+        resumed = context.wrap_socket(
+            socket.create_connection(secure.address), session=first.session
+        )
         with resumed:
             assert resumed.session_reused
             resumed.sendall(encode_frame(Kind.JOIN, b"{}"))
             assert resumed.recv(4)[3] == Kind.ERROR  # and not a TLS alert
 
 
-def test_a_damaged_file_keeps_only_its_device_out(lab: Lab) -> None:
-    with lab.streaming():
-        (lab.folder / "keys" / "devices" / ("0" * 64 + ".json")).write_text("{}")
-        with MockDevice(lab.server.address, tls=lab.paired("other").context()) as other:
+def test_a_damaged_file_keeps_only_its_device_out(secure: SecureReceiver) -> None:
+    with secure.streaming():
+        (secure.folder / "keys" / "devices" / ("0" * 64 + ".json")).write_text("{}")
+        with MockDevice(secure.server.address, tls=secure.paired("other").context()) as other:
             other.greet().expect_error("busy")
-        lab.await_more()
+        secure.await_more()

@@ -260,13 +260,13 @@ def test_a_stopped_server_says_goodbye_and_leaves_no_threads(sink: FakeSink) -> 
     server = serve(sink, replace(Limits(), linger_s=60))
     with MockDevice(server.address) as device:
         device.start()
-        stranger = Wire(server.address, "control")
+        pending = Wire(server.address, "control")
         server.stop()
         assert threading.active_count() == before
         device.wires["control"].expect(Kind.BYE)
-        for wire in (*device.wires.values(), stranger):
+        for wire in (*device.wires.values(), pending):
             wire.expect_end()
-        stranger.socket.close()
+        pending.socket.close()
     assert sink.await_report().state is State.ENDED
 
 

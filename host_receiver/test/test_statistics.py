@@ -103,7 +103,7 @@ def test_a_message_is_published_when_it_is_handed_over() -> None:
     assert began_ns <= published_ns <= handed_ns[0]
 
 
-def test_times_of_a_hostile_device_are_only_numbers() -> None:
+def test_times_of_a_malicious_device_are_only_numbers() -> None:
     statistics = TopicStatistics()
     for number, time_ns in enumerate((-(1 << 63), (1 << 63) - 1)):
         assert statistics.record(header(number, time_ns, -time_ns - 1), 1 << 60, 1 << 60)

@@ -1,4 +1,4 @@
-"""What a device gets from a receiver that is broken, new or hostile."""
+"""What a device gets from a receiver that is broken, new or malicious."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""What the port for pairing gets from a device that is broken, old or hostile."""
+"""What the port for pairing gets from a device that is broken, old or malicious."""
 
 from bodies import HELLO, PAIR
 from frame_bytes import BOUNDS, KIB, KINDS, frame, header, json_frame

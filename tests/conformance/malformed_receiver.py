@@ -1,4 +1,4 @@
-"""What a receiver gets from a device that is broken, old, new or hostile."""
+"""What a receiver gets from a device that is broken, old, new or malicious."""
 
 from bodies import (
     BYE,

@@ -14,7 +14,7 @@ from frame_bytes import KINDS, frame, json_frame
 
 Address = tuple[str, int]
 # Longer than any limit of the receiver under test.
-PATIENCE_S = 10.0
+LIMIT_S = 10.0
 _NAMES = {number: name for name, number in KINDS.items()}
 
 
@@ -33,7 +33,7 @@ class Peer:
     """One connection."""
 
     def __init__(self, address: Address) -> None:
-        self._socket = socket.create_connection(address, PATIENCE_S)
+        self._socket = socket.create_connection(address, LIMIT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._input = self._socket.makefile("rb")
 

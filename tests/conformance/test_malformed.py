@@ -18,7 +18,7 @@ from ml2_receiver.session.sink import Applied, Publish
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
-from scripted_device import PATIENCE_S, Address, Peer, ScriptedDevice, StreamingDevice
+from scripted_device import LIMIT_S, Address, Peer, ScriptedDevice, StreamingDevice
 
 CASES = named("malformed", "Receiver*")
 LIMITS = Limits(handshake_s=1.0, linger_s=0.5)
@@ -45,11 +45,11 @@ class CountingSink:
 
     def await_published(self, total: int) -> None:
         with self._arrival:
-            assert self._arrival.wait_for(lambda: self.published >= total, PATIENCE_S)
+            assert self._arrival.wait_for(lambda: self.published >= total, LIMIT_S)
 
     def await_ended_sessions(self, total: int) -> None:
         with self._arrival:
-            assert self._arrival.wait_for(lambda: self.ended_sessions >= total, PATIENCE_S)
+            assert self._arrival.wait_for(lambda: self.ended_sessions >= total, LIMIT_S)
 
     def configured(self, applied: Applied) -> None:
         pass

@@ -18,7 +18,7 @@ from ml2_receiver.pairing.pairing import Pairing, check_signature, signed_text
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import listen
-from scripted_device import PATIENCE_S, Peer
+from scripted_device import LIMIT_S, Peer
 
 SIGNATURES = load("pairing")
 CASES = named("malformed", "Pairing*")
@@ -52,7 +52,7 @@ class TlsPeer(Peer):
         context.check_hostname = False
         context.verify_mode = ssl.CERT_NONE
         context.set_alpn_protocols(["ml2s/1"])
-        self._socket = context.wrap_socket(socket.create_connection(address, PATIENCE_S))
+        self._socket = context.wrap_socket(socket.create_connection(address, LIMIT_S))
         self._input = self._socket.makefile("rb")
 
 
@@ -84,7 +84,7 @@ class Port:
 
     def await_said(self, text: str) -> None:
         with self._told:
-            assert self._told.wait_for(lambda: any(text in it for it in self.said), PATIENCE_S)
+            assert self._told.wait_for(lambda: any(text in it for it in self.said), LIMIT_S)
 
 
 @pytest.fixture

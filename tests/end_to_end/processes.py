@@ -15,10 +15,10 @@ from typing import IO, Any
 
 from rclpy.serialization import deserialize_message
 
-from kept import Payloads
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.message_types import message_class
 from pairing import pair
+from payload_file import Payloads
 from proxy import Proxy
 from ros_domain import reserve_domain
 
@@ -76,10 +76,10 @@ class Received:
         message_type, payloads = self.topics[name]
         return [deserialize_message(payload, message_class(message_type)) for payload in payloads]
 
-    def books(self, topic: str) -> dict[str, str]:
+    def counters(self, topic: str) -> dict[str, str]:
         """The last diagnostics of a topic."""
-        books: dict[str, str] = self.snapshot["topics"][topic]["diagnostics"]
-        return books
+        counters: dict[str, str] = self.snapshot["topics"][topic]["diagnostics"]
+        return counters
 
 
 def isolated_environment() -> dict[str, str]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from euroc import Matrix, pose_matrix
-from room import LIBRARY, TO_ROS
+from simulated_scene import LIBRARY, TO_ROS
 
 # ml2sim_camera, native/sim/ml2sim.h.
 _CAMERAS = {"world_left": 0, "world_right": 1, "world_center": 2, "depth": 3, "color": 4}

@@ -19,11 +19,11 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Self
 
-from kept import Payloads
 from observer import Observed, Observer, observe, spun_observer
+from payload_file import Payloads
 
 
-class Kept(Observed):
+class StoredTopic(Observed):
     """A topic whose payloads are all written to a file."""
 
     def __init__(
@@ -75,12 +75,14 @@ def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None
     """Runs until the headset has said goodbye."""
     with (
         Writer(output.with_suffix(".payloads")) as writer,
-        spun_observer(prefix, json.loads(qos_depths), partial(Kept, writer), receiver) as observer,
+        spun_observer(
+            prefix, json.loads(qos_depths), partial(StoredTopic, writer), receiver
+        ) as observer,
     ):
         observer.is_configured.wait()
         publishers: dict[str, set[bytes]] = {name: set() for name in observer.topics}
         observe(observer, lambda: note_publishers(observer, publishers))
-        kept = {name: o for name, o in observer.topics.items() if isinstance(o, Kept)}
+        kept = {name: o for name, o in observer.topics.items() if isinstance(o, StoredTopic)}
         received = {
             "snapshot": observer.snapshot(final=True),
             "qos": {name: _qos(observer, name) for name in kept},

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from pathlib import Path
 
-from books import assert_books_balance
+from counters import assert_counters_agree
 from processes import PREFIX, Received, receive
 
 CONFIG = """
@@ -31,9 +31,9 @@ def test_its_messages_arrive_like_those_of_a_sensor(tmp_path: Path) -> None:
     steps_s = [b - a for a, b in itertools.pairwise(uptimes_s)]
     assert min(steps_s) >= 0.1
     assert received.qos[TOPIC] == {("RELIABLE", "VOLATILE")}
-    books = received.books(TOPIC)
-    assert books["received"] == str(len(uptimes_s))
-    assert_books_balance(received)
+    counters = received.counters(TOPIC)
+    assert counters["received"] == str(len(uptimes_s))
+    assert_counters_agree(received)
     assert received.snapshot["streams"]["custom"]["result"] == "applied"
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from books import assert_books_balance
+from counters import assert_counters_agree
 from processes import RECEIVER, Received, headset_command
 from proxy import Proxy
-from stage import Stage, staged
+from waiting_receiver import WaitingReceiver, waiting_receiver
 
 pytestmark = pytest.mark.alone
 
@@ -26,7 +26,7 @@ CONFIG = """
 """
 NEEDED_MBIT_PER_S = (240, 270)
 SLOW_BYTES_PER_S = 10e6
-PATIENCE_S = 60.0
+LIMIT_S = 60.0
 
 
 def tried(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Received]:
@@ -34,24 +34,24 @@ def tried(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Rece
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     with contextlib.ExitStack() as stack:
-        stage = stack.enter_context(staged(config, folder))
-        proxy = stack.enter_context(Proxy(stage.address, bytes_per_s))
+        waiting = stack.enter_context(waiting_receiver(config, folder))
+        proxy = stack.enter_context(Proxy(waiting.address, bytes_per_s))
         command = headset_command(proxy.address, "--source", "test-signal")
-        headset = stack.enter_context(stage.started("headset", command))
-        stage.await_seconds(3)
-        found = doctor(stage)
+        headset = stack.enter_context(waiting.started("headset", command))
+        waiting.await_seconds(3)
+        found = doctor(waiting)
         headset.terminate()
-        return found, stage.result()
+        return found, waiting.result()
 
 
-def doctor(stage: Stage) -> dict[str, Any]:
+def doctor(waiting: WaitingReceiver) -> dict[str, Any]:
     """The finding on the link."""
     said = subprocess.run(
         [RECEIVER, "doctor", "--json"],
-        env=stage.environment,
+        env=waiting.environment,
         stdout=subprocess.PIPE,
         text=True,
-        timeout=PATIENCE_S,
+        timeout=LIMIT_S,
         check=False,  # 1 when the machine has something else wrong
     )
     (link,) = [it for it in json.loads(said.stdout) if it["check"] == "link to headset"]
@@ -64,7 +64,7 @@ def test_doctor_finds_what_a_link_carries_and_no_message_is_lost_unaccounted(
     tmp_path: Path, bytes_per_s: float | None
 ) -> None:
     link, received = tried(tmp_path, bytes_per_s)
-    assert_books_balance(received)
+    assert_counters_agree(received)
     numbers = link["numbers"]
     free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
     least, most = NEEDED_MBIT_PER_S

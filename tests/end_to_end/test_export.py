@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from beside import collect, streaming
 from capture_stamps import stamp_ns
+from other_programs import collect, streaming
 from processes import PREFIX, RECEIVER
 from transforms import transforms
 

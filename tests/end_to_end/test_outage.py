@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from books import assert_books_balance
+from counters import assert_counters_agree
 from processes import PREFIX, RECEIVER, headset_command
-from stage import Stage, staged
+from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = """
 /ml2_receiver:
@@ -24,26 +24,26 @@ GRANT = "ml2-receiver headset grant world_left"
 # The camera that runs breaks, and may not be opened again for a while.
 FAULTS = ("fault.world.get", "fault.world.permission")
 BEGIN_S, END_S = 2, 20
-PATIENCE_S = 60.0
+LIMIT_S = 60.0
 MOST_LOOKS = 60
 
 
-def say(stage: Stage, *command: str) -> subprocess.CompletedProcess[str]:
+def say(waiting: WaitingReceiver, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [RECEIVER, *command],
-        env=stage.environment,
+        env=waiting.environment,
         stdout=subprocess.PIPE,
         text=True,
-        timeout=PATIENCE_S,
+        timeout=LIMIT_S,
         check=False,
     )
 
 
-def await_state(stage: Stage, state: str, reason: str = "") -> None:
+def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
     """Looks at `devices` until world_left is in that state, with those words as reason."""
     seen: list[dict[str, Any]] = []
     for _ in range(MOST_LOOKS):
-        device = json.loads(say(stage, "devices", "--json").stdout or "null")
+        device = json.loads(say(waiting, "devices", "--json").stdout or "null")
         streams = [] if device is None else device["streams"]
         for stream in streams:
             if stream["stream"] == "world_left":
@@ -64,18 +64,18 @@ def test_a_camera_that_fails_says_so_and_comes_back(tmp_path: Path) -> None:
         for word in ("--simulate", f"{fault}={value}@{at_s}")
     ]
     with (
-        staged(config, tmp_path) as stage,
-        stage.started("headset", headset_command(stage.address, *options)) as headset,
+        waiting_receiver(config, tmp_path) as waiting,
+        waiting.started("headset", headset_command(waiting.address, *options)) as headset,
     ):
-        stage.await_seconds(1)
-        await_state(stage, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
-        doctor = say(stage, "doctor", "--json")
+        waiting.await_seconds(1)
+        await_state(waiting, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
+        doctor = say(waiting, "doctor", "--json")
         (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert GRANT in finding["fix"]
-        await_state(stage, "runs")
-        stage.await_seconds(2)
+        await_state(waiting, "runs")
+        waiting.await_seconds(2)
         headset.terminate()
-        received = stage.result()
-    assert_books_balance(received)
+        received = waiting.result()
+    assert_counters_agree(received)
     assert len(received.publishers[f"{PREFIX}/world_left/image_raw"]) == 1

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from beside import collect, streaming
 from capture_stamps import stamp_ns
 from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
+from other_programs import collect, streaming
 from processes import RECEIVER, Received, process
-from room import Room, simulated_room
+from simulated_scene import Room, simulated_room
 from transforms import transforms
 
 pytestmark = pytest.mark.alone

@@ -19,7 +19,7 @@ from capture_stamps import stamp_ns
 from lenses import project_device, project_ros
 from markers import corners
 from processes import Received, receive
-from room import Room, simulated_room
+from simulated_scene import Room, simulated_room
 from simulation import image_topic
 from transforms import transforms
 

@@ -86,10 +86,10 @@ def numbers(received: Received, camera: str) -> list[int]:
 def test_only_the_stream_concerned_restarts(tmp_path: Path) -> None:
     received = run(tmp_path)
     for topic in UNDISTURBED:
-        books = received.books(f"{PREFIX}/{topic}")
+        counters = received.counters(f"{PREFIX}/{topic}")
         # What a busy machine has dropped was not lost by reconfiguring.
-        reasons = {key for key in books if key.startswith("dropped.")} - {"dropped.link_down"}
-        assert int(books["gaps"]) == sum(int(books[key]) for key in reasons), topic
+        reasons = {key for key in counters if key.startswith("dropped.")} - {"dropped.link_down"}
+        assert int(counters["gaps"]) == sum(int(counters[key]) for key in reasons), topic
     left, depth = numbers(received, "world_left"), numbers(received, "depth")
     assert len(left) > 2 * 30
     assert left == sorted(left)

@@ -1,4 +1,4 @@
-"""Links that break or are slow, processes that die: all recover, and the books balance."""
+"""Links that break or are slow, processes that die: all recover, and the counters balance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from books import assert_books_balance
+from counters import assert_counters_agree
 from processes import (
     PREFIX,
     Received,
@@ -20,7 +20,7 @@ from processes import (
     receive_command,
 )
 from proxy import Proxy
-from stage import Stage, staged
+from waiting_receiver import WaitingReceiver, waiting_receiver
 
 GYRO = f"{PREFIX}/gyro_left/imu"
 # What was under way when a link broke has arrived by then.
@@ -39,7 +39,7 @@ def config(tmp_path: Path) -> Path:
 
 
 def dropped(received: Received, topic: str, reason: str) -> int:
-    return int(received.books(topic).get(f"dropped.{reason}", 0))
+    return int(received.counters(topic).get(f"dropped.{reason}", 0))
 
 
 def test_a_link_that_is_cut_twice_comes_back(config: Path, tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_a_link_that_is_cut_twice_comes_back(config: Path, tmp_path: Path) -> No
             cuts_s.append(time.monotonic())
 
     received = receive(config, ["--duration", "9"], tmp_path, Proxy, cut)
-    assert_books_balance(received)
+    assert_counters_agree(received)
     assert dropped(received, GYRO, "link_down") > 0
     first_s, second_s = cuts_s
     for topic in (GYRO, f"{PREFIX}/world_left/image_raw"):
@@ -74,7 +74,7 @@ def test_a_link_that_carries_nothing_for_ten_seconds_comes_back(
             up_s.append(time.monotonic())
 
     received = receive(config, ["--duration", "16"], tmp_path, Proxy, interrupt)
-    assert_books_balance(received)
+    assert_counters_agree(received)
     assert dropped(received, GYRO, "link_down") > 1000
     assert max(received.arrivals_s[GYRO]) > up_s[0]
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
@@ -87,69 +87,73 @@ def test_a_slow_link_drops_images_and_counts_them(
     """One raw camera is 31 MB/s; the slower link does not even empty the queue at the end."""
     options = ["--duration", "3"]
     received = receive(config, options, tmp_path, lambda address: Proxy(address, bytes_per_s))
-    assert_books_balance(received)
+    assert_counters_agree(received)
     assert dropped(received, f"{PREFIX}/world_left/image_raw", "queue_full") > 20
-    assert received.books(GYRO)["gaps"] == str(dropped(received, GYRO, "source_late"))
+    assert received.counters(GYRO)["gaps"] == str(dropped(received, GYRO, "source_late"))
 
 
 @pytest.fixture
-def stage(config: Path, tmp_path: Path) -> Iterator[Stage]:
-    with staged(config, tmp_path) as stage:
-        yield stage
+def waiting(config: Path, tmp_path: Path) -> Iterator[WaitingReceiver]:
+    with waiting_receiver(config, tmp_path) as waiting:
+        yield waiting
 
 
-def test_a_receiver_that_is_killed_and_restarted_is_found_again(stage: Stage, config: Path) -> None:
-    with stage.started("headset", headset_command(stage.address)) as headset:
-        stage.await_seconds(2)
-        stage.receiver.kill()
-        stage.receiver.wait()
-        with stage.started("receiver2", receive_command(config, stage.address)) as second:
+def test_a_receiver_that_is_killed_and_restarted_is_found_again(
+    waiting: WaitingReceiver, config: Path
+) -> None:
+    with waiting.started("headset", headset_command(waiting.address)) as headset:
+        waiting.await_seconds(2)
+        waiting.receiver.kill()
+        waiting.receiver.wait()
+        with waiting.started("receiver2", receive_command(config, waiting.address)) as second:
             listening_address(second)
             back_s = time.monotonic()
-            stage.await_reading(after_s=time.time())
+            waiting.await_reading(after_s=time.time())
             headset.terminate()
-            received = stage.result()
+            received = waiting.result()
     assert received.arrivals_s[GYRO][-1] > back_s
 
 
 @pytest.mark.parametrize("seed", [1, 2], ids=["the same", "another"])
-def test_a_headset_takes_the_place_of_one_that_was_killed(stage: Stage, seed: int) -> None:
-    with stage.started("headset1", headset_command(stage.address, "--seed", "1")) as first:
-        stage.await_seconds(2)
+def test_a_headset_takes_the_place_of_one_that_was_killed(
+    waiting: WaitingReceiver, seed: int
+) -> None:
+    with waiting.started("headset1", headset_command(waiting.address, "--seed", "1")) as first:
+        waiting.await_seconds(2)
         first.kill()
-    command = headset_command(stage.address, "--seed", str(seed))
-    with stage.started("headset2", command) as second:
+    command = headset_command(waiting.address, "--seed", str(seed))
+    with waiting.started("headset2", command) as second:
         line_with(second, "connected to")
-        stage.await_reading(after_s=time.time())
+        waiting.await_reading(after_s=time.time())
         second.terminate()
-        received = stage.result()
+        received = waiting.result()
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_headset_may_die_at_any_moment(stage: Stage, seed: int) -> None:
+def test_a_headset_may_die_at_any_moment(waiting: WaitingReceiver, seed: int) -> None:
     """The moments are spread over its start, its handshake, and its first messages."""
     moments = random.Random(seed)
     for number in range(3):
-        with stage.started(f"killed{number}", headset_command(stage.address)) as killed:
+        with waiting.started(f"killed{number}", headset_command(waiting.address)) as killed:
             time.sleep(moments.uniform(0.5, 2.5))
             killed.kill()
-    with stage.started("headset", headset_command(stage.address)) as last:
+    with waiting.started("headset", headset_command(waiting.address)) as last:
         line_with(last, "connected to")
         back_s = time.monotonic()
-        stage.await_reading(after_s=time.time())
+        waiting.await_reading(after_s=time.time())
         last.terminate()
-        received = stage.result()
+        received = waiting.result()
     assert received.arrivals_s[GYRO][-1] > back_s
 
 
-def test_a_second_headset_is_refused_and_the_first_goes_on(stage: Stage) -> None:
-    with stage.started("headset1", headset_command(stage.address)) as first:
-        stage.await_seconds(1)
-        with stage.started("headset2", headset_command(stage.address, "--seed", "2")) as second:
+def test_a_second_headset_is_refused_and_the_first_goes_on(waiting: WaitingReceiver) -> None:
+    with waiting.started("headset1", headset_command(waiting.address)) as first:
+        waiting.await_seconds(1)
+        with waiting.started("headset2", headset_command(waiting.address, "--seed", "2")) as second:
             assert "busy" in line_with(second, "busy")
-            stage.await_reading(after_s=time.time())
+            waiting.await_reading(after_s=time.time())
         first.terminate()
-        received = stage.result()
-    assert_books_balance(received)
-    assert received.books(GYRO).get("dropped.link_down") is None
+        received = waiting.result()
+    assert_counters_agree(received)
+    assert received.counters(GYRO).get("dropped.link_down") is None

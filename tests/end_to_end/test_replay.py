@@ -179,7 +179,7 @@ def test_every_stream_is_answered_for(replayed: Received) -> None:
 
 def test_nothing_is_lost(replayed: Received) -> None:
     for topic, seen in replayed.snapshot["topics"].items():
-        assert seen["count"] == int(replayed.books(topic)["produced"]), topic
+        assert seen["count"] == int(replayed.counters(topic)["produced"]), topic
 
 
 def test_a_missing_recording_is_an_error(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from euroc import angle_between, pose_matrix
 from full_load import FullLoad
-from room import TO_ROS
+from simulated_scene import TO_ROS
 from simulated_truth import OPTICAL, SimulatedTruth
 from simulation import CAMERAS
 from transforms import moving, standing

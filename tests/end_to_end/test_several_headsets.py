@@ -65,9 +65,9 @@ def test_each_has_topics_of_its_own_and_loses_nothing(
     for topic in ("world_left/image_raw", "head_pose"):
         full = f"/{name}{PREFIX}/{topic}"
         assert len(its.topics[full][1]) > 20
-        books = its.books(full)
-        assert int(books["received"]) == len(its.topics[full][1])
-        assert int(books["produced"]) == int(books["received"]) + int(books["gaps"])
+        counters = its.counters(full)
+        assert int(counters["received"]) == len(its.topics[full][1])
+        assert int(counters["produced"]) == int(counters["received"]) + int(counters["gaps"])
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -136,11 +136,11 @@ def test_invalid_depth_is_nan_and_flagged(received: Received) -> None:
 
 def test_the_books_balance(received: Received) -> None:
     for topic, seen in received.snapshot["topics"].items():
-        books = received.books(topic)
-        dropped = sum(int(v) for k, v in books.items() if k.startswith("dropped."))
-        assert int(books["produced"]) == int(books["received"]) + dropped, topic
-        assert int(books["produced"]) == int(books["received"]) + int(books["gaps"]), topic
-        assert seen["count"] <= int(books["received"])
+        counters = received.counters(topic)
+        dropped = sum(int(v) for k, v in counters.items() if k.startswith("dropped."))
+        assert int(counters["produced"]) == int(counters["received"]) + dropped, topic
+        assert int(counters["produced"]) == int(counters["received"]) + int(counters["gaps"]), topic
+        assert seen["count"] <= int(counters["received"])
 
 
 @pytest.fixture(scope="module")

@@ -59,7 +59,7 @@ def test_every_image_has_a_transform_and_more_are_beside_it(
 ) -> None:
     images = {stamp_ns(image) for image in received.messages(image_topic(camera))}
     known = set(poses(tree, f"{camera}_optical_frame"))
-    lost = int(received.books("/tf")["produced"]) - len(received.messages("/tf"))
+    lost = int(received.counters("/tf")["produced"]) - len(received.messages("/tf"))
     # A busy machine loses some, and asks for some of the colour camera's when they are forgotten.
     assert len(images - known) <= lost + len(images) / 10
     assert len(known) > 1.5 * len(images), "60 Hz beside the images"

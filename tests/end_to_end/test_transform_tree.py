@@ -11,8 +11,8 @@ import pytest
 from capture_stamps import stamp_ns
 from processes import Received, headset_command, lines, receive, result, subscribing
 from simulation import CAMERAS, demo_config, image_topic, one_camera
-from stage import staged
 from transforms import moving, stable_since_ns, standing
+from waiting_receiver import waiting_receiver
 
 CAMERA = "world_left"
 
@@ -59,14 +59,14 @@ def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
     late_folder = tmp_path / "late"
     late_folder.mkdir()
     with contextlib.ExitStack() as stack:
-        stage = stack.enter_context(staged(config, tmp_path))
-        with stage.started("headset", headset_command(stage.address)):
-            stage.await_seconds(3)
-            subscriber = stack.enter_context(subscribing(stage.environment, late_folder))
+        waiting = stack.enter_context(waiting_receiver(config, tmp_path))
+        with waiting.started("headset", headset_command(waiting.address)):
+            waiting.await_seconds(3)
+            subscriber = stack.enter_context(subscribing(waiting.environment, late_folder))
             for _ in range(2):
                 assert next(lines(subscriber))
         late = result(subscriber, late_folder)
-        received = stage.result()
+        received = waiting.result()
     mounted_ns = stable_since_ns(received)
     assert mounted_ns is not None
     assert min(stamps_of(late, CAMERA)) > mounted_ns

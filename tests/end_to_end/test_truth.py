@@ -45,7 +45,7 @@ class Run:
         begin = stable_since_ns(self.received) or heads[0]
         stamps = [at for at in self.stamps_ns[camera] if begin < at < heads[-1]]
         known = [at for at in stamps if (f"{camera}_optical_frame", at) in self.tree]
-        lost = int(self.received.books("/tf")["produced"]) - len(self.received.messages("/tf"))
+        lost = int(self.received.counters("/tf")["produced"]) - len(self.received.messages("/tf"))
         assert len(stamps) - len(known) <= lost
         assert len(known) > FEWEST
         return ((at, self.tree[f"{camera}_optical_frame", at]) for at in known)

@@ -128,8 +128,8 @@ def _config(camera: str) -> str:
 
 def _check_nothing_is_lost(received: Received) -> None:
     for topic, seen in received.snapshot["topics"].items():
-        books = received.books(topic)
-        sent = int(books["produced"]) - int(books.get("dropped.source_late", 0))
+        counters = received.counters(topic)
+        sent = int(counters["produced"]) - int(counters.get("dropped.source_late", 0))
         if seen["count"] != sent:
             raise RuntimeError(f"{topic}: {seen['count']} of {sent} messages arrived")
 

@@ -10,7 +10,7 @@ import numpy as np
 from euroc import Matrix, pose_matrix
 from ml2_tools.evaluation.trajectory import Trajectory
 from processes import Received
-from room import TO_ROS
+from simulated_scene import TO_ROS
 from simulated_truth import OPTICAL, SimulatedTruth
 from transforms import moving
 from walks import REST_S, Walk

@@ -32,7 +32,7 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
 
 
 @contextmanager
-def receiver_client(receiver: str, patience_s: float) -> Iterator[ReceiverClient]:
+def receiver_client(receiver: str, timeout_s: float) -> Iterator[ReceiverClient]:
     """A client of one running receiver.
 
     Raises:
@@ -41,8 +41,8 @@ def receiver_client(receiver: str, patience_s: float) -> Iterator[ReceiverClient
     with diagnostics_node() as node:
         from ..ros.receiver_client import ReceiverClient
 
-        node.rows(receiver, patience_s)
-        client = ReceiverClient(node.context, receiver, patience_s)
+        node.rows(receiver, timeout_s)
+        client = ReceiverClient(node.context, receiver, timeout_s)
         try:
             yield client
         finally:

@@ -30,7 +30,7 @@ from .stopping import stop_signal
 
 _EVERYWHERE = everywhere(0)
 _POLL_S = 0.2
-# Strangers must not make the code scroll away.
+# Unpaired peers must not make the code scroll away.
 _LINES_PER_S = 2
 _EPILOG = """\
 Shows a URI for one device, for five minutes; `ml2-receiver headset start --pair URI` brings it to

@@ -23,8 +23,8 @@ from .stopping import stop_signal
 
 _MOST = 1 << 31
 _ENDED_EARLY_HINT = (
-    "Leave the folder where it is, and its disk room. Fewer streams or --compression zstd need less"
-    " of it."
+    "Leave the folder in place, and free space on its disk. Fewer streams or --compression zstd"
+    " need less."
 )
 _EXAMPLES = """examples:
   ml2-receiver record walk                       publish in ROS 2, and record into walk/

@@ -31,8 +31,8 @@ _STAMPS = 256
 _WAIT_S = 0.1
 
 
-def look(prefix: str, cameras: Sequence[str], imu: str | None, patience_s: float) -> Rig:
-    """Waits for what is asked for, at most `patience_s`.
+def look(prefix: str, cameras: Sequence[str], imu: str | None, timeout_s: float) -> Rig:
+    """Waits for what is asked for, at most `timeout_s`.
 
     Args:
         cameras: ids of streams; none means those of CAMERAS that run.
@@ -46,12 +46,12 @@ def look(prefix: str, cameras: Sequence[str], imu: str | None, patience_s: float
     executor = SingleThreadedExecutor(context=context)
     observer = _Observer(prefix, context)
     executor.add_node(observer.node)
-    deadline_s = time.monotonic() + patience_s
+    deadline_s = time.monotonic() + timeout_s
 
     def until(is_there: Callable[[], Any], missing: str) -> None:
         while not is_there():
             if time.monotonic() > deadline_s:
-                raise ExportError(f"{missing} within {patience_s:g} s")
+                raise ExportError(f"{missing} within {timeout_s:g} s")
             executor.spin_once(timeout_sec=_WAIT_S)
 
     try:

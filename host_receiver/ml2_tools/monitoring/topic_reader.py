@@ -24,11 +24,11 @@ _DEPTH = 10
 _MOST_ELEMENTS = 16
 
 
-def messages(topic: str, patience_s: float, stopping: threading.Event) -> Iterator[Any]:
+def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterator[Any]:
     """The messages that are published on a topic, until `stopping`.
 
     Args:
-        patience_s: how long to wait for a publisher.
+        timeout_s: how long to wait for a publisher.
 
     Raises:
         RosError: nobody publishes it, or its type is not installed.
@@ -39,7 +39,7 @@ def messages(topic: str, patience_s: float, stopping: threading.Event) -> Iterat
     executor.add_node(node)
     arrived: list[Any] = []
     try:
-        type = _found(node, executor, topic, patience_s, stopping)
+        type = _found(node, executor, topic, timeout_s, stopping)
         if type is None:
             return
         node.create_subscription(_class(type), topic, arrived.append, _qos(node, topic))
@@ -68,11 +68,11 @@ def _found(
     node: Node,
     executor: SingleThreadedExecutor,
     topic: str,
-    patience_s: float,
+    timeout_s: float,
     stopping: threading.Event,
 ) -> str | None:
     """The topic's type, once somebody publishes it; None when `stopping` comes first."""
-    deadline_s = time.monotonic() + patience_s
+    deadline_s = time.monotonic() + timeout_s
     while time.monotonic() < deadline_s:
         if stopping.is_set():
             return None
@@ -81,7 +81,7 @@ def _found(
             return str(types[topic][0])
         executor.spin_once(timeout_sec=_WAIT_S)
     raise RosError(
-        f"nobody publishes {topic} within {patience_s:g} s: `ml2-receiver topics` has those of a"
+        f"nobody publishes {topic} within {timeout_s:g} s: `ml2-receiver topics` has those of a"
         " running receiver"
     )
 

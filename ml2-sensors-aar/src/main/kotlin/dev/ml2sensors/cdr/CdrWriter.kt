@@ -54,21 +54,21 @@ internal class CdrWriter private constructor(private val allocate: (Int) -> Byte
                 throw IllegalArgumentException("Expected Unicode text, but found an unpaired surrogate", e)
             }
         int(utf8.size + 1)
-        room(utf8.size + 1).put(utf8).put(0)
+        reserve(utf8.size + 1).put(utf8).put(0)
     }
 
     fun bytes(value: ByteBuffer) {
-        room(value.remaining()).put(value.duplicate())
+        reserve(value.remaining()).put(value.duplicate())
     }
 
     private fun aligned(size: Int): ByteBuffer {
         val padding = paddingBefore(buffer.position(), size)
-        val target = room(padding + size)
+        val target = reserve(padding + size)
         repeat(padding) { target.put(0) }
         return target
     }
 
-    private fun room(size: Int): ByteBuffer {
+    private fun reserve(size: Int): ByteBuffer {
         if (buffer.remaining() < size) {
             val needed = Math.addExact(buffer.position(), size)
             val doubled = minOf(buffer.capacity() * 2L, Int.MAX_VALUE.toLong()).toInt()

@@ -59,10 +59,10 @@ internal class OffsetFit(private val bounds: List<TightestBounds>, private val n
 
     /** Narrows the range of rates to those at which the offset stays below bound [i] and above bound [j]. */
     private fun narrowSkew(i: Int, j: Int) {
-        val room = most[i] - least[j] + WANDER_PPB * (mostAge[i] + leastAge[j])
+        val difference = most[i] - least[j] + WANDER_PPB * (mostAge[i] + leastAge[j])
         val apart = leastAge[j] - mostAge[i]
-        if (apart > 0) fastestPpb = minOf(fastestPpb, room / apart)
-        if (apart < 0) slowestPpb = maxOf(slowestPpb, room / apart)
+        if (apart > 0) fastestPpb = minOf(fastestPpb, difference / apart)
+        if (apart < 0) slowestPpb = maxOf(slowestPpb, difference / apart)
     }
 
     private fun above(skewPpb: Double): Double =

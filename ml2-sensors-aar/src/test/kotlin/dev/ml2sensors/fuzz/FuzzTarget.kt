@@ -21,7 +21,7 @@ import java.nio.channels.Channels
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 
-/** What reads bytes of strangers: anything may be refused in the way that is documented, nothing else may happen. */
+/** A reader of untrusted bytes: anything may be refused in the way that is documented, nothing else may happen. */
 internal enum class FuzzTarget {
     FRAMES {
         override fun seeds() = Vector.loadAll("wire").map { it.bytes }

@@ -189,8 +189,8 @@ class DeviceKeysTest {
     fun anAnnouncedReceiverIsFoundByItsFingerprintUnderAnyNameAndAddress() = runTest {
         paired()
         val there = ReceiverAddress("10.0.0.9", 9, receiver)
-        val strangers = mapOf("desk" to ReceiverAddress("10.0.0.8", 8, TestIdentity.other.fingerprint))
-        assertEquals(there, keys.receiver(browser(strangers + ("renamed" to there))).locate())
+        val others = mapOf("desk" to ReceiverAddress("10.0.0.8", 8, TestIdentity.other.fingerprint))
+        assertEquals(there, keys.receiver(browser(others + ("renamed" to there))).locate())
     }
 
     @Test

@@ -25,7 +25,7 @@ import java.util.concurrent.ConcurrentHashMap
 
 /**
  * A headset whose sensors deliver what the test says, when it says so. It is strict: streams run only with values that
- * were agreed on, and image memory is borrowed from [pool] for no longer than the contract allows.
+ * were agreed on, and image memory is borrowed from [pool] for no longer than [Headset] allows.
  */
 internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Timeline.LIVE) : Headset {
     private class Delivery(val sample: Sample) {

@@ -17,14 +17,14 @@ from scene import REQUEST
 from tls_device import Certificate, StreamingDevice
 
 BATTERY = "battery"
-STRANGER = "127.0.0.2"
+UNPAIRED_ADDRESS = "127.0.0.2"
 QUICK = Limits(handshake_s=1.0, linger_s=0.3)
 UNLIMITED = replace(QUICK, failed_attempts=10_000)
 # Tokens, tickets and sessions.
 _SECRET = re.compile(r"\b[0-9a-f]{32}\b")
 
 
-class Lab:
+class SecureReceiver:
     """Keys are in `folder`."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
@@ -70,8 +70,8 @@ class Lab:
         return StreamingDevice(self.server.address, self.paired("headset").context(), BATTERY)
 
     def connect(self) -> socket.socket:
-        """A stranger's bare connection."""
-        return socket.create_connection(self.address, 5, (STRANGER, 0))
+        """An unpaired peer's bare connection."""
+        return socket.create_connection(self.address, 5, (UNPAIRED_ADDRESS, 0))
 
     def received(self) -> int:
         return len(self.sink.payloads[BATTERY])

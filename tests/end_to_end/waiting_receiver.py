@@ -25,7 +25,7 @@ _GYRO = f"{PREFIX}/gyro_left/imu"
 
 
 @dataclass(frozen=True)
-class Stage:
+class WaitingReceiver:
     """A receiver that waits for a headset, and its subscriber; logs in `folder`."""
 
     environment: dict[str, str]
@@ -61,12 +61,14 @@ class Stage:
 
 
 @contextlib.contextmanager
-def staged(config: Path, folder: Path) -> Iterator[Stage]:
-    """The stage; all its processes but those that were started on it end with it."""
+def waiting_receiver(config: Path, folder: Path) -> Iterator[WaitingReceiver]:
+    """Yields the receiver; all its processes but those that were started on it end with it."""
     environment = isolated_environment()
     command = receive_command(config, "127.0.0.1:0", "--start-paused")
     with (
         process(command, environment, folder / "receiver.log") as receiver,
         subscribing(environment, folder) as subscriber,
     ):
-        yield Stage(environment, folder, receiver, listening_address(receiver), subscriber)
+        yield WaitingReceiver(
+            environment, folder, receiver, listening_address(receiver), subscriber
+        )

@@ -1,4 +1,4 @@
-"""A headset that streams to a receiver, and what other programs get beside them."""
+"""A headset that streams to a receiver, and the outputs of other programs that run meanwhile."""
 
 from __future__ import annotations
 

@@ -3,12 +3,12 @@
 import time
 from collections.abc import Callable
 
-PATIENCE_S = 20.0
+LIMIT_S = 20.0
 
 
-def await_so(is_so: Callable[[], bool]) -> None:
+def await_true(is_true: Callable[[], bool]) -> None:
     """Asks again and again, where nothing tells when; fails when it does not come so."""
-    deadline_s = time.monotonic() + PATIENCE_S
-    while not is_so():
+    deadline_s = time.monotonic() + LIMIT_S
+    while not is_true():
         assert time.monotonic() < deadline_s
         time.sleep(0.01)

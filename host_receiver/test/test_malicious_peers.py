@@ -1,0 +1,194 @@
+"""What malicious peers can do, while the session of a paired device goes on."""
+
+import socket
+import ssl
+import struct
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from typing import NoReturn
+
+import pytest
+
+from ml2_receiver.session.report import State
+from ml2_receiver.session.settings import Limits
+from ml2_receiver.wire.frame import Kind, encode_frame
+from ml2_receiver.wire.messages import Error
+from mock_device import MockDevice, Wire
+from secure_receiver import QUICK, UNPAIRED_ADDRESS, SecureReceiver, refused
+from tls_device import anonymous_context
+
+
+def test_peers_that_stop_in_the_handshake_are_closed_in_time(secure: SecureReceiver) -> None:
+    hello = client_hello(secure)
+    with secure.streaming(), ExitStack() as stack:
+        slow = [stack.enter_context(secure.connect()) for _ in range(3)]
+        for peer, sent in zip(slow, (b"", hello[:40], hello), strict=True):
+            peer.sendall(sent)
+        for peer in slow:
+            while peer.recv(10_000):
+                pass
+        secure.await_more()
+    secure.sink.await_event("timeout: no HELLO or JOIN within 1.0 s")
+
+
+def test_a_byte_now_and_then_does_not_extend_the_handshake(secure: SecureReceiver) -> None:
+    hello = client_hello(secure)
+    began_s = time.monotonic()
+    with secure.streaming(), secure.connect() as peer, suppress(ConnectionError):
+        for byte in hello:
+            peer.sendall(bytes([byte]))
+            time.sleep(0.05)  # a slow peer, whom nothing tells when to go on
+    assert time.monotonic() - began_s < 5
+    secure.sink.await_event("timeout: no HELLO or JOIN within 1.0 s")
+
+
+def client_hello(secure: SecureReceiver) -> bytes:
+    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+    tls = secure.certificate("slow").context().wrap_bio(incoming, outgoing)
+    with pytest.raises(ssl.SSLWantReadError):
+        tls.do_handshake()
+    return outgoing.read()
+
+
+def test_a_paired_peer_that_stops_in_the_middle_of_a_frame_is_told_and_closed(
+    secure: SecureReceiver,
+) -> None:
+    context = secure.paired("other").context()
+    with secure.streaming():
+        wire = Wire(secure.server.address, "control", context, UNPAIRED_ADDRESS)
+        wire.socket.sendall(encode_frame(Kind.HELLO, b"{}")[:-1])
+        wire.expect_error("timeout")
+        secure.await_more()
+        wire.socket.close()
+
+
+def test_a_thousand_half_open_connections_do_not_disturb_a_session(
+    open_lab: Callable[[Limits], SecureReceiver],
+) -> None:
+    secure = open_lab(Limits())
+    with secure.streaming() as streaming, ExitStack() as stack:
+        threads = threading.active_count()
+        for _ in range(1000):
+            stack.enter_context(secure.connect())
+        assert threading.active_count() <= threads + 16 + 64
+        secure.await_more(50)
+        secure.sink.await_event(f"{UNPAIRED_ADDRESS} is turned away: ")
+        with MockDevice(secure.server.address, tls=streaming.device.tls) as back:
+            back.start()  # from another address than the thousand
+
+
+def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], SecureReceiver]) -> None:
+    secure = open_lab(replace(QUICK, failed_attempts=3, failed_attempts_per_s=0.5))
+    context = secure.paired("headset").context()
+    for _ in range(3):
+        refused(lambda: anonymous_context().wrap_socket(secure.connect()))
+    refused(lambda: context.wrap_socket(secure.connect()))
+    secure.sink.await_event(f"{UNPAIRED_ADDRESS} is turned away: too many failed attempts")
+    with MockDevice(secure.server.address, tls=context) as device:
+        device.connect()  # from elsewhere
+    deadline_s = time.monotonic() + 10
+    while True:
+        try:
+            context.wrap_socket(secure.connect()).close()
+            return
+        except (ssl.SSLError, ConnectionError):
+            assert time.monotonic() < deadline_s
+
+
+def test_strangers_of_its_own_address_do_not_keep_a_paired_headset_out(
+    open_lab: Callable[[Limits], SecureReceiver],
+) -> None:
+    secure = open_lab(Limits())
+    context = secure.paired("headset").context()
+
+    def leave() -> None:
+        with MockDevice(secure.server.address, tls=context) as device:
+            device.start()
+            device.leave()
+
+    leave()
+    for _ in range(30):
+        connection = socket.create_connection(secure.address, 5)
+        refused(lambda: anonymous_context().wrap_socket(connection))  # noqa: B023
+    leave()
+
+
+def test_one_address_has_so_many_connections(open_lab: Callable[[Limits], SecureReceiver]) -> None:
+    secure = open_lab(replace(Limits(), connections_per_address=4))
+    with ExitStack() as stack:
+        for _ in range(4):
+            stack.enter_context(secure.connect())
+        with secure.connect() as fifth, suppress(ConnectionError):
+            assert fifth.recv(1) == b""
+        secure.sink.await_event(f"{UNPAIRED_ADDRESS} is turned away: it has 4 connections")
+
+
+def malicious_frames() -> dict[str, bytes]:
+    huge = struct.pack("<HBBHHIIqq", 0x324D, 1, Kind.HELLO, 0, 0, 0, 0xFFFFFFFF, 0, 0)
+    deep = b"[" * 30_000
+    return {
+        "too_large": huge,
+        "malformed": encode_frame(Kind.HELLO, deep),
+        "malformed ": b"\x00" * 100_000,
+    }
+
+
+@pytest.mark.parametrize("code", malicious_frames())
+def test_a_paired_but_malicious_device_is_refused_and_the_session_goes_on(
+    secure: SecureReceiver, code: str
+) -> None:
+    context = secure.paired("malicious").context()
+    with secure.streaming():
+        wire = Wire(secure.server.address, "control", context, UNPAIRED_ADDRESS)
+        wire.socket.sendall(malicious_frames()[code])
+        assert Error.parse(wire.expect(Kind.ERROR)).code == code.strip()
+        secure.await_more()
+        wire.socket.close()
+    secure.sink.await_event(f"{code.strip()}: ")
+
+
+def test_bytes_that_are_no_tls_after_the_handshake_end_that_connection(
+    secure: SecureReceiver,
+) -> None:
+    context = secure.paired("malicious").context()
+    with secure.streaming():
+        bare = secure.connect()
+        tls = context.wrap_socket(bare)
+        raw = socket.socket(fileno=tls.detach())
+        raw.settimeout(5)
+        with raw, suppress(ConnectionError):
+            raw.sendall(b"\x17\x03\x03\x40\x00" + b"x" * 0x4000)
+            while raw.recv(1000):
+                pass
+        secure.await_more()
+    secure.sink.await_event("broken TLS: ")
+
+
+def test_a_lane_that_is_cut_into_by_the_network_ends_the_session(secure: SecureReceiver) -> None:
+    with MockDevice(secure.server.address, tls=secure.paired("headset").context()) as device:
+        device.start()
+        tls = device.wires["world_left"].socket
+        raw = socket.socket(fileno=tls.detach())
+        raw.sendall(b"\x17\x03\x03\x00\x40" + b"x" * 0x40)
+        device.wires.pop("world_left")
+        device.wires["control"].expect_end()
+        raw.close()
+    assert secure.sink.await_report().state is State.LOST
+    secure.sink.await_event("broken TLS: ")
+
+
+def send_endlessly(to: socket.socket, data: bytes) -> NoReturn:
+    while True:
+        to.sendall(data)
+
+
+def test_a_peer_that_does_not_read_is_cut_off(secure: SecureReceiver) -> None:
+    with MockDevice(secure.server.address, tls=secure.paired("headset").context()) as device:
+        device.start()
+        control = device.wires["control"].socket
+        with pytest.raises(OSError, match=r"EOF|reset|pipe|timed out"):
+            send_endlessly(control, encode_frame(Kind.PING) * 1000)
+    assert secure.sink.await_report().state is State.LOST
