@@ -15,10 +15,10 @@ from ml2_tools.products.product import Shared, all_products
 TABLE = load_table()
 MADE = {topic: type for it in all_products(Shared()) for topic, type in it.types.items()}
 SENT = {topic.name: topic.type for it in TABLE.streams.values() for topic in it.topics}
-# What each display of RViz's own plugins shows.
+# What each display of RViz's own plugins shows; an Image takes the transport from the topic's name.
 TYPES = {
-    "rviz_default_plugins/Image": "sensor_msgs/msg/Image",
-    "rviz_default_plugins/PointCloud2": "sensor_msgs/msg/PointCloud2",
+    "rviz_default_plugins/Image": {"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"},
+    "rviz_default_plugins/PointCloud2": {"sensor_msgs/msg/PointCloud2"},
 }
 
 
@@ -37,14 +37,14 @@ def test_it_shows_topics_and_frames_of_the_named_receiver(tmp_path: Path) -> Non
     manager = written(tmp_path, "--name", "robot1", "--prefix", "/head")
     assert manager["Global Options"]["Fixed Frame"] == f"robot1/{TABLE.world_frame}"
     assert manager["Views"]["Current"]["Target Frame"] == f"robot1/{TABLE.head_frame}"
-    assert {topic.rsplit("/", 2)[0] for topic in shown(manager)} == {"/robot1/head"}
+    assert all(topic.startswith("/robot1/head/") for topic in shown(manager))
 
 
 def test_each_topic_is_one_that_is_sent_or_made_and_that_rviz_shows(tmp_path: Path) -> None:
     manager = written(tmp_path)
     assert manager["Global Options"]["Fixed Frame"] == TABLE.world_frame
     for topic, display in shown(manager).items():
-        assert (SENT | MADE)[topic.removeprefix("/magic_leap2/")] == TYPES[display]
+        assert (SENT | MADE)[topic.removeprefix("/magic_leap2/")] in TYPES[display]
 
 
 def test_what_each_display_needs_is_said(

@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo
 
 from ml2_tools.geometry.camera import Camera, camera_of
 from ml2_tools.geometry.lens import Lens
-from ml2_tools.images.rectification import rectify, rectify_depth
+from ml2_tools.images.rectification import rectify
 
 MATRIX = np.array([[300.0, 0, 160], [0, 301, 118], [0, 0, 1]])
 SIZE = (320, 240)
@@ -52,21 +52,6 @@ def test_an_image_is_rectified_as_opencv_does_it(model: str, rotation: NDArray[A
     expected = cv2.remap(image, *maps, cv2.INTER_LINEAR).astype(int)
     found = rectify(image, camera(model, coefficients, rotation, new)).astype(int)
     assert np.abs(found - expected).max() <= 2
-
-
-def test_rectified_depth_is_a_measurement_or_nothing() -> None:
-    z = np.full(SIZE[::-1], 1, np.float32)
-    z[:, 160:] = 3
-    z[100:110] = np.nan
-    found = rectify_depth(z, camera("plumb_bob", -PLUMB_BOB))
-    assert set(np.unique(found[~np.isnan(found)])) == {1, 3}
-    assert np.isnan(found[105, 160])
-    assert np.isnan(found[0, 0]), "the corner was not seen"
-
-
-def test_depth_of_a_tilted_camera_is_refused() -> None:
-    with pytest.raises(ValueError, match="R to be the identity"):
-        rectify_depth(np.ones(SIZE[::-1], np.float32), camera("plumb_bob", PLUMB_BOB, TILT))
 
 
 def test_an_image_of_another_size_is_refused() -> None:

@@ -94,8 +94,6 @@ SECTIONS = [
         [
             Measure("`depth/points`", "points_cpu_ms", "ms"),
             Measure("`depth/points` with colours of 1920 x 1080", "coloured_points_cpu_ms", "ms"),
-            Measure("`depth/image_rect`", "depth_rectified_cpu_ms", "ms"),
-            Measure("`color/image_rect`, 1920 x 1080", "color_rectified_cpu_ms", "ms"),
             Measure("`world_left/image_rect`", "world_rectified_cpu_ms", "ms"),
             Measure("`aligned_depth_to_color`", "depth_to_color_cpu_ms", "ms"),
             Measure("`aligned_depth_to_world_left`", "depth_to_world_cpu_ms", "ms"),

@@ -22,7 +22,6 @@ from ml2_tools.products.product import (
     Points,
     Product,
     Rectified,
-    RectifiedDepth,
     Registered,
     Shared,
 )
@@ -50,12 +49,7 @@ def main() -> None:
     products: dict[str, tuple[Product, Callable[[Product, int], None]]] = {
         "points": (Points(shared), feed_depth),
         "coloured_points": (coloured, feed_both),
-        "depth_rectified": (RectifiedDepth(shared), feed_depth),
-        "color_rectified": (Rectified(shared, "color", ("image", "camera_info")), feed_color),
-        "world_rectified": (
-            Rectified(shared, "world_left", ("image", "camera_info", "metadata")),
-            feed_world,
-        ),
+        "world_rectified": (Rectified(shared, "world_left"), feed_world),
         "depth_to_color": (Registered(shared, "color", ("camera_info", "transform")), feed_both),
         "depth_to_world": (Registered(shared, "world_left", exact), feed_world_and_depth),
     }

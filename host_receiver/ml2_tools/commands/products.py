@@ -1,4 +1,4 @@
-"""ml2-receiver products: clouds, registered depth and rectified images."""
+"""ml2-receiver products: clouds, registered depth and rectified world images."""
 
 import argparse
 
@@ -12,8 +12,7 @@ _EPILOG = """\
 Beside a running `ml2-receiver run`, or a bag that is played; each topic is made only while
 somebody subscribes to it:
   PREFIX/depth/points                    PointCloud2, coloured while the colour camera runs
-  PREFIX/depth/image_rect                depth without distortion
-  PREFIX/CAMERA/image_rect               color, world_left, world_center, world_right
+  PREFIX/CAMERA/image_rect               world_left, world_center, world_right without distortion
   PREFIX/aligned_depth_to_CAMERA/image_raw, camera_info    depth in the pixels of CAMERA
 
 examples:
@@ -27,7 +26,7 @@ Whatever follows --ros-args goes to ROS 2.
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "products",
-        help="make point clouds, registered depth and rectified images",
+        help="make point clouds, registered depth and rectified world images",
         epilog=_EPILOG,
     )
     parser.add_argument(

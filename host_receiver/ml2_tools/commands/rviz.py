@@ -21,8 +21,8 @@ examples:
   ml2-receiver rviz --out ml2.rviz
   ml2-receiver rviz --name robot1 --out robot1.rviz
 """
-# Of topics that `ml2-receiver products` makes of images of a stream.
-_PRODUCTS = ("points", "image_rect")
+# Made by `ml2-receiver products`.
+_PRODUCT = "points"
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -73,5 +73,5 @@ def _needs(manager: Any, name: str) -> Iterator[tuple[str, str]]:
         stream, _, rest = display["Topic"]["Value"].partition("/")
         section = load_table().streams[stream].section
         needs = f"{section}.enabled=true"
-        yield display["Name"], f"{needs} and {products}" if rest in _PRODUCTS else needs
+        yield display["Name"], f"{needs} and {products}" if rest == _PRODUCT else needs
     yield "TF", "head tracking: the headset is worn and sees its surroundings"

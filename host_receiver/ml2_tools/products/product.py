@@ -15,7 +15,7 @@ from ..geometry.camera import camera_of
 from ..geometry.lens import Floats, Lens, z_per_distance
 from ..geometry.pose import Pose
 from ..images.pixels import JpegDecoder, pixels_of
-from ..images.rectification import rectify, rectify_depth
+from ..images.rectification import rectify
 from ..monitoring.losses import Losses
 from .captures import Captures
 from .messages import cloud_message, image_message
@@ -90,34 +90,20 @@ class Product(ABC):
 
 
 class Rectified(Product):
-    """<camera>/image_rect; exact for world cameras, whose metadata are among its inputs."""
+    """<world camera>/image_rect, by the exact lens in the metadata.
 
-    def __init__(self, shared: Shared, camera: str, parts: tuple[str, ...]) -> None:
-        super().__init__(shared, {camera: parts})
+    image_proc rectifies the other cameras, whose camera_info describes their lens as it is.
+    """
+
+    def __init__(self, shared: Shared, camera: str) -> None:
+        super().__init__(shared, {camera: ("image", "camera_info", "metadata")})
         self.types = {f"{camera}/image_rect": "sensor_msgs/msg/Image"}
 
     def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
-        model = camera_of(capture["camera_info"], capture.get("metadata"))
         image = capture["image"]
-        is_jpeg = hasattr(image, "format")
-        pixels = self._shared.decode(image) if is_jpeg else pixels_of(image)
-        encoding = "bgr8" if is_jpeg else image.encoding
-        message = image_message(image.header, encoding, rectify(pixels, model))
-        return {f"{camera}/image_rect": message}
-
-
-class RectifiedDepth(Product):
-    """depth/image_rect."""
-
-    types = {"depth/image_rect": "sensor_msgs/msg/Image"}  # noqa: RUF012
-
-    def __init__(self, shared: Shared) -> None:
-        super().__init__(shared, {"depth": ("image", "camera_info")})
-
-    def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
-        model = camera_of(capture["camera_info"])
-        z = rectify_depth(self._shared.depth(capture, model.lens), model)
-        return {"depth/image_rect": image_message(capture["image"].header, "32FC1", z)}
+        model = camera_of(capture["camera_info"], capture["metadata"])
+        pixels = rectify(pixels_of(image), model)
+        return {f"{camera}/image_rect": image_message(image.header, image.encoding, pixels)}
 
 
 class _WithOther(Product):
@@ -225,9 +211,7 @@ def all_products(shared: Shared) -> list[Product]:
     exact = ("camera_info", "metadata", "transform")
     return [
         Points(shared),
-        RectifiedDepth(shared),
-        Rectified(shared, "color", ("image", "camera_info")),
-        *(Rectified(shared, each, ("image", "camera_info", "metadata")) for each in worlds),
+        *(Rectified(shared, each) for each in worlds),
         Registered(shared, "color", ("camera_info", "transform")),
         *(Registered(shared, each, exact) for each in worlds),
     ]
