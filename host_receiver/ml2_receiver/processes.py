@@ -1,17 +1,17 @@
-"""Who runs on this machine, from /proc; of other users' processes little can be read."""
+"""Processes on this machine; little can be read about those of other users."""
 
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-_PROC = Path("/proc")
-_LISTEN = "0A"  # include/net/tcp_states.h
+import psutil
 
 
 @dataclass(frozen=True)
 class Process:
-    """A process; `command` is its command line."""
+    """A process; `command` is its command line, empty if it cannot be read."""
 
     pid: int
     name: str
@@ -21,28 +21,20 @@ class Process:
         return f"{self.name} (pid {self.pid})"
 
     def environment(self, variable: str) -> str | None:
-        """The value it was started with; None when unset or unreadable."""
-        with suppress(OSError):
-            for item in (_PROC / str(self.pid) / "environ").read_bytes().split(b"\0"):
-                name, _, value = item.decode(errors="replace").partition("=")
-                if name == variable:
-                    return value
+        """Returns the value it was started with; None when unset or unreadable."""
+        with suppress(psutil.Error):
+            return psutil.Process(self.pid).environ().get(variable)
         return None
 
 
 def processes() -> Iterator[Process]:
-    """All processes whose names can be read."""
-    for folder in _PROC.iterdir():
-        if not folder.name.isdecimal():
-            continue
-        with suppress(OSError):  # it may just have ended
-            command = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
-            name = (folder / "comm").read_text(errors="replace").strip()
-            yield Process(int(folder.name), name, tuple(filter(None, command)))
+    """Yields all processes."""
+    for process in psutil.process_iter(["name", "cmdline"]):
+        yield Process(process.pid, process.info["name"], tuple(process.info["cmdline"] or ()))
 
 
 def receivers() -> list[Process]:
-    """Those that are `ml2-receiver run`."""
+    """Returns the processes that are `ml2-receiver run`."""
     return [process for process in processes() if is_receiver(process.command)]
 
 
@@ -55,29 +47,21 @@ def is_receiver(command: tuple[str, ...]) -> bool:
 
 
 def listener_of(port: int) -> Process | None:
-    """Who listens on a TCP port; None when nobody, or another user, does."""
-    sockets = {f"socket:[{inode}]" for inode in _listening_inodes(port)}
-    return next((process for process in processes() if sockets & _open_files(process.pid)), None)
+    """Returns the process that listens on a TCP port; None if it is another user's or none."""
+    listening = {connection.pid for connection in _listening_on(port)}
+    return next((process for process in processes() if process.pid in listening), None)
 
 
 def is_listened_on(port: int) -> bool:
-    """Whether anybody listens on a TCP port."""
-    return any(_listening_inodes(port))
+    """Whether any process listens on a TCP port."""
+    return any(_listening_on(port))
 
 
-def _listening_inodes(port: int) -> Iterator[str]:
-    for table in ("tcp", "tcp6"):
-        with suppress(FileNotFoundError):  # without IPv6
-            for row in (_PROC / "net" / table).read_text().splitlines()[1:]:
-                _, local, _, state, *_, inode = row.split()[:10]
-                if state == _LISTEN and int(local.rpartition(":")[2], 16) == port:
-                    yield inode
-
-
-def _open_files(pid: int) -> set[str]:
-    files = set()
-    with suppress(OSError):
-        for file in (_PROC / str(pid) / "fd").iterdir():
-            with suppress(OSError):
-                files.add(str(file.readlink()))
-    return files
+def _listening_on(port: int) -> Iterator[Any]:
+    for connection in psutil.net_connections("tcp"):
+        if (
+            connection.status == psutil.CONN_LISTEN
+            and connection.laddr
+            and connection.laddr.port == port
+        ):
+            yield connection

@@ -6,11 +6,11 @@ on the way to a best-effort subscriber; with 64 MiB it loses none.
 
 import atexit
 import os
-import re
 import tempfile
 from collections.abc import MutableMapping
 from importlib import resources
 from pathlib import Path
+from xml.etree import ElementTree
 
 # The only name Fast DDS 2 reads, and the file it reads from the working directory.
 PROFILES_VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
@@ -19,7 +19,8 @@ _WORKING_DIRECTORY_PROFILE = Path("DEFAULT_FASTRTPS_PROFILES.xml")
 _SHARED_MEMORY = "/dev/shm"
 NEEDED_BYTES = 80_000_000
 _DEFAULT_SEGMENT_BYTES = 512 * 1024
-_SEGMENT_SIZE = re.compile(r"(?<=<segment_size>)\d+")
+# Fast DDS reads no prefixes of namespaces, so this one is written without.
+ElementTree.register_namespace("", "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles")
 
 
 def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
@@ -41,9 +42,7 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
         return None
     # Half, as the subscribers' own Fast DDS needs some too.
     segment_bytes = max(free_bytes // 2, _DEFAULT_SEGMENT_BYTES)
-    environ[PROFILES_VARIABLE] = _write_temporary(
-        _SEGMENT_SIZE.sub(str(segment_bytes), profile.read_text("utf-8"))
-    )
+    environ[PROFILES_VARIABLE] = _write_temporary(profile.read_text("utf-8"), segment_bytes)
     return (
         f"{_SHARED_MEMORY} has {free_bytes / 1e6:.1f} MB free,"
         f" expected {NEEDED_BYTES / 1e6:.0f} MB:"
@@ -61,11 +60,12 @@ def free_shared_memory_bytes() -> int:
     return memory.f_bavail * memory.f_frsize
 
 
-def _write_temporary(text: str) -> str:
-    """A file that lives as long as this process, as every participant reads it again."""
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", prefix="ml2_receiver_", suffix=".xml", delete=False
-    ) as file:
-        file.write(text)
+def _write_temporary(profile: str, segment_bytes: int) -> str:
+    """Writes a file that lives as long as this process: every participant reads it again."""
+    root = ElementTree.fromstring(profile)
+    (segment_size,) = root.iterfind(".//{*}segment_size")
+    segment_size.text = str(segment_bytes)
+    with tempfile.NamedTemporaryFile(prefix="ml2_receiver_", suffix=".xml", delete=False) as file:
+        ElementTree.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
     atexit.register(Path(file.name).unlink, missing_ok=True)
     return file.name
