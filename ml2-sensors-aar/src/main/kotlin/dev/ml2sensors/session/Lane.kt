@@ -39,7 +39,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         try {
             enqueue()
         } finally {
-            // The link may have gone after the look at it, and with it whoever empties the queue
+            // The session may have ended since the check, and with it the reader of the queue
             if (!hasSession.value) dropQueued()
         }
     }
@@ -85,7 +85,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         queue.close()
     }
 
-    /** Drops what suspendsWhenFull in the queue. */
+    /** Drops the queued frames. */
     fun dropQueued() {
         while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
     }

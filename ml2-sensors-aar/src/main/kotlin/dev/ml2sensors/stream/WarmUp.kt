@@ -15,7 +15,6 @@ import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.FrameWriter
-import kotlinx.coroutines.cancelChildren
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.asFlow
 import kotlinx.coroutines.launch
@@ -37,7 +36,8 @@ internal suspend fun warmUp(target: GatheringByteChannel = NullChannel, limit: D
             val tree = TransformTree(stamps, isLive = true) {}
             val channels = SAMPLES.keys.associateWith { outgoing.of(it, it.defaultValues()) }
             val writer = FrameWriter(target) { 0 }
-            channels.values.flatten().map { it.lane }.distinct().forEach { launch { it.sendThrough(writer) } }
+            val lanes = channels.values.flatten().map { it.lane }.distinct()
+            lanes.forEach { launch { it.sendThrough(writer) } }
             tree.begin(channels.getValue(StreamTable.tf), FrameIds())
             for ((spec, sample) in SAMPLES) {
                 val samples = (1..SAMPLES_OF_EACH).asSequence().map { sample(it * 1000L) }.asFlow()
@@ -56,7 +56,7 @@ internal suspend fun warmUp(target: GatheringByteChannel = NullChannel, limit: D
                     ).run(samples)
                 }
             }
-            coroutineContext.cancelChildren()
+            lanes.forEach { it.finish() }
         }
     }
 }

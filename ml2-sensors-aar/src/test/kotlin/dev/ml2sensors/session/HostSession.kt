@@ -46,7 +46,7 @@ internal class HostSession(private val control: Socket, val hello: HostFrame, pr
         )
     }
 
-    /** Sends CONFIGURE and suspendsWhenFull for its answer, by stream. */
+    /** Sends CONFIGURE and waits for its answer, by stream. */
     fun configure(request: Long, streams: String, framePrefix: String = ""): JsonObject {
         val before = frames(HostFrame.CONFIGURED).size
         write(HostFrame.CONFIGURE, """{"request": $request, "streams": $streams, "frame_prefix": "$framePrefix"}""")

@@ -150,7 +150,7 @@ class ReconfigurationTest {
     fun anOlderStartBeginsNothingOfANewerRequest() = runBlocking<Unit> {
         fixture.streamer.start()
         val streams = """{"battery": {}, "light_sensor": {}}"""
-        val session = fixture.session(streams, held = listOf("time")) // so that START suspendsWhenFull for stamps
+        val session = fixture.session(streams, held = listOf("time")) // so that START waits for stamps
         session.configure(2, """{"battery": {}, "gyro_left": {}}""")
         session.release("time")
         val delivery = launch { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }

@@ -19,7 +19,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 
-/** A recording suspendsWhenFull for its reader, keeps its intervals, and ends by itself. */
+/** A recording waits for its reader, keeps its intervals, and ends by itself. */
 @Timeout(60)
 class RecordingTest {
     private val fixture = StreamFixture(Headset.Timeline.RECORDED, receiveBufferBytes = 16_384)
