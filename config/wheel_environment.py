@@ -4,6 +4,7 @@ Requirements are links to the packages of the Python that runs this, so that no 
 and their versions are those that the tests use.
 """
 
+import os
 import subprocess
 import sys
 import venv
@@ -20,7 +21,9 @@ def make(folder: Path, wheel: Path) -> Path:
     install = ["--quiet", "--no-deps", "--no-index", f"--find-links={wheel.parent}"]
     name = wheel.name.partition("-")[0]
     pip = [sys.executable, "-m", "pip", "--python", str(python)]
-    subprocess.run([*pip, "install", *install, name], check=True)
+    # PYTHONPATH may lead to the sources, whose metadata pip would take for an installation.
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    subprocess.run([*pip, "install", *install, name], check=True, env=environment)
     (packages,) = folder.glob("lib/python*/site-packages")
     (installed,) = distributions(path=[str(packages)])
     for needed in _closure(installed).values():
