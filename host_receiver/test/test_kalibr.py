@@ -97,7 +97,7 @@ def test_an_imu_has_the_keys_of_kalibr() -> None:
     ("options", "message"),
     [
         (["--imu", "imu_left"], "expected --accelerometer-noise-density with --imu, above 0"),
-        (["--gyroscope-random-walk", "1"], "--gyroscope-random-walk is of an IMU"),
+        (["--gyroscope-random-walk", "1"], "--gyroscope-random-walk needs an IMU"),
         (["--imu", "imu_left", "--accelerometer-noise-density", "nan"], "found nan"),
     ],
 )

@@ -1,4 +1,4 @@
-"""A harsh device on a bad link for 40 s; `make harsh` is the same for an hour."""
+"""A harsh device on a bad link for 30 s; `make harsh` is the same for an hour."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import pytest
 
 from harsh import harsh_run, write
 
-DURATION_S = 40.0
-# A pool of threads may have grown by what the faults kept waiting, once.
+DURATION_S = 30.0
+# Faults that block threads may have made a thread pool grow, once.
 MOST_THREADS, MOST_FILES = 16, 8
 
 pytestmark = [pytest.mark.alone, pytest.mark.timeout(240)]
