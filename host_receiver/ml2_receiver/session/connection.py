@@ -1,4 +1,4 @@
-"""A connection as the state machines see it, and the way its DATA goes."""
+"""A connection without I/O, and the routes of its DATA frames."""
 
 import time
 from dataclasses import dataclass, field
@@ -10,7 +10,10 @@ from .statistics import TopicStatistics
 
 
 class Route:
-    """The way of one channel's payloads to their topic. Used by its lane's reader."""
+    """The publish function and the counters of one channel.
+
+    Only the reader thread of the channel's lane uses them.
+    """
 
     __slots__ = ("publish", "statistics")
 
@@ -47,9 +50,9 @@ class Route:
 class Connection:
     """One connection of a peer.
 
-    `peer` is the fingerprint of the certificate it has shown, None where nobody shows one. `lane`
-    is None until it belongs to a session. `routes` are those of its lane by channel; they are empty
-    before START.
+    `opened_s` is monotonic time. `peer` is the fingerprint of the peer's certificate, None before
+    the handshake and without TLS. `lane` is None until the connection belongs to a session.
+    `routes` maps the channels of the lane to their routes; it is empty before START.
     """
 
     host: str
@@ -62,5 +65,5 @@ class Connection:
 
     @property
     def address(self) -> str:
-        """HOST:PORT."""
+        """The peer's HOST:PORT."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"

@@ -1,4 +1,4 @@
-"""A connection's bytes and its place in the state machine, together."""
+"""The transport of a Connection."""
 
 import time
 from contextlib import suppress
@@ -12,9 +12,10 @@ from .context import Ending
 
 @dataclass(eq=False)
 class ConnectionIO:
-    """The wire side of a Connection. Its reader alone receives, parses and closes.
+    """The transport and the parser of a Connection.
 
-    `abort_s` is when it is to be aborted, in monotonic time; None is never.
+    Only the reader thread of the connection receives, parses and closes. `abort_s` is the monotonic
+    time at which the connection is aborted; None means never.
     """
 
     transport: Transport
@@ -24,21 +25,21 @@ class ConnectionIO:
     is_aborted: bool = False
 
     def write(self, data: bytes) -> None:
-        """Never waits for a peer: one that leaves a whole send buffer unread is cut off."""
+        """Sends without waiting; aborts the connection if the send buffer is full."""
         try:
-            is_taken = self.transport.send(data)
+            is_sent = self.transport.send(data)
         except OSError:
-            return  # it has gone, as the reader will find
-        if not is_taken:
+            return  # the peer has disconnected, which the reader thread will notice
+        if not is_sent:
             self.abort()
 
     def end(self, ending: Ending, linger_s: float) -> None:
-        """Begins what Ending says."""
+        """Starts to close the connection as `ending` says; it is aborted after `linger_s`."""
         if ending is Ending.ABORT:
             self.abort()
             return
         self.abort_s = time.monotonic() + linger_s
-        with suppress(OSError):  # the peer may have gone
+        with suppress(OSError):  # the peer may have disconnected
             if ending is Ending.DISCARD:
                 self.transport.end_output()
             else:

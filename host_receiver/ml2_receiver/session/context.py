@@ -1,4 +1,4 @@
-"""The surroundings of the state machines, and the actions that they return."""
+"""The dependencies of the state machines, and the actions that they request."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ _MESSAGE_CHARACTERS = 500
 
 
 class Ending(Enum):
-    """How a connection is closed.
+    """The ways to close a connection.
 
-    DISCARD ends the output and reads on without looking for at most Limits.linger_s, so that the
-    peer can read what it was sent. DRAIN ends both directions, but what has arrived already is
-    received, for as long at most. ABORT ends all at once.
+    DISCARD ends the output and discards input, so that the peer can read what it was sent. DRAIN
+    ends both directions, but still receives the input that has arrived. Both take at most
+    Limits.linger_s. ABORT ends everything at once.
     """
 
     DISCARD = auto()
@@ -50,14 +50,14 @@ type Action = Send | Close
 
 @dataclass(frozen=True)
 class Context:
-    """The surroundings of the state machines.
+    """The dependencies of the state machines.
 
     Attributes:
         settings: the receiver's settings.
         sink: takes topics, messages and events.
-        act: takes what is to be done, in order.
+        act: performs an action; called in the order of the actions.
         clock: returns monotonic time in s.
-        idle: returns the ids of streams that nobody needs at present; the headset may pause them.
+        idle: returns the ids of streams that are not needed at present; the headset may pause them.
     """
 
     settings: ReceiverSettings
@@ -68,12 +68,12 @@ class Context:
 
 
 def close(context: Context, connection: Connection, ending: Ending) -> None:
-    """Closes a connection once."""
+    """Closes a connection, unless it is closing already."""
     if not connection.is_closing:
         connection.is_closing = True
         context.act(Close(connection, ending))
 
 
 def error_body(error: ProtocolError) -> Error:
-    """The fatal ERROR that tells a peer of its fault."""
+    """Returns the fatal ERROR that reports `error` to the peer."""
     return Error(error.code, error.message[:_MESSAGE_CHARACTERS], fatal=True)

@@ -1,4 +1,4 @@
-"""The receiver as a state machine without I/O: who is connected, and whose turn it is."""
+"""The receiver as a state machine without I/O: its connections and its one session."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -16,14 +16,15 @@ from .streams import DesiredStreams, Request
 
 
 class Host:
-    """Connections of one or many peers and the one session.
+    """The connections of all peers, and the one session.
 
-    Tell it what happens: opened(), received(), failed(), closed(), and tick() a few times per
-    second. What it wants done goes to Context.act. Calls must not overlap.
+    Call opened(), received(), failed() and closed() when a connection changes, and tick() a few
+    times per second. Context.act performs the actions that follow. Calls must not overlap.
 
     Args:
-        request: what every headset is asked for, until request() changes it.
-        is_paused: START waits for begin().
+        request: the streams and values that every headset is asked for, until request() changes
+            them.
+        is_paused: True delays START until begin().
     """
 
     def __init__(self, context: Context, request: Request, *, is_paused: bool = False) -> None:
@@ -32,52 +33,49 @@ class Host:
         self._request = request
         self._is_paused = is_paused
         self._pending: list[Connection] = []
-        self._is_settled = False
+        self._is_reported = False
         self._successor: tuple[Connection, Hello] | None = None
         self._refusals = EventLimit(context.sink.event, context.clock, per_second=10)
         self._busy = OncePerAddress(self._refusals.say)
         self._events = EventLimit(context.sink.event, context.clock, per_second=100)
 
     def opened(self, connection: Connection) -> None:
-        """A peer has connected.
-
-        If too many connections are pending, one of them is closed.
-        """
+        """Adds a connection; closes a pending one if there are too many."""
         if len(self._pending) >= self._context.settings.limits.unfinished_connections:
-            oldest = self._dispensable()
+            oldest = self._oldest_of_busiest_address()
             self._pending.remove(oldest)
-            self._say(oldest, "closed for a newer connection")
+            self._log_refusal(oldest, "closed for a newer connection")
             oldest.is_closing = True
             self._context.act(Close(oldest, Ending.ABORT))
         self._pending.append(connection)
 
-    def _dispensable(self) -> Connection:
-        """Returns the oldest connection of the address that has most of them."""
+    def _oldest_of_busiest_address(self) -> Connection:
+        """Returns the oldest pending connection of the address that has most of them."""
         counts = Counter(each.host for each in self._pending)
         return max(self._pending, key=lambda each: counts[each.host])
 
     def received(self, connection: Connection, frame: Frame) -> None:
-        """A frame other than DATA and TIME_REQUEST arrived."""
+        """Handles a frame other than DATA and TIME_REQUEST."""
         if connection.is_closing:
             return
         try:
             if connection.lane is None:
-                self._greeted(connection, frame)
+                self._first_frame(connection, frame)
             elif self.session is not None and connection in self.session:
                 self.session.received(connection, frame)
                 self.update()
-                self._settle()
+                self._replace_ended_session()
         except ProtocolError as error:
-            self.failed(connection, error, is_told=frame.header.kind != Kind.ERROR)
+            self.failed(connection, error, sends_error=frame.header.kind != Kind.ERROR)
 
-    def _greeted(self, connection: Connection, frame: Frame) -> None:
+    def _first_frame(self, connection: Connection, frame: Frame) -> None:
         match frame.header.kind:
             case Kind.HELLO:
                 self._hello(connection, Hello.parse(frame.payload))
             case Kind.JOIN:
                 self._join(connection, Join.parse(frame.payload))
-            case _:  # only ERROR gets here, and it is not answered
-                self._say(connection, "ERROR instead of HELLO or JOIN")
+            case _:  # the parser lets only ERROR through, which needs no answer
+                self._log_refusal(connection, "ERROR instead of HELLO or JOIN")
                 close(self._context, connection, Ending.DRAIN)
 
     def _hello(self, connection: Connection, hello: Hello) -> None:
@@ -85,18 +83,18 @@ class Host:
             raise ProtocolError(
                 ErrorCode.VERSION, f"this receiver speaks {VERSION}, not {hello.versions[:8]}"
             )
-        present = self._present()
-        if present is not None and self._identity(*present) != self._identity(connection, hello):
-            raise ProtocolError(ErrorCode.BUSY, f"{present[1].name!r} is connected")
+        current = self._current_device()
+        if current is not None and self._identity(*current) != self._identity(connection, hello):
+            raise ProtocolError(ErrorCode.BUSY, f"{current[1].name!r} is connected")
         if self._successor is not None:
             raise ProtocolError(ErrorCode.BUSY, "another connection of this device was faster")
         self._pending.remove(connection)
         self._successor = connection, hello
         if self.session is not None:
             self.session.finish(State.LOST, "replaced by a new one", Bye("replaced"))
-        self._settle()
+        self._replace_ended_session()
 
-    def _present(self) -> tuple[Connection, Hello] | None:
+    def _current_device(self) -> tuple[Connection, Hello] | None:
         if self._successor is not None or self.session is None or self.session.is_over:
             return self._successor
         return self.session.control, self.session.hello
@@ -105,13 +103,13 @@ class Host:
     def _identity(connection: Connection, hello: Hello) -> tuple[str | None, str]:
         return connection.peer, hello.device_id
 
-    def _settle(self) -> None:
-        """Reports a session that is over, and begins the one that waited for that."""
+    def _replace_ended_session(self) -> None:
+        """Reports a session that is over, and begins the session of the waiting device."""
         if self.session is not None:
             if not self.session.is_over:
                 return
-            if not self._is_settled:
-                self._is_settled = True
+            if not self._is_reported:
+                self._is_reported = True
                 self._busy.renew()
                 self._context.sink.session_ended(self.session.report())
         if self._successor is not None:
@@ -119,7 +117,7 @@ class Host:
 
     def _begin(self, control: Connection, hello: Hello) -> None:
         self._successor = None
-        self._is_settled = False
+        self._is_reported = False
         self._busy.renew()
         instance = Instance(hello.device_id, hello.instance_id)
         is_known = self.session is not None and self.session.instance == instance
@@ -138,43 +136,48 @@ class Host:
         self._pending.remove(connection)
         self.update()
 
-    def failed(self, connection: Connection, error: ProtocolError, *, is_told: bool = True) -> None:
-        """A connection broke the protocol: it is told, and its session ends."""
+    def failed(
+        self, connection: Connection, error: ProtocolError, *, sends_error: bool = True
+    ) -> None:
+        """Ends a connection that broke the protocol, and its session.
+
+        The peer gets an ERROR unless `sends_error` is False.
+        """
         if connection.is_closing:
             return
-        if error.code == ErrorCode.BUSY and is_told:
+        if error.code == ErrorCode.BUSY and sends_error:
             self._busy.say(connection.host, str(error))
         else:
-            self._say(connection, str(error))
-        if is_told:
+            self._log_refusal(connection, str(error))
+        if sends_error:
             self._context.act(Send(connection, Kind.ERROR, error_body(error)))
         close(self._context, connection, Ending.DISCARD)
         if self.session is not None and connection in self.session:
             self.session.finish(State.LOST, str(error))
 
     def refusal(self, connection: Connection, channel: int) -> ProtocolError:
-        """Why DATA of a channel that its connection has no route for is wrong."""
+        """Returns the error for DATA of a channel that has no route on its connection."""
         if self.session is None or connection not in self.session:
             return ProtocolError(ErrorCode.UNEXPECTED, "DATA outside of a session")
         return self.session.streams.data_error(channel)
 
     def closed(self, connection: Connection, fault: str | None = None) -> None:
-        """A connection has ended and nothing of it is being read any more.
+        """Removes a connection that has ended and is read to its end.
 
-        `fault` says what ended it, None if that was the peer, between two frames.
+        `fault` says what ended it; None means that the peer did, between two frames.
         """
         if connection in self._pending:
             self._pending.remove(connection)
             if not connection.is_closing:
-                self._say(connection, fault or "ended without HELLO or JOIN")
+                self._log_refusal(connection, fault or "ended without HELLO or JOIN")
         if self._successor is not None and self._successor[0] is connection:
             self._successor = None
         if self.session is not None and connection in self.session:
             self.session.closed(connection, fault)
-        self._settle()
+        self._replace_ended_session()
 
     def tick(self) -> None:
-        """Some time has passed."""
+        """Checks the time-outs of the pending connections and of the session."""
         handshake_s = self._context.settings.limits.handshake_s
         latest_s = self._context.clock() - handshake_s
         for pending in [each for each in self._pending if each.opened_s < latest_s]:
@@ -182,15 +185,15 @@ class Host:
             self.failed(pending, ProtocolError(ErrorCode.TIMEOUT, message))
         if self.session is not None:
             self.session.tick()
-        self._settle()
+        self._replace_ended_session()
 
     def request(self, request: Request) -> None:
-        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+        """Requests other streams or values; streams whose values stay the same keep running."""
         self._request = request
         self.update()
 
     def begin(self) -> None:
-        """Lets the streams run, now or as soon as a headset is ready for it."""
+        """Starts the streams, now or as soon as a headset is ready."""
         self._is_paused = False
         self.update()
 
@@ -200,23 +203,23 @@ class Host:
         self.update()
 
     def test_link(self) -> None:
-        """Tries what the link to the headset carries; the session's report has the result.
+        """Starts a link test; the session's report has the result.
 
         Raises:
-            LinkTestError: no headset is connected, or it is being asked already.
+            LinkTestError: no headset is connected, a test is running, or the app does not answer.
         """
         if self.session is None:
             raise LinkTestError("no headset is connected")
         self.session.test_link()
 
     def update(self) -> None:
-        """Tells the headset when what is wanted of it, Context.idle included, has changed."""
+        """Requests the desired streams, which depend on Context.idle, if they have changed."""
         if self.session is not None:
             idle, excluded = self._context.idle(), self._context.settings.excluded
             self.session.advance(DesiredStreams(self._request, self._is_paused, idle, excluded))
 
     def expel(self, is_allowed: Callable[[str | None], bool]) -> None:
-        """Ends what there is of peers that are not allowed any more."""
+        """Ends the connections and the session of peers that are not allowed any more."""
         for pending in [each for each in self._pending if each.peer is not None]:
             if not is_allowed(pending.peer):
                 self.failed(pending, ProtocolError(ErrorCode.PAIRING, "it is not paired"))
@@ -225,15 +228,15 @@ class Host:
             self._successor = None
         if self.session is not None and not is_allowed(self.session.control.peer):
             self.session.finish(State.ENDED, "the device was unpaired", Bye("unpaired"))
-        self._settle()
+        self._replace_ended_session()
 
     def stop(self) -> None:
-        """Says goodbye to everybody."""
+        """Ends the session with BYE, and aborts the pending connections."""
         if self.session is not None:
             self.session.finish(State.ENDED, "the receiver stops", Bye("the receiver stops"))
         for pending in self._pending:
             close(self._context, pending, Ending.ABORT)
 
-    def _say(self, connection: Connection, text: str) -> None:
+    def _log_refusal(self, connection: Connection, text: str) -> None:
         lane = connection.lane or "new connection"
         self._refusals.say(f"{connection.address} ({lane}): {text}")

@@ -1,4 +1,4 @@
-"""How a session stands, for people and diagnostics."""
+"""A snapshot of a session, for users and diagnostics."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from .throughput import Throughput
 
 
 class State(Enum):
-    """ENDED had its BYE, LOST had not."""
+    """The state of a session; it is ENDED after a BYE and LOST without one."""
 
     CONNECTED = "connected"
     ENDED = "ended"
@@ -20,9 +20,9 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class TopicReport:
-    """One topic; `statistics` goes on counting, `device` is as of the last STATUS.
+    """One topic; `statistics` keeps counting, `device` is from the last STATUS.
 
-    `is_running`: the headset is to run its stream at present.
+    `is_running` is True if the headset is to run the topic's stream at present.
     """
 
     topic: Topic
@@ -33,11 +33,16 @@ class TopicReport:
 
 @dataclass(frozen=True)
 class Report:
-    """One session. `clock` is None before the first STATUS; `is_final` after the last one.
+    """A snapshot of one session.
 
-    `software`, `capabilities` (streams it has) and `permissions` are the headset's own words;
-    `answers` are its last ones, by stream, and `streams` how they stand since; `link` is the last
-    link test, None when there was none; `thermal` is None where it does not say.
+    Attributes:
+        clock: from the last STATUS; None before the first one.
+        is_final: True after the last STATUS.
+        software: from HELLO, as are `capabilities` (the headset's streams) and `permissions`.
+        answers: the headset's last answer for each stream.
+        link: the last link test; None before the first one.
+        thermal: from the last STATUS; None if the headset does not report it.
+        streams: the state of each stream.
     """
 
     state: State

@@ -1,4 +1,4 @@
-"""Sockets and threads around the Host: one reader per connection, one that accepts, one clock."""
+"""The sockets and threads of a receiver: a reader per connection, an acceptor and a timer."""
 
 import socket
 import struct
@@ -29,10 +29,10 @@ _TIMES = struct.Struct("<qqq")
 
 
 class Server:
-    """Listens, receives and feeds the sink until stop().
+    """A receiver that listens, and passes what arrives to its sink until stop().
 
-    The readers of lanes call the sink's publishing functions. Everything else of the sink is
-    called under one lock, so the sink must not call back from there.
+    The reader threads call the functions that Sink.open() returned. The other methods of the sink
+    are called under one lock, so they must not call the server.
 
     Args:
         listener: a socket from listen(); stop() closes it.
@@ -40,9 +40,9 @@ class Server:
         sink: takes topics, messages and events.
         request: the streams and values that every headset is asked for, until request() changes
             them.
-        is_paused: nothing starts before begin().
-        idle: returns the streams that nobody needs at present; called under the lock.
-        access_changed: is called, by a thread of its own, when who may connect has changed.
+        is_paused: True starts no stream before begin().
+        idle: returns the streams that are not needed at present; called under the lock.
+        access_changed: called in a thread of its own when the paired devices have changed.
     """
 
     def __init__(
@@ -78,30 +78,30 @@ class Server:
 
     @property
     def address(self) -> str:
-        """HOST:PORT as it is listened on."""
+        """The HOST:PORT that the server listens on."""
         return text(self._listener.getsockname())
 
     def listen_on(self, address: tuple[str, int]) -> socket.socket:
-        """Listens there instead, on what is returned; connections stay.
+        """Listens on another address and returns the new socket; connections stay open.
 
-        Not to be called by two threads at once.
+        Calls must not overlap.
 
         Raises:
-            ListenError: it cannot be listened on, and nobody can connect any more.
+            ListenError: the address cannot be used. The server then listens nowhere.
         """
         before = self._listener
-        with suppress(OSError):  # of a second attempt
-            before.shutdown(socket.SHUT_RDWR)  # wakes who accepts, and frees the port
+        with suppress(OSError):  # a failed attempt has shut it down already
+            before.shutdown(socket.SHUT_RDWR)  # wakes the accepting thread and frees the port
         self._listener = listen(address)
         before.close()
         return self._listener
 
     def protection(self) -> Protection:
-        """Who may connect."""
+        """Returns which devices may connect."""
         return self._access.protection()
 
     def begin(self) -> None:
-        """Lets the streams run, now or as soon as a headset is ready for it."""
+        """Starts the streams, now or as soon as a headset is ready."""
         with self._lock:
             self._host.begin()
 
@@ -111,31 +111,31 @@ class Server:
             self._host.pause()
 
     def request(self, request: Request) -> None:
-        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+        """Requests other streams or values; streams whose values stay the same keep running."""
         with self._lock:
             self._host.request(request)
 
     def update(self) -> None:
-        """Which streams are idle has changed."""
+        """Reads which streams are idle, and requests the change from the headset."""
         with self._lock:
             self._host.update()
 
     def test_link(self) -> None:
-        """Tries what the link to the headset carries, for about 2 s; report() has the result.
+        """Starts a link test of about 2 s; report() has the result.
 
         Raises:
-            LinkTestError: no headset is connected, or it is being asked already.
+            LinkTestError: no headset is connected, a test is running, or the app does not answer.
         """
         with self._lock:
             self._host.test_link()
 
     def report(self) -> Report | None:
-        """The session there is, or the last one."""
+        """Returns a snapshot of the current or else the last session; None before the first."""
         with self._lock:
             return self._host.session.report() if self._host.session else None
 
     def stop(self) -> None:
-        """Says goodbye, reads what has arrived, and returns in less than a second."""
+        """Sends BYE, reads what has arrived and closes all connections, in less than 1 s."""
         self._stopping.set()
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
@@ -174,7 +174,7 @@ class Server:
         try:
             transport = self._access.transport(accepted)
         except OSError:
-            accepted.close()  # it has left already
+            accepted.close()  # the peer has disconnected already
             return
         link = ConnectionIO(transport, Connection(host, port, time.monotonic()))
         reader = threading.Thread(target=self._read, args=[link], daemon=True)
@@ -207,7 +207,7 @@ class Server:
     def _read(self, link: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"
         try:
-            if self._is_let_in(link):
+            if self._handshake(link):
                 self._receive(link)
             fault = None if link.parser.is_between_frames else "ended inside a frame"
         except OSError as error:
@@ -220,7 +220,8 @@ class Server:
                 self._admission.closed(link.connection.host)
                 self._host.closed(link.connection, fault)
 
-    def _is_let_in(self, link: ConnectionIO) -> bool:
+    def _handshake(self, link: ConnectionIO) -> bool:
+        """Returns True if the handshake succeeded; closes the connection of unpaired peers."""
         connection = link.connection
         try:
             peer = link.transport.handshake()
@@ -234,7 +235,7 @@ class Server:
             connection.peer = peer
             if self._access.allows(peer):
                 self._admission.showed(connection.host)
-            else:  # unpaired meanwhile, or signed by who is paired
+            else:  # unpaired since the handshake began, or signed by a paired device's key
                 self._admission.failed(connection.host)
                 refusal = ProtocolError(ErrorCode.PAIRING, "it is not paired")
                 self._host.failed(connection, refusal)

@@ -26,7 +26,7 @@ from .context import Context, Ending, Send, close, error_body
 from .report import Report, State, TopicReport
 from .sink import Applied
 from .statistics import Instance, TopicStatistics
-from .stream_state import news, stream_states
+from .stream_state import changes_in_words, stream_states
 from .streams import DesiredStreams, Streams
 from .throughput import LinkTrial
 from .tickets import Tickets, new_token
@@ -41,7 +41,7 @@ class Session:
     Methods raise ProtocolError when the device broke the protocol. Not thread-safe.
 
     Args:
-        log: tells the user what happens.
+        log: logs a line for the user.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Session:
             Kind.FILLER: lambda body: self.link.filled(len(body)),
             Kind.PING: lambda _: self.send(Kind.PONG),
             Kind.PONG: lambda _: None,
-            Kind.EVENT: lambda body: self._event(Event.parse(body).told),
+            Kind.EVENT: lambda body: self._log_event(Event.parse(body).text_and_age),
             Kind.BYE: lambda body: self._bye(Bye.parse(body)),
         }
         control.lane = "control"
@@ -86,16 +86,16 @@ class Session:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has ended and all its lanes but control are read to their end."""
+        """True if the session has ended and all lanes but control are read to their end."""
         return self.state is not State.CONNECTED and self._open <= {self.control}
 
     def welcome(self, received: dict[str, int] | None) -> None:
-        """Sends WELCOME; `received` is None for an instance that is new here."""
+        """Sends WELCOME; `received` has the messages received by topic, None for a new instance."""
         settings = self._context.settings
         self.send(Kind.WELCOME, settings.welcome(self.id, self._tickets.by_lane, received))
 
     def join(self, connection: Connection, join: Join) -> None:
-        """A new connection wants to be a lane."""
+        """Adds a connection as the lane that its JOIN names."""
         if join.session != self.id:
             raise ProtocolError(ErrorCode.TICKET, "there is no such session")
         if connection.peer != self.control.peer:
@@ -113,12 +113,12 @@ class Session:
         return self._tickets.are_used(_NEEDED_LANES)
 
     def send(self, kind: Kind, body: JsonBody | None = None) -> None:
-        """Sends on control."""
+        """Sends a frame on control."""
         self._last_sent_s = self._context.clock()
         self._context.act(Send(self.control, kind, body))
 
     def received(self, connection: Connection, frame: Frame) -> None:
-        """A frame other than DATA and TIME_REQUEST arrived on one of the lanes."""
+        """Handles a frame of one of the lanes, other than DATA and TIME_REQUEST."""
         if self.state is not State.CONNECTED:
             return
         if connection is self.control:
@@ -136,7 +136,7 @@ class Session:
             publish = self._context.sink.open(topic)
         except PublishError as refusal:
             publish = _refuse
-            self._event(str(refusal))
+            self._log_event(str(refusal))
             error = error_body(ProtocolError(ErrorCode.CHANNEL, str(refusal)))
             self.send(Kind.ERROR, replace(error, fatal=False, channel=channel.id))
         statistics = self.instance.topics.setdefault(topic.name, TopicStatistics())
@@ -149,9 +149,9 @@ class Session:
         self.streams.configured(configured)
         for id, answer in self.streams.answers.items():
             if answer.result != "applied" and answer != known.get(id):
-                self._event(f"{id} {answer.result}: {answer.reason!r}")
+                self._log_event(f"{id} {answer.result}: {answer.reason!r}")
         running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
-        self._event(f"streams: {', '.join(running) or 'none'}")
+        self._log_event(f"streams: {', '.join(running) or 'none'}")
         self._apply()
 
     def _apply(self) -> None:
@@ -173,7 +173,7 @@ class Session:
         return (self.status and self.status.streams) or {}
 
     def advance(self, desired: DesiredStreams) -> None:
-        """Sends what is due of CONFIGURE and START."""
+        """Sends CONFIGURE or START if one of them is due."""
         if self.state is not State.CONNECTED or not self._is_complete:
             return
         due = self.streams.next_message(desired)
@@ -181,10 +181,11 @@ class Session:
             self.send(Kind.CONFIGURE if isinstance(due, Configure) else Kind.START, due)
 
     def test_link(self) -> None:
-        """Asks for filler; report() has what became of it.
+        """Starts a link test; report() has the result.
 
         Raises:
-            LinkTestError: the device is not there yet or no more, or is being asked already.
+            LinkTestError: the device is not connected, a test is running, or the last test was not
+                answered.
         """
         if self.state is not State.CONNECTED or not self._is_complete:
             raise LinkTestError("no headset is connected")
@@ -194,8 +195,8 @@ class Session:
         known, before = self._reported, self._stream_states()
         self.status = Status.parse(body)
         now = self._stream_states()
-        for text in news(before, now):
-            self._event(text)
+        for text in changes_in_words(before, now):
+            self._log_event(text)
         if now != before and self.streams.is_answered:
             self._apply()
         available = {id for id, it in now.items() if it.state == "available"}
@@ -207,15 +208,15 @@ class Session:
         if error.fatal:
             self.finish(State.LOST, text)
         else:
-            self._event(text)
+            self._log_event(text)
 
     def _bye(self, bye: Bye) -> None:
-        self._event(f"says goodbye: {bye.reason!r}")
+        self._log_event(f"says goodbye: {bye.reason!r}")
         self._bye_s = self._context.clock()
         self._end_when_read()
 
     def closed(self, connection: Connection, fault: str | None) -> None:
-        """A connection has ended and is read to its end; `fault` is None if between two frames."""
+        """Removes a connection that has ended; `fault` is None if it ended between two frames."""
         self._open.discard(connection)
         if self.state is not State.CONNECTED:
             return
@@ -233,7 +234,7 @@ class Session:
             self.finish(State.ENDED, "every lane is read")
 
     def tick(self) -> None:
-        """Time has passed."""
+        """Checks the time-outs, and sends PING if it is due."""
         if self.state is not State.CONNECTED:
             return
         now, limits = self._context.clock(), self._context.settings.limits
@@ -254,19 +255,19 @@ class Session:
         self.finish(State.LOST, str(error), error_body(error))
 
     def finish(self, state: State, reason: str, closing_message: Bye | Error | None = None) -> None:
-        """Ends the session, which is not LOST after a BYE; what has arrived is still read."""
+        """Ends the session, as ENDED if the device sent BYE; what has arrived is still read."""
         if self.state is not State.CONNECTED:
             return
         self.state = State.ENDED if self._bye_s is not None else state
-        self._event(f"session {self.state.value}: {reason}")
+        self._log_event(f"session {self.state.value}: {reason}")
         if closing_message is not None:
             self.send(Kind.BYE if isinstance(closing_message, Bye) else Kind.ERROR, closing_message)
         for connection in self._open:
-            said = closing_message is not None and connection is self.control
-            close(self._context, connection, Ending.DISCARD if said else Ending.DRAIN)
+            has_message = closing_message is not None and connection is self.control
+            close(self._context, connection, Ending.DISCARD if has_message else Ending.DRAIN)
 
     def report(self) -> Report:
-        """How it stands; may be called by any thread."""
+        """Returns a snapshot of the session. Thread-safe."""
         status = self.status
         return Report(
             state=self.state,
@@ -292,7 +293,7 @@ class Session:
         device = self.status.channels.get(topic.name) if self.status else None
         return TopicReport(topic, statistics, device, self.streams.is_running(topic.stream))
 
-    def _event(self, text: str) -> None:
+    def _log_event(self, text: str) -> None:
         self._log(f"{self.hello.name!r}: {text}")
 
 

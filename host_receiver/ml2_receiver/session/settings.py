@@ -1,4 +1,4 @@
-"""The settings of a receiver that stay for as long as it runs."""
+"""The settings that do not change while a receiver runs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,7 +28,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class ReceiverSettings:
-    """What a receiver is told once.
+    """The settings of a receiver.
 
     Attributes:
         name: the receiver's name, as headsets see it.
@@ -36,7 +36,7 @@ class ReceiverSettings:
         frame_prefix: the prefix of the headsets' frame ids.
         excluded: streams that no headset is ever asked for, with the reasons.
         limits: time-outs, and the number of connections and failed attempts.
-        table: the streams that there can be.
+        table: all possible streams.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What the receiver needs of the place its topics go to."""
+"""The interface of the receiver's outputs: ROS and recordings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,9 +13,9 @@ type Publish = Callable[[bytearray], None]
 
 @dataclass(frozen=True)
 class Applied:
-    """The answer of a headset to the configuration; `topics` are the announced ones.
+    """The answer of a headset to the configuration.
 
-    `states` are how its streams stand since.
+    `topics` are the announced topics; `states` has the state of each stream since the answer.
     """
 
     headset: str
@@ -26,24 +26,27 @@ class Applied:
 
 
 class Sink(Protocol):
-    """Takes topics, payloads and events: ROS, or a recording.
+    """An output for topics, payloads and events: ROS or a recording.
 
-    All but the functions that open() returns are called by one thread at a time. None may block.
+    Calls of these methods do not overlap; they may overlap with calls of the functions that open()
+    returned. None of them may block.
     """
 
     def open(self, topic: Topic) -> Publish:
-        """A function that publishes one payload of the topic, which may be open already.
+        """Returns a function that publishes one payload of the topic, which may be open already.
 
-        Raises PublishError when the topic cannot be made, which is told to the user.
         The function is called by one thread at a time, must not keep the payload, and raises
-        PublishError when it cannot take it. Once the topic has ended it does nothing.
+        PublishError if it cannot publish it. It does nothing once the topic has ended.
+
+        Raises:
+            PublishError: the topic cannot be created; the message is logged.
         """
 
     def configured(self, applied: Applied) -> None:
-        """The headset has answered the configuration; topics that are not `applied`'s end."""
+        """Takes the headset's answer to the configuration; topics that it lacks end."""
 
     def event(self, text: str) -> None:
-        """Something a user wants to read happened."""
+        """Takes a log line for the user."""
 
     def session_ended(self, report: Report) -> None:
-        """A session is over and its counts are final."""
+        """Takes the final counts of a session that is over."""

@@ -1,4 +1,4 @@
-"""What arrived of each topic of one app instance, and when."""
+"""The counters and times of the messages of each topic, for one run of a device's app."""
 
 import struct
 from dataclasses import dataclass, field
@@ -16,14 +16,14 @@ _WINDOW = 512
 # Twice the window, so that none of it is overwritten while it is copied.
 _RING = 2 * _WINDOW
 _TIMES = struct.Struct("=qqqq")
-# A number this far ahead of the next one is an old one: 2^31 or more from the last.
+# A number this far ahead of the expected one is an old number: 2^31 or more ahead of the last.
 _OLD = (1 << 31) - 1
 _MASK = (1 << 32) - 1
 
 
 @dataclass(frozen=True)
 class Latency:
-    """Of some messages, in ms; negative when the clocks disagree.
+    """The latency of some messages in ms; negative if the clocks disagree.
 
     Attributes:
         jitter_ms: mean absolute difference between one message and the next; RFC 3550, 6.4.1,
@@ -36,16 +36,20 @@ class Latency:
 
     @classmethod
     def of(cls, latencies_ms: NDArray[np.float64]) -> Self:
-        """Of at least one message, in the order of their arrival; percentiles interpolate."""
+        """Returns the latency of at least one message, in order of arrival.
+
+        The percentiles are interpolated.
+        """
         p50_ms, p99_ms = np.percentile(latencies_ms, (50, 99))
         jitter_ms = np.abs(np.diff(latencies_ms)).mean() if len(latencies_ms) > 1 else 0.0
         return cls(float(p50_ms), float(p99_ms), float(jitter_ms))
 
 
 class TopicStatistics:
-    """Counts of one topic over the sessions of an instance; memory does not grow.
+    """The counters of one topic over all sessions of an instance; memory does not grow.
 
-    One lane's thread records. Any thread may read, each number by itself is right.
+    Only the reader thread of the topic's lane may record. Any thread may read; each number is
+    right, but two of them may be from different moments.
 
     Attributes:
         received: messages that arrived.
@@ -59,15 +63,15 @@ class TopicStatistics:
         self.received = 0
         self.received_bytes = 0
         self.produced = 0
-        self.gaps = 0  # not produced - received, which is one more while a message is recorded
+        self.gaps = 0  # counted, as `produced - received` is 1 too high during record()
         self.unpublished = 0
         self._ring = bytearray(_TIMES.size * _RING)
         self._times = np.frombuffer(self._ring, np.int64).reshape(_RING, 4)
 
     def record(self, header: Header, received_ns: int, published_ns: int) -> bool:
-        """A message arrived; False, uncounted, if its number is not a new one.
+        """Counts a message, or returns False if its number is not new.
 
-        `published_ns` is when it is handed to ROS; both are ROS time.
+        Both times are ROS time; at `published_ns` the message is handed to ROS.
         """
         ahead = (header.sequence - self.produced) & _MASK
         if ahead >= _OLD and self.received:
@@ -82,22 +86,25 @@ class TopicStatistics:
         return True
 
     def times_ns(self, first: int, end: int) -> NDArray[np.int64]:
-        """Columns capture, send, received, published of the messages that arrived as number
-        `first` up to `end`, counted from 0: a row each, at most the last 512."""
+        """Returns the times of the messages `first` to `end` - 1, or of the last 512 of them.
+
+        Messages are counted from 0 in order of arrival. Each row is a message; the columns are
+        capture, send, received and published, in ns of ROS time.
+        """
         return self._times[np.arange(max(first, end - _WINDOW), end) % _RING]
 
     def latency(self) -> Latency | None:
-        """Capture to arrival of the last 512 messages; None before the first."""
+        """Returns the time from capture to arrival of the last 512 messages; None before any."""
         times_ns = self.times_ns(0, self.received)
         return Latency.of((times_ns[:, 2] - times_ns[:, 0]) / 1e6) if len(times_ns) else None
 
 
 @dataclass(frozen=True)
 class Instance:
-    """One run of a device's app; `topics` is keyed as the stream table names topics, `custom` has
-    the rows of those that the device has named itself.
+    """One run of a device's app. Instances are equal if both ids are.
 
-    Instances are equal when they are the same run.
+    `topics` is keyed by topic name as in the stream table; `custom` has the topics that the device
+    named itself.
     """
 
     device_id: str
@@ -106,9 +113,9 @@ class Instance:
     custom: dict[str, Topic] = field(default_factory=dict, compare=False)
 
     def received_bytes(self) -> int:
-        """Payloads that arrived, of all topics."""
+        """Returns the bytes of all payloads that arrived."""
         return sum(topic.received_bytes for topic in self.topics.values())
 
     def received(self) -> dict[str, int]:
-        """Messages that arrived, by topic."""
+        """Returns the number of messages that arrived, by topic."""
         return {name: topic.received for name, topic in self.topics.items()}

@@ -19,8 +19,8 @@ class DesiredStreams:
 
     Attributes:
         request: the values of each stream that the user enabled.
-        is_paused: nothing starts, and what runs stops.
-        idle: streams that nobody needs at present.
+        is_paused: True stops all streams and starts none.
+        idle: streams that are not needed at present.
         excluded: streams that the headset is never asked for, with the reasons.
     """
 
@@ -66,8 +66,8 @@ class Streams:
     the readers of lanes look up `routes` while next_message() adds to them.
 
     Args:
-        table: the streams and topics that there can be.
-        custom: the app's own topics by name; it is extended here, and survives the session.
+        table: all possible streams and topics.
+        custom: the app's own topics by name; new ones are added, and it outlives the session.
         frame_prefix: the prefix of the headset's frame ids.
 
     Attributes:
@@ -127,7 +127,7 @@ class Streams:
         """Returns what to send next, or None if nothing is due or an answer is outstanding.
 
         A request is negotiated as a whole before any of it starts, so that all its answers and
-        topics are known. What is not needed at present is left out afterwards.
+        topics are known. The next CONFIGURE leaves out the streams that are not needed at present.
         """
         if self.phase is Phase.CONFIGURING:
             return None
@@ -256,7 +256,7 @@ class Streams:
         self.phase = Phase.CONFIGURED
 
     def data_error(self, channel: int) -> ProtocolError:
-        """Returns what is wrong with DATA of a channel that has no route."""
+        """Returns the error for DATA of a channel that has no route."""
         if channel in self._unrouted or not self._has_started:
             return ProtocolError(ErrorCode.UNEXPECTED, f"DATA of channel {channel} before START")
         return ProtocolError(ErrorCode.CHANNEL, f"DATA of channel {channel}, unknown on this lane")

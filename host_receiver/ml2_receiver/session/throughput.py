@@ -1,4 +1,4 @@
-"""What the link to a headset carries besides its streams, tried with filler."""
+"""Link tests: the free throughput of the link to a headset, measured with filler."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,18 +7,18 @@ from typing import Literal
 from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.messages import MAX_LINK_TEST_BYTES, LinkTest
 
-_PATIENCE_S = 8.0  # PROTOCOL.md, Link test
+_TIMEOUT_S = 8.0  # PROTOCOL.md, Link test
 
 type LinkTestState = Literal["running", "measured", "unanswered"]
 
 
 @dataclass(frozen=True)
 class Throughput:
-    """A link test; `number` counts those of a session from 1.
+    """A link test; `number` counts the tests of a session from 1.
 
-    Once it is measured, `filler_bytes` arrived, and in the `duration_s` between the first frame of
-    them and their end so much per second: of filler, `free_mbit_per_s`, and of the streams beside
-    it, `streams_mbit_per_s`; of both the payloads alone count.
+    The other fields are 0 until `state` is "measured". `filler_bytes` is all filler that arrived.
+    `free_mbit_per_s` is the rate of the filler in the `duration_s` between its first and its last
+    frame, `streams_mbit_per_s` that of the streams in the same time. Only payloads count.
     """
 
     number: int
@@ -30,7 +30,7 @@ class Throughput:
 
 
 @dataclass(frozen=True)
-class _Mark:
+class _Sample:
     time_s: float
     filler_bytes: int
     stream_bytes: int
@@ -41,7 +41,7 @@ class LinkTrial:
 
     Args:
         clock: monotonic time in s.
-        stream_bytes: what has arrived of the streams so far.
+        stream_bytes: returns the payload bytes of the streams that have arrived so far.
     """
 
     def __init__(self, clock: Callable[[], float], stream_bytes: Callable[[], int]) -> None:
@@ -49,14 +49,14 @@ class LinkTrial:
         self._number = 0
         self._asked_s: float | None = None
         self._filler_bytes = 0
-        self._first: _Mark | None = None
-        self._last: _Mark | None = None
+        self._first: _Sample | None = None
+        self._last: _Sample | None = None
 
     def ask(self) -> LinkTest:
-        """The LINK_TEST to send.
+        """Starts a test and returns the LINK_TEST to send.
 
         Raises:
-            LinkTestError: the last one has not ended.
+            LinkTestError: the last test is running, or was not answered.
         """
         match self._state:
             case "running":
@@ -70,10 +70,10 @@ class LinkTrial:
         return LinkTest(MAX_LINK_TEST_BYTES)
 
     def filled(self, length: int) -> None:
-        """A FILLER frame with a body of this length arrived; 0 ends the test.
+        """Counts a FILLER frame with a body of `length` bytes; 0 ends the test.
 
         Raises:
-            ProtocolError: `unexpected`.
+            ProtocolError: `unexpected`; no filler, or not as much, was asked for.
         """
         if self._asked_s is None:
             raise ProtocolError(ErrorCode.UNEXPECTED, "FILLER that was not asked for")
@@ -84,22 +84,22 @@ class LinkTrial:
                 f"FILLER of more than {MAX_LINK_TEST_BYTES} B was not asked for",
             )
         if self._first is None:
-            self._first = self._mark()
+            self._first = self._sample()
         if not length:
-            self._last = self._mark()
+            self._last = self._sample()
             self._asked_s = None
 
-    def _mark(self) -> _Mark:
-        return _Mark(self._clock(), self._filler_bytes, self._stream_bytes())
+    def _sample(self) -> _Sample:
+        return _Sample(self._clock(), self._filler_bytes, self._stream_bytes())
 
     @property
     def _state(self) -> LinkTestState:
         if self._asked_s is None:
             return "measured"
-        return "running" if self._clock() - self._asked_s <= _PATIENCE_S else "unanswered"
+        return "running" if self._clock() - self._asked_s <= _TIMEOUT_S else "unanswered"
 
     def report(self) -> Throughput | None:
-        """The last test; None when there was none."""
+        """Returns the last test, or None before the first one."""
         if not self._number:
             return None
         first, last = self._first, self._last

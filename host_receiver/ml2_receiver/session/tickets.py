@@ -17,7 +17,7 @@ class Tickets:
     """One ticket for each lane of a session, which can be used once.
 
     Attributes:
-        by_lane: the tickets, as WELCOME has them.
+        by_lane: the tickets that WELCOME contains.
     """
 
     def __init__(self, lanes: Iterable[str]) -> None:

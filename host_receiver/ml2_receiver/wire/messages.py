@@ -197,8 +197,8 @@ class Event(JsonBody):
             raise ValueError("ages are not negative")
 
     @property
-    def told(self) -> str:
-        """The text for people, printable, and how long ago it happened if it waited."""
+    def text_and_age(self) -> str:
+        """The text, quoted, and its age if it was delayed by 1 s or more."""
         if self.age_s is None or self.age_s < 1:
             return repr(self.text)
         return f"{self.text!r}, {self.age_s:.0f} s ago"
@@ -248,7 +248,7 @@ class Paired(JsonBody):
             raise ValueError(f"port: expected 1 to 65535, found {self.port}")
 
 
-def _check_text(key: str, text: str, most: int) -> None:
-    """What people are shown must not move their terminal's cursor."""
-    if not 1 <= len(text) <= most or not text.isprintable():
-        raise ValueError(f"{key}: expected 1 to {most} printable characters")
+def _check_text(key: str, text: str, max_length: int) -> None:
+    """Raises ValueError if `text` is too long or could move a terminal's cursor."""
+    if not 1 <= len(text) <= max_length or not text.isprintable():
+        raise ValueError(f"{key}: expected 1 to {max_length} printable characters")
