@@ -1,4 +1,4 @@
-"""Who may connect to the port for sessions."""
+"""Access control for the session port."""
 
 import socket
 import ssl
@@ -16,45 +16,49 @@ from .transport import PlainTransport, Transport
 
 @dataclass(frozen=True)
 class Protection:
-    """The protection of the port: `paired` has the names of the devices that may connect, by
-    fingerprint.
+    """The protection of the session port.
 
-    It is None without TLS, when everybody may.
+    `paired` maps the fingerprint of each device that may connect to its name. It is None without
+    TLS, when any device may connect.
     """
 
     paired: Mapping[str, str] | None
 
 
 class Access(Protocol):
-    """Calls must not overlap, but protection() and fingerprint are for any thread."""
+    """The access rules of the session port.
+
+    Only protection() and `fingerprint` are thread-safe; other calls must not overlap.
+    """
 
     @property
     def fingerprint(self) -> str | None:
-        """By which devices know this receiver; None without TLS."""
+        """The fingerprint of this receiver's certificate; None without TLS."""
 
     def refresh(self) -> bool:
-        """Whether somebody may come, or may not any more, for whom it was otherwise before.
+        """Reads the paired devices again and returns True if they have changed.
 
         Raises:
-            KeysError: the folder of keys is damaged; only who is surely paired may come.
+            KeysError: the folder of keys is damaged. Only devices that are certainly still paired
+                may connect.
         """
 
     def transport(self, accepted: socket.socket) -> Transport:
-        """The connection as Server uses it.
+        """Returns the transport of an accepted connection.
 
         Raises:
-            OSError: the peer has gone.
+            OSError: the peer has disconnected.
         """
 
     def allows(self, fingerprint: str | None) -> bool:
-        """Whether who has shown this certificate may have a session."""
+        """Returns True if the device with this certificate may have a session."""
 
     def protection(self) -> Protection:
-        """For people."""
+        """Returns the present protection, for display."""
 
 
 class Everybody:
-    """Access of `--insecure`."""
+    """The access rules of `--insecure`: any device may connect."""
 
     fingerprint = None
 
@@ -72,15 +76,15 @@ class Everybody:
 
 
 class PairedOnly:
-    """Access of devices that are paired, from the moment they are to the moment they are not.
+    """The access rules with TLS: only devices that were paired at the last refresh() may connect.
 
-    The receiver itself is one of them, so that `play` on this machine needs no pairing.
+    The receiver's own certificate may connect too, so `play` on this machine needs no pairing.
 
     Args:
-        keys: the folder; made if need be.
+        keys: the folder of keys; created if it is missing.
 
     Raises:
-        KeysError: it cannot be used.
+        KeysError: the folder cannot be used.
     """
 
     def __init__(self, keys: Path) -> None:

@@ -1,4 +1,4 @@
-"""Receivers are announced and found by name: DNS-SD (RFC 6763) over mDNS (RFC 6762)."""
+"""Announces and finds receivers by name, with DNS-SD (RFC 6763) over mDNS (RFC 6762)."""
 
 import asyncio
 import uuid
@@ -27,30 +27,30 @@ from ..wire.frame import VERSION
 type Address = IPv4Address | IPv6Address
 
 SERVICE_TYPE = "_ml2sensors._tcp.local."
-# Long enough for a second answer of those who have just answered somebody else.
+# Long enough that a receiver that has just answered another search answers again.
 SEARCH_S = 3.0
 _QUIET_S = 1.2
-# How long a new address may stay unknown to headsets.
-_FOLLOW_S = 2.0
+# The interval at which changed addresses are announced.
+_UPDATE_S = 2.0
 
 _LOOPBACK = "127.0.0.1"
-# RFC 1035, less the number that tells a second receiver of the same name from the first.
+# The limit of RFC 1035, less the number that distinguishes receivers of the same name.
 _MAX_NAME_BYTES = 63 - len("-999")
 _INTERFACES = Path("/sys/class/net")
 
 
 class Announcement:
-    """Announces a receiver until close(), or as a context manager.
+    """The announcement of a receiver until close(); also a context manager.
 
-    One that listens on loopback is announced there only. Multicast goes over IPv4. Addresses that
-    the machine gets or loses meanwhile are followed, within 2 s. For the first
-    2.4 s others are asked whether the name is free, and nobody finds it.
+    A receiver that listens on loopback is announced only there. Multicast uses IPv4. Changes of the
+    machine's addresses are announced within 2 s. In the first 2.4 s the receiver cannot be found,
+    as the network is asked whether its name is free.
 
     Args:
-        name: tells receivers apart; where it is taken, a number is appended.
-        address: what is listened on, as socket.getsockname() has it.
-        fingerprint: by which paired devices know it; None without TLS.
-        failed: is told why nobody finds it, at once or by another thread.
+        name: the receiver's name; a number is appended if the name is taken.
+        address: the address that the receiver listens on, from socket.getsockname().
+        fingerprint: the fingerprint of the receiver's certificate; None without TLS.
+        failed: called with the reason if the announcement fails, at once or by another thread.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Announcement:
             f"{label}.{SERVICE_TYPE}",
             port=port,
             properties=_properties(name, fingerprint),
-            # Of this receiver only: a host name's records are replaced as a whole (RFC 6762, 10.2).
+            # Unique, as the records of a host name are replaced as a whole (RFC 6762, 10.2).
             server=f"{uuid.uuid4().hex}.local.",
             parsed_addresses=announced_hosts(host),
         )
@@ -78,7 +78,9 @@ class Announcement:
         except OSError as error:
             failed(str(error))
             return
-        self._call(self._announce(info, ip_address(host))).add_done_callback(partial(_tell, failed))
+        self._call(self._announce(info, ip_address(host))).add_done_callback(
+            partial(_report_failure, failed)
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -87,7 +89,7 @@ class Announcement:
         self.close()
 
     def close(self) -> None:
-        """Says that the receiver is gone; once is enough."""
+        """Withdraws the announcement; further calls do nothing."""
         if self._zeroconf is not None:
             self._call(self._end_announcing()).result()
             self._zeroconf.close()
@@ -102,34 +104,34 @@ class Announcement:
         assert self._zeroconf is not None
         self._announcing = asyncio.current_task()
         await _register(self._zeroconf, info)
-        await _follow(self._zeroconf, info, listening)
+        await _announce_changes(self._zeroconf, info, listening)
 
     async def _end_announcing(self) -> None:
-        """Zeroconf.close() would leave it behind, with a warning to the user."""
+        """Cancels the announcing task, which Zeroconf.close() would leave behind with a warning."""
         if self._announcing is not None:
             self._announcing.cancel()
             await asyncio.wait([self._announcing])
 
 
 async def _register(zeroconf: Zeroconf, info: ServiceInfo) -> None:
-    # A probe is answered to the port that all programs of a machine share, so that none may see
-    # the answer; what this browser asks is answered to all.
+    # The answer to a probe goes to the one port that all programs of a machine share, so this
+    # program may not see it. Answers to this browser's questions are multicast.
     browser = AsyncServiceBrowser(
         zeroconf, SERVICE_TYPE, [lambda **_: None], question_type=DNSQuestionType.QM
     )
     try:
-        # Who has announced a name within the last second answers nobody (RFC 6762, 6).
+        # A responder that announced a name within the last second does not answer (RFC 6762, 6).
         await asyncio.sleep(_QUIET_S)
         await (await zeroconf.async_register_service(info, allow_name_change=True, strict=False))
     finally:
         await browser.async_cancel()
 
 
-async def _follow(zeroconf: Zeroconf, info: ServiceInfo, listening: Address) -> None:
-    """Announces the addresses there are, on the interfaces there are, until cancelled."""
+async def _announce_changes(zeroconf: Zeroconf, info: ServiceInfo, listening: Address) -> None:
+    """Announces changes of addresses and interfaces until cancelled."""
     interfaces: list[str] = []
     while True:
-        with suppress(OSError):  # of an address that has just gone: next time
+        with suppress(OSError):  # an address has just disappeared; the next round tries again
             if (present := _multicast_interfaces(listening)) != interfaces:
                 await zeroconf.async_update_interfaces(present)
                 interfaces = present
@@ -137,29 +139,29 @@ async def _follow(zeroconf: Zeroconf, info: ServiceInfo, listening: Address) -> 
             if packed != info.addresses_by_version(IPVersion.All):
                 info.addresses = packed
                 await zeroconf.async_update_service(info)
-        await asyncio.sleep(_FOLLOW_S)
+        await asyncio.sleep(_UPDATE_S)
 
 
-def _tell(failed: Callable[[str], None], registering: Future[None]) -> None:
+def _report_failure(failed: Callable[[str], None], registering: Future[None]) -> None:
     if not registering.cancelled() and (error := registering.exception()) is not None:
         failed(str(error) or type(error).__name__)
 
 
 def _properties(name: str, fingerprint: str | None) -> dict[str, str]:
-    known = {"name": name, "version": str(VERSION)}
-    return known if fingerprint is None else known | {"fp": fingerprint}
+    properties = {"name": name, "version": str(VERSION)}
+    return properties if fingerprint is None else properties | {"fp": fingerprint}
 
 
 def _label(name: str) -> str:
-    """`name` as one DNS label."""
+    """Returns `name` as one DNS label."""
     return name.replace(".", "-").encode()[:_MAX_NAME_BYTES].decode(errors="ignore")
 
 
 def announced_hosts(host: str) -> list[str]:
-    """Where a receiver that listens on `host` is reached.
+    """Returns the hosts at which a receiver that listens on `host` can be reached.
 
-    For a wildcard these are the machine's addresses, IPv4 first, without those of bridges and
-    tunnels, which others seldom reach, unless there are no others. `::` takes IPv4, too.
+    For a wildcard these are the machine's addresses, IPv4 first; `::` includes IPv4. Addresses of
+    bridges and tunnels are left out if there are others, as other machines seldom reach them.
     """
     listening = ip_address(host)
     if not listening.is_unspecified:
@@ -176,7 +178,7 @@ def announced_hosts(host: str) -> list[str]:
 
 
 def _addresses() -> Iterator[tuple[str, Address]]:
-    """The name of every interface with each of its addresses."""
+    """Yields the name of every interface with each of its addresses."""
     for adapter in ifaddr.get_adapters():
         for ip in adapter.ips:
             yield adapter.name, ip_address(ip.ip if isinstance(ip.ip, str) else ip.ip[0])
@@ -187,7 +189,7 @@ def _is_physical(adapter: str) -> bool:
 
 
 def _multicast_interfaces(listening: Address) -> list[str]:
-    """The IPv4 addresses of the interfaces on which `listening` is reached, and loopback."""
+    """Returns the IPv4 addresses of the interfaces that have `listening`, and loopback."""
     adapters = {
         name for name, address in _addresses() if listening.is_unspecified or address == listening
     }
@@ -197,7 +199,7 @@ def _multicast_interfaces(listening: Address) -> list[str]:
 
 @dataclass(frozen=True)
 class FoundReceiver:
-    """An announced receiver; `addresses` are its hosts, the surest first."""
+    """An announced receiver; `addresses` are its hosts, the most reliable first."""
 
     name: str
     addresses: tuple[str, ...]
@@ -207,13 +209,16 @@ class FoundReceiver:
 def find_receivers(
     timeout_s: float = SEARCH_S, interfaces: list[str] | None = None
 ) -> list[FoundReceiver]:
-    """Listens for `timeout_s` for receivers, by name; on all interfaces unless some are given.
+    """Returns the receivers that are found within `timeout_s`, sorted by name.
 
-    A responder says one record once a second at most (RFC 6762, 6), so a search right after
-    another needs more than that second.
+    A responder repeats a record at most once a second (RFC 6762, 6), so a search right after
+    another one must take longer than 1 s.
+
+    Args:
+        interfaces: the IPv4 addresses of the interfaces to search on; None means all.
 
     Raises:
-        DiscoveryError: there is no multicast.
+        DiscoveryError: multicast is not available.
     """
     every = _multicast_interfaces(IPv4Address(0))
     try:
@@ -249,7 +254,7 @@ async def _search(zeroconf: Zeroconf, timeout_s: float) -> list[FoundReceiver]:
 
 
 async def _resolve(zeroconf: Zeroconf, name: str, timeout_s: float) -> FoundReceiver | None:
-    """Asks until it is answered; the others are resolved meanwhile."""
+    """Returns the receiver with a service name, or None if it does not answer in time."""
     info = AsyncServiceInfo(SERVICE_TYPE, name)
     is_whole = await info.async_request(zeroconf, timeout_s * 1000, DNSQuestionType.QM)
     if not is_whole or not info.port:

@@ -1,4 +1,4 @@
-"""The sockets that are listened on."""
+"""Listening sockets."""
 
 import errno
 import socket
@@ -7,17 +7,17 @@ from ipaddress import IPv6Address, ip_address
 from ..errors import ListenError
 from ..processes import listener_of
 
-# A flood that is turned away must not fill it: who finds it full tries again a second later.
+# A flood of refused connections must not fill it: a client that finds it full retries after 1 s.
 _BACKLOG = 1024
-# Takes every control frame whole, so that one send() tells whether the peer reads at all.
+# Larger than any control frame, so that an incomplete send() means that the peer does not read.
 _SEND_BUFFER_BYTES = 128 * 1024
 
 
 def listen(address: tuple[str, int]) -> socket.socket:
-    """A socket for Server; port 0 lets the system choose, and `::` takes IPv4 peers, too.
+    """Returns a listening socket; port 0 lets the system choose, and `::` also accepts IPv4.
 
     Raises:
-        ListenError: the address cannot be listened on.
+        ListenError: the receiver cannot listen on the address.
     """
     try:
         family, *_, resolved = socket.getaddrinfo(*address, type=socket.SOCK_STREAM)[0]
@@ -30,14 +30,14 @@ def listen(address: tuple[str, int]) -> socket.socket:
     except OSError as error:
         reason, hint = _cannot_listen(address[1], error)
         raise ListenError(f"cannot listen on {text(address)}: {reason}", hint=hint) from error
-    # Linux gives these to every connection it accepts.
+    # Linux copies these options to every accepted connection.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
     return listener
 
 
 def _cannot_listen(port: int, error: OSError) -> tuple[str, str]:
-    """The reason, and what to do."""
+    """Returns why listening failed, and what to do."""
     match error.errno:
         case errno.EADDRINUSE:
             holder = listener_of(port) or "a process of another user"
@@ -50,18 +50,18 @@ def _cannot_listen(port: int, error: OSError) -> tuple[str, str]:
 
 
 def everywhere(port: int) -> tuple[str, int]:
-    """All interfaces, with IPv6 where this machine has it."""
+    """Returns the address of all interfaces, with IPv6 if this machine has it."""
     return ("::" if socket.has_dualstack_ipv6() else "0.0.0.0"), port
 
 
 def peer_host(host: str) -> str:
-    """A peer's host as accept() has it; that of an IPv4 peer as IPv4."""
+    """Returns the host that accept() gave, with an IPv4-mapped address as IPv4."""
     address = ip_address(host)
     mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
     return host if mapped is None else str(mapped)
 
 
 def text(address: tuple[str, int]) -> str:
-    """HOST:PORT of what getsockname() has."""
+    """Returns an address from getsockname() as HOST:PORT."""
     host, port = address[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

@@ -1,4 +1,4 @@
-"""The bytes of one connection in TLS."""
+"""The transport of one connection over TLS."""
 
 import select
 import socket
@@ -13,7 +13,7 @@ from ..wire.frame import MAGIC
 
 _MAGIC_BYTE = bytes([MAGIC & 0xFF])
 _SCRATCH_BYTES = 64 * 1024
-# Past TLS: SSLSocket's own calls of these names would end it and go on in the clear, or refuse.
+# These bypass TLS. SSLSocket's own methods would end TLS and go on in plaintext, or raise.
 _peek, _send_raw, _receive_raw = socket.socket.recv, socket.socket.send, socket.socket.recv_into
 _shutdown = socket.socket.shutdown
 _REFUSALS = {
@@ -26,10 +26,10 @@ _PLAINTEXT = "this port speaks TLS only: run `ml2-receiver pair`, or start both 
 
 
 class TlsTransport:
-    """A Transport of a socket that was wrapped without handshake.
+    """A Transport over an SSLSocket that has not done its handshake.
 
-    OpenSSL must not read and write one connection at the same time, so the socket does not block
-    and a lock is held while it works, but never while it waits.
+    OpenSSL must not read and write one connection at the same time. So the socket is non-blocking,
+    and a lock is held during OpenSSL's calls but not while waiting.
     """
 
     def __init__(self, tls: ssl.SSLSocket) -> None:
@@ -89,14 +89,14 @@ class TlsTransport:
     def send(self, data: bytes) -> bool:
         if self._is_plain:
             return _send_raw(self._tls, data, socket.MSG_DONTWAIT) == len(data)
-        return not self._is_open or not self._unsent(data)
+        return not self._is_open or not self._write(data)
 
     def send_all(self, data: bytes) -> None:
-        while data := self._unsent(data):
+        while data := self._write(data):
             self._wait(self._writable)
 
-    def _unsent(self, data: bytes) -> bytes:
-        """What the kernel has no room for."""
+    def _write(self, data: bytes) -> bytes:
+        """Writes `data` and returns the rest that the send buffer has no room for."""
         with self._lock, suppress(ssl.SSLWantWriteError):
             while data:
                 data = data[self._tls.write(data) :]
@@ -106,7 +106,7 @@ class TlsTransport:
         with self._lock:
             self._has_ended = True
             if self._is_open:
-                with suppress(OSError, ValueError):  # of what the peer still sends
+                with suppress(OSError, ValueError):  # the peer may still be sending
                     self._tls.unwrap()
         _shutdown(self._tls, socket.SHUT_WR)
 
@@ -119,7 +119,7 @@ class TlsTransport:
             pass
 
     def abort(self) -> None:
-        with suppress(OSError):  # the peer may have gone
+        with suppress(OSError):  # the peer may have disconnected
             _shutdown(self._tls, socket.SHUT_RDWR)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The bytes of one connection, in the clear; tls_transport has them in TLS."""
+"""The transport of one connection: its interface, and the plaintext implementation."""
 
 import socket
 from contextlib import suppress
@@ -8,45 +8,51 @@ _SCRATCH_BYTES = 64 * 1024
 
 
 class Transport(Protocol):
-    """One thread, the reader, calls handshake(), receive(), discard() and close().
+    """The byte stream of one connection.
 
-    Any thread may call the others. All but abort() and close() raise OSError when the connection
-    is broken, or nothing moves for the time that set_timeout() has set.
+    Only the reader thread calls handshake(), receive(), discard() and close(); any thread may call
+    the other methods. All but abort() and close() raise OSError if the connection is broken, or if
+    no byte moves for the time of set_timeout().
     """
 
     def handshake(self) -> str | None:
-        """The fingerprint of who is there, None where nobody shows one; abort() ends it.
+        """Returns the fingerprint of the peer's certificate, or None if the peer shows none.
+
+        abort() interrupts it.
 
         Raises:
-            ProtocolError: `pairing`.
+            ProtocolError: `pairing`; the handshake failed.
         """
 
     def set_timeout(self, seconds: float) -> None:
-        """How long receive() and send_all() may wait; for ever unless called after handshake()."""
+        """Sets how long receive() and send_all() may wait; call it after handshake().
+
+        Without this call they wait without limit.
+        """
 
     def receive(self, into: memoryview) -> int:
-        """Fills `into`; less only at the end of what the peer sends."""
+        """Fills `into` and returns the number of bytes, which is less only at the end of input."""
 
     def send(self, data: bytes) -> bool:
-        """Never waits; if not all was taken at once, False, and the connection is of no use."""
+        """Sends without waiting; if it returns False, not all was sent: abort the connection."""
 
     def send_all(self, data: bytes) -> None:
-        """Waits until all is taken."""
+        """Sends all of `data`, and waits for room in the send buffer."""
 
     def end_output(self) -> None:
-        """Nothing more will be sent; what arrives from now on may be lost."""
+        """Ends the output; input that arrives from now on may be lost."""
 
     def end(self) -> None:
-        """Ends both directions; what has arrived is still received."""
+        """Ends both directions; receive() still returns input that has arrived."""
 
     def discard(self) -> None:
-        """Waits for the end of what the peer sends."""
+        """Discards input until the peer ends its output."""
 
     def abort(self) -> None:
-        """Ends everything at once, what another thread waits for included."""
+        """Ends everything at once, and wakes threads that wait."""
 
     def close(self) -> None:
-        """Frees it."""
+        """Closes the socket."""
 
 
 class PlainTransport:
@@ -56,7 +62,7 @@ class PlainTransport:
         self._socket = connected
 
     def handshake(self) -> None:
-        """Whoever comes is let in."""
+        """Does nothing: any peer is accepted."""
 
     def set_timeout(self, seconds: float) -> None:
         self._socket.settimeout(seconds)
@@ -85,7 +91,7 @@ class PlainTransport:
             pass
 
     def abort(self) -> None:
-        with suppress(OSError):  # the peer may have gone
+        with suppress(OSError):  # the peer may have disconnected
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:

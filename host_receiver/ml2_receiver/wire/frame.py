@@ -1,4 +1,4 @@
-"""Frames: the 32-byte header, the kinds, and a parser that reads them without doing I/O."""
+"""Frames: the 32-byte header, the kinds, and a parser without I/O."""
 
 import struct
 from enum import Enum, Flag, IntEnum, auto
@@ -10,20 +10,20 @@ MAGIC = 0x324D
 VERSION = 1
 CDR_ENCAPSULATION = b"\x00\x01\x00\x00"
 
-# How a TLS connection begins: a handshake record, major version 3.
+# The first two bytes of a TLS connection: a handshake record, major version 3.
 _TLS_MAGIC = 0x0316
 _LAYOUT = struct.Struct("<HBBHHIIqq")
 HEADER_BYTES = _LAYOUT.size
 _KIB, _MIB = 1 << 10, 1 << 20
 _UNKNOWN_KIND_BYTES = 64 * _KIB
 _SENSORS_DATA_BYTES = 64 * _KIB
-# A claimed length is believed this far ahead of the bytes that have arrived.
+# The body buffer grows at most this far ahead of the bytes that have arrived.
 _GROWTH_BYTES = _MIB
 _ZEROS = memoryview(bytes(_GROWTH_BYTES))
 
 
 class Side(Flag):
-    """Who sends a frame."""
+    """The sender of a frame."""
 
     DEVICE = auto()
     RECEIVER = auto()
@@ -31,9 +31,9 @@ class Side(Flag):
 
 
 class LaneKind(Flag):
-    """What a connection carries; it is OPENING until HELLO or JOIN has said which it is.
+    """The kind of a connection; it is OPENING until HELLO or JOIN names the lane.
 
-    PAIRING is one to the port of `ml2-receiver pair`, from beginning to end.
+    A connection to the port of `ml2-receiver pair` is PAIRING from beginning to end.
     """
 
     OPENING = auto()
@@ -48,7 +48,7 @@ class LaneKind(Flag):
 
     @staticmethod
     def of(lane: str) -> "LaneKind":
-        """The kind of the lane with this name; an image lane is named by its stream's id."""
+        """Returns the kind of the lane with this name; an image lane has its stream's id."""
         return _LANE_KINDS.get(lane, LaneKind.IMAGE)
 
 
@@ -62,7 +62,7 @@ _LANE_KINDS = {
 
 
 class Body(Enum):
-    """What follows the header."""
+    """The content of the bytes after the header."""
 
     JSON = auto()
     PAYLOAD = auto()
@@ -74,7 +74,7 @@ class Body(Enum):
 class Kind(IntEnum):
     """The kinds of frames: number, sender, lanes, greatest length of the body, body.
 
-    DATA has a smaller bound on the sensors lane, see FrameParser.
+    DATA has a smaller bound on the sensors lane, see max_data_bytes().
     """
 
     sender: Side
@@ -141,7 +141,7 @@ class Frame(NamedTuple):
 
 
 def max_data_bytes(lane: LaneKind) -> int:
-    """The greatest payload of a lane that carries DATA."""
+    """Returns the greatest payload in bytes on a lane that carries DATA."""
     return _SENSORS_DATA_BYTES if lane is LaneKind.SENSORS else Kind.DATA.max_length
 
 
@@ -154,7 +154,11 @@ def encode_frame(
     capture_ns: int = 0,
     send_ns: int = 0,
 ) -> bytes:
-    """Header and body as they go on the wire."""
+    """Returns the bytes of a frame.
+
+    Raises:
+        ValueError: the body is longer than the kind allows.
+    """
     if len(body) > kind.max_length:
         raise ValueError(f"{kind.name} takes {kind.max_length} B, got {len(body)}")
     fields = (MAGIC, VERSION, kind, 0, channel, sequence, len(body), capture_ns, send_ns)
@@ -162,18 +166,19 @@ def encode_frame(
 
 
 class FrameParser:
-    """Turns the bytes of one connection into frames, like asyncio.BufferedProtocol.
+    """A parser that turns the bytes of one connection into frames.
 
-    Receive into get_buffer(), then say how many bytes came with buffer_updated(), which returns
-    the frame they completed, or None. A frame's payload is one bytearray that is reused: it has
-    exactly the body's length and holds it until the next get_buffer(). Its memory follows the
-    bytes that arrived, not the length that was claimed, and is kept for the next frame.
+    It is used like asyncio.BufferedProtocol: receive into get_buffer(), then pass the number of
+    received bytes to buffer_updated(), which returns a completed frame or None. A frame's payload
+    is one bytearray that is reused: it has exactly the body's length and is valid until the next
+    get_buffer(). Its memory grows with the bytes that arrived, not to the length in the header, and
+    is kept for the next frame.
 
-    Not thread-safe. After a ProtocolError the parser is of no further use.
+    Not thread-safe. The parser cannot be used after a ProtocolError.
 
     Args:
-        sender: the side that writes these bytes.
-        lane: what the connection carries; set `lane` again when that becomes known.
+        sender: the side that sends these bytes.
+        lane: the kind of the connection; set the attribute when HELLO or JOIN names the lane.
     """
 
     def __init__(self, sender: Side, lane: LaneKind = LaneKind.OPENING) -> None:
@@ -202,17 +207,17 @@ class FrameParser:
 
     @property
     def is_between_frames(self) -> bool:
-        """Whether the bytes so far end where a frame ends."""
+        """True if the bytes so far end with a complete frame."""
         return self._header is None and self._filled == 0
 
     def get_buffer(self) -> memoryview:
-        """Where the next bytes must be received, never empty; valid until buffer_updated()."""
+        """Returns the buffer for the next bytes, never empty; valid until buffer_updated()."""
         target = self._head if self._header is None else self._body
         self._view = memoryview(target)[self._filled :]
         return self._view
 
     def buffer_updated(self, count: int) -> Frame | None:
-        """`count` bytes were received into the last buffer.
+        """Takes `count` bytes from the last buffer; returns the frame they complete, or None.
 
         Raises:
             ProtocolError: `version`, `malformed`, `unexpected` or `too_large`.
@@ -280,5 +285,5 @@ def _length_bound(kind: int) -> int:
 
 
 def kind_name(kind: int) -> str:
-    """The kind as people know it."""
+    """Returns the name of a kind, or "kind NUMBER" if it is unknown."""
     return _KINDS[kind].name if kind in _KINDS else f"kind {kind}"

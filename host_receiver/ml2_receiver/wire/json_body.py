@@ -1,4 +1,4 @@
-"""JSON bodies of frames to and from dataclasses, whose fields are the schema."""
+"""Converts JSON bodies of frames to and from dataclasses, whose fields are the schema."""
 
 import dataclasses
 import functools
@@ -16,7 +16,7 @@ _DEPTH = 16
 
 
 class JsonBody:
-    """Base of the frozen dataclasses that are bodies.
+    """The base of the frozen dataclasses that describe JSON bodies.
 
     A field is bool, int, float, str, a Literal of strings, another dataclass, or a list, dict or
     union of these. A key without default is required; unknown keys are ignored.
@@ -24,7 +24,7 @@ class JsonBody:
 
     @classmethod
     def parse(cls, body: bytes | bytearray) -> Self:
-        """The message in a frame's body, whose size the frame parser has bounded.
+        """Returns the message in a frame's body, whose size the frame parser has bounded.
 
         Raises:
             ProtocolError: `malformed`, naming the key, what was expected and what was found.
@@ -42,7 +42,7 @@ class JsonBody:
         return value
 
     def to_bytes(self) -> bytes:
-        """The JSON object; a key that has its default None is absent."""
+        """Returns the JSON object; a key that has its default None is absent."""
         return json.dumps(_plain(self), ensure_ascii=False, separators=(",", ":")).encode()
 
 
@@ -130,7 +130,7 @@ def _expect(kind: Any, value: Any, path: str) -> Any:
 
 
 def _show(value: Any) -> str:
-    """Of a list or object no more than its type, as there may be a secret in it."""
+    """Returns a value for a message; only the type of a list or object, as it may have secrets."""
     kind = type(value).__name__
     return kind if isinstance(value, dict | list) else f"{kind} {str(value)[:40]!r}"
 
