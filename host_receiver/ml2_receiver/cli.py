@@ -15,21 +15,21 @@ from .generated.version import VERSION
 
 __all__ = ["main"]
 
-# Each is a module of commands/, in the order of --help.
+# The entry points of the subcommands; each is a module of commands/.
 _GROUP = "ml2_receiver.commands"
 _EPILOG = """\
 examples:
-  ml2-receiver pair                   let a headset connect from now on
-  ml2-receiver run                    receive, on port 7755
-  ml2-receiver doctor                 find out what is wrong
-  ml2-receiver run --help             what else a command takes
+  ml2-receiver pair                   pair a headset
+  ml2-receiver run                    receive on port 7755
+  ml2-receiver doctor                 find problems
+  ml2-receiver run --help             list the options of a command
   eval "$(ml2-receiver --print-completion bash)"
 """
 _UNKNOWN = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)$")
 
 
 class _Parser(argparse.ArgumentParser):
-    """Keeps the lines of examples, and guesses what a misspelt word was to be."""
+    """A parser that keeps the line breaks of examples and suggests corrections of typos."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **options)
@@ -46,8 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one subcommand.
 
     Returns:
-        0 when it did what it was asked to, 1 when what it looked at is not well, 2 when it could
-        not, with the reason on stderr.
+        0 if the command succeeded, 1 if it found a problem in what it checked, 2 if it failed, with
+        the reason on stderr.
     """
     options = command_line().parse_args(arguments)
     try:
@@ -61,11 +61,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def command_line() -> argparse.ArgumentParser:
-    """All subcommands; parsing imports them, and none of ROS."""
+    """Returns the parser of all subcommands; this imports their modules, but not ROS."""
     parser = _Parser(prog="ml2-receiver", description="Magic Leap 2 to ROS 2.", epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=VERSION)
     shtab.add_argument_to(
-        parser, "--print-completion", help="print what completes commands in this shell"
+        parser, "--print-completion", help="print the completion script for this shell"
     )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for entry_point in _commands():
@@ -77,7 +77,7 @@ def _commands() -> list[EntryPoint]:
     """Returns the subcommands of all installed packages: the driver's first, each by name.
 
     Raises:
-        ReceiverError: the package has no metadata, so that it is not known which there are.
+        ReceiverError: the package has no metadata, which lists the subcommands.
     """
     found = entry_points(group=_GROUP)
     if not found:

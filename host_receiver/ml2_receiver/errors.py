@@ -1,24 +1,24 @@
-"""Everything the receiver raises for a reason outside its own code.
+"""The exceptions that the receiver raises for reasons outside its own code.
 
 ReceiverError
-├── ConfigError     the user's configuration file
-├── CalibrationError  a camera calibration of the user's
-├── TableError      the stream table, config/streams.yaml
-├── ProtocolError   what a peer sent
-├── PublishError    a message that ROS or the recording did not take
-├── RosError        ROS 2 itself
-├── ProductsError   what products are made with is missing
-├── ExportError     nothing there to export, or not in that format
-├── LatencyError    nothing there to measure, or no plot of it
-├── LinkTestError   no headset to try the link to, or not now
-├── RecordingError  a recording that cannot be written or read
-├── EvaluationError  a recording or images that give no trajectory
-├── PlaybackError   a receiver that cannot be played to
-├── DiscoveryError  receivers cannot be looked for
-├── AdbError        adb, or the headset's app behind it
-├── KeysError       the folder with keys and paired devices
-├── PairingError    nobody was paired, or no such device is
-└── ListenError     the address to listen on
+├── ConfigError       the user's configuration file
+├── CalibrationError  a user's camera calibration
+├── TableError        the stream table, config/streams.yaml
+├── ProtocolError     a peer broke the protocol
+├── PublishError      ROS or the recording rejected a message
+├── RosError          ROS 2 itself
+├── ProductsError     a package that the products need is missing
+├── ExportError       nothing to export, or not in that format
+├── LatencyError      nothing to measure, or no plot of it
+├── LinkTestError     the link to the headset cannot be tested now
+├── RecordingError    a recording that cannot be written or read
+├── EvaluationError   a recording or images that give no trajectory
+├── PlaybackError     a receiver that recordings cannot be played to
+├── DiscoveryError    receivers cannot be searched for
+├── AdbError          adb, or the headset's app
+├── KeysError         the folder with keys and paired devices
+├── PairingError      no device was paired, or there is no such paired device
+└── ListenError       the address to listen on
 """
 
 import errno
@@ -60,17 +60,17 @@ _FILE_HINTS = {
 
 
 def file_hint(error: OSError, otherwise: str) -> str:
-    """Returns what to do about a file or folder that cannot be used, or another thing to do."""
+    """Returns what to do about an unusable file or folder, with `otherwise` as alternative."""
     first = _FILE_HINTS.get(error.errno or 0)
     return f"{first}, or {otherwise}." if first else f"{otherwise[0].upper()}{otherwise[1:]}."
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One wrong place of a configuration file.
+    """One error in a configuration file.
 
-    `line` counts from 1, and is 0 when the whole file is meant. `key` is dotted as in the file,
-    "world_left.update_rate", and empty when no key is to blame. `value` is the text found there.
+    `line` counts from 1; 0 means the whole file. `key` is dotted as in the file,
+    "world_left.update_rate", and empty if no key is wrong. `value` is the text found there.
     """
 
     line: int
@@ -84,9 +84,9 @@ class Problem:
 
 
 class ConfigError(ReceiverError):
-    """A configuration that cannot be used; `problems` has all that is wrong with it.
+    """A configuration that cannot be used; `problems` lists every error in it.
 
-    Its text has one line per problem, "FILE:LINE: KEY: what was expected and found".
+    The message has one line per problem, "FILE:LINE: KEY: what was expected and found".
     """
 
     def __init__(self, problems: Sequence[Problem], file: str = "configuration") -> None:
@@ -104,7 +104,7 @@ class TableError(ReceiverError):
 
 
 class ErrorCode(StrEnum):
-    """The codes of fatal ERROR frames, as PROTOCOL.md explains them."""
+    """The codes of fatal ERROR frames; PROTOCOL.md explains them."""
 
     VERSION = "version"
     BUSY = "busy"
@@ -127,15 +127,15 @@ class ProtocolError(ReceiverError):
 
 
 class PublishError(ReceiverError):
-    """ROS or the recording did not take a message."""
+    """ROS or the recording rejected a topic or a message."""
 
 
 class RosError(ReceiverError):
-    """ROS 2 is missing, or did not take its arguments."""
+    """ROS 2 is missing, or rejected its arguments."""
 
 
 class ProductsError(ReceiverError):
-    """What products are made with is missing."""
+    """A package that the products need is missing."""
 
 
 class ExportError(ReceiverError):
@@ -147,15 +147,15 @@ class LatencyError(ReceiverError):
 
 
 class LinkTestError(ReceiverError):
-    """There is no headset to try the link to, or it cannot be tried now."""
+    """No headset is connected, or its link cannot be tested now."""
 
 
 class RecordingError(ReceiverError):
-    """A recording cannot be written, or is not one that can be read."""
+    """A recording cannot be written or read."""
 
 
 class EvaluationError(ReceiverError):
-    """There is no trajectory to evaluate, or what it is evaluated with is missing."""
+    """There is no trajectory to evaluate, or a package that evaluation needs is missing."""
 
 
 class PlaybackError(ReceiverError):
@@ -163,11 +163,11 @@ class PlaybackError(ReceiverError):
 
 
 class DiscoveryError(ReceiverError):
-    """Receivers cannot be looked for by name."""
+    """Receivers cannot be searched for by name."""
 
 
 class AdbError(ReceiverError):
-    """adb is missing or reaches no headset, or the app there did not do what it was told."""
+    """adb is missing or reaches no headset, or the app there did not carry out a command."""
 
 
 class KeysError(ReceiverError):
@@ -175,7 +175,7 @@ class KeysError(ReceiverError):
 
 
 class PairingError(ReceiverError):
-    """Nobody was paired, or there is no such paired device."""
+    """No device was paired, or there is no such paired device."""
 
 
 class ListenError(ReceiverError):

@@ -21,7 +21,7 @@ class Process:
         return f"{self.name} (pid {self.pid})"
 
     def environment(self, variable: str) -> str | None:
-        """Returns the value it was started with; None when unset or unreadable."""
+        """Returns a variable's value at the start of the process; None if unset or unreadable."""
         with suppress(psutil.Error):
             return psutil.Process(self.pid).environ().get(variable)
         return None
@@ -39,21 +39,21 @@ def receivers() -> list[Process]:
 
 
 def is_receiver(command: tuple[str, ...]) -> bool:
-    """Whether a command line is that of `ml2-receiver run`, by script or by module."""
+    """Returns True if a command line runs `ml2-receiver run`, by script or by module."""
     if "run" not in command:
         return False
-    started = command[: command.index("run")]
-    return any(word == "ml2_receiver" or Path(word).name == "ml2-receiver" for word in started)
+    program = command[: command.index("run")]
+    return any(word == "ml2_receiver" or Path(word).name == "ml2-receiver" for word in program)
 
 
 def listener_of(port: int) -> Process | None:
-    """Returns the process that listens on a TCP port; None if it is another user's or none."""
+    """Returns the process that listens on a TCP port; None if none does, or another user's."""
     listening = {connection.pid for connection in _listening_on(port)}
     return next((process for process in processes() if process.pid in listening), None)
 
 
 def is_listened_on(port: int) -> bool:
-    """Whether any process listens on a TCP port."""
+    """Returns True if any process listens on a TCP port."""
     return any(_listening_on(port))
 
 

@@ -104,7 +104,7 @@ def test_a_signature_of_another_key_is_refused(scene: Scene, tmp_path: Path) -> 
     ("changed", "reason"),
     [
         ({"certificate": "ä"}, "the certificate is not base64"),
-        ({"certificate": "AAAA"}, "the certificate is not one"),
+        ({"certificate": "AAAA"}, "the certificate is not valid X.509"),
         ({"signature": "?"}, "the signature is not base64"),
         ({"signature": "AAAA"}, "wrong signature"),
         ({"signature": ""}, "wrong signature"),
@@ -135,7 +135,7 @@ def test_certificates_that_some_library_does_not_take_are_refused(
 ) -> None:
     assert found in scene.certificate.der
     changed = base64.b64encode(scene.certificate.der.replace(found, by)).decode()
-    assert scene.refusal(scene.pair(certificate=changed)) == "the certificate is not one"
+    assert scene.refusal(scene.pair(certificate=changed)) == "the certificate is not valid X.509"
 
 
 @pytest.mark.parametrize("name", ["", "x" * 65, "a\x1b[2J", "a\nb"])

@@ -119,7 +119,7 @@ def test_a_device_that_cannot_be_remembered_is_told_and_pairing_ends(
     (tmp_path / "keys" / "devices").write_text("in the way")
     kind, error = scene.pair()
     assert (kind, error["code"]) == (ERROR, "pairing")
-    assert "cannot remember" in error["message"]
+    assert "cannot store the pairing" in error["message"]
     assert scene.listener.ended.wait(10)
     assert "cannot use" in str(scene.listener.failure)
     assert scene.listener.device is None

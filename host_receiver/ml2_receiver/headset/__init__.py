@@ -1,1 +1,1 @@
-"""The app on the headset, commanded over adb."""
+"""Controls the app on the headset over adb."""

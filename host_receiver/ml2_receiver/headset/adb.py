@@ -1,6 +1,6 @@
-"""Android's adb, the user's own: this machine's way to a headset on a cable.
+"""Runs the user's adb, which reaches a headset over a cable.
 
-Where it reaches several devices, its own variable ANDROID_SERIAL chooses one.
+If adb reaches several devices, its environment variable ANDROID_SERIAL chooses one.
 """
 
 import shlex
@@ -26,13 +26,13 @@ _HINTS = {
 
 
 def adb(*arguments: str, timeout_s: float = _TIMEOUT_S) -> str:
-    """What adb prints.
+    """Runs adb and returns its output.
 
     Raises:
-        AdbError: it is missing, reaches no headset, or failed; with its words and what to do.
+        AdbError: adb is missing, reaches no headset, or failed. The message is adb's own.
     """
     try:
-        ended = subprocess.run(
+        completed = subprocess.run(
             ["adb", *arguments],
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -48,17 +48,19 @@ def adb(*arguments: str, timeout_s: float = _TIMEOUT_S) -> str:
             f"adb {arguments[0]} did not end within {timeout_s:.0f} s",
             hint="Unplug the cable and plug it in again, and run `adb kill-server`.",
         ) from error
-    if ended.returncode != 0:
-        words = ended.stderr.strip() or ended.stdout.strip() or "adb failed"
+    if completed.returncode != 0:
+        words = completed.stderr.strip() or completed.stdout.strip() or "adb failed"
         raise AdbError(words, hint=_hint(words))
-    return ended.stdout
+    return completed.stdout
 
 
 def shell(*words: str) -> str:
-    """What a command of the headset prints; its shell sees each of `words` as one.
+    """Runs a command on the headset and returns its output.
+
+    The headset's shell takes each of `words` as one argument.
 
     Raises:
-        AdbError: as of `adb`, or the command failed.
+        AdbError: adb or the command failed.
     """
     return adb("shell", shlex.join(words))
 

@@ -1,6 +1,6 @@
-"""ML2 Sensors, the headset's app: what it is told over adb, and what it answers.
+"""Sends commands over adb to ML2 Sensors, the headset's app, and reads its answers.
 
-The commands stand in the README of ml2-sensors-aar/app; only adb's shell may give them.
+The README of ml2-sensors-aar/app describes the commands; only adb's shell may send them.
 """
 
 import secrets
@@ -16,14 +16,17 @@ from .adb import adb, shell
 
 _INSTALL_HINT = "Install the app of this release: `ml2-receiver headset install`."
 PACKAGE = "dev.ml2sensors.app"
-# Longer than pairing takes, the slowest of commands.
+# Longer than pairing takes, the slowest command.
 _ANSWER_TIMEOUT_S = 30.0
 _POLL_S = 0.2
 
 
 @dataclass(frozen=True)
 class AppStatus:
-    """How the app stands; `reason`: why it is not connected; `news`: of the last command."""
+    """The status of the app.
+
+    `reason` says why it is not connected. `news` is the result of the last command.
+    """
 
     version: str
     state: Literal["off", "connecting", "connected", "ended"]
@@ -41,7 +44,11 @@ class AppStatus:
 
 @dataclass(frozen=True)
 class StreamStatus:
-    """What became of a stream that the receiver asked for; messages since the start."""
+    """The status of a stream that the receiver requested.
+
+    `produced` and `dropped` count messages since the start. `resting` is True while the stream is
+    off because the headset is hot.
+    """
 
     id: str
     state: Literal["accepted", "waiting", "refused", "failed"]
@@ -53,7 +60,7 @@ class StreamStatus:
 
 @dataclass(frozen=True)
 class Answer(JsonBody):
-    """A line of an answer, of which `more` follow."""
+    """One line of the app's answer; `more` lines follow."""
 
     request: str
     more: int
@@ -63,58 +70,63 @@ class Answer(JsonBody):
 
 
 def start() -> None:
-    """Streams, unless it does; asks the receiver anew when permissions have changed."""
-    _tell("START")
+    """Starts streaming; reconnects if permissions have changed since the last start."""
+    _send_command("START")
 
 
 def stop() -> None:
-    _tell("STOP")
+    """Stops streaming."""
+    _send_command("STOP")
 
 
 def pair(uri: str) -> None:
-    """With the receiver that shows `uri`; goes to it and streams."""
-    _tell("PAIR", uri=uri)
+    """Pairs with the receiver that shows `uri`, connects to it and streams."""
+    _send_command("PAIR", uri=uri)
 
 
 def go_to(receiver: str) -> None:
-    """A name or HOST:PORT; empty for the receiver that is paired, wherever it is."""
-    _tell("RECEIVER", receiver=receiver)
+    """Chooses a paired receiver by name or HOST:PORT; empty means the paired one at any address."""
+    _send_command("RECEIVER", receiver=receiver)
 
 
 def status() -> tuple[AppStatus, Sequence[StreamStatus]]:
-    first, *rest = _tell("STATUS")
+    """Returns the status of the app and of each stream."""
+    first, *rest = _send_command("STATUS")
     if first.status is None:
         raise AdbError("the app answered without its status", hint=_INSTALL_HINT)
     return first.status, [it.stream for it in rest if it.stream is not None]
 
 
 def grant(permission: str) -> None:
-    """As if the user had allowed it."""
+    """Grants an Android permission, as the user can in the app's dialog."""
     shell("pm", "grant", PACKAGE, permission)
 
 
-def _tell(action: str, **texts: str) -> Sequence[Answer]:
-    """
+def _send_command(action: str, **extras: str) -> Sequence[Answer]:
+    """Sends a command with extras, and returns the app's answer.
+
     Raises:
-        AdbError: adb failed, the app is not there, or what it answered instead.
+        AdbError: adb failed, the app is not installed, or it answered with an error.
     """
     request = secrets.token_hex(4)
-    extras = [word for name, text in texts.items() for word in ("--es", name, text)]
+    options = ["--es", "request", request]
+    for name, text in extras.items():
+        options += ["--es", name, text]
     service = ("-n", f"{PACKAGE}/.StreamingService", "-a", f"{PACKAGE}.{action}")
-    printed = shell("am", "start-foreground-service", *service, "--es", "request", request, *extras)
-    if "Error" in printed:
+    output = shell("am", "start-foreground-service", *service, *options)
+    if "Error" in output:
         raise AdbError("the app is not on the headset", hint=_INSTALL_HINT)
     answers = _answers(request)
-    for it in answers:
-        if it.error is not None:
-            raise AdbError(f"the app: {it.error}")
+    for answer in answers:
+        if answer.error is not None:
+            raise AdbError(f"the app: {answer.error}")
     return answers
 
 
 def _answers(request: str) -> Sequence[Answer]:
     deadline = time.monotonic() + _ANSWER_TIMEOUT_S
     while time.monotonic() < deadline:
-        answers = _logged(request)
+        answers = _logged_answers(request)
         if answers and answers[-1].more == 0:
             return answers
         time.sleep(_POLL_S)
@@ -122,11 +134,14 @@ def _answers(request: str) -> Sequence[Answer]:
     raise AdbError(message, hint=_INSTALL_HINT)
 
 
-def _logged(request: str) -> Sequence[Answer]:
-    """Every app may write into the log, but knows no request."""
+def _logged_answers(request: str) -> Sequence[Answer]:
+    """Returns the lines of the answer to `request` that are in Android's log so far.
+
+    Other apps can write into the log, but they do not know the random `request`.
+    """
     log = adb("logcat", "-d", "-v", "raw", "-s", "ml2-sensors:I")
     try:
         return [Answer.parse(it.encode()) for it in log.splitlines() if f'"{request}"' in it]
     except ProtocolError as error:
-        message = f"the app's answer is not of this version: {error.message}"
+        message = f"the app's answer does not fit this version of the receiver: {error.message}"
         raise AdbError(message, hint=_INSTALL_HINT) from error

@@ -1,4 +1,4 @@
-"""Sockets and threads around a Pairing."""
+"""The sockets and threads of a Pairing."""
 
 import socket
 import ssl
@@ -26,15 +26,16 @@ _SCRATCH_BYTES = 4096
 
 
 class PairingListener:
-    """Pairs the one device that has the token; close() ends it.
+    """A listener that pairs the one device that has the token, until close().
 
     Args:
-        listener: closed by close().
-        sessions_port: where devices are told to connect to afterwards.
-        say: is told, one call after the other, what went wrong with whom; never a secret.
+        listener: the listening socket; close() closes it.
+        sessions_port: the port that the device connects to after pairing.
+        say: logs the address and the reason of each failed attempt, without secrets. Calls do not
+            overlap.
 
     Attributes:
-        ended: set once there is a `device`, or a `failure` to remember it.
+        ended: set when `device` is paired, or when storing it ended in `failure`.
     """
 
     def __init__(
@@ -52,7 +53,8 @@ class PairingListener:
         self.ended = threading.Event()
         self.device: PairedDevice | None = None
         self.failure: KeysError | None = None
-        self._listener, self._devices, self._pairing, self._say = listener, devices, pairing, say
+        self._listener, self._devices, self._pairing = listener, devices, pairing
+        self._log_line = say
         self._context = pairing_context(identity)
         self._name, self._software, self._port = name, software, sessions_port
         self._lock = threading.Lock()
@@ -62,7 +64,7 @@ class PairingListener:
         self._thread.start()
 
     def close(self) -> None:
-        """Nobody can connect any more; connections end within seconds, by themselves."""
+        """Stops listening; open connections end by themselves within seconds."""
         self._closing.set()
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
@@ -82,14 +84,14 @@ class PairingListener:
                     accepted, server_side=True, do_handshake_on_connect=False
                 )
             except OSError:
-                accepted.close()  # it has left already
+                accepted.close()  # the peer has disconnected already
                 continue
             host = peer_host(address[0])
-            self._take_in(tls, host)
+            self._add_connection(tls, host)
             threading.Thread(target=self._serve, args=[tls, host], daemon=True).start()
 
-    def _take_in(self, tls: ssl.SSLSocket, host: str) -> None:
-        """If there are too many, the oldest of the machine that has most of them has to go."""
+    def _add_connection(self, tls: ssl.SSLSocket, host: str) -> None:
+        """Adds a connection; if there are too many, closes the oldest of the busiest host."""
         with self._lock:
             if len(self._open) >= _CONNECTIONS:
                 counts = Counter(self._open.values())
@@ -100,28 +102,28 @@ class PairingListener:
             self._open[tls] = host
 
     def _serve(self, tls: ssl.SSLSocket, host: str) -> None:
-        ends_s = time.monotonic() + _EXCHANGE_S
+        deadline_s = time.monotonic() + _EXCHANGE_S
         try:
             tls.do_handshake()
-            self._judge(_Exchange(tls, ends_s))
+            self._pair(_Exchange(tls, deadline_s))
         except ProtocolError as error:
-            self._tell(host, str(error))
+            self._log_failure(host, str(error))
         except KeysError as error:
             self.failure = error
             self.ended.set()
         except OSError as error:
             reason = getattr(error, "reason", None) or error.strerror or error
-            self._tell(host, f"no TLS connection: {reason}")
+            self._log_failure(host, f"no TLS connection: {reason}")
         finally:
             with self._lock:
                 self._open.pop(tls, None)
             tls.close()
 
-    def _tell(self, host: str, what: str) -> None:
+    def _log_failure(self, host: str, reason: str) -> None:
         with self._lock:
-            self._say(f"{host}: {what}")
+            self._log_line(f"{host}: {reason}")
 
-    def _judge(self, exchange: "_Exchange") -> None:
+    def _pair(self, exchange: "_Exchange") -> None:
         nonce = self._pairing.nonce()
         try:
             if exchange.tls.selected_alpn_protocol() != ALPN:
@@ -130,13 +132,13 @@ class PairingListener:
             exchange.send(Kind.PAIR_CHALLENGE, challenge)
             pair = exchange.receive()
             with self._lock:
-                it = self._pairing.judge(pair, nonce)
-                self.device = self._devices.add(it.name, it.device_id, it.certificate)
+                found = self._pairing.judge(pair, nonce)
+                self.device = self._devices.add(found.name, found.device_id, found.certificate)
             exchange.send(Kind.PAIRED, Paired(self._name, self._port))
             exchange.finish()
             self.ended.set()
         except KeysError:
-            exchange.refuse(ErrorCode.PAIRING, "the receiver cannot remember it")
+            exchange.refuse(ErrorCode.PAIRING, "the receiver cannot store the pairing")
             raise
         except ProtocolError as error:
             exchange.refuse(error.code, error.message)
@@ -144,21 +146,21 @@ class PairingListener:
 
 
 class _Exchange:
-    """One connection, until `ends_s` in monotonic time."""
+    """The messages of one connection; `deadline_s` is monotonic time."""
 
-    def __init__(self, tls: ssl.SSLSocket, ends_s: float) -> None:
+    def __init__(self, tls: ssl.SSLSocket, deadline_s: float) -> None:
         self.tls = tls
-        self._ends_s = ends_s
+        self._deadline_s = deadline_s
         self._parser = FrameParser(Side.DEVICE, LaneKind.PAIRING)
 
     def send(self, kind: Kind, body: JsonBody) -> None:
-        with suppress(OSError):  # who has left needs no answer
+        with suppress(OSError):  # the peer may have disconnected
             self.tls.sendall(encode_frame(kind, body.to_bytes(), send_ns=time.time_ns()))
 
     def receive(self) -> Pair:
         frame = None
         while frame is None:
-            self.tls.settimeout(max(0.001, self._ends_s - time.monotonic()))
+            self.tls.settimeout(max(0.001, self._deadline_s - time.monotonic()))
             try:
                 count = self.tls.recv_into(self._parser.get_buffer())
             except TimeoutError as error:
@@ -176,11 +178,14 @@ class _Exchange:
         self.finish()
 
     def finish(self) -> None:
-        """Lets the peer read what it was sent: a close with bytes unread would be a reset."""
-        ends_s = time.monotonic() + _LINGER_S
+        """Waits up to 1 s until the peer has read what it was sent and has closed the connection.
+
+        Closing the connection with unread input would reset it.
+        """
+        deadline_s = time.monotonic() + _LINGER_S
         with suppress(OSError):
             socket.socket.shutdown(self.tls, socket.SHUT_WR)
-            while (left_s := ends_s - time.monotonic()) > 0:
+            while (left_s := deadline_s - time.monotonic()) > 0:
                 self.tls.settimeout(left_s)
                 if not self.tls.recv(_SCRATCH_BYTES):
                     break

@@ -1,4 +1,4 @@
-"""One pairing, without I/O: what is asked of a device, and whether its answer is good."""
+"""One pairing without I/O: the challenge to a device, and the check of its answer."""
 
 import base64
 import binascii
@@ -25,7 +25,7 @@ _NONCE_BYTES = 32
 
 @dataclass(frozen=True)
 class Candidate:
-    """A device that has shown token and key; `certificate` is DER."""
+    """A device that has proved to have the token and its key; `certificate` is DER."""
 
     name: str
     device_id: str
@@ -33,10 +33,13 @@ class Candidate:
 
 
 class Pairing:
-    """A token, for five minutes, one device, and five wrong guesses. Calls must not overlap.
+    """A token for one device, which expires after 5 minutes or 5 wrong guesses.
+
+    Calls must not overlap.
 
     Args:
-        fingerprint: the receiver's.
+        fingerprint: the fingerprint of the receiver's certificate.
+        clock: returns monotonic time in s.
     """
 
     def __init__(self, fingerprint: str, clock: Callable[[], float] = time.monotonic) -> None:
@@ -48,24 +51,25 @@ class Pairing:
 
     @property
     def left_s(self) -> float:
-        """How long an unused token is valid; 0 when it is not any more."""
+        """The time in s until the token expires, whether it is used or not; 0 once expired."""
         return max(0.0, self._ends_s - self._clock()) if self._guesses_left else 0.0
 
     @property
     def is_guessed_at(self) -> bool:
-        """Whether it is over because of wrong tokens."""
+        """True if wrong tokens have ended the pairing."""
         return not self._guesses_left
 
     @staticmethod
     def nonce() -> str:
-        """For one connection's challenge."""
+        """Returns the nonce for the challenge of one connection."""
         return secrets.token_hex(_NONCE_BYTES)
 
     def judge(self, pair: Pair, nonce: str) -> Candidate:
-        """The device that answered a challenge; the token is used up.
+        """Checks the answer to a challenge, uses the token up and returns the device.
 
         Raises:
-            ProtocolError: `pairing`; the message does not have the token.
+            ProtocolError: `pairing`; the answer is wrong, or the token is used or expired. The
+                message does not contain the token.
         """
         if self._is_used or not self.left_s:
             raise _refusal("the token is used or expired; run `ml2-receiver pair` again")
@@ -80,23 +84,23 @@ class Pairing:
 
 
 def signed_text(fingerprint: str, nonce: str, token: str) -> bytes:
-    """What a device signs."""
+    """Returns the text that a device signs."""
     return f"ml2s pair 1\n{fingerprint}\n{nonce}\n{token}".encode("ascii")
 
 
 def check_signature(certificate: bytes, signature: bytes, signed: bytes) -> None:
-    """Whether the key of a DER certificate has signed.
+    """Checks that the key of a DER certificate has signed `signed`.
 
     Raises:
-        ProtocolError: `pairing`.
+        ProtocolError: `pairing`; it has not, or the certificate cannot be used.
     """
     try:
         parsed = load_der_x509_certificate(certificate)
         key = parsed.public_key()
-        # What it does not take would keep the port for sessions shut to everybody.
+        # A certificate that OpenSSL rejects would make the TLS context fail for all devices.
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_verify_locations(cadata=certificate)
     except (ValueError, UnsupportedAlgorithm, InvalidVersion, ssl.SSLError) as error:
-        raise _refusal("the certificate is not one") from error
+        raise _refusal("the certificate is not valid X.509") from error
     if not isinstance(key, ec.EllipticCurvePublicKey) or not isinstance(key.curve, ec.SECP256R1):
         raise _refusal("expected a certificate with a key on the curve P-256")
     if parsed.public_bytes(Encoding.DER) != certificate:

@@ -1,4 +1,4 @@
-"""What `ml2-receiver pair` shows and a device reads."""
+"""The URI that `ml2-receiver pair` shows and a device reads."""
 
 import re
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _TOKEN = re.compile("[0-9a-f]{32}")
 
 @dataclass(frozen=True)
 class PairingUri:
-    """Where to pair, whom to expect there, and the word that opens."""
+    """The address of the pairing port, the receiver's fingerprint, and the token."""
 
     host: str
     port: int
@@ -28,9 +28,11 @@ class PairingUri:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """
+        """Parses a URI.
+
         Raises:
-            PairingError: it is not one; the message does not repeat it, as it may have a token.
+            PairingError: it is not a pairing URI. The message does not repeat the text, as it may
+                contain a token.
         """
         try:
             parts = urlsplit(text)
@@ -38,8 +40,8 @@ class PairingUri:
             uri = cls(parts.hostname or "", parts.port or 0, query["fp"], query["token"])
         except (ValueError, KeyError):
             uri = cls("", 0, "", "")
-        has_place = text.startswith(f"{_SCHEME}://") and uri.host and uri.port
-        has_words = _FINGERPRINT.fullmatch(uri.fingerprint) and _TOKEN.fullmatch(uri.token)
-        if not (has_place and has_words):
+        has_address = text.startswith(f"{_SCHEME}://") and uri.host and uri.port
+        has_secrets = _FINGERPRINT.fullmatch(uri.fingerprint) and _TOKEN.fullmatch(uri.token)
+        if not (has_address and has_secrets):
             raise PairingError("expected ml2s://HOST:PORT?fp=...&token=..., as `pair` shows it")
         return uri

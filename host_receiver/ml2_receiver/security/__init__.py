@@ -1,1 +1,1 @@
-"""Who may connect: this receiver's key, the devices it is paired with, and pairing itself."""
+"""This receiver's key and certificate, and the devices it is paired with."""

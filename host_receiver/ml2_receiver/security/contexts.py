@@ -1,4 +1,4 @@
-"""TLS as PROTOCOL.md has it: 1.3 and nothing older."""
+"""The TLS contexts that PROTOCOL.md requires; they accept only TLS 1.3 and later."""
 
 import ssl
 from collections.abc import Iterable
@@ -11,17 +11,19 @@ ALPN = "ml2s/1"
 
 
 def session_context(identity: Identity, devices: Iterable[PairedDevice]) -> ssl.SSLContext:
-    """Of the port for sessions: a device has to show one of these certificates.
+    """Returns the context of the session port; a device has to show one of these certificates.
 
-    Also one that a device's key has signed gets through, so look it up after the handshake. Each
-    context has ticket keys of its own: what another one let in cannot resume here.
+    OpenSSL also accepts a certificate that a device's key has signed, so compare the fingerprint
+    after the handshake. Each context has its own ticket keys, so TLS sessions of another context
+    cannot be resumed.
 
     Raises:
-        KeysError: OpenSSL does not take the key.
+        KeysError: OpenSSL rejects the key.
     """
     context = _context(ssl.PROTOCOL_TLS_SERVER, identity)
     context.verify_mode = ssl.CERT_REQUIRED
-    # Else of certificates with the same subject, as headsets have, only the first is found.
+    # Without this, OpenSSL finds only the first certificate of those with the same subject, and
+    # all headsets have the same subject.
     context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
     context.load_verify_locations(cadata=identity.certificate)
     for device in devices:
@@ -30,12 +32,15 @@ def session_context(identity: Identity, devices: Iterable[PairedDevice]) -> ssl.
 
 
 def pairing_context(identity: Identity) -> ssl.SSLContext:
-    """Of the port for pairing: only the receiver shows who it is."""
+    """Returns the context of the pairing port; only the receiver shows a certificate."""
     return _context(ssl.PROTOCOL_TLS_SERVER, identity)
 
 
 def device_context(identity: Identity) -> ssl.SSLContext:
-    """Of a device; it has to compare the receiver's fingerprint before it sends anything."""
+    """Returns the context of a device.
+
+    It does not verify the receiver: compare the receiver's fingerprint before sending anything.
+    """
     context = _context(ssl.PROTOCOL_TLS_CLIENT, identity)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE

@@ -1,4 +1,4 @@
-"""Where keys and paired devices are kept."""
+"""The folder of keys and paired devices."""
 
 import os
 from collections.abc import Iterator
@@ -13,16 +13,17 @@ REMOVE_HINT = "Remove it, and pair the headset again: `ml2-receiver pair`."
 
 
 def default_folder() -> Path:
-    """`ml2-sensors` in XDG_CONFIG_HOME, or ~/.config."""
+    """Returns the folder `ml2-sensors` in XDG_CONFIG_HOME, or in ~/.config."""
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config", "ml2-sensors")
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Makes the folder if need be; nobody else changes it meanwhile.
+    """Locks the folder against other receivers, and creates it if it is missing.
 
     Raises:
-        KeysError: something in it could not be read or written, here or inside.
+        KeysError: other users can write in the folder; or it, or a file in the `with` block, cannot
+            be used.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -41,7 +42,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def write(file: Path, data: bytes) -> None:
-    """All or nothing; only the user can read it."""
+    """Replaces a file atomically; only the user can read it."""
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         draft.touch(mode=0o600)

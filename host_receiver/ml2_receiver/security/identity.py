@@ -1,4 +1,4 @@
-"""Who this receiver is to devices: a key, and a certificate that is known by its fingerprint."""
+"""The identity of this receiver: a key, and a certificate that devices know by fingerprint."""
 
 import ssl
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ..errors import KeysError
 from .fingerprint import fingerprint
 from .folder import REMOVE_HINT, locked, write
 
-# A headset's date may be wrong; RFC 5280, 4.1.2.5, has the second one for "no expiration".
+# A headset's date may be wrong. RFC 5280, 4.1.2.5, defines the second date as "no expiration".
 _NOT_BEFORE = datetime(2000, 1, 1, tzinfo=UTC)
 _NOT_AFTER = datetime(9999, 12, 31, 23, 59, 59, tzinfo=UTC)
 _OTHERS = 0o077
@@ -23,7 +23,7 @@ _OTHERS = 0o077
 
 @dataclass(frozen=True)
 class Identity:
-    """The files that ssl reads, and the certificate in the second as DER."""
+    """A key and its certificate, as PEM files for ssl; `certificate` is the second one as DER."""
 
     key_file: Path
     certificate_file: Path
@@ -31,10 +31,10 @@ class Identity:
 
     @classmethod
     def of(cls, folder: Path) -> Self:
-        """Made where there is none yet.
+        """Returns the identity in a folder, and creates it if there is none.
 
         Raises:
-            KeysError: it can be neither read nor made, or others can read the key.
+            KeysError: it can be neither read nor created, or other users can read the key.
         """
         key, certificate = folder / "receiver.key", folder / "receiver.pem"
         with locked(folder):
@@ -63,12 +63,12 @@ def _der(file: Path) -> bytes:
 
 
 def private_bytes(key: ec.EllipticCurvePrivateKey) -> bytes:
-    """PKCS #8 in PEM."""
+    """Returns a key as PKCS #8 in PEM."""
     return key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
 
 
 def self_signed(key: ec.EllipticCurvePrivateKey, name: str) -> x509.Certificate:
-    """A certificate that says no more than whose key it is."""
+    """Returns a self-signed certificate; `name` is its common name."""
     subject = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name)])
     return (
         x509.CertificateBuilder()

@@ -1,4 +1,4 @@
-"""The devices that may connect, a file for each."""
+"""The paired devices, with a file for each."""
 
 import json
 import ssl
@@ -21,7 +21,7 @@ def _warn(text: str) -> None:
 
 @dataclass(frozen=True)
 class PairedDevice:
-    """`certificate` is DER; `paired` is when, in ISO 8601."""
+    """A paired device; `certificate` is DER, `paired` is the time of pairing in ISO 8601."""
 
     name: str
     device_id: str
@@ -34,22 +34,23 @@ class PairedDevice:
 
 
 class PairedDevices:
-    """The folder `devices`, which any process may change at any time.
+    """The paired devices in the folder `devices`, which any process may change at any time.
 
-    A file is named by its device's fingerprint, so the names in the folder are who is paired. A
-    damaged one keeps only its own device out.
+    Each file is named by its device's fingerprint, so the file names tell which devices are paired.
+    A damaged file excludes only its own device.
 
-    Methods raise KeysError when the folder cannot be used.
+    Methods raise KeysError if the folder cannot be used.
 
     Args:
-        warn: is told of damaged files, and what to do.
+        keys: the folder of keys, which contains `devices`.
+        warn: called with a warning for each damaged file, which says what to do.
     """
 
     def __init__(self, keys: Path, warn: Callable[[str], None] = _warn) -> None:
         self._folder, self._warn = keys / "devices", warn
 
     def fingerprints(self) -> frozenset[str]:
-        """Those that are paired now."""
+        """Returns the fingerprints of the devices that are paired now."""
         try:
             files = list(self._folder.iterdir())
         except FileNotFoundError:
@@ -60,7 +61,7 @@ class PairedDevices:
         return frozenset(file.stem for file in files if file.suffix == _SUFFIX)
 
     def load(self) -> list[PairedDevice]:
-        """Those that are paired now, by name."""
+        """Returns the devices that are paired now, sorted by name."""
         devices = []
         for paired in sorted(self.fingerprints()):
             try:
@@ -73,7 +74,7 @@ class PairedDevices:
         return sorted(devices, key=lambda it: it.name)
 
     def add(self, name: str, device_id: str, certificate: bytes) -> PairedDevice:
-        """Pairs it, under another name if that is taken; again if it is paired already."""
+        """Pairs a device, or pairs it again; appends a number to its name if the name is taken."""
         with locked(self._folder):
             taken = {it.name for it in self.load() if it.certificate != certificate}
             paired = datetime.now(UTC).isoformat(timespec="seconds")
@@ -89,10 +90,10 @@ class PairedDevices:
         return device
 
     def remove(self, name: str) -> PairedDevice:
-        """Ends the pairing with the device of this name or fingerprint.
+        """Revokes the pairing of the device with this name or fingerprint.
 
         Raises:
-            PairingError: there is none.
+            PairingError: there is no such device.
         """
         with locked(self._folder):
             devices = self.load()
@@ -113,11 +114,11 @@ def _read(file: Path) -> PairedDevice | None:
         certificate = ssl.PEM_cert_to_DER_cert(document.pop("certificate"))
         device = PairedDevice(**document, certificate=certificate)
         if not all(isinstance(it, str) for it in document.values()):
-            raise TypeError("expected texts")
-        # One that OpenSSL does not take would keep all devices out.
+            raise TypeError("every value must be a string")
+        # A certificate that OpenSSL rejects would make the TLS context fail for all devices.
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_verify_locations(cadata=certificate)
     except FileNotFoundError:
-        return None  # unpaired meanwhile
+        return None  # unpaired since the folder was listed
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise KeysError(f"{file} is not a paired device: {error}", hint=REMOVE_HINT) from error
     if device.fingerprint != file.stem:

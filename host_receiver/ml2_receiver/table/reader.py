@@ -1,4 +1,4 @@
-"""Reads the stream table and proves that it is consistent."""
+"""Reads the stream table and checks that it is consistent."""
 
 import functools
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -36,17 +36,17 @@ def load_table() -> StreamTable:
     """Returns the table that this package was built with.
 
     Raises:
-        TableError: it contradicts itself.
+        TableError: the table contradicts itself.
     """
     text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
     return read_table(yaml.safe_load(text))
 
 
 def read_table(document: Row) -> StreamTable:
-    """The table in a parsed streams.yaml.
+    """Returns the table in a parsed streams.yaml.
 
     Raises:
-        TableError: naming the row that is wrong and what it may be.
+        TableError: a row is wrong; the message names it and the legal values.
     """
     try:
         _one_of("schema", document["schema"], [1])
@@ -81,7 +81,7 @@ def _each[T](rows: Row, build: Callable[[str, Any], T]) -> Mapping[str, T]:
 
 
 def _named[T](name: str, build: Callable[..., T], *arguments: Any) -> T:
-    """What `build` makes, with its complaints put under `name`."""
+    """Returns what `build` returns; its errors get the prefix `name`."""
     try:
         return build(*arguments)
     except KeyError as error:
@@ -90,15 +90,15 @@ def _named[T](name: str, build: Callable[..., T], *arguments: Any) -> T:
         raise ValueError(f"{name}: {error}") from error
 
 
-def _one_of(what: str, value: object, allowed: Collection[object]) -> None:
+def _one_of(label: str, value: object, allowed: Collection[object]) -> None:
     if value not in allowed:
-        raise ValueError(f"{what}: expected one of {', '.join(map(str, allowed))}, found {value}")
+        raise ValueError(f"{label}: expected one of {', '.join(map(str, allowed))}, found {value}")
 
 
 def _distinct(names: list[str]) -> None:
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"topics of more than one stream: {', '.join(twice)}")
+    duplicates = sorted({name for name in names if names.count(name) > 1})
+    if duplicates:
+        raise ValueError(f"topics of more than one stream: {', '.join(duplicates)}")
 
 
 def _protection(_: str, protection: str) -> str:
@@ -218,7 +218,7 @@ def _custom_topics(row: Row, document: Row) -> CustomTopics:
     return CustomTopics(**row)
 
 
-def _switch(when: Row, row: Row) -> Condition:
+def _topic_condition(when: Row, row: Row) -> Condition:
     ((key, value),) = when.items()
     _one_of("when", key, row.get("values", ()))
     return Condition(key, value)
@@ -238,6 +238,6 @@ def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
         lane=stream if topic["lane"] == "image" else topic["lane"],
         qos=topic["qos"],
         encoding=row.get("encoding") if topic["role"] == "image" else topic.get("encoding"),
-        when=_switch(topic["when"], row) if "when" in topic else None,
+        when=_topic_condition(topic["when"], row) if "when" in topic else None,
         frame=row["frame"],
     )

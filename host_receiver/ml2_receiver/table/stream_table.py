@@ -1,7 +1,7 @@
-"""The stream table: what the headset can send, under which names, types and conditions.
+"""The stream table: the headset's streams, and the names, types and conditions of their topics.
 
-It is read from config/streams.yaml, which says what each field means. Everything here is
-immutable and may be shared between threads.
+It is read from config/streams.yaml, which explains each field. All objects are immutable and may be
+shared between threads.
 """
 
 import re
@@ -15,7 +15,7 @@ MESSAGE_TYPE = re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
 _CUSTOM_NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
 _MAX_NAME, _MAX_TYPE = 64, 128
 
-# The keys of every camera section beside `enabled`; legal together when one of its modes has them.
+# The keys of every camera section except `enabled`. Their values are legal if one mode has all.
 CAMERA_KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
 
 
@@ -37,7 +37,7 @@ class Lane:
 
 
 class Condition(NamedTuple):
-    """Holds where the values of a stream have `value` for `key`."""
+    """A condition on a stream's values: that of `key` is `value`."""
 
     key: str
     value: Scalar
@@ -50,9 +50,9 @@ class Condition(NamedTuple):
 class Topic:
     """One topic of one stream.
 
-    `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"); `lane` is
-    "sensors" or, on an image lane, the stream's id; `qos` is a key of StreamTable.qos; `when` is
-    what CONFIGURE must say to switch the topic on, None when the stream always has it.
+    `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"). `lane` is
+    "sensors" or, on an image lane, the stream's id. `qos` is a key of StreamTable.qos. `when` is
+    the condition on the values in CONFIGURE; None means that the stream always has the topic.
     """
 
     stream: str
@@ -80,7 +80,7 @@ class CustomTopics:
     max_topics: int
 
     def topic(self, name: str, type: str) -> Topic | None:
-        """The row that such a topic has; None for a name or a type that ROS forbids."""
+        """Returns the row of a custom topic, or None if ROS forbids its name or type."""
         folder, _, own = name.partition("/")
         is_name = folder == self.stream and len(own) <= _MAX_NAME and _CUSTOM_NAME.fullmatch(own)
         if not is_name or len(type) > _MAX_TYPE or not MESSAGE_TYPE.fullmatch(type):
@@ -103,7 +103,7 @@ class ReceiverTopic:
 class Mode:
     """Combinations a camera stream can run in. Rates are in Hz, resolutions (width, height) in px.
 
-    `delivers` maps a rate the device accepts to the one it then delivers.
+    `delivers` maps a rate that the device accepts to the rate that it then delivers.
     """
 
     stream: int
@@ -117,8 +117,8 @@ class Mode:
 class Key:
     """One key of a section.
 
-    `type` is "bool", "file", "integer", "number", "text" or "topic". `read_only`: it cannot change
-    while the receiver runs.
+    `type` is "bool", "file", "integer", "number", "text" or "topic". A `read_only` key cannot
+    change while the receiver runs.
     """
 
     name: str
@@ -132,7 +132,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Section:
-    """One section of config.yaml; `modes` is empty unless it is a camera."""
+    """One section of config.yaml; only cameras have `modes`."""
 
     id: str
     doc: str
@@ -143,11 +143,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Stream:
-    """What is configured, accepted or refused as a whole.
+    """A group of topics that is configured, accepted or refused as a whole.
 
-    It runs when its section has all values of `when`; `when` is None for one that runs with any
-    other. `values` are the dotted keys that travel to the headset, each named by its last word.
-    `backends` are the interfaces of the device that can serve it, surest first, with the reason.
+    The stream runs if its section has all values of `when`; None means that it runs with any other
+    stream. `values` are the dotted keys that are sent to the headset, under their last word.
+    `backends` maps the interfaces of the device that can serve the stream, the most reliable first,
+    to the reason.
     """
 
     id: str
@@ -162,10 +163,10 @@ class Stream:
 
 @dataclass(frozen=True)
 class StreamTable:
-    """All of it, in the order of the file.
+    """The whole table, in the order of the file.
 
-    `image_lanes`: the streams with a lane of their own. `permissions`: Android's, each "dangerous",
-    which the user must grant, or "normal".
+    `image_lanes` are the streams with a lane of their own. `permissions` maps each Android
+    permission to "dangerous" (the user must grant it) or "normal".
     """
 
     streams: Mapping[str, Stream]
