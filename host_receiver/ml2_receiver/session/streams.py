@@ -40,7 +40,7 @@ class DesiredStreams:
 
 
 class Phase(Enum):
-    """How far a session's streams are negotiated.
+    """The progress of the negotiation of a session's streams.
 
     IDLE: nothing was sent. CONFIGURING: CONFIGURE was sent, CONFIGURED has not arrived.
     CONFIGURED: the device has answered; its channels have no routes yet. STARTED: START was sent.

@@ -62,7 +62,7 @@ class LinkTrial:
             case "running":
                 raise LinkTestError("the link is being tested already")
             case "unanswered":
-                raise LinkTestError("the headset does not answer: its app knows no link test")
+                raise LinkTestError("the headset does not answer: its app has no link test")
         self._number += 1
         self._asked_s = self._clock()
         self._filler_bytes = 0
