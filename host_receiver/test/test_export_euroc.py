@@ -202,7 +202,7 @@ def test_what_cannot_be_exported_is_said_in_one_line(
     ("options", "words"),
     [
         ([], "expected --kalibr FOLDER or --euroc FOLDER, found neither"),
-        (["--euroc", "x"], "--euroc is of a recording: say which one by --bag"),
+        (["--euroc", "x"], "--euroc needs a recording: name it with --bag"),
         (["--euroc", "x", "--bag", "/nowhere"], "cannot read /nowhere"),
     ],
 )

@@ -82,4 +82,5 @@ def test_what_is_no_trajectory_is_refused_with_its_line(tmp_path: Path, text: st
 def test_a_trajectory_is_of_a_recording(capsys: pytest.CaptureFixture[str]) -> None:
     options = ["evaluate", "--live", "--camera", "world_left", "--trajectory", "f.txt"]
     assert main(options) == 2
-    assert "--trajectory is of a recording: say which one by --bag" in capsys.readouterr().err
+    expected = "--trajectory needs a recording: name it with --bag, not --live"
+    assert expected in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""ml2-receiver evaluate: how well the headset's poses agree with those that its images show."""
+"""ml2-receiver evaluate: compares the headset's poses with poses estimated from its images."""
 
 import argparse
 import sys
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from ..evaluation.trajectory import Images
 
 _EPILOG = """\
-Estimates the trajectory from the images of a recording alone, and compares it with the poses of
-the same camera in /tf: error after alignment, drift, time offset, plots. Writes report.html, which
-needs no other file, report.md, report.json, and both trajectories as TUM files.
-The trajectory comes from structure from motion by COLMAP, which takes a few minutes.
+Estimates the trajectory of a camera from its recorded images alone, by structure from motion with
+COLMAP, which takes a few minutes. Compares the trajectory with the poses of the same camera in
+/tf: error after alignment, drift, time offset, plots. Writes report.html, which needs no other
+file, report.md, report.json, and both trajectories as TUM files.
 
 examples:
   ml2-receiver record walk                         record first: walk about for 20 s
@@ -39,7 +39,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "evaluate",
-        help="compare the headset's poses with those that images show",
+        help="compare the headset's poses with poses estimated from its images",
         epilog=_EPILOG,
     )
     source = parser.add_mutually_exclusive_group(required=True)
@@ -50,36 +50,34 @@ def add_parser(subparsers: Subparsers) -> None:
         help="record from `run` until Ctrl-C, then evaluate",
     )
     parser.add_argument(
-        "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
+        "--prefix", default="/magic_leap2", help="prefix of live topics; default: /magic_leap2"
     )
-    parser.add_argument(
-        "--camera", choices=CAMERAS, required=True, help="whose images are looked at"
-    )
+    parser.add_argument("--camera", choices=CAMERAS, required=True, help="the camera to evaluate")
     parser.add_argument(
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="what ORB-SLAM3, OpenVINS or another program made of the recording, instead",
+        help="evaluate this trajectory by ORB-SLAM3, OpenVINS or another program instead",
     )
     parser.add_argument(
         "--truth",
         type=Path,
         metavar="FILE",
-        help="TUM file of the camera's true poses, where they are known, to compare with as well",
+        help="TUM file of the camera's true poses, if known; compared as well",
     )
     parser.add_argument(
         "--out",
         type=Path,
         default=Path("evaluation"),
         metavar="FOLDER",
-        help="for the report; default: evaluation. An earlier report there is replaced",
+        help="where the report goes; default: evaluation. Replaces an earlier report",
     )
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     if options.live and options.trajectory is not None:
-        raise EvaluationError("--trajectory is of a recording: say which one by --bag")
+        raise EvaluationError("--trajectory needs a recording: name it with --bag, not --live")
     try:
         from ..evaluation.evaluation import summary
         from ..evaluation.report import table, write_report
@@ -89,9 +87,9 @@ def _run(options: argparse.Namespace) -> int:
         raise EvaluationError(
             f"evaluation needs {error.name}: pip install './host_receiver[evaluate]'"
         ) from error
-    it = _evaluation(options)
-    write_report(options.out, it)
-    heading, *rows = table(summary(it))
+    evaluation = _evaluation(options)
+    write_report(options.out, evaluation)
+    heading, *rows = table(summary(evaluation))
     shown = Table(*heading, box=None)
     for row in rows:
         shown.add_row(*row)
@@ -101,16 +99,17 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _evaluation(options: argparse.Namespace) -> "Evaluation":
-    from ..evaluation.evaluation import evaluate, judged
+    from ..evaluation.evaluation import evaluate, evaluate_estimate
     from ..evaluation.sequence import read_sequence
     from ..evaluation.slam_files import read_trajectory
     from ..evaluation.tum import read_tum
 
     truth = None if options.truth is None else read_tum(options.truth)
     if options.trajectory is not None:
-        found = read_trajectory(options.trajectory)
+        estimate = read_trajectory(options.trajectory)
         sequence = read_sequence(options.bag, options.camera)
-        return judged(sequence, options.camera, options.trajectory.name, found, truth)
+        name = options.trajectory.name
+        return evaluate_estimate(sequence, options.camera, name, estimate, truth)
     if not options.live:
         sequence = read_sequence(options.bag, options.camera)
         return evaluate(sequence, options.camera, truth, _show_progress)

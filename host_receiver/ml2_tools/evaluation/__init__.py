@@ -1,1 +1,1 @@
-"""How well a trajectory that is estimated from images alone agrees with the headset's own poses."""
+"""Estimates a camera's trajectory from its images and compares it with the headset's poses."""

@@ -1,6 +1,6 @@
-"""How far an estimated trajectory is from a reference, by the programs of evo.
+"""Compares an estimated trajectory with a reference by the programs evo_ape and evo_rpe of evo.
 
-evo is under the GPL: it runs as processes of its own and is never imported.
+evo is under the GPL: it runs in separate processes and is never imported.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .tum import write_tum
 LONGEST_DIFFERENCE_S = 0.01
 STATISTICS = ("rmse", "mean", "median", "std", "min", "max")
 _TIMEOUT_S = 300
-# What the errors per metre need.
+# evo_rpe computes errors per metre only on a longer path.
 _SHORTEST_M = 1.2
 _MISSING = "evaluation needs evo: pip install './host_receiver[evaluate]'"
 
@@ -36,16 +36,19 @@ type Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Of poses whose stamps are at most LONGEST_DIFFERENCE_S apart, after a Sim(3) alignment.
+    """The errors of an estimate after a Sim(3) alignment with the reference.
+
+    Two poses match if their stamps are at most LONGEST_DIFFERENCE_S apart.
 
     Attributes:
         ape_m: statistics of the distance between positions: rmse, mean, median, std, min, max.
-        rpe_m: of the error in position over each metre of the reference, if it has a metre.
-        rpe_deg: of that in direction.
-        matched_pairs: how many there are.
-        reference_path_m, estimate_path_m: lengths of both ways through the matched poses.
-        stamps_s: of the matched poses of the estimate.
-        errors_m: the distance of each.
+        rpe_m: the same statistics of the position error per metre of the reference path; empty
+            if the path is too short.
+        rpe_deg: the same statistics of the rotation error per metre.
+        matched_pairs: the number of matched poses.
+        reference_path_m, estimate_path_m: the path lengths through the matched poses.
+        stamps_s: the stamps of the estimate's matched poses.
+        errors_m: the position error of each matched pose.
         alignment: 4x4, from the estimate's world and scale to the reference's.
     """
 
@@ -64,7 +67,7 @@ def compare(reference: Trajectory, estimate: Trajectory) -> Comparison:
     """Runs evo_ape and evo_rpe.
 
     Raises:
-        EvaluationError: evo is missing, or cannot compare these, as when no stamps match.
+        EvaluationError: evo is missing, or it cannot compare them because, say, no stamps match.
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -74,8 +77,8 @@ def compare(reference: Trajectory, estimate: Trajectory) -> Comparison:
         per_metre = ("--delta", "1", "--delta_unit", "m", "--all_pairs", "--pose_relation")
         path_m = float(ape.arrays["distances_from_start"][-1])
         rpe_m, rpe_deg = (
-            _run_evo("evo_rpe", folder, *per_metre, of).statistics if path_m > _SHORTEST_M else {}
-            for of in ("trans_part", "angle_deg")
+            _run_evo("evo_rpe", folder, *per_metre, part).statistics if path_m > _SHORTEST_M else {}
+            for part in ("trans_part", "angle_deg")
         )
     return Comparison(
         ape_m=ape.statistics,
@@ -92,16 +95,19 @@ def compare(reference: Trajectory, estimate: Trajectory) -> Comparison:
 
 @dataclass(frozen=True)
 class _Result:
-    """What --save_results has."""
+    """The content of the file that evo writes with --save_results."""
 
     statistics: dict[str, float]
     arrays: dict[str, Floats]
 
 
 def _run_evo(program: str, folder: Path, *options: str) -> _Result:
-    """`folder` is evo's home too: it writes its settings there, and finds none of the user's."""
-    beside = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    path = shutil.which(program, path=beside)
+    """Runs an evo program on the two files in `folder`.
+
+    HOME is `folder` too, so that evo keeps its settings there and does not read the user's.
+    """
+    search_path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    path = shutil.which(program, path=search_path)
     if path is None:
         raise EvaluationError(_MISSING)
     result = folder / f"{program}.zip"
@@ -117,8 +123,8 @@ def _run_evo(program: str, folder: Path, *options: str) -> _Result:
         check=False,
     )
     if run.returncode or not result.exists():
-        said = (run.stderr or run.stdout).strip().splitlines()[-1:]
-        raise EvaluationError(f"{program} cannot compare the trajectories: {' '.join(said)}")
+        last_line = (run.stderr or run.stdout).strip().splitlines()[-1:]
+        raise EvaluationError(f"{program} cannot compare the trajectories: {' '.join(last_line)}")
     return _read(result)
 
 

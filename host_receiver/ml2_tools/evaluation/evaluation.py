@@ -1,4 +1,4 @@
-"""A camera's trajectory from a recording's images, compared with the poses that are there too."""
+"""Compares a camera's trajectory, estimated from a recording's images, with the recorded poses."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .trajectory import Images, Trajectory
 
 @dataclass(frozen=True)
 class Agreement:
-    """Of an estimate with one reference.
+    """The agreement of an estimate with one reference.
 
     Attributes:
         max_dt_s: the longest time between the stamps of a matched pair.
-        offset_s: what added to the images' stamps would make them agree best; None if nothing
-            tells.
+        offset_s: the time to add to the images' stamps for the best agreement; None if it cannot
+            be computed.
     """
 
     reference: Trajectory
@@ -34,12 +34,13 @@ class Agreement:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Of one camera of one recording by one estimator.
+    """The result for one camera of one recording and one estimator.
 
     Attributes:
-        headset: agreement with the headset's own poses.
-        truth: agreement with the true poses, where they are known; what the estimator adds to
-            `pipeline`, that of the headset's own poses with them.
+        headset: agreement of the estimate with the headset's own poses.
+        truth: agreement of the estimate with the true poses, if they are known.
+        pipeline: agreement of the headset's own poses with the true poses, if they are known. The
+            estimator causes the difference between `truth` and `pipeline`.
     """
 
     camera: str
@@ -55,19 +56,19 @@ def evaluate(
     sequence: Sequence,
     camera: str,
     truth: Trajectory | None = None,
-    watched: Callable[[Images, int], Images] = lambda images, _: images,
+    show_progress: Callable[[Images, int], Images] = lambda images, _: images,
 ) -> Evaluation:
     """Estimates the camera's trajectory by structure from motion and compares it.
 
     Takes a minute or more.
 
     Args:
-        truth: poses of the optical frame in a world of its own, at any stamps.
-        watched: is given the images that the estimator reads, and their number.
+        truth: true poses of the optical frame, in any world and at any stamps.
+        show_progress: is called with the images and their number, and returns the same images.
 
     Raises:
         RecordingError: the recording is broken.
-        EvaluationError: it gives no trajectory, or a needed library is missing.
+        EvaluationError: the images give no trajectory, or a needed library is missing.
     """
     try:
         from .structure_from_motion import structure_from_motion
@@ -75,36 +76,39 @@ def evaluate(
         raise EvaluationError(
             f"structure from motion needs {error.name}: pip install './host_receiver[evaluate]'"
         ) from error
-    images = watched(sequence.images(), len(sequence.stamps_ns))
-    return judged(sequence, camera, "sfm", structure_from_motion(images, sequence.camera), truth)
+    images = show_progress(sequence.images(), len(sequence.stamps_ns))
+    estimate = structure_from_motion(images, sequence.camera)
+    return evaluate_estimate(sequence, camera, "sfm", estimate, truth)
 
 
-def judged(
-    sequence: Sequence, camera: str, estimator: str, found: Trajectory, truth: Trajectory | None
+def evaluate_estimate(
+    sequence: Sequence, camera: str, estimator: str, estimate: Trajectory, truth: Trajectory | None
 ) -> Evaluation:
-    """What `estimator` found, compared with all there is to compare it with.
+    """Compares an estimated trajectory with the headset's poses and, if known, the true poses.
 
     Raises:
-        EvaluationError: it is no trajectory, or what is needed is missing.
+        EvaluationError: the estimate has too few poses, or evo is missing or fails.
     """
-    if len(found) < 3:
-        raise EvaluationError(f"{estimator} placed {len(found)} images, of 3 or more needed")
+    if len(estimate) < 3:
+        raise EvaluationError(
+            f"expected 3 or more images placed by {estimator}, found {len(estimate)}"
+        )
     return Evaluation(
         camera,
         estimator,
         sequence,
-        found,
-        agreement(sequence.reference, found),
-        None if truth is None else agreement(truth, found),
+        estimate,
+        agreement(sequence.reference, estimate),
+        None if truth is None else agreement(truth, estimate),
         None if truth is None else agreement(truth, sequence.reference),
     )
 
 
 def agreement(reference: Trajectory, estimate: Trajectory) -> Agreement:
-    """Compares the two.
+    """Compares an estimate with a reference.
 
     Raises:
-        EvaluationError: evo cannot.
+        EvaluationError: evo is missing or fails.
     """
     return Agreement(
         reference,
@@ -115,40 +119,44 @@ def agreement(reference: Trajectory, estimate: Trajectory) -> Agreement:
 
 
 def _longest_difference_s(reference: Trajectory, comparison: Comparison) -> float:
-    """To the nearest pose of the reference, which is the one that evo matches."""
+    """Returns the longest time from a matched stamp to the nearest pose of the reference.
+
+    evo matches the nearest pose.
+    """
     known_s = np.array([stamp_ns for stamp_ns, _ in reference]) / 1e9
     after = np.clip(np.searchsorted(known_s, comparison.stamps_s), 1, len(known_s) - 1)
     to_both = np.abs(known_s[np.stack([after - 1, after])] - comparison.stamps_s)
     return float(to_both.min(axis=0).max())
 
 
-def summary(it: Evaluation) -> dict[str, Any]:
-    """The figures of an evaluation; lengths in m, times in s."""
-    stamps_ns = it.sequence.stamps_ns
+def summary(evaluation: Evaluation) -> dict[str, Any]:
+    """Returns the figures of an evaluation; lengths in m, times in s."""
+    truth, pipeline = evaluation.truth, evaluation.pipeline
+    stamps_ns = evaluation.sequence.stamps_ns
     return {
-        "recording": it.sequence.bag.name,
-        "camera": it.camera,
-        "estimator": it.estimator,
+        "recording": evaluation.sequence.bag.name,
+        "camera": evaluation.camera,
+        "estimator": evaluation.estimator,
         "duration_s": (stamps_ns[-1] - stamps_ns[0]) / 1e9,
-        "images_sent": it.sequence.images_sent,
+        "images_sent": evaluation.sequence.images_sent,
         "images_received": len(stamps_ns),
-        "images_placed": len(it.estimate),
-        **figures_of(it.headset),
-        "truth": None if it.truth is None else figures_of(it.truth),
-        "headset_against_truth": None if it.pipeline is None else figures_of(it.pipeline),
+        "images_placed": len(evaluation.estimate),
+        **figures_of(evaluation.headset),
+        "truth": None if truth is None else figures_of(truth),
+        "headset_against_truth": None if pipeline is None else figures_of(pipeline),
     }
 
 
-def figures_of(it: Agreement) -> dict[str, Any]:
-    """Those of one agreement; lengths in m, times in s."""
-    comparison = it.comparison
+def figures_of(one: Agreement) -> dict[str, Any]:
+    """Returns the figures of one agreement; lengths in m, times in s."""
+    comparison = one.comparison
     return {
         "path_m": comparison.reference_path_m,
         "estimated_path_m": comparison.estimate_path_m,
         "matched_pairs": comparison.matched_pairs,
-        "max_dt_s": it.max_dt_s,
+        "max_dt_s": one.max_dt_s,
         **{f"{name}_m": value for name, value in comparison.ape_m.items()},
         "rpe_m_per_m": comparison.rpe_m,
         "rpe_deg_per_m": comparison.rpe_deg,
-        "time_offset_s": it.offset_s,
+        "time_offset_s": one.offset_s,
     }

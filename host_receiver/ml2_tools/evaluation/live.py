@@ -1,4 +1,4 @@
-"""Records one camera and the transforms of a running receiver, to evaluate them afterwards."""
+"""Records one camera and the transforms of a running receiver for a later evaluation."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def record_live(
     Args:
         prefix: the prefix of the topics, such as /magic_leap2.
         camera: the camera's stream, such as world_center.
-        folder: an empty folder, to be kept for as long as the sequence is used.
+        folder: an empty folder; it must exist for as long as the sequence is used.
         report: is called a few times per second with the number of images recorded so far.
 
     Raises:
-        EvaluationError: nothing arrives, or what arrived is not enough to evaluate.
+        EvaluationError: no messages arrive, or too few to evaluate.
         RosError: ROS does not start.
     """
     parts = Parts(prefix, camera)

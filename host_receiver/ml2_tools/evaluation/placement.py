@@ -1,4 +1,4 @@
-"""Images placed in a map that others, the keys, have made."""
+"""Places images in a map that was made from other images, the key images."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ type Points = NDArray[np.float64]
 
 
 class Map:
-    """Points and keys of a reconstruction.
+    """The points and key images of a reconstruction.
 
     Args:
-        folder: has the images, keys and others, by name.
+        folder: the folder of all images, by name.
     """
 
     def __init__(self, model: pycolmap.Reconstruction, folder: Path) -> None:
@@ -34,17 +34,17 @@ class Map:
         (self._camera,) = model.cameras.values()
 
     def pose(self, name: str, neighbours: Sequence[str]) -> Pose | None:
-        """Of an image's camera in the world of the map; None where it cannot be told.
+        """Returns the pose of an image's camera in the map's world, or None if it is not found.
 
         Args:
-            neighbours: keys that show the same; their points are looked for in the image.
+            neighbours: key images with the same view; their points are searched in the image.
         """
         if name in self._keys:
             return _inverse(self._keys[name].cam_from_world())
         image = self._image(name)
-        seen = [self._seen(image, key) for key in neighbours if key in self._keys]
-        pixels = np.concatenate([np.empty((0, 2)), *(it for it, _ in seen)])
-        points = np.concatenate([np.empty((0, 3)), *(it for _, it in seen)])
+        tracked = [self._track(image, key) for key in neighbours if key in self._keys]
+        pixels = np.concatenate([np.empty((0, 2)), *(pixels for pixels, _ in tracked)])
+        points = np.concatenate([np.empty((0, 3)), *(points for _, points in tracked)])
         if len(pixels) < _LEAST_POINTS:
             return None
         options = pycolmap.AbsolutePoseEstimationOptions()
@@ -54,8 +54,12 @@ class Map:
             return None
         return _inverse(found["cam_from_world"])
 
-    def _seen(self, image: NDArray[np.uint8], key: str) -> tuple[Points, Points]:
-        """Where the points of the map that a key shows are in the image, and in the world."""
+    def _track(self, image: NDArray[np.uint8], key: str) -> tuple[Points, Points]:
+        """Tracks the map points of a key image into `image`.
+
+        Returns:
+            Their pixels, n x 2, and their positions in the world, n x 3.
+        """
         features = [it for it in self._keys[key].points2D if it.has_point3D()]
         if not features:
             return np.empty((0, 2)), np.empty((0, 3))

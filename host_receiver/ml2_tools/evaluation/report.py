@@ -1,4 +1,4 @@
-"""An evaluation as files for people and programs."""
+"""Writes the report of an evaluation."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from ml2_receiver.errors import EvaluationError
 
 from .comparison import STATISTICS
 from .evaluation import Agreement, Evaluation, summary
-from .plots import Pictured, pictures
+from .plots import PlotData, plots
 from .trajectory import Trajectory
 from .tum import write_tum
 
 _CAPTIONS = {
     "plane": "Where the camera went, from above. The estimate is coloured by its error.",
-    "space": "The same in space.",
+    "space": "Where the camera went, in 3D.",
     "axes": "Position over time.",
-    "angles": "Direction of the camera's body (x forward, y left, z up) over time.",
+    "angles": "Orientation of the camera's body (x forward, y left, z up) over time.",
     "errors": "Error over time.",
 }
 _EXPLANATION = """\
-The estimator was given the images and the camera's lens, nothing else. Its trajectory was scaled,
-turned and moved as a whole onto the reference (Sim(3), Umeyama); the errors are what is left.
-The time offset is what, added to the images' stamps, would give the least error: a shift that
-images and poses have in common shows only against the truth."""
+The estimator used only the images and the camera's lens. Its trajectory was aligned with the
+reference by scale, rotation and translation (Sim(3), Umeyama); the errors are those after the
+alignment. The time offset is the time to add to the images' stamps for the least error. A shift
+that images and poses have in common shows only in the comparison with the truth."""
 _HEADINGS = ("estimate and headset", "estimate and truth", "headset and truth")
 _STYLE = """\
 body { font: 16px/1.5 sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
@@ -40,14 +40,14 @@ td + td, th + th { text-align: right } figure { margin: 2rem 0 } img { max-width
 
 
 def write_report(folder: Path, evaluation: Evaluation) -> None:
-    """report.json, report.md, report.html (one file with its pictures), PNG and TUM files.
+    """Writes report.json, report.md, report.html (one file with its plots), PNG and TUM files.
 
-    Files of an earlier evaluation are replaced.
+    Replaces the files of an earlier evaluation.
 
     Raises:
         EvaluationError: `folder` cannot be written to.
     """
-    drawn = pictures(_pictured(evaluation))
+    drawn = plots(_plot_data(evaluation))
     figures = summary(evaluation)
     rows = list(table(figures))
     title = f"{figures['recording']}: {evaluation.camera} by {evaluation.estimator}"
@@ -65,15 +65,15 @@ def write_report(folder: Path, evaluation: Evaluation) -> None:
 
 
 def table(figures: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    """A heading, then rows; with two more columns where the truth is known."""
+    """Yields a heading, then rows; with two more columns if the truth is known."""
     with_truth = [figures[key] for key in ("truth", "headset_against_truth") if figures[key]]
     yield ("", *_HEADINGS[: 1 + len(with_truth)])
     blank = [""] * len(with_truth)
     yield "duration", f"{figures['duration_s']:.1f} s", *blank
-    for what in ("sent", "received", "placed"):
-        yield f"images {what}", f"{figures[f'images_{what}']}", *blank
-    for name, tell in _TOLD.items():
-        yield name, *(tell(it) for it in (figures, *with_truth))
+    for state in ("sent", "received", "placed"):
+        yield f"images {state}", f"{figures[f'images_{state}']}", *blank
+    for name, cell in _ROWS.items():
+        yield name, *(cell(column) for column in (figures, *with_truth))
 
 
 def _error(name: str, figures: Mapping[str, Any]) -> str:
@@ -82,27 +82,27 @@ def _error(name: str, figures: Mapping[str, Any]) -> str:
 
 def _relative(key: str, factor: float, unit: str, figures: Mapping[str, Any]) -> str:
     value = figures[key].get("rmse")
-    return "no metre walked" if value is None else f"{value * factor:.2f} {unit}"
+    return "path too short" if value is None else f"{value * factor:.2f} {unit}"
 
 
 def _offset(figures: Mapping[str, Any]) -> str:
     value = figures["time_offset_s"]
-    return "cannot be told" if value is None else f"{value * 1000:.2f} ms"
+    return "unknown" if value is None else f"{value * 1000:.2f} ms"
 
 
-_TOLD: dict[str, Callable[[Mapping[str, Any]], str]] = {
+_ROWS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "path": lambda it: f"{it['path_m']:.2f} m",
     "matched pairs": lambda it: f"{it['matched_pairs']}",
     "longest time in a pair": lambda it: f"{it['max_dt_s'] * 1000:.3f} ms",
     **{f"error, {name}": partial(_error, name) for name in STATISTICS},
     "error per metre, rmse": partial(_relative, "rpe_m_per_m", 100, "cm"),
-    "turn per metre, rmse": partial(_relative, "rpe_deg_per_m", 1, "deg"),
+    "rotation error per metre, rmse": partial(_relative, "rpe_deg_per_m", 1, "deg"),
     "time offset": _offset,
 }
 
 
 def _aligned(estimate: Trajectory, agreement: Agreement) -> Trajectory:
-    """In the reference's world, with rotations that are still rotations."""
+    """Returns the estimate in the reference's world; the scale is taken out of the rotations."""
     alignment = agreement.comparison.alignment
     scale = np.cbrt(np.linalg.det(alignment[:3, :3]))
     moved = []
@@ -113,12 +113,12 @@ def _aligned(estimate: Trajectory, agreement: Agreement) -> Trajectory:
     return moved
 
 
-def _pictured(it: Evaluation) -> Pictured:
-    first, last = it.estimate[0][0], it.estimate[-1][0]
-    during = [(at, pose) for at, pose in it.headset.reference if first <= at <= last]
-    comparison = it.headset.comparison
-    estimate = _aligned(it.estimate, it.headset)
-    return Pictured(during, estimate, comparison.stamps_s, comparison.errors_m)
+def _plot_data(evaluation: Evaluation) -> PlotData:
+    first_ns, last_ns = evaluation.estimate[0][0], evaluation.estimate[-1][0]
+    headset = evaluation.headset
+    reference = [(at, pose) for at, pose in headset.reference if first_ns <= at <= last_ns]
+    estimate = _aligned(evaluation.estimate, headset)
+    return PlotData(reference, estimate, headset.comparison.stamps_s, headset.comparison.errors_m)
 
 
 def _markdown(title: str, rows: list[tuple[str, ...]], drawn: Mapping[str, bytes]) -> str:

@@ -25,15 +25,15 @@ from .trajectory import Images, Trajectory
 
 @dataclass(frozen=True)
 class Sequence:
-    """What a recording has of one camera.
+    """One camera's images and poses in a recording.
 
     Attributes:
-        topic: of the images, and `type` theirs.
-        camera: as its first camera_info, with the metadata of the same capture, describes it.
-        images_sent: how many captures the headset counted from the first to the last that it tells
-            of; where it counted none, as many as arrived.
-        stamps_ns: of the images that arrived.
-        reference: where /tf says that the optical frame was in the world, by rising stamp.
+        topic, type: the name and the message type of the image topic.
+        camera: the camera, from its first camera_info and the metadata of the same capture.
+        images_sent: the number of captures by the frame numbers in the metadata, from the first to
+            the last; without frame numbers, the number of images that arrived.
+        stamps_ns: the stamps of the images that arrived.
+        reference: the poses of the optical frame in the world by /tf; stamps rise.
     """
 
     bag: Path
@@ -57,10 +57,10 @@ class Sequence:
 
 
 def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
-    """Decodes images, each when it is asked for.
+    """Decodes images lazily.
 
     Args:
-        where: they come from, for errors.
+        where: the source of the images, for error messages.
 
     Raises:
         EvaluationError: a message is no image, or stamps do not rise.
@@ -83,14 +83,14 @@ def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
 
 
 def read_sequence(bag: Path, camera: str) -> Sequence:
-    """All but the images, which are read as often as they are asked for.
+    """Reads one camera of a recording; Sequence.images() reads the images on each call.
 
     Args:
-        camera: its stream, such as world_center.
+        camera: the camera's stream, such as world_center.
 
     Raises:
-        RecordingError: it is no recording of this receiver.
-        EvaluationError: it has not this camera's images, camera_info and poses.
+        RecordingError: the file is not a recording of this receiver.
+        EvaluationError: images, camera_info or poses of the camera are missing.
     """
     reader = BagReader(bag)
     parts = Parts(reader.prefix, camera)
@@ -100,15 +100,15 @@ def read_sequence(bag: Path, camera: str) -> Sequence:
 
 
 class Parts:
-    """Collects what a Sequence is made of, message by message; of images the stamps alone.
+    """Collects the parts of a Sequence message by message; keeps only the stamps of images.
 
     Args:
-        prefix: of the headset's topics.
-        camera: its stream, such as world_center.
+        prefix: the prefix of the headset's topics.
+        camera: the camera's stream, such as world_center.
 
     Attributes:
-        types: of the topics that are needed, by absolute name.
-        image: which of them has the images.
+        types: the message types of the needed topics, by absolute name.
+        image: the name of the image topic.
     """
 
     def __init__(self, prefix: str, camera: str) -> None:
@@ -135,10 +135,10 @@ class Parts:
             self._payloads[topic].append(payload)
 
     def camera(self) -> Camera | None:
-        """As its first camera_info describes it; None before that and the metadata are here.
+        """Returns the camera of the first camera_info, or None until it and metadata have arrived.
 
         Raises:
-            EvaluationError: they describe no camera.
+            EvaluationError: camera_info or metadata are invalid.
         """
         infos, texts = (self._payloads[self._names[it]] for it in ("camera_info", "metadata"))
         if not infos or not texts:
@@ -149,10 +149,10 @@ class Parts:
             raise EvaluationError(f"{self._camera}: {error}") from error
 
     def sequence(self, bag: Path) -> Sequence:
-        """Of all that was taken.
+        """Returns the sequence of all messages so far.
 
         Raises:
-            EvaluationError: it has not this camera's images, camera_info and poses.
+            EvaluationError: images, camera_info or poses of the camera are missing.
         """
         payloads, camera = self._payloads, self._camera
         infos = payloads[self._names["camera_info"]]
@@ -176,7 +176,7 @@ _INFO, _TF = "sensor_msgs/msg/CameraInfo", "tf2_msgs/msg/TFMessage"
 
 
 def _camera(info_payload: bytes, metadata: list[str]) -> tuple[Camera, str]:
-    """With the name of its optical frame."""
+    """Returns the camera and the name of its optical frame."""
     read_stamp = stamp_reader(_INFO)
     same = (it for it in metadata if metadata_stamp_ns(it) == read_stamp(info_payload))
     info = decoder(_INFO)(info_payload)
@@ -192,7 +192,7 @@ def _poses(payloads: dict[str, list[bytes]], camera: str, frame: str) -> Traject
 
 
 def _captures(metadata: list[str]) -> int:
-    """By their numbers, which count those that never arrived too; 0 where there are none."""
+    """Returns the number of captures by frame numbers, with lost ones; 0 without frame numbers."""
     numbers = [json.loads(it).get("frame_number") for it in metadata]
     counted = [number for number in numbers if isinstance(number, int)]
     return max(counted) - min(counted) + 1 if counted else 0

@@ -1,4 +1,4 @@
-"""Trajectories that SLAM programs have written of exported or played recordings."""
+"""Reads trajectories that SLAM programs wrote for exported or played recordings."""
 
 from __future__ import annotations
 
@@ -10,22 +10,24 @@ from ..geometry.pose import Pose
 from .trajectory import Trajectory
 from .tum import nanos_of, pose_of_words, read_rows, tum_row
 
-# 2001 in ns; in s that is further off than any stamp.
+# The year 2001 in ns. As seconds it is later than any stamp.
 _LEAST_NS = 10**18
 # OpenVINS's total state (RosVisualizerHelper.h): time, q p v bg ba of the IMU, time offset, number
-# of cameras, then of the first one 8 of its lens, and q and p of the IMU in the camera's frame.
+# of cameras, then for the first camera 8 lens values, and q and p of the IMU in the camera's frame.
 _STATE_COLUMNS = 34
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """Poses of a camera's optical frame, by rising stamp.
+    """Reads the poses of a camera's optical frame, by rising stamp.
 
-    Understands ORB-SLAM3's CameraTrajectory.txt and KeyFrameTrajectory.txt of EuRoC data without
-    an IMU (nanoseconds, position, quaternion), OpenVINS's total state with one camera or more, of
-    which the first counts, and TUM files. The columns tell which it is.
+    Detects the format by the columns:
+    - ORB-SLAM3's CameraTrajectory.txt and KeyFrameTrajectory.txt of EuRoC data without an IMU:
+      nanoseconds, position, quaternion
+    - OpenVINS's total state with one or more cameras; the first camera's poses are read
+    - TUM files
 
     Raises:
-        EvaluationError: it cannot be read, or is none of these.
+        EvaluationError: the file cannot be read, or has another format.
     """
     return read_rows(path, _row)
 
@@ -42,8 +44,11 @@ def _row(words: list[str]) -> tuple[int, Pose]:
 
 
 def _open_vins_camera(words: list[str]) -> Pose:
-    """Its quaternions are JPL's from the first frame to the second: to Hamilton, the same numbers
-    are the rotation from the second to the first."""
+    """Returns the first camera's pose of a row of OpenVINS's total state.
+
+    OpenVINS's quaternions are JPL's, from the first frame to the second. The same numbers as a
+    Hamilton quaternion are the rotation from the second frame to the first.
+    """
     imu = pose_of_words(words[5:8], words[1:5])
     to_imu = pose_of_words(words[31:34], words[27:31])
     camera_in_imu: Pose = np.eye(4)

@@ -17,13 +17,15 @@ from ..images.rectification import rectify
 from .placement import Map
 from .trajectory import Images, Trajectory
 
-# Every so many images one is a key: it helps to make the map. The others are placed in it.
+# Every fourth image is a key image. The map is made from the key images; the others are placed in
+# it afterwards.
 _KEY_INTERVAL = 4
-# Each key is matched with those so many keys before it.
+# Each key image is matched with the key images that are this many before it.
 _REACHES = (1, 2, 4, 8)
-# Every so many keys one is matched with all of its kind, to find places again.
+# Every sixth key image is matched with all other sixth ones, for loop closure.
 _LOOP_INTERVAL = 6
-# Of the first pair and of every point, at least: COLMAP's own, then those of one that hardly moves.
+# The least parallax of the first pair and of every point: COLMAP's defaults, then lower values for
+# a camera that hardly moves.
 _PARALLAX_DEG = ((16.0, 1.5), (2.0, 0.3))
 _LARGEST_SIDE_PX = 640
 _FEATURES = 1500
@@ -45,7 +47,7 @@ def structure_from_motion(images: Images, camera: Camera) -> Trajectory:
         folder = Path(name)
         stamps_ns, pinhole = _write_pinhole_images(folder / "images", images, camera)
         if len(stamps_ns) < 2:
-            raise EvaluationError("one image is no trajectory")
+            raise EvaluationError(f"expected 2 or more images, found {len(stamps_ns)}")
         names = [_name(stamp_ns) for stamp_ns in stamps_ns]
         keys = names[::_KEY_INTERVAL]
         _find_features(folder, pinhole, keys)
@@ -64,7 +66,7 @@ def _name(stamp_ns: int) -> str:
 def _write_pinhole_images(
     folder: Path, images: Images, camera: Camera
 ) -> tuple[list[int], pycolmap.Camera]:
-    """Their stamps, and the camera that would have taken them so."""
+    """Writes the images without distortion; returns their stamps and their pinhole camera."""
     folder.mkdir()
     width, height = camera.lens.width, camera.lens.height
     scale = min(1.0, _LARGEST_SIDE_PX / max(width, height))
@@ -79,7 +81,7 @@ def _write_pinhole_images(
         cv2.imwrite(str(folder / _name(stamp_ns)), small, [cv2.IMWRITE_PNG_COMPRESSION, 1])
         stamps_ns.append(stamp_ns)
     fx, _, cx, _, fy, cy, *_ = camera.matrix
-    # COLMAP's pixel centres are at halves, those of ROS at whole numbers.
+    # COLMAP's pixel centres are at halves, ROS's at whole numbers.
     parameters = (fx * scale, fy * scale, (cx + 0.5) * scale, (cy + 0.5) * scale)
     return stamps_ns, pycolmap.Camera(
         model="PINHOLE", width=size[0], height=size[1], params=parameters
@@ -118,7 +120,11 @@ def _match(folder: Path, pairs: Sequence[tuple[str, str]]) -> None:
 
 
 def _model(folder: Path) -> pycolmap.Reconstruction:
-    """The largest of those that the keys give."""
+    """Returns the largest reconstruction of the key images.
+
+    Raises:
+        EvaluationError: the images show no parallax.
+    """
     options = pycolmap.IncrementalPipelineOptions()
     options.random_seed = _SEED
     options.extract_colors = False

@@ -1,4 +1,4 @@
-"""How much later a reference trajectory's stamps are than those of the same motion's images."""
+"""Estimates a constant time offset between the stamps of images and of a reference trajectory."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .trajectory import Trajectory
 
-# The second looks closer, about what the first has found.
+# The second step refines the result of the first.
 _STEPS_S = (0.05, 0.005)
 _LEAST_TURN_RAD = 1e-3
 
@@ -18,17 +18,18 @@ type Floats = NDArray[np.float64]
 
 
 def time_offset_s(reference: Trajectory, estimate: Trajectory) -> float | None:
-    """What has to be added to the estimate's stamps for both to turn alike at the same time.
+    """Returns the time to add to the estimate's stamps so that both rotate at the same time.
 
-    Association and alignment hide a constant shift between images and poses; this shows it. How a
-    camera turns, in its own axes, is the same in every world and at every scale. The mean squared
-    difference is a parabola of small shifts, so three of them tell where it is least.
+    The association by stamps and the alignment hide a constant shift between images and poses.
+    The rotations in the camera's own axes show it: they are the same in every world and at every
+    scale. For small shifts, the mean squared difference of the rotations is a parabola of the
+    shift, so three values give its minimum.
 
     Returns:
-        None where too little turns to tell, or stamps do not overlap.
+        The offset in s; None if the camera rotates too little, or the stamps do not overlap.
     """
-    known_s, known = _turned(reference, reference[0][0])
-    at_s, found = _turned(estimate, reference[0][0])
+    known_s, known = _summed_rotations(reference, reference[0][0])
+    at_s, found = _summed_rotations(estimate, reference[0][0])
     offset_s = 0.0
     for step_s in _STEPS_S:
         shifted_s = at_s + offset_s
@@ -47,8 +48,11 @@ def time_offset_s(reference: Trajectory, estimate: Trajectory) -> float | None:
     return float(offset_s)
 
 
-def _turned(trajectory: Trajectory, origin_ns: int) -> tuple[Floats, Floats]:
-    """Seconds, and the sum of all turns until then as rotation vectors in the camera's axes."""
+def _summed_rotations(trajectory: Trajectory, origin_ns: int) -> tuple[Floats, Floats]:
+    """Returns the stamps in s and, for each, the sum of all rotations from pose to pose so far.
+
+    The rotations are rotation vectors in the camera's axes.
+    """
     stamps_s = np.array([stamp_ns - origin_ns for stamp_ns, _ in trajectory]) / 1e9
     turns = [
         cv2.Rodrigues(one[:3, :3].T @ other[:3, :3])[0].ravel()
@@ -62,6 +66,6 @@ def _interpolated(at_s: Floats, known_s: Floats, known: Floats) -> Floats:
 
 
 def _mean_squared_difference(found: Floats, expected: Floats) -> float:
-    """Of the turns from each stamp to the next."""
+    """Returns the mean squared difference of the rotations from each stamp to the next."""
     difference = np.diff(found, axis=0) - np.diff(expected, axis=0)
     return float(np.mean(np.sum(difference**2, axis=1)))

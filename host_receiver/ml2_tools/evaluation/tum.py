@@ -1,4 +1,4 @@
-"""Trajectories as TUM files: seconds, then x y z in metres, then the quaternion x y z w."""
+"""Reads and writes TUM files: seconds, then x y z in metres, then the quaternion x y z w."""
 
 from __future__ import annotations
 
@@ -20,25 +20,28 @@ _NANOS_PER_SECOND = 1_000_000_000
 
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:
-    """All nine decimals of each stamp are kept."""
+    """Writes a TUM file; stamps have all nine decimals."""
     with path.open("w") as file:
         file.writelines(_line(stamp_ns, pose) for stamp_ns, pose in trajectory)
 
 
 def read_tum(path: Path) -> Trajectory:
-    """By rising stamp; `#` begins a comment.
+    """Reads a TUM file, by rising stamp; `#` begins a comment.
 
     Raises:
-        EvaluationError: it cannot be read, or is another format.
+        EvaluationError: the file cannot be read, or has another format.
     """
     return read_rows(path, tum_row)
 
 
 def read_rows(path: Path, row: Callable[[list[str]], tuple[int, Pose]]) -> Trajectory:
-    """As read_tum(), of another format.
+    """Reads a file like a TUM file whose rows have another format.
 
     Args:
-        row: makes stamp_ns and a pose of the words of a line, or raises ValueError.
+        row: returns stamp_ns and the pose of a line's words, or raises ValueError.
+
+    Raises:
+        EvaluationError: the file cannot be read, or has another format.
     """
     try:
         with path.open("rb") as file:
@@ -64,7 +67,7 @@ def _line(stamp_ns: int, pose: Pose) -> str:
 
 
 def quaternion(pose: Pose) -> tuple[float, ...]:
-    """The rotation of a 4x4 matrix as x y z w."""
+    """Returns the rotation of a 4x4 matrix as x y z w."""
     vector = cv2.Rodrigues(pose[:3, :3])[0].ravel()
     angle = float(np.linalg.norm(vector))
     x, y, z = vector * (math.sin(angle / 2) / angle) if angle else vector
@@ -72,10 +75,10 @@ def quaternion(pose: Pose) -> tuple[float, ...]:
 
 
 def tum_row(words: list[str]) -> tuple[int, Pose]:
-    """Of a TUM file.
+    """Returns stamp_ns and the pose of a TUM file's row.
 
     Raises:
-        ValueError: it is of another format.
+        ValueError: the row has another format.
     """
     if len(words) != 8:
         raise ValueError(f"expected 8 numbers, found {len(words)} words")
@@ -83,13 +86,13 @@ def tum_row(words: list[str]) -> tuple[int, Pose]:
 
 
 def nanos_of(seconds: str) -> int:
-    """Exactly."""
+    """Converts decimal seconds to ns without rounding."""
     whole, _, decimals = seconds.partition(".")
     return int(whole) * _NANOS_PER_SECOND + int(decimals[:9].ljust(9, "0"))
 
 
 def pose_of_words(position: list[str], quaternion: list[str]) -> Pose:
-    """From x y z, and x y z w."""
+    """Returns the pose of a position x y z and a quaternion x y z w."""
     x, y, z = map(float, position)
     qx, qy, qz, qw = map(float, quaternion)
     translation = SimpleNamespace(x=x, y=y, z=z)

@@ -1,4 +1,4 @@
-"""Pixels of image messages, by whatever library these were decoded."""
+"""Reads the pixels of image messages, whatever library decoded the messages."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 
 def pixels_of(message: Any) -> NDArray[Any]:
-    """Pixels of an Image in mono8 or 32FC1; they are the message's own.
+    """Returns the pixels of an Image in mono8 or 32FC1, height x width, without a copy.
 
     Raises:
-        ValueError: it is another, or its data are not as long as it says.
+        ValueError: the encoding is another, or the data have the wrong length.
     """
     types: dict[str, Any] = {"mono8": np.uint8, "32FC1": np.float32}
     if message.encoding not in types or message.is_bigendian:
@@ -29,13 +29,13 @@ def pixels_of(message: Any) -> NDArray[Any]:
 
 
 class JpegDecoder:
-    """Decodes CompressedImages, each once although several products ask."""
+    """Decodes CompressedImages; repeated calls with the same message decode it only once."""
 
     def __init__(self) -> None:
         self._last: tuple[Any, NDArray[np.uint8]] | None = None
 
     def __call__(self, message: Any) -> NDArray[np.uint8]:
-        """height x width x 3, blue first.
+        """Returns the pixels, height x width x 3, in the order blue, green, red.
 
         Raises:
             ValueError: OpenCV cannot decode it.

@@ -1,4 +1,4 @@
-"""Images as a camera without distortion would have taken them."""
+"""Removes the lens distortion from images."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..geometry.camera import Camera
 
 
 def rectify(image: NDArray[np.uint8], camera: Camera) -> NDArray[np.uint8]:
-    """An image in the geometry of `camera`'s R and P; black where the camera saw nothing.
+    """Returns the image in the geometry of `camera`'s R and P; pixels out of its view are black.
 
     Raises:
-        ValueError: the image has not the size of the camera's.
+        ValueError: the image does not have the camera's size.
     """
     height, width = image.shape[:2]
     if (width, height) != (camera.lens.width, camera.lens.height):
@@ -28,9 +28,9 @@ def rectify(image: NDArray[np.uint8], camera: Camera) -> NDArray[np.uint8]:
 
 @functools.lru_cache(16)
 def _maps(camera: Camera) -> tuple[NDArray[np.int16], NDArray[np.uint16]]:
-    """For each pixel of the rectified image, its place in the camera's image.
+    """Returns, for each pixel of the rectified image, its position in the camera's image.
 
-    The maps have 1/32 px, which OpenCV is twice as fast with.
+    The maps have a resolution of 1/32 px, which makes OpenCV twice as fast.
     """
     columns, rows = np.meshgrid(np.arange(camera.lens.width), np.arange(camera.lens.height))
     pixels = np.stack([columns, rows, np.ones_like(rows)], axis=-1).astype(np.float64)

@@ -1,4 +1,4 @@
-"""Where the time of a topic's messages goes: what /diagnostics says, and what a subscriber saw."""
+"""Splits the latency of a topic's messages into stages, from /diagnostics and a subscriber."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -9,16 +9,19 @@ from numpy.typing import NDArray
 
 from ml2_receiver.session.statistics import SHARES, Latency
 
-# Four of the receiver's windows: a row is compared when the next one is here.
+# Enough for four windows of the receiver: a row is evaluated when the next one arrives.
 _ARRIVALS = 2048
 
 
 @dataclass(frozen=True)
 class Breakdown:
-    """Of `messages` messages, in ms: those of every window of which none was lost on the way here.
+    """The latency by stage, over all windows whose messages all reached this subscriber.
 
-    `shares_ms` are means and add up to the mean of the whole: SHARES, then published to
-    subscriber. `total` is of the whole, capture to subscriber.
+    Attributes:
+        messages: the number of messages.
+        shares_ms: the mean of each stage: SHARES, then published to subscriber. They add up to the
+            mean of `total`.
+        total: the latency from capture to subscriber.
     """
 
     messages: int
@@ -28,17 +31,22 @@ class Breakdown:
 
 @dataclass(frozen=True)
 class _Window:
-    """The same messages at both ends: means of SHARES, and each one's latency."""
+    """The messages of one row of /diagnostics.
+
+    Attributes:
+        shares_ms: the means of SHARES, as the receiver reports them.
+        latencies_ms: each message's latency, as this subscriber measured it.
+    """
 
     shares_ms: tuple[float, ...]
     latencies_ms: NDArray[np.float64]
 
 
 class TopicLatency:
-    """One topic as a subscriber sees it. Not thread-safe.
+    """The latency of one topic at a subscriber. Not thread-safe.
 
     Args:
-        windows: rows of /diagnostics that a breakdown is made of, the last ones.
+        windows: the number of latest rows of /diagnostics that a breakdown is made of.
     """
 
     def __init__(self, stream: str, windows: int) -> None:
@@ -48,18 +56,21 @@ class TopicLatency:
         self._last_row: Mapping[str, str] = {}
 
     def arrived(self, stamp_ns: int, now_ns: int) -> None:
-        """A message with this stamp is in the subscriber's hands; both are ROS time."""
+        """Takes the stamp of a message and the time of its arrival; both are ROS time."""
         self._arrivals.append((stamp_ns, (now_ns - stamp_ns) / 1e6))
 
     def reported(self, row: Mapping[str, str]) -> None:
-        """A row of /diagnostics came. It counts when the next comes: messages take their time."""
+        """Takes a row of /diagnostics.
+
+        The row is evaluated when the next one arrives, because its messages may arrive later.
+        """
         window = self._window(self._last_row)
         self._last_row = row
         if window is not None:
             self._windows.append(window)
 
     def _window(self, row: Mapping[str, str]) -> _Window | None:
-        """None without messages, or when not all of them arrived here."""
+        """Returns the window of a row, or None if it has no messages or some did not arrive."""
         if f"window.{SHARES[0]}_ms" not in row:
             return None
         ends_ns = int(row["window.first_capture_ns"]), int(row["window.last_capture_ns"])
@@ -72,7 +83,7 @@ class TopicLatency:
         return None
 
     def breakdown(self) -> Breakdown | None:
-        """None before the first whole window."""
+        """Returns the latency by stage, or None before the first complete window."""
         if not self._windows:
             return None
         latencies_ms = np.concatenate([window.latencies_ms for window in self._windows])

@@ -1,4 +1,4 @@
-"""The ROS node of `ml2-receiver latency`; with raw_taker the only one beside ros to use rclpy."""
+"""The ROS node of `ml2-receiver latency`."""
 
 import threading
 import time
@@ -18,18 +18,18 @@ from ml2_receiver.topics.status_name import split_status_name
 
 from .latency import Breakdown, TopicLatency
 
-# As many as a window has: on a busy machine this subscriber is late, which it is to show, and must
-# not lose messages instead. Only those that wait take memory.
+# As many messages as a window has. On a busy machine this subscriber must show the delay and not
+# lose messages instead. Only waiting messages take memory.
 _DEPTH = 512
 
 
 class LatencyNode:
-    """The node `ml2_latency`: subscribes to every topic that /diagnostics of a receiver names.
+    """The node `ml2_latency`: subscribes to every topic that a receiver lists in /diagnostics.
 
-    One thread takes, and any may ask. close() ends it.
+    Thread-safe. An own thread takes the messages until close().
 
     Args:
-        receiver: as in its --name, or empty.
+        receiver: the receiver's --name, or empty.
         windows: see TopicLatency.
 
     Raises:
@@ -44,34 +44,36 @@ class LatencyNode:
         self._context = start_ros()
         self._node = rclpy.create_node("ml2_latency", context=self._context)
         type = "diagnostic_msgs/msg/DiagnosticArray"
-        rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed)
-        with self._lock:  # who is diagnosed at once needs the taker
+        rows = RawSubscription(
+            type, "/diagnostics", QoSProfile(depth=_DEPTH), self._take_diagnostics
+        )
+        with self._lock:  # _take_diagnostics() needs _taker, and may be called at once
             self._taker = RawTaker(self._node, [rows])
 
     def close(self) -> None:
-        """Ends the node; nothing may be called after."""
+        """Ends the node; no method may be called afterwards."""
         self._taker.stop()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
     @property
     def session_state(self) -> str | None:
-        """As /diagnostics has it; None without a receiver."""
+        """The session's state in /diagnostics; None without a receiver."""
         with self._lock:
             return self._session.get("state")
 
     def breakdowns(self) -> dict[str, tuple[str, Breakdown | None]]:
-        """By topic, the stream it belongs to and where its time goes.
+        """Returns the stream and the latency by stage of each topic.
 
         Raises:
-            RosError: the thread that takes has failed; its traceback is on stderr.
+            RosError: the thread that takes messages has failed; its traceback is on stderr.
         """
         if not self._taker.is_alive:
             raise RosError("the messages of the receiver cannot be taken")
         with self._lock:
             return {name: (it.stream, it.breakdown()) for name, it in self._topics.items()}
 
-    def _diagnosed(self, payload: bytes) -> None:
+    def _take_diagnostics(self, payload: bytes) -> None:
         for status in deserialize_message(payload, DiagnosticArray).status:
             receiver, name = split_status_name(status.name) or (None, "")
             if receiver != self._receiver:
@@ -95,7 +97,7 @@ class LatencyNode:
 
         def take(payload: bytes) -> None:
             now_ns = time.time_ns()
-            with suppress(ValueError), self._lock:  # what has no stamp has no latency
+            with suppress(ValueError), self._lock:  # a message without a stamp has no latency
                 topic.arrived(read_stamp(payload), now_ns)
 
         self._taker.add(RawSubscription(values["type"], name, QoSProfile(depth=_DEPTH), take))

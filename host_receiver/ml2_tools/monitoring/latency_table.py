@@ -1,4 +1,4 @@
-"""Latencies for people: a table, and a picture."""
+"""Shows latencies as a table and as a plot."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ _NOTHING = "-"
 
 
 def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
-    """A row per topic; topics of which nothing came have dashes."""
+    """Returns a table with a row per topic; topics without messages have dashes."""
     title = f"Latency in ms over the last {duration_s:g} s; stages are means"
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
     table.add_column("topic", no_wrap=True)
@@ -30,7 +30,7 @@ def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
 
 
 def _short(name: str, stream: str) -> str:
-    """Without the prefix: every topic is named after its stream."""
+    """Returns a topic's name without the prefix; every topic is named after its stream."""
     return stream + name.partition(stream)[2]
 
 
@@ -44,7 +44,7 @@ def _cells(breakdown: Breakdown | None) -> list[str]:
 
 
 def write_plot(breakdowns: Breakdowns, path: Path) -> None:
-    """A bar of shares per topic, and its p99; needs matplotlib.
+    """Draws a bar of the stages of each topic, and its p99; needs matplotlib.
 
     Raises:
         LatencyError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""What could not be made of what arrived, and why."""
+"""Counts losses by reason."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _MOST_CHARACTERS = 200
 
 
 class Losses:
-    """Counts by reason; bounded, for some reasons quote what came over the network."""
+    """Counts by reason, with a bounded number of reasons: some quote data from the network."""
 
     OTHER = "other reasons"
 
@@ -17,11 +17,11 @@ class Losses:
         self._counts: Counter[str] = Counter()
 
     def add(self, reason: str) -> None:
-        """One more for this reason."""
+        """Counts one more loss for this reason."""
         reason = reason[:_MOST_CHARACTERS]
         is_known = reason in self._counts or len(self._counts) < _MOST_REASONS
         self._counts[reason if is_known else self.OTHER] += 1
 
     def counts(self) -> dict[str, int]:
-        """By reason, the most frequent first."""
+        """Returns the counts by reason, the most frequent first."""
         return dict(self._counts.most_common())

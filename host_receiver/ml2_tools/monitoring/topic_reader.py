@@ -1,4 +1,4 @@
-"""Messages of one topic, as text."""
+"""Reads the messages of one topic and formats them as text."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _MOST_ELEMENTS = 16
 
 
 def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterator[Any]:
-    """The messages that are published on a topic, until `stopping`.
+    """Yields the messages of a topic until `stopping` is set.
 
     Args:
         timeout_s: how long to wait for a publisher.
 
     Raises:
-        RosError: nobody publishes it, or its type is not installed.
+        RosError: the topic has no publisher, or its type is not installed.
     """
     context = start_ros()
     node = rclpy.create_node("ml2_echo", context=context)
@@ -39,7 +39,7 @@ def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterato
     executor.add_node(node)
     arrived: list[Any] = []
     try:
-        type = _found(node, executor, topic, timeout_s, stopping)
+        type = _await_type(node, executor, topic, timeout_s, stopping)
         if type is None:
             return
         node.create_subscription(_class(type), topic, arrived.append, _qos(node, topic))
@@ -54,7 +54,7 @@ def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterato
 
 
 def as_text(message: Any) -> str:
-    """YAML, with the first elements of long arrays and their number."""
+    """Formats a message as YAML; of a long array, only the first elements and their number."""
     return yaml.safe_dump(
         _plain(message),
         sort_keys=False,
@@ -64,14 +64,14 @@ def as_text(message: Any) -> str:
     )
 
 
-def _found(
+def _await_type(
     node: Node,
     executor: SingleThreadedExecutor,
     topic: str,
     timeout_s: float,
     stopping: threading.Event,
 ) -> str | None:
-    """The topic's type, once somebody publishes it; None when `stopping` comes first."""
+    """Waits for a publisher; returns the topic's type, or None if `stopping` is set first."""
     deadline_s = time.monotonic() + timeout_s
     while time.monotonic() < deadline_s:
         if stopping.is_set():
@@ -94,7 +94,7 @@ def _class(type: str) -> Any:
 
 
 def _qos(node: Node, name: str) -> QoSProfile:
-    """One that all publishers of a topic match."""
+    """Returns a QoS profile that is compatible with all publishers of a topic."""
     offered = [it.qos_profile for it in node.get_publishers_info_by_topic(name)]
     is_latched = all(it.durability == DurabilityPolicy.TRANSIENT_LOCAL for it in offered)
     is_reliable = all(it.reliability == ReliabilityPolicy.RELIABLE for it in offered)
@@ -107,7 +107,8 @@ def _qos(node: Node, name: str) -> QoSProfile:
 
 def _plain(value: Any) -> Any:
     if hasattr(value, "get_fields_and_field_types"):
-        return {it: _plain(getattr(value, it)) for it in value.get_fields_and_field_types()}
+        names = value.get_fields_and_field_types()
+        return {name: _plain(getattr(value, name)) for name in names}
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, bytes | bytearray | array.array | np.ndarray | list | tuple):

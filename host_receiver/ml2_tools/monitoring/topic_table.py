@@ -1,4 +1,4 @@
-"""Topics as /diagnostics has them, for people and for scripts."""
+"""Shows the topics in /diagnostics as a table and as objects for JSON."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,8 +21,11 @@ _NUMBERS = {
 
 
 def topic_figures(rows: Rows) -> list[dict[str, Any]]:
-    """An object per topic. `lost` counts all drops, here and on the headset; rates and latencies
-    are of the last second; null is what is not known."""
+    """Returns an object per topic.
+
+    `lost` counts all drops, on the host and on the headset. Rates and latencies are those of the
+    last second. Unknown values are None.
+    """
     return [
         {"topic": name, "type": values["type"], "state": values["message"]}
         | {key: _number(values.get(key)) for key in _NUMBERS if key != "lost"}
@@ -33,7 +36,7 @@ def topic_figures(rows: Rows) -> list[dict[str, Any]]:
 
 
 def topic_table(rows: Rows) -> Table:
-    """A row per topic."""
+    """Returns a table with a row per topic."""
     state = rows.get("session", {}).get("message", "")
     table = Table(title=state, title_justify="left", box=SIMPLE_HEAD)
     table.add_column("topic", no_wrap=True)
@@ -52,7 +55,10 @@ def _dropped(values: Mapping[str, str]) -> dict[str, int]:
 
 
 def _lost(values: Mapping[str, str]) -> int:
-    """A message dropped by the headset is a gap here, too, as soon as a later one arrives."""
+    """Returns the number of lost messages.
+
+    A message that the headset drops is counted as a gap, too, as soon as a later one arrives.
+    """
     return max(int(values["gaps"]), sum(_dropped(values).values())) + int(values["unpublished"])
 
 
