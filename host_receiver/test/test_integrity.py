@@ -145,7 +145,7 @@ def test_transforms_in_a_ring_are_no_place(tmp_path: Path) -> None:
     images = [replace(it, frame="magicleap_world") for it in sound() if it.topic == IMAGES]
     infos = [replace(it, frame="magicleap_world") for it in sound() if it.topic == INFOS]
     found = checks(tmp_path, [*ring, *images, *infos])
-    assert found[IMAGES, "transforms"].found == "the transforms are a ring"
+    assert found[IMAGES, "transforms"].found == "the transforms form a loop"
 
 
 def test_what_the_headset_promised_counts_more_than_what_came(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Reads recordings, also those that a kill has cut off."""
+"""Reads recordings, also truncated ones of a receiver that was killed."""
 
 import io
 import re
@@ -19,7 +19,7 @@ from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.topics.string_message import decode_string
 from ml2_receiver.wire.frame import Kind
 
-# A chunk of ours ends with the message that makes it larger than 4 MiB.
+# `ml2-receiver record` ends a chunk with the message that makes it larger than 4 MiB.
 _MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
 _MOST_DIGITS = 18
 _CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
@@ -28,7 +28,7 @@ _BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstanda
 
 @dataclass(frozen=True)
 class BagMessage:
-    """`time_ns` is when it was received; `payload` is as it was sent."""
+    """A recorded message; `time_ns` is its time of recording, `payload` the CDR bytes as sent."""
 
     topic: str
     time_ns: int
@@ -36,16 +36,16 @@ class BagMessage:
 
 
 class Bag:
-    """One recording, of this receiver or of any other program that writes rosbag2 as MCAP.
+    """One recording, by this receiver or any other program that writes rosbag2 as MCAP.
 
     Args:
-        path: the folder, with one or several .mcap files, or one of them.
+        path: a folder with one or more .mcap files, or one such file.
 
     Attributes:
         types: the type of each topic, by its absolute name.
 
     Raises:
-        RecordingError: it cannot be read.
+        RecordingError: the recording cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -57,10 +57,10 @@ class Bag:
         return sum(file.stat().st_size for file in self._files)
 
     def messages(self) -> Iterator[BagMessage]:
-        """All of them in the order of the files, that of their arrival, with CRCs checked.
+        """Yields all messages in the order of the files, which is that of arrival; checks CRCs.
 
         Raises:
-            RecordingError: a file is broken before its end; a mere end is none.
+            RecordingError: a file is broken before its end; a truncated file is no error.
         """
         for file in self._files:
             names: dict[int, str] = {}
@@ -88,11 +88,11 @@ class BagReader(Bag):
     """One recording of `ml2-receiver record`.
 
     Attributes:
-        config: what the headset made of the first configuration.
-        prefix: of the headset's topics.
+        config: the headset's answer to the first configuration.
+        prefix: the prefix of the headset's topics.
 
     Raises:
-        RecordingError: it cannot be read, or `ml2-receiver record` has not written it.
+        RecordingError: the recording cannot be read, or is not one of `ml2-receiver record`.
     """
 
     def __init__(self, path: Path) -> None:
@@ -115,10 +115,10 @@ class BagReader(Bag):
                     return ConfigText.parse(decode_string(message.payload))
                 except (ValueError, ProtocolError) as error:
                     raise RecordingError(f"{self._path}: {topic}: {error}") from error
-        raise RecordingError(f"{self._path} has nothing of a headset")
+        raise RecordingError(f"{self._path} has no message on {topic}: no headset was connected")
 
 
-def _broken_up(chunk: Chunk) -> list[McapRecord]:
+def _split_chunk(chunk: Chunk) -> list[McapRecord]:
     size = chunk.uncompressed_size
     if chunk.compression == "zstd":
         size = max(size, zstandard.frame_content_size(chunk.data))
@@ -130,8 +130,8 @@ def _broken_up(chunk: Chunk) -> list[McapRecord]:
 
 
 def _indexed(path: Path) -> list[McapRecord]:
-    """Schemas and channels by the index; nothing where that is missing."""
-    with _opened(path) as file, suppress(*_BROKEN, OSError):
+    """Returns the schemas and channels in the file's index; an empty list without an index."""
+    with _open(path) as file, suppress(*_BROKEN, OSError):
         summary = SeekingReader(file, record_size_limit=_MAX_RECORD_BYTES).get_summary()
         if summary is not None:
             return [*summary.schemas.values(), *summary.channels.values()]
@@ -139,20 +139,20 @@ def _indexed(path: Path) -> list[McapRecord]:
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
-    with _opened(path) as file:
+    with _open(path) as file:
         reader = StreamReader(
             file, emit_chunks=True, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES
         )
         try:
             for record in reader.records:
-                yield from _broken_up(record) if isinstance(record, Chunk) else [record]
+                yield from _split_chunk(record) if isinstance(record, Chunk) else [record]
         except _BROKEN as error:
             if file.tell() < path.stat().st_size or file.tell() == 0:
                 raise RecordingError(f"{path} is broken: {error}") from error
 
 
 def _files(path: Path) -> list[Path]:
-    """In the order of their numbers, NAME_0 and so on."""
+    """Returns the .mcap files in the order of their numbers: NAME_0, NAME_1, ..."""
     if not path.is_dir():
         return [path]
     files = list(path.glob("*.mcap"))
@@ -167,15 +167,15 @@ def _number(file: Path) -> int:
 
 
 class _BoundedFile(io.BufferedReader):
-    """Believes no length that is larger than a record may be."""
+    """A file that refuses to read more bytes at once than the largest record has."""
 
     def read(self, size: int | None = -1, /) -> bytes:
         if size is None or not 0 <= size <= _MAX_RECORD_BYTES:
-            raise ValueError(f"a length of {size} B")
+            raise ValueError(f"a record has {size} B, expected at most {_MAX_RECORD_BYTES}")
         return super().read(size)
 
 
-def _opened(path: Path) -> _BoundedFile:
+def _open(path: Path) -> _BoundedFile:
     try:
         return _BoundedFile(io.FileIO(path))
     except OSError as error:

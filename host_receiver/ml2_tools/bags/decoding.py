@@ -1,4 +1,4 @@
-"""Messages of recordings as objects, without ROS."""
+"""Decodes messages of recordings without ROS."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ _BROKEN = (ValueError, IndexError, OverflowError, struct.error)
 
 @functools.cache
 def decoder(type: str) -> Callable[[bytes], Any]:
-    """What decodes payloads of a type of the stream table, as "sensor_msgs/msg/Image".
+    """Returns a function that decodes payloads of a message type.
 
-    Attributes of what it returns are named as in ROS; a sequence of uint8 is `bytes`, which may be
-    shorter than the payload claims. The type's definition is ours, never the recording's. It
-    raises ValueError for a payload that is not of that type.
+    The decoded objects have ROS's attribute names. A sequence of uint8 is `bytes`, which may be
+    shorter than the payload claims. The message definition is the receiver's own, never the
+    recording's. The function raises ValueError for a payload that is not of the type.
+
+    Args:
+        type: a type in the stream table, such as "sensor_msgs/msg/Image".
 
     Raises:
-        KeyError: the table has no such type.
+        KeyError: the stream table does not have the type.
     """
     schema = Schema(1, DEFINITIONS[type].encode(), SchemaEncoding.ROS2, type)
     decode = DecoderFactory().decoder_for(MessageEncoding.CDR, schema)

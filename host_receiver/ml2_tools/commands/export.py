@@ -1,4 +1,4 @@
-"""ml2-receiver export: what the receiver publishes, in the files of other programs."""
+"""ml2-receiver export: writes cameras or a recording in the formats of other programs."""
 
 import argparse
 from pathlib import Path
@@ -23,9 +23,9 @@ _NOISE = {
     "gyroscope_random_walk": "rad/s^2/sqrt(Hz)",
 }
 _EPILOG = """\
---kalibr looks at a running `ml2-receiver run` with a headset, or at a bag that is played, unless
-there is --bag. --euroc wants --bag; beside the data it writes settings for ORB-SLAM3, and for
-OpenVINS where there is an IMU. Their trajectories go into `evaluate --trajectory`.
+--kalibr reads a recording with --bag, otherwise the topics of a running `ml2-receiver run` with a
+headset or of a bag that is played. --euroc needs --bag. It also writes settings for ORB-SLAM3 and,
+with --imu, for OpenVINS; `evaluate --trajectory` reads their trajectories.
 
 examples:
   ml2-receiver export --kalibr calibration
@@ -35,28 +35,28 @@ examples:
     --accelerometer-noise-density 0.002 --accelerometer-random-walk 0.0003 \\
     --gyroscope-noise-density 0.0002 --gyroscope-random-walk 0.00002
 
-Noise of the IMUs is nowhere documented: take it from your own Allan deviation.
+The noise of the IMUs is not documented: measure it, for example by an Allan deviation.
 """
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "export",
-        help="write cameras and their places as Kalibr YAML, or a recording in EuRoC's format",
+        help="write cameras and their poses as Kalibr YAML, or a recording in EuRoC's format",
         epilog=_EPILOG,
     )
     parser.add_argument(
         "--kalibr",
         type=Path,
         metavar="FOLDER",
-        help="where camchain.yaml and imu.yaml go; files that are there are not replaced",
+        help="where camchain.yaml and imu.yaml go; existing files are not replaced",
     )
     parser.add_argument(
         "--euroc", type=Path, metavar="FOLDER", help="where mav0 goes, with images and IMU"
     )
     parser.add_argument("--bag", type=Path, metavar="BAG", help="folder that `record` made")
     parser.add_argument(
-        "--prefix", default="/magic_leap2", help="of live topics; default: /magic_leap2"
+        "--prefix", default="/magic_leap2", help="prefix of live topics; default: /magic_leap2"
     )
     parser.add_argument(
         "--cameras",
@@ -64,9 +64,9 @@ def add_parser(subparsers: Subparsers) -> None:
         choices=CAMERAS,
         default=[],
         metavar="CAMERA",
-        help=f"cam0, cam1, ...; default: those that run of {', '.join(CAMERAS)}",
+        help=f"cam0, cam1, ... in this order; default: all that run of {', '.join(CAMERAS)}",
     )
-    parser.add_argument("--imu", choices=_IMUS, help="write this IMU too; needs its noise")
+    parser.add_argument("--imu", choices=_IMUS, help="write this IMU too; needs its noise values")
     for name, unit in _NOISE.items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="X", help=unit)
     parser.set_defaults(run=_run)
@@ -76,7 +76,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.kalibr is None and options.euroc is None:
         raise ExportError("expected --kalibr FOLDER or --euroc FOLDER, found neither")
     if options.euroc is not None and options.bag is None:
-        raise ExportError("--euroc is of a recording: say which one by --bag")
+        raise ExportError("--euroc needs a recording: name it with --bag")
     noise = _noise(options)
     reader = None if options.bag is None else BagReader(options.bag)
     rig = _rig(options, reader)
@@ -98,8 +98,8 @@ def _rig(options: argparse.Namespace, reader: BagReader | None) -> Rig:
 
         return read_rig(reader, options.cameras, options.imu)
     with ros_needed():
-        from ..export.live_rig import look
-    return look(options.prefix, options.cameras, options.imu, PATIENCE_S)
+        from ..export.live_rig import read_live_rig
+    return read_live_rig(options.prefix, options.cameras, options.imu, PATIENCE_S)
 
 
 def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | None) -> None:
@@ -107,8 +107,8 @@ def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | 
     if noise is not None and topic is not None and rig.imu_rate_hz is not None:
         texts["imu.yaml"] = imu(topic, rig.imu_rate_hz, noise)
     _write(folder, texts)
-    print("T_cam_imu is not in camchain.yaml: the headset does not say where its IMUs are.")
-    print("kalibr_calibrate_imu_camera finds it from a recording.")
+    print("T_cam_imu is not in camchain.yaml: the headset does not publish its IMUs' poses.")
+    print("kalibr_calibrate_imu_camera computes it from a recording.")
 
 
 def _export_euroc(
@@ -138,7 +138,7 @@ def _noise(options: argparse.Namespace) -> ImuNoise | None:
     if options.imu is None:
         given = [_option(name) for name, value in values.items() if value is not None]
         if given:
-            raise ExportError(f"{given[0]} is of an IMU: say which one by --imu")
+            raise ExportError(f"{given[0]} needs an IMU: name it with --imu")
         return None
     for name, value in values.items():
         if value is None or not 0 < value < float("inf"):
@@ -152,7 +152,7 @@ def _option(name: str) -> str:
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """All of them, or none where one is there already."""
+    """Writes all files, or none if one of them exists already."""
     existing = [folder / name for name in texts if (folder / name).exists()]
     if existing:
         raise ExportError(f"{existing[0]} is there already")

@@ -1,4 +1,4 @@
-"""YAML as OpenCV's cv::FileStorage reads it, which ORB-SLAM3, OpenVINS and readers of EuRoC use."""
+"""Writes YAML for OpenCV's cv::FileStorage, which ORB-SLAM3, OpenVINS and EuRoC readers use."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import yaml
 
 
 def asl_yaml(document: Mapping[str, Any]) -> str:
-    """With the first line that OpenCV wants, which is no directive of YAML."""
+    """Returns the YAML text, with the first line that OpenCV needs (not a YAML directive)."""
     text = yaml.dump(dict(document), Dumper=_Dumper, sort_keys=False, default_flow_style=None)
     return f"%YAML:1.0\n---\n{text}"
 
 
 class _Dumper(yaml.SafeDumper):
-    """OpenCV wants lists deeper than their key, and reads no line that is broken or an alias.
+    """A YAML dumper for OpenCV, which needs indented lists and reads no wrapped lines or aliases.
 
-    Lists of numbers are on one line, keys on lines of their own.
+    A list of numbers is on one line; each key has its own line.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:

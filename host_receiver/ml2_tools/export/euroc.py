@@ -1,4 +1,4 @@
-"""A recording as a folder of the EuRoC (ASL) format, which visual-inertial programs read.
+"""Converts a recording to a folder in the EuRoC (ASL) format, which visual-inertial programs read.
 
 Format: https://projects.asl.ethz.ch/datasets/doku.php?id=kmavvisualinertialdatasets
 """
@@ -26,7 +26,7 @@ _NANOS_PER_SECOND = 1_000_000_000
 _IMAGE, _IMU = "sensor_msgs/msg/Image", "sensor_msgs/msg/Imu"
 _IMU_COLUMNS = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
 _IMU_COLUMNS += "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
-# PNG's, of 0 to 9: a quarter of the time for a tenth more bytes.
+# PNG level 1 of 9 takes a quarter of the default's time, for a tenth more bytes.
 _COMPRESSION = (cv2.IMWRITE_PNG_COMPRESSION, 1)
 
 
@@ -40,18 +40,19 @@ def write_euroc(
 ) -> list[list[int]]:
     """Writes FOLDER/mav0 with cam0, cam1 and so on, and imu0 if there is an `imu_topic`.
 
-    The body frame is the optical frame of cam0, since the headset does not say where its IMUs are;
-    so imu0/sensor.yaml has no T_BS.
+    The headset does not publish the poses of its IMUs. So the body frame is the optical frame of
+    cam0, and imu0/sensor.yaml has no T_BS.
 
     Args:
-        folder: must not have a mav0 yet.
-        on_bytes: hears of each payload's length.
+        folder: must not contain mav0 yet.
+        on_bytes: is called with each payload's length.
 
     Returns:
         The stamps in ns of each camera's images.
 
     Raises:
-        ExportError: something is there already, cannot be written or is not in the format.
+        ExportError: mav0 exists already or cannot be written, or a message does not fit the
+            format.
         RecordingError: the recording is broken.
     """
     root = folder / "mav0"
@@ -82,7 +83,7 @@ def write_euroc(
 
 
 class _Folder:
-    """One sensor's, and its data.csv; stamps must rise."""
+    """The folder of one sensor, with data.csv and sensor.yaml; stamps must rise."""
 
     def __init__(self, folder: Path, columns: str) -> None:
         folder.mkdir(parents=True)
@@ -92,8 +93,8 @@ class _Folder:
 
     def row(self, at_ns: int, text: str) -> None:
         if self.stamps_ns and at_ns <= self.stamps_ns[-1]:
-            more = "`ml2-receiver inspect` says more"
-            raise ValueError(f"stamp {at_ns} comes after {self.stamps_ns[-1]}: {more}")
+            hint = "run `ml2-receiver inspect` for details"
+            raise ValueError(f"stamp {at_ns} comes after {self.stamps_ns[-1]}: {hint}")
         self.stamps_ns.append(at_ns)
         self._rows.append(f"{at_ns},{text}")
 
@@ -123,8 +124,9 @@ class _ImageFolder(_Folder):
         (self.folder / "data" / f"{at_ns}.png").write_bytes(png.data)
 
     def close(self, camera: RigCamera, rig: Rig) -> None:
-        it = camera.calibration
-        model, coefficients, residual_px = distortion(it)
+        calibration = camera.calibration
+        k = calibration.k
+        model, coefficients, residual_px = distortion(calibration)
         in_body = np.linalg.inv(rig.cameras[0].pose) @ camera.pose
         comment = camera.topic
         if residual_px:
@@ -135,9 +137,9 @@ class _ImageFolder(_Folder):
                 "comment": comment,
                 "T_BS": {"cols": 4, "rows": 4, "data": in_body.ravel().tolist()},
                 "rate_hz": self.rate_hz(),
-                "resolution": [it.width, it.height],
+                "resolution": [calibration.width, calibration.height],
                 "camera_model": "pinhole",
-                "intrinsics": [it.k[0], it.k[4], it.k[2], it.k[5]],
+                "intrinsics": [k[0], k[4], k[2], k[5]],
                 "distortion_model": {"radtan": "radial-tangential"}.get(model, model),
                 "distortion_coefficients": coefficients,
             }
@@ -157,7 +159,7 @@ class _ImuFolder(_Folder):
         self.row(header_stamp_ns(message.header), ",".join(map(repr, numbers)))
 
     def close(self, noise: ImuNoise | None) -> None:
-        """Noise under the names of EuRoC."""
+        """Writes the files; noise has EuRoC's names in sensor.yaml."""
         sensor: dict[str, Any] = {
             "sensor_type": "imu",
             "comment": "T_BS is not known",

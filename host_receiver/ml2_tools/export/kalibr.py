@@ -1,4 +1,4 @@
-"""Cameras, their places and an IMU in the YAML of Kalibr, which VIO packages read.
+"""Writes cameras, their poses and an IMU in Kalibr's YAML, which VIO packages read.
 
 Formats: https://github.com/ethz-asl/kalibr/wiki/yaml-formats
 """
@@ -17,7 +17,7 @@ from ml2_receiver.errors import ExportError
 
 from ..geometry.pose import Pose
 
-# Those with lenses that calibration programs know, in the order they get their numbers.
+# The cameras whose lens models calibration programs know, in the order of cam0, cam1, ...
 CAMERAS = ("world_left", "world_center", "world_right", "color")
 
 _GRID = 33
@@ -26,7 +26,7 @@ _UNDISTORTION_STEPS = 30
 
 @dataclass(frozen=True)
 class RigCamera:
-    """A camera and where it was; `pose` is from its optical frame to any frame all share."""
+    """A camera; `pose` is from its optical frame to a frame that all cameras share."""
 
     topic: str
     calibration: Calibration
@@ -35,8 +35,10 @@ class RigCamera:
 
 @dataclass(frozen=True)
 class ImuNoise:
-    """Of an IMU, as Kalibr has it: densities in m/s^2/sqrt(Hz) and rad/s/sqrt(Hz), walks in
-    m/s^3/sqrt(Hz) and rad/s^2/sqrt(Hz).
+    """The noise of an IMU in Kalibr's units.
+
+    Densities are in m/s^2/sqrt(Hz) and rad/s/sqrt(Hz), random walks in m/s^3/sqrt(Hz) and
+    rad/s^2/sqrt(Hz).
     """
 
     accelerometer_noise_density: float
@@ -46,9 +48,9 @@ class ImuNoise:
 
 
 def camchain(cameras: Sequence[RigCamera]) -> str:
-    """camchain.yaml: cam0 is the first; T_cn_cnm1 takes points from the camera before it.
+    """Returns the text of camchain.yaml; T_cn_cnm1 transforms points from the previous camera.
 
-    T_cam_imu is absent: nobody knows it before a calibration.
+    T_cam_imu is absent, because it is unknown before a calibration.
 
     Raises:
         ExportError: Kalibr has no model for a lens.
@@ -56,14 +58,15 @@ def camchain(cameras: Sequence[RigCamera]) -> str:
     chain: dict[str, Any] = {}
     comments = []
     for number, camera in enumerate(cameras):
-        it = camera.calibration
-        model, coefficients, residual_px = distortion(it)
+        calibration = camera.calibration
+        k = calibration.k
+        model, coefficients, residual_px = distortion(calibration)
         row = chain[f"cam{number}"] = {
             "camera_model": "pinhole",
-            "intrinsics": [it.k[0], it.k[4], it.k[2], it.k[5]],
+            "intrinsics": [k[0], k[4], k[2], k[5]],
             "distortion_model": model,
             "distortion_coeffs": coefficients,
-            "resolution": [it.width, it.height],
+            "resolution": [calibration.width, calibration.height],
             "rostopic": camera.topic,
         }
         if residual_px:
@@ -75,7 +78,7 @@ def camchain(cameras: Sequence[RigCamera]) -> str:
 
 
 def imu(topic: str, rate_hz: float, noise: ImuNoise) -> str:
-    """imu.yaml."""
+    """Returns the text of imu.yaml."""
     return _yaml(vars(noise) | {"rostopic": topic, "update_rate": round(rate_hz, 2)})
 
 
@@ -83,31 +86,37 @@ def _yaml(document: Mapping[str, Any]) -> str:
     return yaml.safe_dump(dict(document), sort_keys=False, default_flow_style=None, width=200)
 
 
-def distortion(it: Calibration) -> tuple[str, list[float], float]:
-    """Kalibr's model and coefficients, and by how many pixels they miss at most."""
-    expected = {"equidistant": 4, "plumb_bob": 5}.get(it.model)
-    if len(it.d) != expected or it.k[0] <= 0 or it.k[4] <= 0:
-        found = f"{it.model!r} with {len(it.d)} coefficients, fx {it.k[0]}, fy {it.k[4]}"
+def distortion(calibration: Calibration) -> tuple[str, list[float], float]:
+    """Returns Kalibr's model, its coefficients and its largest error in pixels.
+
+    Raises:
+        ExportError: Kalibr has no model for the lens.
+    """
+    model, d, fx, fy = calibration.model, calibration.d, calibration.k[0], calibration.k[4]
+    expected = {"equidistant": 4, "plumb_bob": 5}.get(model)
+    if len(d) != expected or fx <= 0 or fy <= 0:
+        found = f"{model!r} with {len(d)} coefficients, fx {fx}, fy {fy}"
         raise ExportError(f"expected a lens that Kalibr has a model for, found {found}")
-    if it.model == "equidistant":
-        return "equidistant", list(it.d), 0.0
-    k1, k2, p1, p2, k3 = it.d
+    if model == "equidistant":
+        return "equidistant", list(d), 0.0
+    k1, k2, p1, p2, k3 = d
     if k3 == 0:
         return "radtan", [k1, k2, p1, p2], 0.0
-    radius = _radii(it)
-    # With K, p1 and p2 held: the k1 and k2 whose difference is nearest to what k3 does.
+    radius = _radii(calibration)
+    # Fits the changes of k1 and k2 that replace k3 best; K, p1 and p2 stay.
     terms = np.stack([radius**3, radius**5], axis=1)
     wanted = k3 * radius**7
     change, *_ = np.linalg.lstsq(terms, wanted, rcond=None)
-    residual_px = max(it.k[0], it.k[4]) * float(np.abs(terms @ change - wanted).max())
+    residual_px = max(fx, fy) * float(np.abs(terms @ change - wanted).max())
     return "radtan", [k1 + float(change[0]), k2 + float(change[1]), p1, p2], residual_px
 
 
-def _radii(it: Calibration) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Distances from the optical axis, at depth 1, of what a grid over the image shows."""
-    columns, rows = np.meshgrid(*(np.linspace(0, n - 1, _GRID) for n in (it.width, it.height)))
-    u, v = (columns - it.k[2]) / it.k[0], (rows - it.k[5]) / it.k[4]
-    k1, k2, p1, p2, k3 = it.d
+def _radii(calibration: Calibration) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Returns the distances from the optical axis, at depth 1, for a grid of pixels."""
+    size, k = (calibration.width, calibration.height), calibration.k
+    columns, rows = np.meshgrid(*(np.linspace(0, n - 1, _GRID) for n in size))
+    u, v = (columns - k[2]) / k[0], (rows - k[5]) / k[4]
+    k1, k2, p1, p2, k3 = calibration.d
     x, y = u, v
     for _ in range(_UNDISTORTION_STEPS):
         q = x * x + y * y

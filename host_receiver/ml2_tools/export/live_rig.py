@@ -1,4 +1,4 @@
-"""One look at the cameras, transforms and an IMU that a receiver publishes now."""
+"""Reads the cameras, transforms and an IMU that a running receiver publishes."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ _STAMPS = 256
 _WAIT_S = 0.1
 
 
-def look(prefix: str, cameras: Sequence[str], imu: str | None, timeout_s: float) -> Rig:
-    """Waits for what is asked for, at most `timeout_s`.
+def read_live_rig(prefix: str, cameras: Sequence[str], imu: str | None, timeout_s: float) -> Rig:
+    """Waits up to `timeout_s` for the messages of the cameras and the IMU.
 
     Args:
-        cameras: ids of streams; none means those of CAMERAS that run.
-        imu: of which stream to measure the rate, if of any.
+        cameras: stream ids; if empty, the cameras of CAMERAS that run.
+        imu: the stream id of the IMU whose rate is measured, or None.
 
     Raises:
-        ExportError: something does not come; says what.
+        ExportError: messages do not arrive in time; the error names them.
         RosError: ROS does not start.
     """
     context = start_ros()
@@ -48,27 +48,28 @@ def look(prefix: str, cameras: Sequence[str], imu: str | None, timeout_s: float)
     executor.add_node(observer.node)
     deadline_s = time.monotonic() + timeout_s
 
-    def until(is_there: Callable[[], Any], missing: str) -> None:
-        while not is_there():
+    def wait_until(has_arrived: Callable[[], Any], missing: str) -> None:
+        while not has_arrived():
             if time.monotonic() > deadline_s:
                 raise ExportError(f"{missing} within {timeout_s:g} s")
             executor.spin_once(timeout_sec=_WAIT_S)
 
     try:
         if not cameras:
-            until(lambda: observer.running, f"no camera of {', '.join(CAMERAS)} under {prefix}")
+            missing = f"no camera of {', '.join(CAMERAS)} under {prefix}"
+            wait_until(lambda: observer.running, missing)
             cameras = observer.running
         observer.watch(cameras, imu)
         wanted = set(cameras)
         missing = f"not every camera_info of {', '.join(cameras)} under {prefix}"
-        until(lambda: wanted <= observer.infos.keys(), missing)
+        wait_until(lambda: wanted <= observer.infos.keys(), missing)
         if len(cameras) > 1:
             frames = {observer.infos[camera].header.frame_id: camera for camera in cameras}
             observer.follow(frames)
             missing = f"no instant with transforms of {', '.join(sorted(frames))}"
-            until(lambda: observer.poses, missing)
+            wait_until(lambda: observer.poses, missing)
         if imu is not None:
-            until(lambda: len(observer.imu_s) >= _IMU_MESSAGES, f"no {prefix}/{imu}/imu")
+            wait_until(lambda: len(observer.imu_s) >= _IMU_MESSAGES, f"no {prefix}/{imu}/imu")
         return observer.rig(cameras)
     finally:
         executor.shutdown()
@@ -77,10 +78,13 @@ def look(prefix: str, cameras: Sequence[str], imu: str | None, timeout_s: float)
 
 
 class _Observer:
-    """What comes of one receiver.
+    """A node that keeps the needed messages of one receiver.
 
     Attributes:
-        poses: of all cameras by id, at the latest instant that has them all; empty before it.
+        running: the cameras of CAMERAS that run.
+        infos: the last camera_info by camera.
+        imu_s: the stamps of the IMU.
+        poses: the poses by camera at the latest stamp at which all are known; empty before that.
     """
 
     def __init__(self, prefix: str, context: Context) -> None:
@@ -98,21 +102,21 @@ class _Observer:
             durability=DurabilityPolicy.TRANSIENT_LOCAL,
             reliability=ReliabilityPolicy.RELIABLE,
         )
-        self.node.create_subscription(String, f"{prefix}/config", self._configured, latched)
+        self.node.create_subscription(String, f"{prefix}/config", self._take_config, latched)
 
     def watch(self, cameras: Sequence[str], imu: str | None) -> None:
         for camera in cameras:
             topic = f"{self._prefix}/{camera}/camera_info"
             self.node.create_subscription(CameraInfo, topic, self._info_taker(camera), 5)
         if imu is not None:
-            self.node.create_subscription(Imu, f"{self._prefix}/{imu}/imu", self._measured, 200)
+            self.node.create_subscription(Imu, f"{self._prefix}/{imu}/imu", self._take_imu, 200)
 
     def follow(self, frames: Mapping[str, str]) -> None:
-        """Looks for `poses` of the cameras that have these optical frames."""
+        """Subscribes to the transforms of these optical frames; `frames` maps frame to camera."""
         self._tree, self._count = Tree.of(frames), len(frames)
         static = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.node.create_subscription(TFMessage, "/tf_static", self._stood, static)
-        self.node.create_subscription(TFMessage, "/tf", self._transformed, 100)
+        self.node.create_subscription(TFMessage, "/tf_static", self._take_static, static)
+        self.node.create_subscription(TFMessage, "/tf", self._take_transforms, 100)
 
     def rig(self, cameras: Sequence[str]) -> Rig:
         topics = {camera: load_table().streams[camera].topics[0] for camera in cameras}
@@ -124,7 +128,7 @@ class _Observer:
                 RigCamera(
                     topics[camera].full_name(self._prefix),
                     calibration_of(self.infos[camera]),
-                    # A single camera is nowhere in particular.
+                    # A single camera needs no pose.
                     self.poses.get(camera, np.eye(4)),
                 )
                 for camera in cameras
@@ -132,26 +136,26 @@ class _Observer:
             rate_hz,
         )
 
-    def _configured(self, message: String) -> None:
+    def _take_config(self, message: String) -> None:
         try:
             streams = json.loads(message.data)["streams"]
             self.running = tuple(it for it in CAMERAS if streams.get(it, {}).get("topics"))
         except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
-            raise ExportError(f"{self._prefix}/config is not as a receiver writes it") from error
+            raise ExportError(f"{self._prefix}/config is not a receiver's configuration") from error
 
     def _info_taker(self, camera: str) -> Callable[[CameraInfo], None]:
         return lambda message: self.infos.update({camera: message})
 
-    def _measured(self, message: Imu) -> None:
+    def _take_imu(self, message: Imu) -> None:
         self.imu_s.add(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
 
-    def _stood(self, message: TFMessage) -> None:
+    def _take_static(self, message: TFMessage) -> None:
         try:
             self._tree.stand(message)
         except ValueError as error:
             raise ExportError(f"/tf_static: {error}") from error
 
-    def _transformed(self, message: TFMessage) -> None:
+    def _take_transforms(self, message: TFMessage) -> None:
         try:
             for camera, stamp_ns, pose in self._tree.poses(message):
                 instant = self._instants.setdefault(stamp_ns, {})

@@ -1,4 +1,4 @@
-"""Settings of OpenVINS, which listens to the topics of `ml2-receiver run` or of a played bag.
+"""Writes settings for OpenVINS, which subscribes to `ml2-receiver run` or to a played bag.
 
 Format: https://docs.openvins.com, config/ in https://github.com/rpng/open_vins
 """
@@ -14,7 +14,8 @@ IMU_CHAIN, CAMERA_CHAIN = "kalibr_imu_chain.yaml", "kalibr_imucam_chain.yaml"
 _GRAVITY = 9.81
 _IDENTITY_3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 _IDENTITY_4 = [[float(row == column) for column in range(4)] for row in range(4)]
-# What it wants to be told and has in its own examples; start while moving, as heads do.
+# OpenVINS requires these values; they are those of its examples. A head moves at the start, so the
+# dynamic initialization is on.
 _INITIALIZATION = {
     "init_window_time": 2.0,
     "init_imu_thresh": 1.5,
@@ -82,8 +83,11 @@ _FRONT_END = {
 
 
 def estimator_config() -> str:
-    """estimator_config.yaml: for the camera of CAMERA_CHAIN, which is camchain-imucam.yaml of
-    Kalibr under that name. It writes its states, which `evaluate --trajectory` reads."""
+    """Returns the text of estimator_config.yaml.
+
+    Its camera is in CAMERA_CHAIN, which is Kalibr's camchain-imucam.yaml under that name. OpenVINS
+    then writes its states to a file for `evaluate --trajectory`.
+    """
     document: dict[str, Any] = {"verbosity": "INFO", **_FILTER, **_INITIALIZATION}
     document |= {
         "record_timing_information": False,
@@ -98,7 +102,7 @@ def estimator_config() -> str:
 
 
 def imu_chain(topic: str, rate_hz: float, noise: ImuNoise) -> str:
-    """kalibr_imu_chain.yaml: an IMU without scale, skew or turned axes, as far as is known."""
+    """Returns the text of kalibr_imu_chain.yaml, for an IMU without scale, skew or misalignment."""
     unit: dict[str, Any] = {"T_i_b": _IDENTITY_4, **vars(noise), "rostopic": topic}
     unit |= {"time_offset": 0.0, "update_rate": round(rate_hz, 2), "model": "kalibr"}
     unit |= dict.fromkeys(("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC"), _IDENTITY_3)

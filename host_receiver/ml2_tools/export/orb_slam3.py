@@ -1,4 +1,4 @@
-"""What ORB-SLAM3's program `mono_euroc` is given beside an exported EuRoC folder.
+"""Writes the files that ORB-SLAM3's program `mono_euroc` needs besides an EuRoC folder.
 
 Format: version 1.0 of its settings, Examples/Monocular in https://github.com/UZ-SLAMLab/ORB_SLAM3
 """
@@ -13,7 +13,7 @@ from ml2_receiver.configuration.calibration import Calibration
 from .asl_yaml import asl_yaml
 from .kalibr import distortion
 
-# The values of its own examples; more features as images of 1016 x 1016 have more pixels.
+# The values of ORB-SLAM3's examples, with more features for the larger images of 1016 x 1016.
 _ORB = {
     "ORBextractor.nFeatures": 1500,
     "ORBextractor.scaleFactor": 1.2,
@@ -36,10 +36,10 @@ _VIEWER = {
 
 
 def settings(camera: Calibration, rate_hz: int) -> str:
-    """Settings for one camera.
+    """Returns the settings for one camera.
 
     Raises:
-        ExportError: it has no model for the lens.
+        ExportError: ORB-SLAM3 has no model for the lens.
     """
     model, coefficients, _ = distortion(camera)
     is_fisheye = model == "equidistant"
@@ -61,5 +61,5 @@ def settings(camera: Calibration, rate_hz: int) -> str:
 
 
 def times(stamps_ns: Sequence[int]) -> str:
-    """Its file of times: the names of the images."""
+    """Returns the file of image times, which are the names of the images."""
     return "".join(f"{at_ns}\n" for at_ns in stamps_ns)

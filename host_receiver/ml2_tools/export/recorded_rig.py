@@ -1,4 +1,4 @@
-"""Cameras, their places and an IMU's rate in a recording."""
+"""Reads cameras, their poses and an IMU's rate from a recording."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TF, _TF_STATIC, _TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
 
 @dataclass
 class _Found:
-    """What one pass over the recording leaves."""
+    """The messages of one pass over the recording."""
 
     infos: dict[str, Any] = field(default_factory=dict)
     transforms: list[Any] = field(default_factory=list)
@@ -34,19 +34,19 @@ class _Found:
 
 
 def recorded_cameras(reader: BagReader) -> tuple[str, ...]:
-    """Streams of CAMERAS that have a camera_info in the recording."""
+    """Returns the streams of CAMERAS that have a camera_info in the recording."""
     return tuple(it for it in CAMERAS if f"{reader.prefix}/{it}/camera_info" in reader.types)
 
 
 def read_rig(reader: BagReader, cameras: Sequence[str], imu: str | None) -> Rig:
-    """Looks at all of the recording.
+    """Reads all of the recording.
 
     Args:
-        cameras: ids of streams; none means all of CAMERAS that are there.
-        imu: of which stream to measure the rate, if of any.
+        cameras: stream ids; if empty, all recorded cameras of CAMERAS.
+        imu: the stream id of the IMU whose rate is measured, or None.
 
     Raises:
-        ExportError: something is not there; says what.
+        ExportError: messages are missing; the error names them.
         RecordingError: the recording is broken.
     """
     cameras = cameras or recorded_cameras(reader)
@@ -97,7 +97,7 @@ def _decoded(message: BagMessage, type: str) -> Any:
 
 
 def _poses(found: _Found, cameras: Sequence[str]) -> dict[str, Pose]:
-    """At the last instant that has all; a single camera is nowhere in particular."""
+    """Returns the poses at the last stamp at which all are known; a single camera needs none."""
     if len(cameras) == 1:
         return {cameras[0]: np.eye(4)}
     frames = {found.infos[it].header.frame_id: it for it in cameras}

@@ -1,4 +1,4 @@
-"""Cameras and an IMU as one body, wherever what is known of them comes from."""
+"""The cameras and the IMU of a headset, from a recording or from live topics."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .kalibr import RigCamera
 
 @dataclass(frozen=True)
 class Rig:
-    """The cameras in the order asked for, at one instant, and the rate of the IMU's stamps."""
+    """The cameras in the requested order, with poses at one stamp, and the IMU's rate."""
 
     cameras: tuple[RigCamera, ...]
     imu_rate_hz: float | None
 
 
 def calibration_of(info: Any) -> Calibration:
-    """What a sensor_msgs/CameraInfo says beyond its header."""
+    """Returns the calibration in a sensor_msgs/CameraInfo."""
     rows = (tuple(map(float, it)) for it in (info.d, info.k, info.r, info.p))
     return Calibration(info.width, info.height, info.distortion_model, *rows)

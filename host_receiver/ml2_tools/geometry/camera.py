@@ -1,4 +1,4 @@
-"""A camera as its CameraInfo and its metadata describe it."""
+"""A camera's model from its CameraInfo and its metadata."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from .lens import Lens
 
 @dataclass(frozen=True)
 class Camera:
-    """`lens` is how the camera sees, `rotation` and `matrix` are R and the left 3x3 of P.
+    """A camera's lens and the geometry of its rectified image.
 
-    Both are row by row, and belong to the rectified image.
+    Attributes:
+        lens: the lens with its distortion.
+        rotation: R of the rectified image, row by row.
+        matrix: the left 3x3 of P of the rectified image, row by row.
     """
 
     lens: Lens
@@ -24,13 +27,13 @@ class Camera:
 
 
 def camera_of(info: Any, metadata: str | None = None) -> Camera:
-    """From a sensor_msgs/CameraInfo.
+    """Returns the camera of a sensor_msgs/CameraInfo.
 
-    With `metadata` of the same capture the lens is the device's own, exact one, unless CameraInfo
-    has another K: then it is a calibration of the user's, which goes first.
+    `metadata` of the same capture has the device's exact lens. It is used if its intrinsics are
+    those of K. Another K is a calibration by the user, which takes precedence.
 
     Raises:
-        ValueError: these messages describe no camera.
+        ValueError: a message is invalid.
     """
     k, p = list(info.k), list(info.p)
     rotation = tuple(map(float, info.r))
@@ -58,10 +61,10 @@ def camera_of(info: Any, metadata: str | None = None) -> Camera:
 
 
 def metadata_stamp_ns(metadata: str) -> int:
-    """When the capture was.
+    """Returns the stamp of a capture in ns.
 
     Raises:
-        ValueError: this is no metadata.
+        ValueError: the metadata have no stamp.
     """
     try:
         stamp = json.loads(metadata)["stamp"]
@@ -72,12 +75,12 @@ def metadata_stamp_ns(metadata: str) -> int:
 
 def _device_lens(metadata: str) -> Lens:
     try:
-        it = json.loads(metadata)["intrinsics"]
-        fx, fy = map(float, it["focal_length"])
-        cx, cy = map(float, it["principal_point"])
-        coefficients = tuple(map(float, it["distortion"]))
-        width, height = int(it["width"]), int(it["height"])
-        return Lens(width, height, fx, fy, cx, cy, str(it["distortion_model"]), coefficients)
+        values = json.loads(metadata)["intrinsics"]
+        fx, fy = map(float, values["focal_length"])
+        cx, cy = map(float, values["principal_point"])
+        coefficients = tuple(map(float, values["distortion"]))
+        width, height = int(values["width"]), int(values["height"])
+        return Lens(width, height, fx, fy, cx, cy, str(values["distortion_model"]), coefficients)
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         raise ValueError(f"metadata without intrinsics: {_short(error)}") from error
 

@@ -1,4 +1,4 @@
-"""Lens models as functions of arrays, and what is computed once for each lens."""
+"""Lens models as functions of arrays, with values that are computed once per lens."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 type Floats = NDArray[np.float32]
 
-# How many coefficients each model has, and where the radial ones stand.
+# The number of coefficients of each model, and the indices of the radial ones.
 _COEFFICIENTS = {
     "plumb_bob": (5, (0, 1, 4)),
     "equidistant": (4, (0, 1, 2, 3)),
@@ -26,13 +26,13 @@ _UNDISTORTION = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-9)
 
 @dataclass(frozen=True)
 class Lens:
-    """Where a camera sees a point; hashable, as maps are cached by it.
+    """A lens model; hashable, because maps are cached by lens.
 
-    `model` is `plumb_bob` (k1 k2 p1 p2 k3) or `equidistant` (k1 to k4) as ROS has them, or the
-    world cameras' own `fisheye_tangential` (k1 to k4, p1, p2): equidistant, then tangential.
+    `model` is ROS's `plumb_bob` (k1 k2 p1 p2 k3) or `equidistant` (k1 to k4), or the world
+    cameras' own `fisheye_tangential` (k1 to k4, p1, p2): equidistant, then tangential.
 
     Raises:
-        ValueError: no lens has these values.
+        ValueError: a value is out of range, or the number of coefficients is wrong.
     """
 
     width: int
@@ -59,11 +59,11 @@ class Lens:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """K."""
+        """The 3x3 matrix K."""
         return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
 
     def project(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Pixels of the points (x, y, 1); NaN where the model does not reach."""
+        """Returns the pixels of the points (x, y, 1); NaN outside the range of the model."""
         u: Floats
         v: Floats
         squared: Floats = x * x + y * y
@@ -102,7 +102,7 @@ def _tangential(
 
 @functools.lru_cache(_CACHED_LENSES)
 def _reach(lens: Lens) -> float:
-    """The radius, or for fisheyes angle, from which on the polynomial folds the image back."""
+    """Returns where the polynomial stops rising: a radius at depth 1, or for fisheyes an angle."""
     radial = [lens.coefficients[index] for index in _COEFFICIENTS[lens.model][1]]
     slope = [1.0, *(k * (2 * power + 3) for power, k in enumerate(radial))]
     roots = np.roots(slope[::-1])
@@ -112,10 +112,10 @@ def _reach(lens: Lens) -> float:
 
 @functools.lru_cache(_CACHED_LENSES)
 def rays(lens: Lens) -> tuple[Floats, Floats]:
-    """x and y of the ray (x, y, 1) of each pixel, each height x width.
+    """Returns x and y of the ray (x, y, 1) of each pixel, each height x width.
 
     Raises:
-        ValueError: `lens` is not in a model of ROS.
+        ValueError: the lens model is not one of ROS.
     """
     columns, rows = np.meshgrid(np.arange(lens.width), np.arange(lens.height))
     pixels = np.stack([columns, rows], axis=-1).reshape(-1, 1, 2).astype(np.float64)
@@ -136,6 +136,6 @@ def rays(lens: Lens) -> tuple[Floats, Floats]:
 
 @functools.lru_cache(_CACHED_LENSES)
 def z_per_distance(lens: Lens) -> Floats:
-    """What makes z along the optical axis of each pixel's distance from the camera."""
+    """Returns, for each pixel, the ratio of z along the optical axis to the distance."""
     x, y = rays(lens)
     return (1 / np.sqrt(1 + x * x + y * y)).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Transforms of ROS as matrices."""
+"""Converts ROS transforms to matrices."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ type Pose = NDArray[np.float64]
 
 
 def pose_of(transform: Any) -> Pose:
-    """A geometry_msgs/Transform as a 4x4 matrix.
+    """Returns a geometry_msgs/Transform as a 4x4 matrix.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the quaternion has not length 1, or a value is not finite.
     """
     t, r = transform.translation, transform.rotation
     x, y, z, w = q = np.array([r.x, r.y, r.z, r.w])

@@ -1,4 +1,4 @@
-"""Where cameras were in the world, from /tf and, in the rig layout, /tf_static."""
+"""Computes camera poses in the world from /tf and, in the rig layout, /tf_static."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 
 from .pose import Pose, pose_of
 
-# Of a subscription to /tf_static, where each node that has static transforms sends a message.
+# The depth of a subscription to /tf_static; each node with static transforms sends a message.
 STATIC_DEPTH = 100
 
 
 class Tree:
-    """Poses of cameras at the stamps that transforms have; nothing is interpolated.
+    """The camera poses at the stamps of transforms, without interpolation.
 
     Args:
-        cameras: by optical frame.
-        world: the frame that all poses are in.
-        head: the one that a rig stands on.
+        cameras: the cameras by optical frame.
+        world: the frame of all poses.
+        head: the frame that the cameras of a rig are mounted on.
     """
 
     def __init__(self, cameras: Mapping[str, str], world: str, head: str) -> None:
@@ -32,9 +32,9 @@ class Tree:
 
     @classmethod
     def of(cls, cameras: Mapping[str, str]) -> Tree:
-        """The tree of the headset whose streams have these optical frames.
+        """Returns the tree of the headset whose streams have these optical frames.
 
-        What is before a frame's own name, that of a receiver, is before all of its frames.
+        A receiver with a name puts the same prefix before all of its frames.
         """
         table = load_table()
         frame, camera = next(iter(cameras.items()))
@@ -42,17 +42,17 @@ class Tree:
         return cls(cameras, prefix + table.world_frame, prefix + table.head_frame)
 
     def stand(self, message: Any) -> None:
-        """Takes a /tf_static; the newest transform of each child frame counts, whoever sent it.
+        """Takes a message of /tf_static; the newest transform of each child frame counts.
 
         Raises:
-            ValueError: a transform between the head and a camera is none.
+            ValueError: a transform between the head and a camera is invalid.
         """
         self._static |= {it.child_frame_id: it for it in message.transforms}
         mounted = {camera: self._mounting(frame) for frame, camera in self._cameras.items()}
         self._mounted = {camera: pose for camera, pose in mounted.items() if pose is not None}
 
     def _mounting(self, frame: str) -> Pose | None:
-        """The pose of a frame in the head; None when static transforms do not lead there."""
+        """Returns the pose of a frame in the head, or None without static transforms to it."""
         pose, passed = np.eye(4), set[str]()
         while frame != self._head:
             step = self._static.get(frame)
@@ -63,10 +63,10 @@ class Tree:
         return pose
 
     def poses(self, message: Any) -> Iterator[tuple[str, int, Pose]]:
-        """Cameras, stamps in ns and poses of a /tf.
+        """Yields camera, stamp in ns and pose for the transforms of a /tf message.
 
         Raises:
-            ValueError: a transform is none.
+            ValueError: a transform is invalid.
         """
         for it in message.transforms:
             if it.header.frame_id != self._world:
@@ -79,7 +79,7 @@ class Tree:
                         yield camera, stamp_ns, head @ mounting
             elif it.child_frame_id in self._cameras:
                 camera = self._cameras[it.child_frame_id]
-                # The headset has left the rig layout.
+                # The headset has changed from the rig layout to the flat one.
                 self._static.pop(it.child_frame_id, None)
                 self._mounted.pop(camera, None)
                 yield camera, stamp_ns, pose_of(it.transform)

@@ -1,4 +1,4 @@
-"""What was looked at in a recording, and what came of it."""
+"""The result of checking one property of a recording's topic."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Check:
     """One property of one topic.
 
     Attributes:
-        topic: absolute; a transform is `PARENT -> CHILD`.
+        topic: the absolute name; for a transform, `PARENT -> CHILD`.
         check: "messages", "rate", "gaps", "jitter", "stamps", "pairs", "transforms" or "latency".
-        verdict: "wrong" harms whoever uses the recording, "hint" may matter to some.
-        found: one sentence.
-        figures: what that is made of, with units in the names.
+        verdict: "wrong" is a fault for every use of the recording, "hint" for some uses.
+        found: the result in one sentence.
+        figures: the numbers behind the sentence, with units in their names.
     """
 
     topic: str
@@ -31,8 +31,8 @@ class Check:
     figures: Mapping[str, Figure] = field(default_factory=dict)
 
 
-def of_share(count: int, total: int, most: float) -> Verdict:
-    """None is ok, up to `most` of the total is a hint, more is wrong."""
+def verdict_on_share(count: int, total: int, limit: float) -> Verdict:
+    """Returns "ok" if `count` is 0, "hint" if it is at most `limit * total`, else "wrong"."""
     if count == 0:
         return "ok"
-    return "hint" if count <= most * total else "wrong"
+    return "hint" if count <= limit * total else "wrong"

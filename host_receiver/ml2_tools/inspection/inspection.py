@@ -1,4 +1,4 @@
-"""All checks of a recording."""
+"""Runs all checks on a recording."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _MOST_SHOWN = 200
 
 
 def inspect(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> list[Check]:
-    """Looks at every topic; reads the recording once.
+    """Checks every topic; reads the recording once.
 
     Args:
-        on_bytes: hears of each payload's length, for a progress bar against `bag.size_bytes`.
+        on_bytes: is called with each payload's length, for a progress bar up to `bag.size_bytes`.
 
     Raises:
-        RecordingError: the file is broken before its end, or no message in it can be judged.
+        RecordingError: the file is broken before its end, or no message in it can be checked.
     """
     if not bag.types:
-        raise RecordingError("this is no recording: it has no topics")
+        raise RecordingError("the recording has no topics")
     found = survey(bag, on_bytes)
     checks = [check for name, topic in found.topics.items() for check in timing(name, topic)]
     checks += [*pairing(found), *coverage(found), *transform_stamps(found)]
@@ -43,10 +43,10 @@ def inspect(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> list[
 
 
 def worst(checks: Sequence[Check]) -> Verdict:
-    """The verdict on all of them; of none, ok."""
+    """Returns the worst verdict, or "ok" if there are no checks."""
     return max((check.verdict for check in checks), key=VERDICTS.index, default="ok")
 
 
 def as_objects(checks: Sequence[Check]) -> list[dict[str, Any]]:
-    """For JSON."""
+    """Returns the checks as objects for JSON."""
     return [dataclasses.asdict(check) for check in checks]

@@ -1,4 +1,4 @@
-"""Whether each image has the camera_info and the metadata of its capture."""
+"""Checks that each image has the camera_info and the metadata of its capture."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .check import Check, of_share
+from .check import Check, verdict_on_share
 from .survey import Stamps, Survey, TopicRecord
 from .timing import IMAGES
 
 _PARTNERS = ("camera_info", "metadata")
-# One in a hundred is what a lossy link may cost.
+# A lossy link may lose one message in a hundred.
 _MOST_ALONE = 0.01
 
 
 def pairing(survey: Survey) -> Iterator[Check]:
-    """Of every image topic beside which there is a camera_info or metadata."""
+    """Checks every image topic whose camera also has a camera_info or metadata topic."""
     for name, images in survey.topics.items():
         if images.type not in IMAGES:
             continue
@@ -28,7 +28,7 @@ def pairing(survey: Survey) -> Iterator[Check]:
 
 
 def _pairs(name: str, images: TopicRecord, partner: str, other: TopicRecord) -> Check:
-    """What came before the first or after the last of the others is no loss."""
+    """Checks one pair of topics; messages outside the time span of the other topic do not count."""
     images_ns, others_ns = np.unique(images.stamps_ns), np.unique(other.stamps_ns)
     check = f"pairs with {partner}"
     if not len(images_ns) or not len(others_ns):
@@ -43,25 +43,27 @@ def _pairs(name: str, images: TopicRecord, partner: str, other: TopicRecord) -> 
     if not alone and not orphans:
         return Check(name, check, "ok", f"{pairs} pairs", figures)
     found = f"{alone} images without {partner}, {orphans} {partner} without image"
-    return Check(name, check, of_share(alone + orphans, pairs, _MOST_ALONE), found, figures)
+    verdict = verdict_on_share(alone + orphans, pairs, _MOST_ALONE)
+    return Check(name, check, verdict, found, figures)
 
 
 def _without(some_ns: Stamps, others_ns: Stamps) -> int:
-    """How many have no partner although there are earlier and later ones."""
+    """Returns how many stamps have no partner, although others are earlier and later."""
     alone_ns = np.setdiff1d(some_ns, others_ns, assume_unique=True)
     return int(((alone_ns > others_ns[0]) & (alone_ns < others_ns[-1])).sum())
 
 
 def _difference(images: TopicRecord, other: TopicRecord) -> str:
-    """What both say of the capture, and should say alike."""
-    for what, ours, theirs in (
+    """Returns a sentence on the frame or size in which the topics differ, or "" if they agree."""
+    for quantity, of_images, of_others in (
         ("frame", images.frames, other.frames),
         ("size", images.sizes, other.sizes),
     ):
-        if ours and theirs and set(ours) != set(theirs):
-            return f"expected the same {what} in both, found {_listed(ours)} and {_listed(theirs)}"
+        if of_images and of_others and set(of_images) != set(of_others):
+            found = f"{_listed(of_images)} and {_listed(of_others)}"
+            return f"expected the same {quantity} in both, found {found}"
     return ""
 
 
-def _listed(things: object) -> str:
-    return ", ".join(sorted(map(str, things)))[:200]  # type: ignore[call-overload]
+def _listed(values: object) -> str:
+    return ", ".join(sorted(map(str, values)))[:200]  # type: ignore[call-overload]

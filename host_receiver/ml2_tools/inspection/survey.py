@@ -1,4 +1,4 @@
-"""What the checks need of a recording, read in one pass; images themselves are not kept."""
+"""Reads the data for the checks from a recording in one pass, without keeping images."""
 
 from __future__ import annotations
 
@@ -29,13 +29,15 @@ _MOST_FRAMES = 1000
 
 @dataclass
 class TopicRecord:
-    """One topic, in the order of its messages.
+    """The stamps and header values of one topic, in the order of its messages.
 
     Attributes:
-        frames: frame ids of the headers, and how often.
-        sizes: width and height of images or of camera_info, and how often.
-        broken: payloads that are not of the type, and `fault` what the first one said.
-        promised_hz: what the headset said that it would send, None if it did not.
+        stamps, received: the stamp in ns and the time of recording in ns of each message.
+        frames: the number of messages by the header's frame id.
+        sizes: the number of messages by width and height of an image or camera_info.
+        broken: the number of payloads that cannot be decoded.
+        fault: the error message of the first broken payload.
+        promised_hz: the rate in the headset's configuration; None without one.
     """
 
     type: str
@@ -54,13 +56,19 @@ class TopicRecord:
 
     @property
     def received_ns(self) -> Stamps:
-        """When the messages with these stamps were recorded."""
+        """The times at which the messages with these stamps were recorded."""
         return np.array(self.received, np.int64)
 
 
 @dataclass
 class Survey:
-    """All topics by absolute name, and stamps of transforms by parent and child."""
+    """The data of a recording.
+
+    Attributes:
+        topics: by absolute name.
+        transforms: the stamps in ns of each transform on /tf, by parent and child.
+        static: parent and child of each transform on /tf_static.
+    """
 
     topics: dict[str, TopicRecord]
     transforms: dict[tuple[str, str], array[int]] = field(default_factory=dict)
@@ -68,7 +76,7 @@ class Survey:
 
 
 def survey(bag: Bag, on_bytes: Callable[[int], None] = lambda _: None) -> Survey:
-    """Reads all of the recording; `on_bytes` hears of each payload that was read.
+    """Reads all of the recording; calls `on_bytes` with the length of each payload.
 
     Raises:
         RecordingError: the file is broken before its end.
@@ -90,30 +98,30 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
     topic = found.topics[name]
     if topic.type == _STRING:
         if name.endswith("/config"):
-            _promise(found, payload)
+            _take_promised_rates(found, payload)
         elif name.endswith("/metadata"):
-            _stamp(topic, stamp_reader(_STRING)(payload), time_ns)
+            _add_stamp(topic, stamp_reader(_STRING)(payload), time_ns)
     elif topic.type == TRANSFORMS:
         is_static = name.endswith("_static")
         for stamp in _transforms(found, payload, is_static=is_static):
             if not is_static:
-                _stamp(topic, stamp, time_ns)
+                _add_stamp(topic, stamp, time_ns)
     elif topic.type in DEFINITIONS:
         message = decoder(topic.type)(payload)
-        _stamp(topic, header_stamp_ns(message.header), time_ns)
+        _add_stamp(topic, header_stamp_ns(message.header), time_ns)
         if len(topic.frames) < _MOST_FRAMES:
             topic.frames[message.header.frame_id] += 1
         if hasattr(message, "width") and len(topic.sizes) < _MOST_FRAMES:
             topic.sizes[message.width, message.height] += 1
 
 
-def _stamp(topic: TopicRecord, stamp: int, time_ns: int) -> None:
+def _add_stamp(topic: TopicRecord, stamp: int, time_ns: int) -> None:
     topic.stamps.append(stamp)
     topic.received.append(time_ns)
 
 
 def _transforms(found: Survey, payload: bytes, *, is_static: bool) -> Iterator[int]:
-    """The first stamp of a message stands for it."""
+    """Takes the transforms of a message; yields the first one's stamp as the message's stamp."""
     transforms = decoder(TRANSFORMS)(payload).transforms
     for number, it in enumerate(transforms):
         edge = it.header.frame_id, it.child_frame_id
@@ -125,7 +133,7 @@ def _transforms(found: Survey, payload: bytes, *, is_static: bool) -> Iterator[i
             yield header_stamp_ns(it.header)
 
 
-def _promise(found: Survey, payload: bytes) -> None:
+def _take_promised_rates(found: Survey, payload: bytes) -> None:
     try:
         streams = ConfigText.parse(decode_string(payload)).streams.values()
     except ProtocolError as error:

@@ -1,4 +1,4 @@
-"""Checks for people: a row per topic, then what is not well in words."""
+"""Shows checks as a table with a row per topic, and the problems as sentences."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _COLUMNS = {
 
 
 def integrity_table(checks: Sequence[Check]) -> Table:
-    """Figures in the colour of their verdict, and the jitter of stamps as a histogram."""
+    """Returns a table of figures in the colour of their verdict, with a histogram of the jitter."""
     table = Table(box=SIMPLE_HEAD)
     table.add_column("topic", no_wrap=True)
     for heading, _ in _COLUMNS.values():
@@ -43,23 +43,23 @@ def integrity_table(checks: Sequence[Check]) -> Table:
 
 
 def problems(checks: Sequence[Check]) -> list[str]:
-    """A line for what is not ok, once for all topics of which it is true, as markup.
+    """Returns a line of markup per problem; topics with the same problem share a line.
 
-    The worst come first.
+    The worst problems come first.
     """
     bad: dict[tuple[Verdict, str, str], list[str]] = {}
     for it in checks:
         if it.verdict != "ok":
             bad.setdefault((it.verdict, it.check, it.found), []).append(it.topic)
     return [
-        f"[{_COLOURS[verdict]}]{verdict}[/] {escape(_said(topics, check, found))}"
+        f"[{_COLOURS[verdict]}]{verdict}[/] {escape(_sentence(topics, check, found))}"
         for (verdict, check, found), topics in sorted(
             bad.items(), key=lambda item: -VERDICTS.index(item[0][0])
         )
     ]
 
 
-def _said(topics: Sequence[str], check: str, found: str) -> str:
+def _sentence(topics: Sequence[str], check: str, found: str) -> str:
     if len(topics) == 1:
         return f"{topics[0]}: {check}: {found}"
     return f"{check} of {len(topics)} topics: {found} ({', '.join(topics)})"
@@ -77,7 +77,7 @@ def _figure(check: Check, key: str) -> str:
 
 
 def _histogram(check: Check | None) -> str:
-    """Every bin that has anything is seen."""
+    """Draws a bar per bin; every bin that is not empty has a visible bar."""
     counts = _counts(check.figures) if check is not None else []
     most = max(counts, default=0)
     return "".join(_BARS[-(-count * (len(_BARS) - 1) // most)] if most else " " for count in counts)

@@ -1,4 +1,4 @@
-"""Rates, gaps, jitter, the order of stamps, and latency of one topic."""
+"""Checks rate, gaps, jitter, order of stamps and latency of one topic."""
 
 from __future__ import annotations
 
@@ -6,31 +6,32 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .check import Check, Verdict, of_share
+from .check import Check, Verdict, verdict_on_share
 from .survey import READ, TRANSFORMS, Stamps, TopicRecord
 
 IMU, IMAGES = "sensor_msgs/msg/Imu", ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 PERIODIC = (IMU, *IMAGES)
 _MS = 1e6
-# Beyond one and a half periods it is nearer to two of them than to one.
+# An interval of more than 1.5 periods is nearer to two periods than to one.
 _GAP_PERIODS = 1.5
 _MOST_MISSING = 0.01
 _RATE_TOLERANCE = 0.05
-# Preintegration in the usual VIO packages is run at 100 to 200 Hz and more.
+# The usual VIO packages preintegrate an IMU at 100 to 200 Hz and more.
 _LEAST_IMU_HZ = 100.0
-# Shares of a period. A tenth, 3 ms of a camera's 33, is half a degree of a head turning by 150/s.
+# Shares of a period. A tenth is 3 ms for a camera at 30 Hz, in which a head that turns by 150 deg/s
+# turns by half a degree.
 _JITTER_HINT, _JITTER_WRONG = 0.1, 0.25
 _HISTOGRAM_BINS = 21
-# A tenth of a second of latency is seen by people; ten seconds are a replay or a wrong clock.
+# People notice 0.1 s of latency. 10 s mean a replay or a wrong clock.
 _LATENCY_HINT_MS, _LATENCY_WRONG_MS = 100.0, 10_000.0
 
 
 def timing(name: str, topic: TopicRecord) -> Iterator[Check]:
-    """All that can be said of a topic by its stamps alone."""
+    """Runs the checks that need only the stamps of one topic."""
     yield _messages(name, topic)
     if not topic.stamps:
         return
-    if topic.type != TRANSFORMS:  # which may come in any order
+    if topic.type != TRANSFORMS:  # transforms may come in any order
         yield _order(name, topic.stamps_ns)
     intervals_ns = np.diff(topic.stamps_ns)
     intervals_ns = intervals_ns[intervals_ns > 0]
@@ -49,9 +50,9 @@ def _messages(name: str, topic: TopicRecord) -> Check:
         found = f"{topic.broken} of {topic.messages} messages are broken: {topic.fault}"
         return Check(name, "messages", "wrong", found, figures)
     if not topic.messages:
-        return Check(name, "messages", "hint", "announced, but nothing came", figures)
+        return Check(name, "messages", "hint", "the topic has no messages", figures)
     if topic.type not in READ:
-        found = f"{topic.messages} messages of {topic.type}, which is not read here"
+        found = f"{topic.messages} messages of {topic.type}, a type that is not checked"
         return Check(name, "messages", "hint", found, figures)
     return Check(name, "messages", "ok", f"{topic.messages} messages", figures)
 
@@ -76,7 +77,7 @@ def _rate(name: str, topic: TopicRecord, rate_hz: float) -> Check:
         found += f", promised {promised_hz:g} Hz"
         return Check(name, "rate", "ok" if is_kept else "wrong", found, figures)
     if topic.type == IMU and rate_hz < _LEAST_IMU_HZ:
-        found += f", less than the {_LEAST_IMU_HZ:g} Hz that VIO wants"
+        found += f", less than the {_LEAST_IMU_HZ:g} Hz that VIO needs"
         return Check(name, "rate", "hint", found, figures)
     return Check(name, "rate", "ok", found, figures)
 
@@ -90,11 +91,12 @@ def _gaps(name: str, intervals_ns: Stamps, period_ns: float) -> Check:
     if not missing:
         return Check(name, "gaps", "ok", f"no gap, at most {longest_ms:.1f} ms apart", figures)
     found = f"{missing} of {expected} missing in {len(wide)} gaps, the longest {longest_ms:.1f} ms"
-    return Check(name, "gaps", of_share(missing, expected, _MOST_MISSING), found, figures)
+    verdict = verdict_on_share(missing, expected, _MOST_MISSING)
+    return Check(name, "gaps", verdict, found, figures)
 
 
 def _jitter(name: str, intervals_ns: Stamps, period_ns: float) -> Check:
-    """Of stamps, where nothing is missing between them."""
+    """Checks the jitter of stamps; `intervals_ns` must not contain gaps."""
     off_ms = (intervals_ns - period_ns) / _MS
     p99_ms = float(np.percentile(np.abs(off_ms), 99))
     limit_ms = (_GAP_PERIODS - 1) * period_ns / _MS
@@ -116,7 +118,7 @@ def _jitter(name: str, intervals_ns: Stamps, period_ns: float) -> Check:
 
 
 def _latency(name: str, latencies_ms: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Check:
-    """Of the recording: when a message was written down, less its stamp."""
+    """Checks the latency of the recording: the time of recording minus the stamp."""
     p50_ms, p99_ms = (float(it) for it in np.percentile(latencies_ms, (50, 99)))
     least_ms, most_ms = float(latencies_ms.min()), float(latencies_ms.max())
     figures = {"p50_ms": p50_ms, "p99_ms": p99_ms, "min_ms": least_ms, "max_ms": most_ms}
