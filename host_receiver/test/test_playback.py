@@ -238,7 +238,7 @@ def test_a_receiver_that_ends_the_session_ends_the_playback(
         stopper.start()
         assert play(bag, server, "--loop") == 2
         stopper.join()
-    assert "the receiver says goodbye" in capsys.readouterr().err
+    assert "the receiver ended the session: " in capsys.readouterr().err
 
 
 def test_a_receiver_that_is_busy_is_an_error(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:

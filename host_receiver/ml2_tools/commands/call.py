@@ -14,15 +14,15 @@ _SERVICES = {
     "reload": "read that file again",
     "start_recording": "record into the folder of parameter record.folder; see `record --attach`",
     "stop_recording": "end that recording",
-    "test_link": "try what the link to the headset carries; /diagnostics has it in a few seconds",
+    "test_link": "measure the link to the headset; /diagnostics has the result in a few seconds",
 }
 _EPILOG = f"""\
 services:
 {"".join(f"  {name:<15} {what}\n" for name, what in _SERVICES.items())}
-It does what `ros2 service call /ml2_receiver/SERVICE std_srvs/srv/Trigger` does. Streams are
-enabled by `ml2-receiver set`.
+The same as `ros2 service call /ml2_receiver/SERVICE std_srvs/srv/Trigger`. To enable streams, use
+`ml2-receiver set`.
 
-Exit code: 0, or 2 when the receiver could not do it, with its reason.
+Exit code: 0, or 2 if the receiver reports an error.
 
 examples:
   ml2-receiver call stop
@@ -32,7 +32,7 @@ examples:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
-        "call", help="start and stop streams, save and reload the configuration", epilog=_EPILOG
+        "call", help="start or stop streams, save or reload the configuration", epilog=_EPILOG
     )
     parser.add_argument("service", choices=tuple(_SERVICES), help="see below")
     add_name(parser)
@@ -41,8 +41,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     with receiver_client(options.name, PATIENCE_S) as client:
-        is_done, said = client.call(options.service)
+        is_done, message = client.call(options.service)
     if not is_done:
-        raise RosError(said)
-    print(said or "done")
+        raise RosError(message)
+    print(message or "done")
     return 0

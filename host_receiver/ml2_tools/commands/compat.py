@@ -1,4 +1,4 @@
-"""ml2-receiver compat: topics as the thesis's scripts had them."""
+"""ml2-receiver compat: publishes the topics of the thesis's scripts."""
 
 import argparse
 import sys
@@ -9,30 +9,32 @@ from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_prof
 from ml2_receiver.commands.stopping import stop_signal
 
 _EPILOG = """\
-For programs written against the thesis's scripts (docs/from_the_thesis.md). Beside `run`, it makes
-what differed and cannot be remapped, while somebody subscribes to it:
+For programs that use the topics of the thesis's scripts (docs/from_the_thesis.md). Run it next to
+`run`. It publishes the topics that differ by more than their name, while they have subscribers:
 
   OUT/CAMERA/metadata                 as lines of text
-  OUT/gyro_left/imu, accel_left/imu   and so on, in the axes and with the frame ids of then
-  OUT/gyro/imu, OUT/accel/imu         its older names, from the left unit
-  /MagicLeap/config                   the configuration as JSON, whenever somebody asks on /request
+  OUT/gyro_left/imu, accel_left/imu   and so on, in the thesis's axes and frame ids
+  OUT/gyro/imu, OUT/accel/imu         the thesis's older names, from the left unit
+  /MagicLeap/config                   the configuration as JSON, after each message on /request
 
 examples:
   ml2-receiver compat
   ml2-receiver compat --name robot1 --out /robot1/thesis
 
-Whatever follows --ros-args goes to ROS 2.
+Arguments after --ros-args go to ROS 2.
 """
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
-        "compat", help="publish topics as the thesis's scripts did, beside `run`", epilog=_EPILOG
+        "compat", help="publish the topics of the thesis's scripts while `run` runs", epilog=_EPILOG
     )
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
     )
-    parser.add_argument("--out", default="/thesis", help="of its topics; default: /thesis")
+    parser.add_argument(
+        "--out", default="/thesis", help="prefix of the published topics; default: /thesis"
+    )
     add_name(parser)
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help=argparse.SUPPRESS)
     parser.set_defaults(run=_run)

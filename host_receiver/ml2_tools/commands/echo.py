@@ -11,8 +11,8 @@ from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.table.reader import load_table
 
 _EPILOG = """\
-It does what `ros2 topic echo` does, with any topic of the ROS domain; of long arrays it prints the
-first elements. Rates, as of `ros2 topic hz`, are in `ml2-receiver topics`.
+Works like `ros2 topic echo` for any topic of the ROS domain. Of a long array it prints only the
+first elements. For rates, as of `ros2 topic hz`, use `ml2-receiver topics`.
 
 examples:
   ml2-receiver echo head_pose                    of a receiver with the packaged prefix
@@ -32,7 +32,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` ends it without a word
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` ends it silently
     use_profile()
     with ros_needed():
         from ..monitoring.topic_reader import as_text, messages

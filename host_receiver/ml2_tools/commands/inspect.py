@@ -1,4 +1,4 @@
-"""ml2-receiver inspect: whether a recording is fit to be used."""
+"""ml2-receiver inspect: checks the quality of a recording."""
 
 import argparse
 import json
@@ -16,12 +16,13 @@ from .reading import progress
 
 _WIDTH = 160
 _EPILOG = """\
-Reads any rosbag2 folder with an MCAP file, without ROS. Of each topic: messages that cannot be
-read, rate, missing ones, jitter and order of stamps, and latency, which here is the time of the
-recording less the stamp; of cameras also camera_info, metadata and transforms at the stamps of
-images. What is "wrong" harms whoever uses the recording; a "hint" may not matter to you.
+Reads any rosbag2 folder with an MCAP file, without ROS. Checks of each topic:
+  broken messages, rate, missing messages, jitter and order of stamps
+  latency: the time of recording minus the stamp
+  for cameras: camera_info, metadata and transforms at the stamps of images
+"wrong" is a fault for every use of the recording, "hint" only for some uses.
 
-Exit code: 0, 1 when anything is "wrong", or 2 when the recording cannot be read.
+Exit code: 0, 1 if a check is "wrong", or 2 if the recording cannot be read.
 
 examples:
   ml2-receiver inspect walk
@@ -32,7 +33,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "inspect",
-        help="look for gaps, wrong stamps, lone images and missing transforms in a recording",
+        help="check a recording for gaps, wrong stamps, unpaired images and missing transforms",
         epilog=_EPILOG,
     )
     parser.add_argument("bag", type=Path, metavar="BAG", help="folder of the recording")

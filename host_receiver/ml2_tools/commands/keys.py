@@ -1,4 +1,4 @@
-"""Keys that are pressed while a command runs."""
+"""Reads the keyboard while a command runs."""
 
 import os
 import select
@@ -15,9 +15,9 @@ _LONGEST = 16
 
 
 class Keys:
-    """Calls a function for each key, in a thread of its own, while it is entered.
+    """Calls a function for each pressed key, in an own thread; a context manager.
 
-    It does nothing where standard input is no terminal, or another job has it.
+    Does nothing if standard input is not a terminal, or if this process is in the background.
     """
 
     def __init__(self, actions: Mapping[str, Callable[[], None]]) -> None:
@@ -25,11 +25,11 @@ class Keys:
         self._thread = threading.Thread(target=self._listen, name="keys")
 
     def __enter__(self) -> Self:
-        self._is_ours = _has_terminal()
-        if self._is_ours:
+        self._is_reading = _is_in_foreground()
+        if self._is_reading:
             self._terminal = sys.stdin.fileno()
             self._modes = termios.tcgetattr(self._terminal)
-            self._left, self._leaving = os.pipe()
+            self._stop_read, self._stop_write = os.pipe()
             tty.setcbreak(self._terminal)
             self._thread.start()
         return self
@@ -37,17 +37,17 @@ class Keys:
     def __exit__(
         self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
     ) -> None:
-        if self._is_ours:
-            os.write(self._leaving, b"\0")
+        if self._is_reading:
+            os.write(self._stop_write, b"\0")
             self._thread.join()
             termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._modes)
-            os.close(self._left)
-            os.close(self._leaving)
+            os.close(self._stop_read)
+            os.close(self._stop_write)
 
     def _listen(self) -> None:
         while True:
-            ready, _, _ = select.select([self._terminal, self._left], [], [])
-            if self._left in ready:
+            ready, _, _ = select.select([self._terminal, self._stop_read], [], [])
+            if self._stop_read in ready:
                 return
             pressed = os.read(self._terminal, _LONGEST)
             if not pressed:
@@ -57,10 +57,10 @@ class Keys:
                 action()
 
 
-def _has_terminal() -> bool:
+def _is_in_foreground() -> bool:
     if not sys.stdin.isatty():
         return False
     try:
         return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
-    except OSError:  # a terminal that controls no job
+    except OSError:  # not the controlling terminal
         return False

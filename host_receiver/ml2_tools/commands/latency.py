@@ -1,4 +1,4 @@
-"""ml2-receiver latency: where the time goes between a capture and a subscriber."""
+"""ml2-receiver latency: shows the latency from capture to subscriber by stage."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _POLL_S = 0.1
 _REDRAW_S = 0.5
 _WIDTH = 150
-# What is missing by the state of the session, and what to do.
+# The error message and its hint by the state of the session.
 _MISSING = {
     None: ("no receiver in this ROS domain", NO_RECEIVER_HINT),
     "waiting": (
@@ -53,7 +53,7 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "latency",
-        help="show how long messages take, stage by stage, while `run` runs",
+        help="show the latency of messages by stage while `run` runs",
         epilog=_EPILOG,
     )
     parser.add_argument(
@@ -61,10 +61,10 @@ def add_parser(subparsers: Subparsers) -> None:
         type=_seconds,
         default=10.0,
         metavar="S",
-        help="the figures are of the last S seconds; default: 10",
+        help="average over the last S seconds; default: 10",
     )
-    parser.add_argument("--once", action="store_true", help="print them once and end")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the last ones, as a .png")
+    parser.add_argument("--once", action="store_true", help="print the table once and end")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the last values as a .png")
     add_name(parser)
     parser.set_defaults(run=_run)
 
@@ -89,7 +89,11 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _await_messages(node: LatencyNode, stopping: threading.Event) -> None:
-    """Returns with the first figures, or when stopped."""
+    """Waits for the first figures, or until `stopping` is set.
+
+    Raises:
+        LatencyError: there is no receiver, no headset, or no messages.
+    """
     deadline_s = time.monotonic() + PATIENCE_S
     while all(breakdown is None for _, breakdown in node.breakdowns().values()):
         if stopping.wait(_POLL_S):

@@ -1,4 +1,4 @@
-"""ml2-receiver play: sends a recording to a receiver, as the headset did."""
+"""ml2-receiver play: sends a recording to a receiver as the headset did."""
 
 import argparse
 import math
@@ -31,7 +31,7 @@ from .keys import LEFT, RIGHT, Keys
 _REDRAWS_PER_SECOND = 2.0
 _POLL_S = 0.1
 _JUMP_S = 5.0
-# A receiver that ends says why on another lane than the one that breaks first.
+# After a lane breaks, the receiver's reason may arrive on the control lane within this time.
 _GOODBYE_S = 1.0
 _EXAMPLES = """examples:
   ml2-receiver play walk                                to a receiver on this computer
@@ -41,14 +41,14 @@ _EXAMPLES = """examples:
   ml2-receiver play walk --topics /tf world_left/image_raw world_left/camera_info
   ml2-receiver play walk --clock                        for nodes with use_sim_time
 
-keys, on a terminal: space pauses and goes on, the arrows left and right go 5 s back and forward.
+keys, on a terminal: space pauses and resumes, the arrows left and right jump 5 s back and forward.
 
-The receiver has to have the same keys, as all of this user on this computer have. To one that has
-others, both with --insecure.
+The receiver must use the same --keys folder, as all commands of one user do by default. Otherwise
+start both with --insecure.
 
-Messages are sent as they were recorded, so their stamps are those of the recording. Only what
-the receiver's configuration asks for is sent. Exit code: 0; 1 when a stream or a topic was refused
-or nothing was sent, with the reason on stderr; 2 when it could not play."""
+Messages are sent unchanged, so their stamps are those of the recording. Only streams that the
+receiver's configuration enables are sent. Exit code: 0; 1 if a stream or a topic was refused or
+nothing was sent, with the reason on stderr; 2 if the recording could not be played."""
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -74,14 +74,14 @@ def add_parser(subparsers: Subparsers) -> None:
         nargs="+",
         default=[],
         metavar="TOPIC",
-        help="send these alone; names as in the recording, the prefix may be left out",
+        help="send only these; names as in the recording, with or without the prefix",
     )
     parser.add_argument(
         "--start-offset",
         type=_offset,
         default=0.0,
         metavar="S",
-        help="begin so many seconds after the first message",
+        help="begin S seconds after the first message",
     )
     parser.add_argument("--start-paused", action="store_true", help="wait for the space bar")
     parser.add_argument(
@@ -91,14 +91,14 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     add_keys(parser)
     parser.add_argument(
-        "--insecure", action="store_true", help="to a receiver that was started with --insecure"
+        "--insecure", action="store_true", help="play to a receiver that runs with --insecure"
     )
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     if options.start_paused and not sys.stdin.isatty():
-        raise PlaybackError("--start-paused needs a terminal, whose space bar ends the pause")
+        raise PlaybackError("--start-paused needs a terminal, because the space bar ends the pause")
     stopping = stop_signal()
     reader, table = BagReader(options.bag), load_table()
     repertoire = Repertoire.of(reader, table, options.topics)
@@ -109,7 +109,7 @@ def _run(options: argparse.Namespace) -> int:
             Destination(options.receiver, identity),
             reader.config.headset,
             repertoire,
-            _say,
+            _log_line,
             stopping,
         )
         player = Player(reader, repertoire, session, timeline)
@@ -120,11 +120,11 @@ def _run(options: argparse.Namespace) -> int:
             raise PlaybackError(session.reason or str(error)) from error
         finally:
             session.finish()
-    print(f"played {_line(player, timeline)}")
+    print(f"played {_progress(player, timeline)}")
     if session.reason is not None:
         raise PlaybackError(session.reason)
     for name in repertoire.surplus:
-        _say(f"{name} was not played: it is one custom topic more than a headset may have")
+        _log_line(f"{name} was not played: it is above the limit of custom topics per headset")
     is_whole = player.sent and not session.refused and not repertoire.surplus
     return 0 if is_whole else 1
 
@@ -154,7 +154,7 @@ def _play(
         if stopping.is_set():
             return
     print("playing until Ctrl-C" if is_looping else "playing", flush=True)
-    _, start_ns = timeline.place
+    _, start_ns = timeline.position
     keys: dict[str, Callable[[], None]] = {
         " ": timeline.toggle,
         LEFT: partial(timeline.jump_by, -_JUMP_S),
@@ -165,7 +165,7 @@ def _play(
         if sys.stdout.isatty():
             stack.enter_context(
                 Live(
-                    get_renderable=lambda: _line(player, timeline),
+                    get_renderable=lambda: _progress(player, timeline),
                     refresh_per_second=_REDRAWS_PER_SECOND,
                     transient=True,
                 )
@@ -177,13 +177,13 @@ def _play(
             player.play(stopping)
 
 
-def _line(player: Player, timeline: Timeline) -> str:
+def _progress(player: Player, timeline: Timeline) -> str:
     paused = ", paused" if timeline.is_paused else ""
     sent = f"{player.sent} messages, {player.sent_bytes / 1e6:.1f} MB"
     return f"{sent}, to {timeline.offset_s:.1f} s{paused}"
 
 
-def _say(text: str) -> None:
+def _log_line(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 

@@ -1,4 +1,4 @@
-"""ml2-receiver products: clouds, registered depth and rectified world images."""
+"""ml2-receiver products: makes point clouds, registered depth and rectified world images."""
 
 import argparse
 
@@ -9,8 +9,8 @@ from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import ProductsError
 
 _EPILOG = """\
-Beside a running `ml2-receiver run`, or a bag that is played; each topic is made only while
-somebody subscribes to it:
+Run it next to `ml2-receiver run`, or while a bag is played. It makes each topic only while the
+topic has subscribers:
   PREFIX/depth/points                    PointCloud2, coloured while the colour camera runs
   PREFIX/CAMERA/image_rect               world_left, world_center, world_right without distortion
   PREFIX/aligned_depth_to_CAMERA/image_raw, camera_info    depth in the pixels of CAMERA
@@ -19,7 +19,7 @@ examples:
   ml2-receiver products
   ml2-receiver products --name robot1        of a receiver with that name
 
-Whatever follows --ros-args goes to ROS 2.
+Arguments after --ros-args go to ROS 2.
 """
 
 

@@ -1,4 +1,4 @@
-"""How far the reading of a recording is."""
+"""Shows the progress of reading a recording."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,9 +10,9 @@ from ..bags.bag_reader import Bag
 
 
 @contextmanager
-def progress(bag: Bag, doing: str) -> Iterator[Callable[[int], None]]:
-    """A bar on stderr, of what is given the length of each payload that was read."""
-    columns = TextColumn(doing), BarColumn(), TaskProgressColumn()
+def progress(bag: Bag, label: str) -> Iterator[Callable[[int], None]]:
+    """Shows a bar on stderr; yields a function to call with the length of each payload."""
+    columns = TextColumn(label), BarColumn(), TaskProgressColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=bag.size_bytes)
         yield lambda size: bar.advance(task, size)

@@ -14,14 +14,14 @@ from ml2_receiver.errors import ExportError
 from ml2_receiver.table.reader import load_table
 
 _EPILOG = """\
-RViz shows nothing of a display until its topic is published, so this also prints what each display
-needs. An existing file is not replaced, as RViz saves its layout into it.
+An RViz display stays empty until its topic is published, so this also prints what each display
+needs. An existing file is not replaced, because RViz saves its layout in it.
 
 examples:
   ml2-receiver rviz --out ml2.rviz
   ml2-receiver rviz --name robot1 --out robot1.rviz
 """
-# Made by `ml2-receiver products`.
+# `ml2-receiver products` publishes this topic.
 _PRODUCT = "points"
 
 
@@ -29,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "rviz", help="write an RViz configuration for a receiver", epilog=_EPILOG
     )
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="where it goes")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the file to write")
     parser.add_argument(
         "--prefix", default="/magic_leap2", help="general.topic_name; default: /magic_leap2"
     )
@@ -55,7 +55,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _address(manager: Any, name: str, prefix: str) -> None:
-    """Gives the template a receiver's frames and topics."""
+    """Puts a receiver's frames and topics into the template."""
     table, frames = load_table(), f"{name}/" if name else ""
     manager["Global Options"]["Fixed Frame"] = frames + table.world_frame
     manager["Views"]["Current"]["Target Frame"] = frames + table.head_frame
@@ -74,4 +74,4 @@ def _needs(manager: Any, name: str) -> Iterator[tuple[str, str]]:
         section = load_table().streams[stream].section
         needs = f"{section}.enabled=true"
         yield display["Name"], f"{needs} and {products}" if rest == _PRODUCT else needs
-    yield "TF", "head tracking: the headset is worn and sees its surroundings"
+    yield "TF", "head tracking: somebody wears the headset and its cameras see the surroundings"

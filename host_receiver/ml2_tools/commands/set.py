@@ -10,11 +10,11 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.json_body import Scalar
 
 _EPILOG = """\
-All values are set in one call: they are legal together, or none is taken. The receiver asks the
-headset at once, and only the streams concerned restart; `ml2-receiver devices` has the headset's
-answers. `ml2-receiver call save_config` keeps the values. It does what `ros2 param set` does.
+Sets all values in one call: either all are valid together, or none is set. The receiver sends them
+to the headset at once, and only the changed streams restart. `ml2-receiver devices` shows the
+headset's answers; `ml2-receiver call save_config` saves the values. The same as `ros2 param set`.
 
-Exit code: 0, or 2 when the receiver refuses a value, with its reason.
+Exit code: 0, or 2 if the receiver refuses a value.
 
 examples:
   ml2-receiver set world_left.enabled=true
@@ -41,10 +41,10 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     values = {key: _value(key, text) for key, text in options.values}
     with receiver_client(options.name, PATIENCE_S) as client:
-        is_done, said = client.set(values)
+        is_done, message = client.set(values)
     if not is_done:
-        raise RosError(said)
-    print(said or "done")
+        raise RosError(message)
+    print(message or "done")
     return 0
 
 
@@ -56,7 +56,7 @@ def _assignment(text: str) -> tuple[str, str]:
 
 
 def _value(key: str, text: str) -> Scalar:
-    """Of the key's type where it is one; what is wrong with it, the receiver says."""
+    """Returns the value in the key's type, or the text itself, which the receiver then refuses."""
     rows = {
         f"{section.id}.{row.name}": row.type
         for section in load_table().sections.values()

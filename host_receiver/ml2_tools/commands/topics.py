@@ -1,4 +1,4 @@
-"""ml2-receiver topics: what each topic does at the moment."""
+"""ml2-receiver topics: shows the state of each topic."""
 
 import argparse
 import json
@@ -17,8 +17,8 @@ from ..monitoring.topic_table import topic_figures, topic_table
 _REDRAW_S = 0.5
 _WIDTH = 150
 _EPILOG = """\
-"lost" is every message that was produced and not published. Cameras promise a rate, other
-streams do not. Exit code: 0, or 2 without a receiver.
+"lost" counts the messages that were produced and not published. Only cameras have an expected
+rate. Exit code: 0, or 2 without a receiver.
 
 examples:
   ml2-receiver topics                live, until Ctrl-C
@@ -33,8 +33,8 @@ def add_parser(subparsers: Subparsers) -> None:
         help="show rates, losses and latencies of every topic while `run` runs",
         epilog=_EPILOG,
     )
-    parser.add_argument("--once", action="store_true", help="print them once and end")
-    parser.add_argument("--json", action="store_true", help="print them once, as a list of objects")
+    parser.add_argument("--once", action="store_true", help="print the table once and end")
+    parser.add_argument("--json", action="store_true", help="print a list of objects once and end")
     add_name(parser)
     parser.set_defaults(run=_run)
 

@@ -1,1 +1,1 @@
-"""Topics as the thesis's scripts had them, for programs written against those."""
+"""Publishes the topics of the thesis's scripts, for programs that use them."""

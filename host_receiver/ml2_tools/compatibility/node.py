@@ -1,4 +1,4 @@
-"""The ROS node of the thesis's topics."""
+"""The ROS node that publishes the thesis's topics."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.message_types import message_class
 
 from ..monitoring.losses import Losses
-from .thesis import configuration_text, metadata_text, turn_imu
+from .thesis import configuration_text, metadata_text, rotate_imu
 
 _DEPTH = 10
 _CONFIG, _REQUEST = "/MagicLeap/config", "/request"
-# Before it told the units apart, it had one of each; which one is not known.
-_FORMER = {"gyro": "gyro_left", "accel": "accel_left"}
+# The older topics of the thesis have one gyroscope and one accelerometer. Which unit it was is not
+# known; the left one stands in.
+_OLDER_NAMES = {"gyro": "gyro_left", "accel": "accel_left"}
 
 
 @dataclass(frozen=True)
-class _Turned:
-    """A topic made of another."""
+class _Conversion:
+    """A topic that is converted from another."""
 
     source: Topic
     convert: Callable[[Any], Any]
@@ -42,11 +43,12 @@ class CompatibilityNode:
     """The node `ml2_compat`: republishes below `out` while somebody subscribes there.
 
     Args:
-        prefix: of the receiver's topics.
-        arguments: for ROS, as `["--ros-args", ...]`.
+        prefix: the prefix of the receiver's topics.
+        out: the prefix of the published topics.
+        arguments: ROS arguments, `["--ros-args", ...]`.
 
     Raises:
-        RosError: ROS does not take them.
+        RosError: ROS rejects the arguments.
     """
 
     def __init__(self, prefix: str, out: str, arguments: Sequence[str]) -> None:
@@ -54,7 +56,7 @@ class CompatibilityNode:
         self._prefix = prefix
         self._context = start_ros(arguments)
         self._node = rclpy.create_node("ml2_compat", context=self._context)
-        self._made = _made_topics()
+        self._conversions = _conversions()
         self._subscriptions: dict[str, Subscription] = {}
         self._publishers = {
             name: self._node.create_publisher(
@@ -63,16 +65,16 @@ class CompatibilityNode:
                 _DEPTH,
                 event_callbacks=PublisherEventCallbacks(matched=lambda _: self._subscribe()),
             )
-            for name, it in self._made.items()
+            for name, it in self._conversions.items()
         }
         self._applied: str | None = None
         self._configs: Publisher = self._node.create_publisher(String, _CONFIG, _DEPTH)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._node.create_subscription(String, f"{prefix}/config", self._configured, latched)
+        self._node.create_subscription(String, f"{prefix}/config", self._take_config, latched)
         self._node.create_subscription(String, _REQUEST, lambda _: self._answer(), _DEPTH)
 
     def spin(self, stopping: threading.Event) -> None:
-        """Works until `stopping` is set, then ends the node."""
+        """Runs the node until `stopping` is set, then ends it."""
         spin_until(stopping, self._node, self._context)
 
     def _subscribe(self) -> None:
@@ -80,7 +82,7 @@ class CompatibilityNode:
         for name in self._subscriptions.keys() - wanted:
             self._node.destroy_subscription(self._subscriptions.pop(name))
         for name in wanted - self._subscriptions.keys():
-            source = self._made[name].source
+            source = self._conversions[name].source
             self._subscriptions[name] = self._node.create_subscription(
                 message_class(source.type),
                 source.full_name(self._prefix),
@@ -90,15 +92,15 @@ class CompatibilityNode:
 
     def _republish(self, name: str, message: Any) -> None:
         try:
-            self._publishers[name].publish(self._made[name].convert(message))
+            self._publishers[name].publish(self._conversions[name].convert(message))
         except ValueError as error:
             self.losses.add(f"{name}: {error}")
 
-    def _configured(self, message: Any) -> None:
+    def _take_config(self, message: Any) -> None:
         self._applied = message.data
 
     def _answer(self) -> None:
-        """As its configuration node did, once there is a headset with a configuration."""
+        """Publishes the configuration, as the thesis's node did, once a headset is configured."""
         if self._applied is None:
             self.losses.add(f"{_REQUEST}: no headset was configured yet")
             return
@@ -108,21 +110,21 @@ class CompatibilityNode:
             self.losses.add(f"config: {error}")
 
 
-def _made_topics() -> Mapping[str, _Turned]:
-    """By name below `out`."""
-    made = {}
+def _conversions() -> Mapping[str, _Conversion]:
+    """Returns the conversions by topic name below `out`."""
+    conversions = {}
     for stream in load_table().streams.values():
         for topic in stream.topics:
             if topic.role == "metadata":
-                made[topic.name] = _Turned(topic, _text)
+                conversions[topic.name] = _Conversion(topic, _text)
             if topic.role == "imu" and stream.section == "other_sensors":
                 frame = f"magicleap_{stream.id.removesuffix('_pack')}"
-                made[topic.name] = _Turned(topic, partial(turn_imu, frame=frame))
-    for former, stream_id in _FORMER.items():
+                conversions[topic.name] = _Conversion(topic, partial(rotate_imu, frame=frame))
+    for older_name, stream_id in _OLDER_NAMES.items():
         (topic,) = load_table().streams[stream_id].topics
-        frame = f"magicleap_{former}"
-        made[f"{former}/imu"] = _Turned(topic, partial(turn_imu, frame=frame))
-    return made
+        frame = f"magicleap_{older_name}"
+        conversions[f"{older_name}/imu"] = _Conversion(topic, partial(rotate_imu, frame=frame))
+    return conversions
 
 
 def _text(message: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What the thesis's scripts sent, made of the receiver's topics; see docs/from_the_thesis.md."""
+"""Converts messages to those of the thesis's scripts; see docs/from_the_thesis.md."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ml2_receiver.table.stream_table import StreamTable
 from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.wire.json_body import Scalar
 
-# The sections of its configuration, and what a camera had there.
+# The camera sections of the thesis's configuration, and the keys of each.
 _CAMERAS = (
     "picture_center",
     "depth_center",
@@ -21,15 +21,15 @@ _CAMERAS = (
 )
 _KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
 _OTHERS = "other_sensors"
-# Where the tangential coefficients stand, by model.
+# The index of the first tangential coefficient, by model.
 _TANGENTIAL_FROM = {"fisheye_tangential": 4}
 
 
 def metadata_text(metadata: str) -> str:
-    """Lines of `Name: value`, unrounded, of the JSON of a metadata topic.
+    """Converts the JSON of a metadata topic to lines of `Name: value`, without rounding.
 
     Raises:
-        ValueError: this is no metadata.
+        ValueError: the text is not the JSON of metadata.
     """
     try:
         document = json.loads(metadata)
@@ -37,20 +37,20 @@ def metadata_text(metadata: str) -> str:
             raise TypeError("expected an object")
         return "".join(f"{line}\n" for line in _lines(document))
     except (AttributeError, KeyError, TypeError, RecursionError) as error:
-        raise ValueError(f"no metadata: {type(error).__name__}: {error}") from error
+        raise ValueError(f"invalid metadata: {type(error).__name__}: {error}") from error
 
 
-def _lines(it: Mapping[str, Any]) -> Iterator[str]:
-    if "analog_gain" in it:
-        yield f"AnalogGain: {it['analog_gain']}"
-    if "digital_gain" in it:
-        yield f"DigitalGain: {it['digital_gain']}"
-    if "exposure_ns" in it:
-        yield f"ExposureTime: {it['exposure_ns'] / 1e6}"
-    if "illumination" in it:
-        yield f"IlluminationType: {it['illumination'].capitalize()}"
-    if "intrinsics" in it:
-        lens = it["intrinsics"]
+def _lines(metadata: Mapping[str, Any]) -> Iterator[str]:
+    if "analog_gain" in metadata:
+        yield f"AnalogGain: {metadata['analog_gain']}"
+    if "digital_gain" in metadata:
+        yield f"DigitalGain: {metadata['digital_gain']}"
+    if "exposure_ns" in metadata:
+        yield f"ExposureTime: {metadata['exposure_ns'] / 1e6}"
+    if "illumination" in metadata:
+        yield f"IlluminationType: {metadata['illumination'].capitalize()}"
+    if "intrinsics" in metadata:
+        lens = metadata["intrinsics"]
         coefficients, model = lens["distortion"], lens["distortion_model"]
         yield f"Focal Length: {_pair(lens['focal_length'])}"
         yield f"Principal Point: {_pair(lens['principal_point'])}"
@@ -71,10 +71,10 @@ def _list(values: Any) -> str:
     return f"[{','.join(str(float(it)) for it in values)}]"
 
 
-def turn_imu(message: Any, frame: str) -> Any:
-    """The sensor_msgs/Imu itself, in the axes and the frame that it had then.
+def rotate_imu(message: Any, frame: str) -> Any:
+    """Changes a sensor_msgs/Imu to the thesis's axes and frame, and returns it.
 
-    Both vectors are turned by -90 degrees about z, and what was not measured is zeros.
+    Rotates both vectors by -90 degrees about z and sets the covariances to zeros.
     """
     message.header.frame_id = frame
     for vector in (message.angular_velocity, message.linear_acceleration):
@@ -88,10 +88,10 @@ def turn_imu(message: Any, frame: str) -> Any:
 
 
 def configuration_text(applied: str, prefix: str) -> str:
-    """Its configuration as JSON, of the text of the receiver's topic `config`.
+    """Converts a message of the receiver's topic `config` to the thesis's configuration as JSON.
 
     Raises:
-        ProtocolError: this is no such text.
+        ProtocolError: the text is not that of a `config` topic.
     """
     table = load_table()
     streams = ConfigText.parse(applied.encode()).streams

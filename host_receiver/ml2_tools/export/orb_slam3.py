@@ -1,4 +1,4 @@
-"""Writes the files that ORB-SLAM3's program `mono_euroc` needs besides an EuRoC folder.
+"""Writes the files that ORB-SLAM3's program `mono_euroc` needs in addition to an EuRoC folder.
 
 Format: version 1.0 of its settings, Examples/Monocular in https://github.com/UZ-SLAMLab/ORB_SLAM3
 """

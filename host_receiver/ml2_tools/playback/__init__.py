@@ -1,1 +1,1 @@
-"""Plays a recording to a receiver as a headset would: the device's side of PROTOCOL.md."""
+"""Plays a recording to a receiver as a headset would; implements the device side of PROTOCOL.md."""

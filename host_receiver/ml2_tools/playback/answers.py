@@ -1,4 +1,4 @@
-"""What a recording has, and what it answers to a configuration."""
+"""The topics of a recording, and its answers to a configuration."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from ..bags.bag_reader import BagReader
 
 _MISSING = "the recording does not have it"
 LEFT_OUT = "--topics leaves it out"
-_DIFFERENT = "recorded so"
+_DIFFERENT = "recorded with these values"
 
 
 @dataclass(frozen=True)
 class Repertoire:
-    """What can be played of one recording.
+    """The topics of a recording that can be played.
 
     Attributes:
-        topics: that will be sent if the receiver asks for their streams.
-        recorded: all that a device may send; more than `topics` where the user has chosen.
-        surplus: names of custom topics beyond those that one device may have.
+        topics: the topics that are sent if the receiver requests their streams.
+        recorded: all topics that a device may send, also those that the user left out.
+        surplus: the names of custom topics beyond the limit for one device.
     """
 
     topics: tuple[Topic, ...]
@@ -34,25 +34,25 @@ class Repertoire:
 
     @classmethod
     def of(cls, reader: BagReader, table: StreamTable, chosen: Sequence[str] = ()) -> "Repertoire":
-        """That of a recording.
+        """Returns the repertoire of a recording.
 
         Args:
-            chosen: names of topics, with or without their prefix; none means all.
+            chosen: names of topics, with or without their prefix; empty means all.
 
         Raises:
             RecordingError: a chosen topic is not in the recording.
         """
         custom = _custom_topics(reader, table)
-        most = table.custom_topics.max_topics
-        recorded = (*_table_topics(reader, table), *custom[:most])
+        limit = table.custom_topics.max_topics
+        recorded = (*_table_topics(reader, table), *custom[:limit])
         names = {topic: {topic.name, topic.full_name(reader.prefix)} for topic in recorded}
         if unknown := [*{*chosen}.difference(*names.values())]:
-            has = ", ".join(topic.name for topic in recorded)
-            raise RecordingError(f"the recording has no topic {unknown[0]}; it has {has}")
+            available = ", ".join(topic.name for topic in recorded)
+            raise RecordingError(f"the recording has no topic {unknown[0]}; it has {available}")
         return cls(
             tuple(it for it in recorded if not chosen or names[it] & {*chosen}),
             recorded,
-            tuple(topic.name for topic in custom[most:]),
+            tuple(topic.name for topic in custom[limit:]),
             reader.config.streams,
             table.custom_topics.stream,
         )
@@ -63,11 +63,11 @@ class Repertoire:
         return list(dict.fromkeys(topic.stream for topic in self.topics))
 
     def answers(self, request: Request) -> dict[str, StreamAnswer]:
-        """One answer for each stream asked for."""
+        """Returns an answer for each requested stream."""
         return {id: self._answer(request, id) for id in request}
 
     def announced(self, request: Request) -> list[Topic]:
-        """The topics that will be sent."""
+        """Returns the topics that are sent for a request."""
         return [
             topic
             for topic in self.topics
@@ -76,14 +76,14 @@ class Repertoire:
         ]
 
     def _answer(self, request: Request, id: str) -> StreamAnswer:
-        asked, has_some = request[id], any(topic.stream == id for topic in self.topics)
-        # An app may have topics of its own, and need not.
-        if not has_some and id != self._custom:
+        requested, has_topics = request[id], any(topic.stream == id for topic in self.topics)
+        # Custom topics are optional: the stream is applied without any, too.
+        if not has_topics and id != self._custom:
             is_left_out = any(topic.stream == id for topic in self.recorded)
             return StreamAnswer("refused", None, LEFT_OUT if is_left_out else _MISSING)
         entry = self._entries.get(id)
-        if entry is None or entry.values is None or entry.values == asked:
-            return StreamAnswer("applied", asked)
+        if entry is None or entry.values is None or entry.values == requested:
+            return StreamAnswer("applied", requested)
         return StreamAnswer("adjusted", entry.values, _DIFFERENT)
 
 

@@ -25,8 +25,8 @@ type Reply = Channel | ChannelEnd | Configured
 class Device:
     """Numbers channels and messages, and makes the bodies that a device sends.
 
-    It outlives its sessions: numbers go on in the next one. Not thread-safe, except that another
-    thread may read `live` and call data_header().
+    One object serves all sessions; its numbers continue in the next session. Not thread-safe,
+    except that another thread may read `live` and call data_header().
 
     Attributes:
         hello: the body of HELLO.
@@ -82,7 +82,7 @@ class Device:
         return [*replies, Configured(configure.request, answers)]
 
     def announce(self, topic: Topic) -> Channel:
-        """Returns the body of CHANNEL; the topic keeps its number for as long as the device is."""
+        """Returns the body of CHANNEL; the topic keeps its channel number in all sessions."""
         self.announced |= {topic}
         return channel(topic, self.channels.setdefault(topic, len(self.channels) + 1))
 

@@ -1,4 +1,4 @@
-"""A connection to a receiver, as the device sees it."""
+"""The device side of a connection to a receiver."""
 
 import socket
 import threading
@@ -18,23 +18,23 @@ _CONNECT_S = 5.0
 
 @dataclass(frozen=True)
 class Destination:
-    """A receiver: where it is, and the keys it has; without `identity` it is plaintext.
+    """A receiver's address and its keys; without `identity` the connection is plaintext.
 
-    Receiver and playback are of one user, and show each other the same certificate.
+    Receiver and playback belong to the same user and present the same certificate.
     """
 
     address: tuple[str, int]
     identity: Identity | None
 
     @property
-    def place(self) -> str:
+    def host_port(self) -> str:
         return f"{self.address[0]}:{self.address[1]}"
 
 
 class Lane:
-    """One lane, named `name`; any thread may send, one receives.
+    """One lane of a session. Any thread may send; only one thread may receive.
 
-    Every method raises PlaybackError when the receiver is gone, silent or refuses.
+    Every method raises PlaybackError if the connection is lost, times out or is refused.
     """
 
     def __init__(self, destination: Destination, name: str) -> None:
@@ -43,17 +43,17 @@ class Lane:
             connected = socket.create_connection(destination.address, _CONNECT_S)
         except OSError as error:
             raise PlaybackError(
-                f"no receiver at {destination.place}: {error.strerror or error}",
+                f"no receiver at {destination.host_port}: {error.strerror or error}",
                 hint="Start `ml2-receiver run`, or name its address with --receiver.",
             ) from error
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._transport = _secured(connected, destination)
+        self._transport = _secure(connected, destination)
         self._transport.set_timeout(_CONNECT_S)
         self._parser = FrameParser(Side.RECEIVER, LaneKind.of(name))
         self._sending = threading.Lock()
 
     def set_timeout(self, seconds: float) -> None:
-        """How long the receiver may be silent, or take nothing."""
+        """Sets how long one receive or one send may block."""
         self._transport.set_timeout(seconds)
 
     def send(self, kind: Kind, body: JsonBody | bytes = b"", **header: int) -> None:
@@ -62,23 +62,28 @@ class Lane:
             try:
                 self._transport.send_all(encode_frame(kind, data, **header))
             except OSError as error:
-                raise self._lost(error) from error
+                raise self._lost_error(error) from error
 
     def receive(self) -> Frame | None:
-        """The next frame, or None when the receiver has ended the connection."""
+        """Returns the next frame, or None after the receiver has closed the connection."""
         try:
             while count := self._transport.receive(self._parser.get_buffer()):
                 frame = self._parser.buffer_updated(count)
                 if frame is not None:
                     return frame
         except OSError as error:
-            raise self._lost(error) from error
+            raise self._lost_error(error) from error
         except ProtocolError as error:
-            raise PlaybackError(f"the receiver broke the protocol: {error}") from error
+            raise PlaybackError(f"the receiver violated the protocol: {error}") from error
         return None
 
     def expect(self, kind: Kind) -> bytearray:
-        """The body of the next frame, which has to be of this kind."""
+        """Returns the body of the next frame, which must be of this kind.
+
+        Raises:
+            PlaybackError: the receiver sends ERROR or closes the connection.
+            ProtocolError: the frame is of another kind.
+        """
         frame = self.receive()
         if frame is None:
             raise PlaybackError(f"expected {kind.name}, but the receiver ended lane {self.name}")
@@ -90,36 +95,36 @@ class Lane:
         return frame.payload
 
     def end_output(self) -> None:
-        """Nothing more will be sent."""
+        """Closes the sending direction of the connection."""
         self._transport.end_output()
 
     def close(self) -> None:
         self._transport.close()
 
-    def _lost(self, error: OSError) -> PlaybackError:
+    def _lost_error(self, error: OSError) -> PlaybackError:
         return PlaybackError(f"lane {self.name} is lost: {error.strerror or error}")
 
 
-def _secured(connected: socket.socket, destination: Destination) -> Transport:
-    """The connection, once it is sure who is at the other end."""
+def _secure(connected: socket.socket, destination: Destination) -> Transport:
+    """Returns the connection after the TLS handshake and the check of the certificate."""
     identity = destination.identity
     if identity is None:
         return PlainTransport(connected)
     tls = device_context(identity).wrap_socket(connected, do_handshake_on_connect=False)
     try:
-        found = TlsTransport(tls)
-        fingerprint = found.handshake()
+        transport = TlsTransport(tls)
+        fingerprint = transport.handshake()
     except ProtocolError as error:
         tls.close()
         raise PlaybackError(
-            f"no TLS with the receiver at {destination.place}: {error.message}",
-            hint="If the receiver runs with --insecure, this command needs it too.",
+            f"no TLS with the receiver at {destination.host_port}: {error.message}",
+            hint="If the receiver runs with --insecure, run this command with --insecure, too.",
         ) from error
     if fingerprint != identity.fingerprint:
         tls.close()
         raise PlaybackError(
-            f"the receiver at {destination.place} has other keys: expected fingerprint"
+            f"the receiver at {destination.host_port} has other keys: expected fingerprint"
             f" {identity.fingerprint}, found {fingerprint}",
             hint="Use the --keys that the receiver uses.",
         )
-    return found
+    return transport

@@ -14,15 +14,16 @@ from .answers import Repertoire
 from .session import Session
 from .timeline import Timeline
 
-# How soon it notices that it was paused, sent elsewhere or stopped.
+# The longest wait before the player notices a pause, a jump or a stop.
 _SLICE_S = 0.05
 
 
 class Player:
-    """Plays in the thread of its caller; the other attributes may be read by any.
+    """Sends the messages of a recording in the thread that calls play().
 
     Attributes:
-        sent: messages, `sent_bytes` their payloads.
+        sent: the number of sent messages; any thread may read it.
+        sent_bytes: the total size of their payloads; any thread may read it.
     """
 
     def __init__(
@@ -34,21 +35,22 @@ class Player:
             topic.full_name(reader.prefix): (topic, _capture_ns(topic))
             for topic in repertoire.topics
         }
-        # A subscriber that comes later gets their last message.
+        # After a jump, the last earlier message of these topics is sent first.
         self._latched = {name for name, (it, _) in self._topics.items() if it.qos == "latched"}
 
     def play(self, stopping: threading.Event) -> None:
-        """From where the timeline stands to the last message, or until `stopping`.
+        """Plays from the timeline's position to the last message, or until `stopping` is set.
 
         Raises:
-            RecordingError, PlaybackError
+            RecordingError: the recording is broken.
+            PlaybackError: the connection to the receiver is lost.
         """
-        while not self._is_over(stopping):
+        while not self._play_once(stopping):
             self._session.epoch += 1
 
-    def _is_over(self, stopping: threading.Event) -> bool:
-        """Reads the recording once; False when the timeline has jumped meanwhile."""
-        jumps, start_ns = self._timeline.place
+    def _play_once(self, stopping: threading.Event) -> bool:
+        """Plays from the timeline's position; returns False if the timeline jumps meanwhile."""
+        jumps, start_ns = self._timeline.position
         latched: dict[str, BagMessage] = {}
         for message in self._reader.messages():
             if stopping.is_set():
@@ -60,15 +62,15 @@ class Player:
             for earlier in latched.values():
                 self._send(earlier)
             latched.clear()
-            if not self._is_due(message, jumps, stopping):
+            if not self._wait_until_due(message, jumps, stopping):
                 return stopping.is_set()
             self._send(message)
         return True
 
-    def _is_due(self, message: BagMessage, jumps: int, stopping: threading.Event) -> bool:
-        """Waits until it is; False when that is no longer to be waited for."""
-        while self._timeline.place[0] == jumps and not stopping.is_set():
-            self._timeline.go(jumps)
+    def _wait_until_due(self, message: BagMessage, jumps: int, stopping: threading.Event) -> bool:
+        """Waits until the message is due; returns False after a jump or a stop."""
+        while self._timeline.position[0] == jumps and not stopping.is_set():
+            self._timeline.start(jumps)
             left_s = self._timeline.left_s(message.time_ns)
             if left_s is not None and left_s <= 0:
                 return True
@@ -88,7 +90,7 @@ class Player:
 
 
 def _capture_ns(topic: Topic) -> Callable[[BagMessage], int]:
-    """The function that finds out when a message was captured, or else received."""
+    """Returns a function that returns a message's capture time, or without one its receive time."""
     if topic.type not in DEFINITIONS:
         return lambda message: message.time_ns
     read = stamp_reader(topic.type)
@@ -97,7 +99,7 @@ def _capture_ns(topic: Topic) -> Callable[[BagMessage], int]:
         try:
             return read(message.payload)
         except ValueError:
-            return message.time_ns  # a message that has none, as an empty TFMessage
+            return message.time_ns  # a message without a stamp, such as an empty TFMessage
 
     return capture_ns
 

@@ -1,4 +1,4 @@
-"""The time of a recording that is played, for ROS nodes with `use_sim_time`."""
+"""Publishes the time of a played recording for ROS nodes with `use_sim_time`."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _NANOS_PER_SECOND = 1_000_000_000
 
 
 class RosClock:
-    """Publishes a timeline on /clock, 100 times a second, while it is entered.
+    """Publishes a timeline on /clock 100 times per second; a context manager.
 
-    As with `ros2 bag play --clock`, the time is when messages were received when they were
-    recorded, and stands still while playing is paused.
+    As with `ros2 bag play --clock`, the time is the recorded receive time of the messages. It does
+    not advance while playing is paused.
 
     Raises:
         RosError: ROS does not start.

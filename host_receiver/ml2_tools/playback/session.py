@@ -31,31 +31,31 @@ from .device import KINDS, Device
 from .lane import Destination, Lane
 
 _STATUS_PERIOD_S = 1.0
-_ROUND_TRIPS = 15  # one per STATUS: those of the last 15 s
+_ROUND_TRIPS = 15  # one per STATUS, so 15 s
 _CLOSING_S = 1.0
 _TIME = struct.Struct("<q")
 
 
 class Session:
-    """From HELLO to BYE; finish() must be called.
+    """A session from HELLO to BYE; the caller must call finish().
 
-    A thread answers what the receiver asks, another tells it each second how things stand.
-    There is no clock to estimate, the stamps are those of the recording: the time lane carries
-    one exchange per second, for the round trip.
+    One thread answers the receiver's requests, another sends STATUS each second. The stamps are
+    those of the recording, so no clock offset is estimated. The time lane carries one exchange per
+    second to measure the round trip.
 
     Args:
-        name: of the headset that was recorded.
-        log: is called, by a thread of this session, with what is refused or not asked for.
-        over: set when the receiver has ended the session; `reason` says why.
+        name: the name of the recorded headset.
+        log: is called by a thread of this session with lines on refused or unrequested topics.
+        over: is set when the receiver ends the session.
 
     Attributes:
-        started: set by START.
-        refused: why, by stream or topic, that the recording does not have or the receiver does
-            not take.
-        epoch: of the stamps; to be counted up when they begin again.
+        started: set when START arrives.
+        refused: the reasons by stream or topic that is not recorded or that the receiver refuses.
+        epoch: the epoch of the stamps; the player increments it after each jump.
+        reason: why the receiver ended the session; None while it runs.
 
     Raises:
-        PlaybackError: no receiver, or it does not want a session.
+        PlaybackError: there is no receiver, or it refuses the session.
     """
 
     def __init__(
@@ -97,17 +97,17 @@ class Session:
             raise
         self._threads = [
             threading.Thread(target=self._guard, args=[work], name=work.__name__)
-            for work in (self._listen, self._tell)
+            for work in (self._listen, self._send_statuses)
         ]
         for thread in self._threads:
             thread.start()
 
     def is_wanted(self, topic: Topic) -> bool:
-        """Whether the receiver has asked for it and is ready."""
+        """Returns True if the receiver has requested the topic and takes its messages."""
         return topic in self._device.live and topic.name not in self.refused
 
     def send(self, topic: Topic, payload: bytes, capture_ns: int) -> None:
-        """One message, unchanged; waits for the receiver to take it."""
+        """Sends one message unchanged; blocks until the connection takes it."""
         header = self._device.data_header(topic, capture_ns, time.time_ns())
         self._lanes[topic.lane].send(Kind.DATA, payload, **header)
 
@@ -160,7 +160,7 @@ class Session:
                 case Kind.PING:
                     self._control.send(Kind.PONG)
                 case Kind.BYE:
-                    self._end(f"the receiver says goodbye: {Bye.parse(frame.payload).reason}")
+                    self._end(f"the receiver ended the session: {Bye.parse(frame.payload).reason}")
                 case Kind.ERROR:
                     self._take_error(Error.parse(frame.payload))
         self._end("the receiver has ended the session")
@@ -169,7 +169,7 @@ class Session:
         topics = self._repertoire.announced(configure.streams)
         answers = self._repertoire.answers(configure.streams)
         if not self._device.is_configured:
-            self._log_what_is_not_requested(topics)
+            self._log_unrequested(topics)
         for reply in self._device.configure(configure, topics, answers):
             if isinstance(reply, Channel) and reply.lane not in self._lanes:
                 self._join(reply.lane)
@@ -178,8 +178,8 @@ class Session:
             if answer.result == "refused" and answer.reason not in (None, LEFT_OUT):
                 self._refuse(stream, str(answer.reason))
 
-    def _log_what_is_not_requested(self, topics: Sequence[Topic]) -> None:
-        """The first request has all that the receiver's configuration asks for."""
+    def _log_unrequested(self, topics: Sequence[Topic]) -> None:
+        """Logs the topics that the first request, the receiver's configuration, leaves out."""
         rest = [topic.name for topic in self._repertoire.topics if topic not in topics]
         if rest:
             self._log(f"the receiver's configuration does not ask for {', '.join(rest)}")
@@ -195,18 +195,18 @@ class Session:
             self.refused[name] = reason
             self._log(f"{name} is refused: {reason}")
 
-    def _tell(self) -> None:
-        """STATUS each second, and PING between, so that no side thinks the other dead."""
+    def _send_statuses(self) -> None:
+        """Sends STATUS each second, and PING in between to keep the session alive."""
         status_s = self._began_s
         while not self._finishing.wait(self._device.welcome.timeouts.ping_s):
             if time.monotonic() >= status_s:
                 status_s += _STATUS_PERIOD_S
-                self._measure()
+                self._measure_round_trip()
                 self._status(is_final=False)
             else:
                 self._control.send(Kind.PING)
 
-    def _measure(self) -> None:
+    def _measure_round_trip(self) -> None:
         sent_ns = time.time_ns()
         lane = self._lanes["time"]
         lane.send(Kind.TIME_REQUEST, _TIME.pack(sent_ns))

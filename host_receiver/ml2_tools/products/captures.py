@@ -1,4 +1,4 @@
-"""Brings together what belongs to one capture: messages with one stamp."""
+"""Collects the messages of one capture, which share a stamp."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from ..monitoring.losses import Losses
 
-# Transforms and images of two thirds of a second.
+# Enough for the transforms and images of two thirds of a second.
 _MOST_STAMPS = 64
 
 
@@ -16,8 +16,8 @@ class Captures:
     """The captures of one camera that are not complete yet.
 
     Args:
-        parts: what a capture consists of; the first is its image, and the others alone are no loss.
-        losses: is told, by missing part, of captures that were given up for newer ones.
+        parts: the names of a capture's parts; the first is its image.
+        losses: counts, by missing part, the images that newer captures pushed out.
     """
 
     def __init__(self, camera: str, parts: tuple[str, ...], losses: Losses) -> None:
@@ -26,7 +26,7 @@ class Captures:
         self._pending: OrderedDict[int, dict[str, Any]] = OrderedDict()
 
     def add(self, part: str, stamp_ns: int, value: Any) -> Mapping[str, Any] | None:
-        """One part; the capture by part when this completes it."""
+        """Adds one part; returns the capture by part if it is complete now, else None."""
         capture = self._pending.setdefault(stamp_ns, {})
         capture[part] = value
         if len(capture) == len(self.parts):

@@ -1,4 +1,4 @@
-"""Arrays as ROS messages, without a copy where ROS allows it."""
+"""Converts arrays to ROS messages, without a copy if ROS allows it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FIELD_BYTES = 4
 
 
 def image_message(header: Any, encoding: str, pixels: NDArray[Any]) -> Image:
-    """An Image; `pixels` is height x width or height x width x channels."""
+    """Returns an Image; `pixels` is height x width or height x width x channels."""
     height, width = pixels.shape[:2]
     image = Image(header=header, height=height, width=width, encoding=encoding)
     image.step = pixels.nbytes // height
@@ -24,7 +24,7 @@ def image_message(header: Any, encoding: str, pixels: NDArray[Any]) -> Image:
 
 
 def cloud_message(header: Any, points: Floats, rgb: NDArray[np.uint32] | None) -> PointCloud2:
-    """An organised cloud of `points`, height x width x 3, with the field rgb if there is any."""
+    """Returns an organised cloud of `points`, height x width x 3, with a field rgb if given."""
     height, width = points.shape[:2]
     names = ["x", "y", "z"] if rgb is None else ["x", "y", "z", "rgb"]
     if rgb is not None:
@@ -42,7 +42,7 @@ def cloud_message(header: Any, points: Floats, rgb: NDArray[np.uint32] | None) -
 
 
 def _bytes(pixels: NDArray[Any]) -> array[int]:
-    """What rclpy's setters take as it is, where they would look at each byte of a list."""
+    """Returns an array that rclpy's setters take without checking each byte, as in a list."""
     data = array("B")
     data.frombytes(np.ascontiguousarray(pixels).data.cast("B"))
     return data

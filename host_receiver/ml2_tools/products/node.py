@@ -1,4 +1,4 @@
-"""The ROS node of the products."""
+"""The ROS node that publishes the products."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ _TF, _TF_STATIC = "/tf", "/tf_static"
 
 
 class ProductsNode:
-    """The node `ml2_products`: makes each product while somebody subscribes to it, and only then.
+    """The node `ml2_products`: makes each product only while the product has subscribers.
 
-    It publishes what it made, and what it could not and why, to /diagnostics.
+    It publishes the number of messages per product, and losses by reason, to /diagnostics.
 
     Args:
-        prefix: of the receiver's topics, and of these.
-        frame_prefix: of the headset's frame ids.
-        arguments: for ROS, as `["--ros-args", ...]`.
+        prefix: the prefix of the receiver's topics and of the products.
+        frame_prefix: the prefix of the headset's frame ids.
+        arguments: ROS arguments, `["--ros-args", ...]`.
 
     Raises:
-        RosError: ROS does not take them.
+        RosError: ROS rejects the arguments.
     """
 
     def __init__(self, prefix: str, frame_prefix: str, arguments: Sequence[str]) -> None:
@@ -72,14 +72,14 @@ class ProductsNode:
             durability=DurabilityPolicy.TRANSIENT_LOCAL,
             reliability=ReliabilityPolicy.RELIABLE,
         )
-        self._node.create_subscription(String, f"{prefix}/config", self._configured, latched)
+        self._node.create_subscription(String, f"{prefix}/config", self._take_config, latched)
         static = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._node.create_subscription(TFMessage, _TF_STATIC, self._stood, static)
+        self._node.create_subscription(TFMessage, _TF_STATIC, self._take_static, static)
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._node.create_timer(_PERIOD_S, self._tick)
 
     def spin(self, stopping: threading.Event) -> None:
-        """Works until `stopping` is set, then ends the node."""
+        """Runs the node until `stopping` is set, then ends it."""
         spin_until(stopping, self._node, self._context)
 
     def _publisher(self, topic: str, type: str) -> Publisher:
@@ -98,7 +98,7 @@ class ProductsNode:
         return any(self._publishers[topic].get_subscription_count() for topic in product.types)
 
     def _subscribe(self) -> None:
-        """To what the products that somebody wants are made of, and to nothing else."""
+        """Subscribes to the inputs of the products that have subscribers, and to nothing else."""
         for product in self._products:
             if isinstance(product, Points):
                 image = self._topic("color", "image").full_name(self._prefix)
@@ -121,7 +121,7 @@ class ProductsNode:
         if needs_tf and _TF not in self._subscriptions:
             depth = self._table.qos["tf"].depth
             self._subscriptions[_TF] = self._node.create_subscription(
-                TFMessage, _TF, self._transformed, depth
+                TFMessage, _TF, self._take_transforms, depth
             )
 
     def _topic(self, camera: str, role: str) -> Topic:
@@ -134,7 +134,7 @@ class ProductsNode:
         return self._node.create_subscription(message_class(topic.type), name, take, depth)
 
     def _taker(self, camera: str, part: str) -> Callable[[Any], None]:
-        return lambda message: self._arrived(camera, part, header_stamp_ns(message.header), message)
+        return lambda message: self._take(camera, part, header_stamp_ns(message.header), message)
 
     def _metadata_taker(self, camera: str) -> Callable[[Any], None]:
         def take(message: Any) -> None:
@@ -143,24 +143,24 @@ class ProductsNode:
             except ValueError as error:
                 self._shared.losses.add(f"{camera}: {error}")
                 return
-            self._arrived(camera, "metadata", stamp_ns, message.data)
+            self._take(camera, "metadata", stamp_ns, message.data)
 
         return take
 
-    def _transformed(self, message: Any) -> None:
+    def _take_transforms(self, message: Any) -> None:
         try:
             for camera, stamp_ns, pose in self._tree.poses(message):
-                self._arrived(camera, "transform", stamp_ns, pose)
+                self._take(camera, "transform", stamp_ns, pose)
         except ValueError as error:
             self._shared.losses.add(f"{_TF}: {error}")
 
-    def _stood(self, message: Any) -> None:
+    def _take_static(self, message: Any) -> None:
         try:
             self._tree.stand(message)
         except ValueError as error:
             self._shared.losses.add(f"{_TF_STATIC}: {error}")
 
-    def _arrived(self, camera: str, part: str, stamp_ns: int, value: Any) -> None:
+    def _take(self, camera: str, part: str, stamp_ns: int, value: Any) -> None:
         for product in self._active():
             began_s = time.perf_counter()
             try:
@@ -173,7 +173,7 @@ class ProductsNode:
                 self._published[topic] += 1
                 self._busy_s[topic] += time.perf_counter() - began_s
 
-    def _configured(self, message: Any) -> None:
+    def _take_config(self, message: Any) -> None:
         try:
             depth = json.loads(message.data)["streams"].get("depth", {"values": {}})
             self._shared.is_radial = bool(depth["values"].get("radial", False))

@@ -1,4 +1,4 @@
-"""Depth images as points, alone or in the colours of another camera."""
+"""Converts depth images to points, with or without the colours of another camera."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _BLOCK_POINTS = 16384
 
 
 def points_of(z: Floats, lens: Lens) -> Floats:
-    """height x width x 3 in the optical frame; NaN where `z` is.
+    """Returns the points in the optical frame, height x width x 3; NaN where `z` is NaN.
 
     Raises:
-        ValueError: the image has not the lens's size.
+        ValueError: the image does not have the lens's size.
     """
     if z.shape != (lens.height, lens.width):
         found = "x".join(map(str, z.shape[::-1]))
@@ -29,16 +29,18 @@ def points_of(z: Floats, lens: Lens) -> Floats:
     return points
 
 
-def seen_by(points: Floats, source_to_target: Pose, lens: Lens) -> tuple[Floats, Floats, Floats]:
-    """Column, row and z of points in another camera; NaN for those it does not see.
+def project_points(
+    points: Floats, source_to_target: Pose, lens: Lens
+) -> tuple[Floats, Floats, Floats]:
+    """Returns column, row and z of points in another camera; NaN for points out of its view.
 
-    Columns and rows may lie outside of its image. Nothing hides anything.
+    Columns and rows may lie outside the image. Occlusion is ignored.
     """
     rotation = source_to_target[:3, :3].T.astype(np.float32)
     shift = source_to_target[:3, 3].astype(np.float32)
     flat = points.reshape(-1, 3)
     u, v, z = np.empty((3, len(flat)), np.float32)
-    # In blocks whose temporary arrays stay in the cache: half the time of one pass over all.
+    # The temporary arrays of a block stay in the CPU's cache, which halves the time.
     for start in range(0, len(flat), _BLOCK_POINTS):
         block = slice(start, start + _BLOCK_POINTS)
         moved = flat[block] @ rotation + shift
@@ -53,14 +55,17 @@ def seen_by(points: Floats, source_to_target: Pose, lens: Lens) -> tuple[Floats,
 def colours_of(
     points: Floats, source_to_target: Pose, lens: Lens, bgr: NDArray[np.uint8]
 ) -> NDArray[np.uint32]:
-    """0x00RRGGBB of each point in the image of another camera, 0 outside of it.
+    """Returns 0x00RRGGBB of each point in the image of another camera; 0 outside the image.
 
-    A point that something hides from that camera has the colour of what hides it.
+    An occluded point gets the colour of the surface in front of it.
+
+    Raises:
+        ValueError: the image does not have the lens's size.
     """
     if bgr.shape != (lens.height, lens.width, 3):
         found = "x".join(map(str, bgr.shape[1::-1]))
         raise ValueError(f"expected an image of {lens.width}x{lens.height}, found {found}")
-    u, v, _ = seen_by(points, source_to_target, lens)
+    u, v, _ = project_points(points, source_to_target, lens)
     index, is_inside = flat_index(u, v, lens)
     packed = np.zeros(len(index), np.uint32)
     seen = bgr.reshape(-1, 3)[index[is_inside]].astype(np.uint32)
@@ -69,7 +74,7 @@ def colours_of(
 
 
 def flat_index(u: Floats, v: Floats, lens: Lens) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """The pixel that has each point, row by row, and which points have one."""
+    """Returns the index of each point's pixel, row by row, and True for points in the image."""
     half = np.float32(0.5)
     with np.errstate(invalid="ignore"):
         is_inside = (u >= -half) & (u < lens.width - half) & (v >= -half) & (v < lens.height - half)

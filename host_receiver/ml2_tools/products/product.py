@@ -1,4 +1,4 @@
-"""What can be made: of which parts of which cameras' captures, and how."""
+"""The products, each with its inputs and its computation."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from .registration import register
 
 type Capture = Mapping[str, Any]
 
-# At 15 Hz, the least rate of a camera beside depth, captures are at most 33 ms from a depth image.
+# While depth runs, cameras run at 15 Hz or more, so that a capture is at most 33 ms from a depth
+# image.
 _MOST_APART_NS = 100_000_000
 _REMEMBERED = 8
 
 
 @dataclass
 class Shared:
-    """What products have in common.
+    """The state that all products share.
 
-    `is_radial` says whether depth is the distance from the camera or z; None until the headset's
-    settings are known, and until then nothing is made of depth.
+    `is_radial` is True if depth is the distance from the camera, False if it is z. It is None until
+    the headset's settings are known; until then no product of depth is made.
     """
 
     is_radial: bool | None = None
@@ -42,7 +43,11 @@ class Shared:
     decode: JpegDecoder = field(default_factory=JpegDecoder)
 
     def depth(self, capture: Capture, lens: Lens) -> Floats:
-        """z of a depth capture."""
+        """Returns z of a depth capture, height x width.
+
+        Raises:
+            ValueError: the settings are not known yet, or the image is invalid.
+        """
         if self.is_radial is None:
             raise ValueError("whether depth is radial is not known yet: nothing came on config")
         z: Floats = pixels_of(capture["image"])
@@ -54,10 +59,11 @@ class Shared:
 
 
 class Product(ABC):
-    """Makes messages for the topics of `types` whenever a capture is complete.
+    """A computation that makes messages when a capture is complete. Not thread-safe.
 
-    `types` are message types by topic, relative to the prefix; `inputs` the parts of captures by
-    camera. Calls must not overlap.
+    Attributes:
+        types: the message types by topic, relative to the prefix.
+        inputs: the needed parts of captures by camera.
     """
 
     types: Mapping[str, str]
@@ -67,17 +73,17 @@ class Product(ABC):
         self.use(inputs)
 
     def use(self, inputs: Mapping[str, tuple[str, ...]]) -> None:
-        """Other inputs from now on."""
+        """Changes the inputs and forgets incomplete captures."""
         self.inputs = inputs
         self._captures = {
             camera: Captures(camera, parts, self._shared.losses) for camera, parts in inputs.items()
         }
 
     def add(self, camera: str, part: str, stamp_ns: int, value: Any) -> Mapping[str, Any]:
-        """Takes a part; the messages by topic when there are any.
+        """Takes a part; returns the messages by topic if it completes a capture.
 
         Raises:
-            ValueError: what arrived is not as its type or camera has it.
+            ValueError: a message is invalid or does not fit its camera.
         """
         if part not in self.inputs.get(camera, ()):
             return {}
@@ -86,13 +92,13 @@ class Product(ABC):
 
     @abstractmethod
     def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
-        """The messages by topic that a complete capture allows."""
+        """Returns the messages of a complete capture by topic."""
 
 
 class Rectified(Product):
-    """<world camera>/image_rect, by the exact lens in the metadata.
+    """<world camera>/image_rect, with the exact lens in the metadata.
 
-    image_proc rectifies the other cameras, whose camera_info describes their lens as it is.
+    image_proc can rectify the other cameras, because their camera_info describes the lens exactly.
     """
 
     def __init__(self, shared: Shared, camera: str) -> None:
@@ -107,7 +113,7 @@ class Rectified(Product):
 
 
 class _WithOther(Product):
-    """Depth beside another camera's capture: the nearest in time of those that are here."""
+    """A product of a depth capture and another camera's latest capture nearest in time."""
 
     def __init__(self, shared: Shared, inputs: Mapping[str, tuple[str, ...]]) -> None:
         super().__init__(shared, inputs)
@@ -121,16 +127,16 @@ class _WithOther(Product):
 
     @abstractmethod
     def of_depth(self, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
-        """As make(), of a depth capture."""
+        """Returns the messages of a depth capture by topic."""
 
     def nearest(self, stamp_ns: int) -> tuple[int, Capture] | None:
-        """Not further than a tenth of a second."""
+        """Returns stamp and capture of the nearest other one within 0.1 s, or None."""
         near = min(self._others, key=lambda other: abs(other[0] - stamp_ns), default=None)
         return near if near is not None and abs(near[0] - stamp_ns) <= _MOST_APART_NS else None
 
 
 class Points(_WithOther):
-    """depth/points; coloured while is_coloured, for which it needs transforms."""
+    """depth/points, with colours after colour(True), for which it needs transforms."""
 
     types = {"depth/points": "sensor_msgs/msg/PointCloud2"}  # noqa: RUF012
     _PLAIN = {"depth": ("image", "camera_info")}  # noqa: RUF012
@@ -143,7 +149,7 @@ class Points(_WithOther):
         super().__init__(shared, self._PLAIN)
 
     def colour(self, is_coloured: bool) -> None:
-        """Colours from now on, or not."""
+        """Switches the colours on or off."""
         wanted = self._COLOURED if is_coloured else self._PLAIN
         if self.inputs is not wanted:
             self._others.clear()
@@ -160,7 +166,7 @@ class Points(_WithOther):
             between = _between(capture["transform"], color["transform"])
             rgb = colours_of(points, between, camera_of(color["camera_info"]).lens, bgr)
         elif self.inputs is self._COLOURED:
-            self._shared.losses.add("depth/points: no image of color near, so without colours")
+            self._shared.losses.add("depth/points without colours: no image of color near")
         return {"depth/points": cloud_message(capture["image"].header, points, rgb)}
 
 
@@ -183,7 +189,7 @@ class Registered(_WithOther):
             return {}
         target_ns, other = near
         if target_ns == self._last_ns:
-            self._shared.losses.add(f"{self._topic}: that image has a depth image already")
+            self._shared.losses.add(f"{self._topic}: the image has a depth image already")
             return {}
         self._last_ns = target_ns
         info = other["camera_info"]
@@ -200,13 +206,13 @@ class Registered(_WithOther):
 
 
 def _between(source: Pose, target: Pose) -> Pose:
-    """From the optical frame of one capture to that of another, through the world."""
+    """Returns the transform from one capture's optical frame to another's; both are world poses."""
     between: Pose = np.linalg.inv(target) @ source
     return between
 
 
 def all_products(shared: Shared) -> list[Product]:
-    """Every product there is."""
+    """Returns all products."""
     worlds = ("world_left", "world_center", "world_right")
     exact = ("camera_info", "metadata", "transform")
     return [

@@ -1,4 +1,4 @@
-"""Depth as another camera would measure it, pixel by pixel of its image."""
+"""Registers depth to the image of another camera."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ import numpy as np
 
 from ..geometry.lens import Floats, Lens
 from ..geometry.pose import Pose
-from .points import flat_index, points_of, seen_by
+from .points import flat_index, points_of, project_points
 
 
 def register(z: Floats, lens: Lens, source_to_target: Pose, target: Lens) -> Floats:
-    """z along the optical axis of `target`, in its image and distortion; NaN where unknown.
+    """Returns z along the optical axis of `target`, in its distorted image; NaN where unknown.
 
-    Each measurement covers the pixels it is as large as there, and the nearest of them counts.
+    Each depth pixel covers as many target pixels as it is wide. Of several depths for one target
+    pixel, the nearest one is kept.
 
     Raises:
-        ValueError: `z` has not the size of its lens.
+        ValueError: `z` does not have the size of its lens.
     """
-    u, v, moved_z = seen_by(points_of(z, lens), source_to_target, target)
+    u, v, moved_z = project_points(points_of(z, lens), source_to_target, target)
     index, is_inside = flat_index(u, v, target)
     nearest = np.full(target.width * target.height, np.inf, np.float32)
     np.minimum.at(nearest, index[is_inside], moved_z[is_inside])
     image = nearest.reshape(target.height, target.width)
     footprint = _footprint_px(lens, target)
     if footprint > 1:
-        # The least of a neighbourhood, which OpenCV calls erosion.
+        # OpenCV's erosion is the minimum of a neighbourhood.
         image = cv2.erode(
             image,
             np.ones((footprint, footprint), np.uint8),
@@ -41,6 +42,6 @@ def register(z: Floats, lens: Lens, source_to_target: Pose, target: Lens) -> Flo
 
 @functools.lru_cache(16)
 def _footprint_px(lens: Lens, target: Lens) -> int:
-    """The odd number of the target's pixels that one of `lens` is as wide as, rounded up."""
+    """Returns the width of one pixel of `lens` in target pixels, rounded up to an odd number."""
     ratio = max(target.fx / lens.fx, target.fy / lens.fy)
     return 2 * math.ceil((ratio - 1) / 2 - 1e-3) + 1 if ratio > 1 else 1
