@@ -1,7 +1,8 @@
-"""Unity's ROS-TCP-Endpoint from a checkout of the user's: started, and what is sent to it.
+"""Starts Unity's ROS-TCP-Endpoint from a checkout of the user, and encodes messages to it.
 
-A message on its wire is a destination and a payload, each behind its length as u32 LE. A topic is
-registered at destination __publish by JSON with one byte behind it, and is a destination then.
+A message is a destination and a payload, each preceded by its length as u32 LE. A message to the
+destination __publish registers a topic; its payload is JSON and one extra byte. The topic's name is
+a destination afterwards.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import time
 from pathlib import Path
 
 _LENGTH = struct.Struct("<I")
-_PATIENCE_S = 10.0
+_TIMEOUT_S = 10.0
 _POLL_S = 0.05
 
 
@@ -25,7 +26,7 @@ def message(destination: str, payload: bytes) -> bytes:
 
 
 def registration(topic: str, type: str, queue_size: int) -> bytes:
-    """Of a publisher; `type` as the stream table has it."""
+    """Returns the message that registers a publisher; `type` is as in the stream table."""
     publisher = {
         "topic": topic,
         "message_name": type.replace("/msg/", "/"),
@@ -36,9 +37,9 @@ def registration(topic: str, type: str, queue_size: int) -> bytes:
 
 
 def connect(address: str) -> socket.socket:
-    """To an endpoint that may just be starting."""
+    """Connects to an endpoint, and retries while it is starting."""
     host, _, port = address.rpartition(":")
-    deadline_s = time.monotonic() + _PATIENCE_S
+    deadline_s = time.monotonic() + _TIMEOUT_S
     while True:
         try:
             return socket.create_connection((host, int(port)))
@@ -49,7 +50,7 @@ def connect(address: str) -> socket.socket:
 
 
 def start_endpoint(checkout: Path) -> str:
-    """Runs it in threads of this process; the address that it will listen on."""
+    """Runs the endpoint in threads of this process; returns the address that it will listen on."""
     import rclpy
 
     sys.path.insert(0, str(checkout))

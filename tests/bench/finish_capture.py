@@ -1,4 +1,4 @@
-"""Adds to a capture benchmark's results: bytes copied, and the simulated device's share."""
+"""Adds the copied bytes and the simulated device's CPU time to a capture benchmark's results."""
 
 import json
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def main(folder: Path) -> None:
-    """Extends capture.json by copies.txt, bytes of all frames, and device.txt, microseconds."""
+    """Adds copies.txt (bytes of all frames) and device.txt (us per frame) to capture.json."""
     results = folder / "capture.json"
     report = json.loads(results.read_text())
     device = float((folder / "device.txt").read_text())

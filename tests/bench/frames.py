@@ -1,4 +1,4 @@
-"""What the benches of the receiver send: frames of two streams, and their topics in ROS."""
+"""The frames that the receiver's benchmarks send, and their topics in ROS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SEQUENCE = slice(8, 12)
 
 
 def _image() -> bytes:
-    """1016 x 1016 mono8; ROS-TCP-Endpoint decodes it, nobody else does."""
+    """Returns a serialized mono8 image of 1016 x 1016; only ROS-TCP-Endpoint decodes it."""
     types = get_typestore(Stores.ROS2_JAZZY)
     time = types.types["builtin_interfaces/msg/Time"](0, 0)
     header = types.types["std_msgs/msg/Header"](time, IMAGE.frame)
@@ -40,7 +40,7 @@ IMU_PAYLOAD = CDR_ENCAPSULATION + bytes(324)
 
 
 def sender(device: MockDevice, topic: Topic, payload: bytes) -> Callable[[], None]:
-    """Sends the next frame of the topic, the same bytes each time."""
+    """Returns a function that sends the topic's next frame; only its sequence number changes."""
     channel = device.number(topic.name)
     frame = bytearray(encode_frame(Kind.DATA, payload, channel=channel))
     numbers = itertools.count()

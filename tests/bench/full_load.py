@@ -1,10 +1,15 @@
-"""The load of config/demo.yaml: every sensor at once, for DURATION seconds, to a raw subscriber.
+"""Measures config/demo.yaml, every sensor at once, with a raw subscriber.
 
-Usage: full_load.py DURATION. Writes full_load.json, full_load_tls.json (the same with both ends
-paired), full_load_recorded.json (the first with a recording on) and four_headsets.json (a quarter
-of the time, one camera and all small streams each) in build/bench; `tls` says which. CPU is in
-percent of one processor; headsets play looped films. latency_ms is apart of the first seconds
-("start") and of all later ones ("steady").
+Usage: full_load.py DURATION, in seconds. Writes to build/bench:
+
+full_load.json           in plaintext
+full_load_tls.json       with TLS, after pairing
+full_load_recorded.json  in plaintext, with a recording
+four_headsets.json       four headsets with one camera and all small streams each, for a quarter of
+                         the time
+
+CPU is in percent of one processor. The headsets play looped films. latency_ms is separate for the
+first seconds ("start") and all later ones ("steady").
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""How soon a paused stream resumes: from creating a subscription to its first image.
+"""Measures how fast a paused stream resumes, from a new subscription to its first image.
 
-The simulated headset's test signals run at 30 Hz, so up to 33 ms of each are waiting for the next
-capture. Writes build/bench/lazy_resume.json.
+The simulated headset's test signals run at 30 Hz, so up to 33 ms of each time are the wait for the
+next capture. Writes build/bench/lazy_resume.json.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CONFIG = """
 TOPIC = "/magic_leap2/world_left/image_raw"
 REPETITIONS = 15
 _PAUSE_S = 1.0
-_PATIENCE_S = 30.0
+_TIMEOUT_S = 30.0
 
 
 def main() -> None:
@@ -55,7 +55,7 @@ def main() -> None:
         rclpy.init()
         stack.callback(rclpy.shutdown)
         node = rclpy.create_node("lazy_bench")
-        await_image(node)  # the first one draws the signals
+        await_image(node)  # the headset draws its test signals before the first image
         times_ms = []
         for _ in range(REPETITIONS):
             time.sleep(_PAUSE_S)
@@ -71,7 +71,7 @@ def main() -> None:
 
 
 def await_image(node: Node) -> float:
-    """Seconds until an image comes to a new subscription, which ends then."""
+    """Subscribes, waits for an image and unsubscribes; returns the seconds until the image."""
     arrived: list[bytes] = []
     began_s = time.monotonic()
     subscription = node.create_subscription(
@@ -79,7 +79,7 @@ def await_image(node: Node) -> float:
     )
     while not arrived:
         rclpy.spin_once(node, timeout_sec=0.1)
-        assert time.monotonic() - began_s < _PATIENCE_S, "no image came"
+        assert time.monotonic() - began_s < _TIMEOUT_S, "no image arrived"
     node.destroy_subscription(subscription)
     return time.monotonic() - began_s
 

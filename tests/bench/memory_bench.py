@@ -1,15 +1,15 @@
-"""The memory of a headset that sends every sensor and every plane at once.
+"""Measures the memory of a headset that sends every sensor with every plane.
 
-Usage: memory_bench.py DURATION. Writes memory.json in build/bench, in MB:
+Usage: memory_bench.py DURATION. Writes build/bench/memory.json, in MB:
 
-slots_mb    mapped by libml2sensors.so for frames, at most at a time
-direct_mb   of Java's direct buffers, at most at a time: heads of frames, TLS
-color_mb    what the RGB camera has on Android, which the simulation stands in for: not measured
-            but the bound of its code, every JPEG and every image on its way to be one
-peak_mb     the three together
-left_mb     mapped by libml2sensors.so at the end: memory that a stream kept
-heap_mb     Java's heap as the virtual machine had grown it
-rss_mb      of the whole process, with the virtual machine and the films of the simulation
+slots_mb    the peak of memory that libml2sensors.so maps for frames
+direct_mb   the peak of Java's direct buffers, for frame headers and TLS
+color_mb    the upper bound for the RGB camera on Android, with all its JPEGs and images; computed
+            from its code, because the simulation does not use Android's camera
+peak_mb     the sum of the three
+left_mb     memory that libml2sensors.so still maps at the end, which a stream leaked
+heap_mb     the size to which the virtual machine grew Java's heap
+rss_mb      the whole process, with the virtual machine and the films of the simulation
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _JAVA_OPTIONS = (
     "-XX:+UnlockDiagnosticVMOptions -XX:NativeMemoryTracking=summary -XX:+PrintNMTStatistics"
 )
 _MB = 1e6
-# ColorCapture.kt: 8 JPEGs of a byte for each pixel. ImageCopier.kt: NV21 for 4 workers, one more.
+# ColorCapture.kt: 8 JPEGs of 1 byte per pixel. ImageCopier.kt: NV21 for 4 workers, and one more.
 _COLOR_BYTES_PER_PIXEL = 8 + 5 * 1.5
 
 
@@ -50,8 +50,8 @@ def main(duration_s: float) -> None:
         }
         (loaded,) = load_run(config, logs, duration_s)
         slots_bytes, left_bytes = map(int, mapped.read_text().split())
-    said = (logs / "one" / "headset.log").read_text()
-    direct_bytes = _direct_peak_bytes(said)
+    log = (logs / "one" / "headset.log").read_text()
+    direct_bytes = _direct_peak_bytes(log)
     sizes = re.findall(r"resolution_(?:width|height): (\d+)", DEMO.read_text())
     color_bytes = int(sizes[0]) * int(sizes[1]) * _COLOR_BYTES_PER_PIXEL
     results = {
@@ -60,7 +60,7 @@ def main(duration_s: float) -> None:
         "direct_mb": direct_bytes / _MB,
         "color_mb": color_bytes / _MB,
         "left_mb": left_bytes / _MB,
-        "heap_mb": _heap_bytes(said) / _MB,
+        "heap_mb": _heap_bytes(log) / _MB,
         "rss_mb": max(loaded.usage["headset"].rss_bytes) / _MB,
         "duration_s": loaded.duration_s,
     }
@@ -74,16 +74,16 @@ def _compile(library: Path) -> None:
     subprocess.run([str(it) for it in command], check=True)
 
 
-def _direct_peak_bytes(said: str) -> int:
-    """The virtual machine's statistics at its end name direct buffers Other, and their peak."""
-    other = re.search(r"Other \(reserved=(\d+).*?\((?:peak=(\d+)|at peak)", said, re.DOTALL)
+def _direct_peak_bytes(log: str) -> int:
+    """Reads the peak of direct buffers, which the virtual machine's statistics call Other."""
+    other = re.search(r"Other \(reserved=(\d+).*?\((?:peak=(\d+)|at peak)", log, re.DOTALL)
     if other is None:
-        raise SystemExit("the headset's log has no statistics of memory: did it end early?")
+        raise SystemExit("the headset's log has no memory statistics: did it end early?")
     return int(other[2] or other[1])
 
 
-def _heap_bytes(said: str) -> int:
-    heap = re.search(r"Java Heap \(reserved=\d+, committed=(\d+)\)", said)
+def _heap_bytes(log: str) -> int:
+    heap = re.search(r"Java Heap \(reserved=\d+, committed=(\d+)\)", log)
     return int(heap[1]) if heap else 0
 
 

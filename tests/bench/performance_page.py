@@ -172,7 +172,7 @@ def _sections() -> Iterator[str]:
 
 
 def _text(value: Any) -> str:
-    """Returns a number with the digits that mean something."""
+    """Formats a number with its significant digits."""
     if not isinstance(value, float):
         return str(value)
     return f"{value:.0f}" if value >= 100 else f"{value:.2g}"

@@ -1,4 +1,4 @@
-"""Processes that publish or subscribe for a bench, and what they have used; see roles.py."""
+"""Runs processes that publish or subscribe for a benchmark and measures them; see roles.py."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ROLES = Path(__file__).with_name("roles.py")
 
 
 class Usage(NamedTuple):
-    """CPU and wall time, and frames published, all since some beginning."""
+    """CPU time, wall time and published frames, each since an arbitrary start."""
 
     cpu_s: float
     time_s: float
@@ -21,7 +21,7 @@ class Usage(NamedTuple):
 
 
 class Player:
-    """A role in a process of its own, which ends when left."""
+    """A role in its own process; a context manager."""
 
     def __init__(self, role: str, *arguments: str) -> None:
         pipe = subprocess.PIPE
@@ -44,7 +44,7 @@ class Player:
         return line
 
     def usage(self, count: int) -> Usage:
-        """When `count` frames have been published, or at a subscriber have arrived."""
+        """Waits until `count` frames are published (a subscriber: received); returns the usage."""
         assert self._process.stdin is not None
         self._process.stdin.write(f"{count}\n")
         self._process.stdin.flush()
@@ -52,11 +52,14 @@ class Player:
 
 
 class Turn:
-    """What one player has done; `usage` waits for a number of frames.
+    """The measurements of one player.
+
+    Args:
+        usage: waits for a number of frames and returns the player's usage.
 
     Attributes:
-        results: CPU ms per frame, and frames per s, of each turn.
-        lost: frames that were sent and never counted.
+        results: CPU ms per frame and frames per s of each call of play().
+        lost: the number of frames that were sent and never counted.
     """
 
     def __init__(self, usage: Callable[[int], Usage]) -> None:
@@ -66,7 +69,7 @@ class Turn:
         self._sent = 0
 
     def play(self, send: Callable[[], None], frames: int) -> None:
-        """Sends as fast as they are taken."""
+        """Sends frames as fast as the player takes them, and adds a result."""
         before = self._usage(self._sent - self.lost)
         for _ in range(frames):
             send()

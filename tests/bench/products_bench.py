@@ -1,7 +1,7 @@
-"""What each product costs: ms of wall and CPU time per frame, from messages to message.
+"""Measures wall and CPU time in ms per frame of each product, from its inputs to its message.
 
-Depth is 544 x 480, colour a JPEG of 1920 x 1080, world images are 1016 x 1016; nothing is received
-or published. Medians of the repetitions; maps that are made once per calibration are not counted.
+Depth is 544 x 480, colour is a JPEG of 1920 x 1080, world images are 1016 x 1016. Nothing is
+received or published. Results are medians; maps that are made once per calibration do not count.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def measure(run: Callable[[int], None]) -> tuple[float, float]:
-    """Medians of wall and CPU time in ms, after a first run."""
+    """Returns the medians of wall and CPU time in ms, after a first run."""
     run(1)
     times = []
     for number in range(2, REPETITIONS + 2):
@@ -79,7 +79,7 @@ def feed_depth(product: Product, number: int) -> None:
 
 
 def feed_color(product: Product, number: int) -> None:
-    # A message of its own each time, as one message is decoded once.
+    # A new message each time, because the same message is decoded only once.
     image = CompressedImage(data=jpeg)
     feed(product, "color", number, image=image, camera_info=info(COLOR, "plumb_bob"))
 

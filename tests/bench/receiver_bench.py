@@ -1,9 +1,9 @@
-"""The receiver beside a bare loop of recv_into and raw publish: the same bytes, in turns.
+"""Compares the receiver with a bare loop of recv_into and raw publish, in alternation.
 
 Usage: receiver_bench.py RESULTS FRAMES REPETITIONS. With PEER=<checkout of ROS-TCP-Endpoint> in the
-environment that takes a third turn. All publish through rclpy with the same Fast DDS profile, in
-processes of their own, to one subscriber that takes bytes. CPU is that of the whole receiving
-process, as getrusage tells. Results are medians of the repetitions.
+environment, ROS-TCP-Endpoint is measured, too. All get the same bytes and publish through rclpy
+with the same Fast DDS profile, in their own processes, to one subscriber that takes bytes. CPU is
+that of the whole receiving process by getrusage. Results are medians of the repetitions.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def main(results_file: Path, frames: int, repetitions: int) -> None:
 
 
 def own_turns(stack: ExitStack) -> dict[str, tuple[Turn, Callable[[], None]]]:
-    """Of the bare loop and of the receiver, both with a subscriber."""
+    """Returns the turns of the bare loop and of the receiver, which share a subscriber."""
     bare = stack.enter_context(Player("bare"))
     receiver = stack.enter_context(Player("receiver"))
     device = stack.enter_context(MockDevice(receiver.line(), says_ping=True))
@@ -67,7 +67,7 @@ def own_turns(stack: ExitStack) -> dict[str, tuple[Turn, Callable[[], None]]]:
 
 
 def endpoint_turn(stack: ExitStack, checkout: str) -> tuple[Turn, Callable[[], None]]:
-    """Its frames are counted where they arrive."""
+    """Returns the turn of ROS-TCP-Endpoint; its frames are counted at the subscriber."""
     endpoint = stack.enter_context(Player("endpoint", checkout))
     connection = stack.enter_context(connect(endpoint.line()))
     connection.sendall(registration(ENDPOINT_TOPIC, IMAGE.type, DEPTH))
@@ -83,7 +83,7 @@ def endpoint_turn(stack: ExitStack, checkout: str) -> tuple[Turn, Callable[[], N
 
 
 def summary(turns: dict[str, Turn]) -> dict[str, object]:
-    """Medians, the receiver's first; ratios are those of each repetition."""
+    """Returns the medians, the receiver's first; a ratio is the median over the repetitions."""
     ours = turns["receiver"]
     results: dict[str, object] = {**medians("", ours)}
     for name, turn in turns.items():

@@ -1,7 +1,7 @@
-"""Recording beside a bare write of the same bytes, in turns and in one process, to one disk.
+"""Compares recording with a bare write of the same bytes, in alternation, on the same disk.
 
-The payloads go through the Recorder as the receiver's lanes hand them over; time is until the
-file is closed. Neither side asks the disk to sync. Results are medians of the repetitions.
+The payloads go through the Recorder as from the receiver's lanes. The time ends when the file is
+closed; neither side syncs the disk. Results are medians of the repetitions.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def write_bare(file: Path) -> float:
-    """MB/s of a loop that writes the payloads one after the other."""
+    """Writes the payloads in a loop; returns MB/s."""
     began_s = time.monotonic()
     with file.open("wb", buffering=0) as output:
         for _ in range(FRAMES):
@@ -68,7 +68,7 @@ def write_bare(file: Path) -> float:
 
 
 def record(folder: Path, compression: str) -> tuple[float, float]:
-    """MB/s until it is closed, and the us that a lane waits to hand over a payload."""
+    """Records the payloads; returns MB/s, and the us that a lane waits per payload."""
     make_folder(folder, is_overwriting=False)
     began_s = time.monotonic()
     recorder = Recorder(BagWriter(folder, compression), load_table(), "/bench", print)
@@ -80,7 +80,7 @@ def record(folder: Path, compression: str) -> tuple[float, float]:
             handed_s = time.monotonic()
             try:
                 publish(payload)
-            except PublishError:  # the queue is full, as this is faster than any lane
+            except PublishError:  # the queue is full, because this loop is faster than any lane
                 time.sleep(_RETRY_S)
             else:
                 break

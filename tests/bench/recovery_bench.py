@@ -1,15 +1,16 @@
-"""How soon headset and receiver find each other, and again after a fault.
+"""Measures how fast headset and receiver connect, and reconnect after a fault.
 
-Usage: recovery_bench.py RUNS. Writes build/bench/recovery.json, seconds of RUNS runs each:
+Usage: recovery_bench.py RUNS. Writes build/bench/recovery.json, in seconds, for RUNS runs each:
 
-find              a headset begins to look for a receiver's name -> connected
-late_receiver     a receiver that a headset has looked for since some seconds listens -> connected
-restart_by_name   a receiver that was killed listens again, on another port -> connected
-restart_at_address  the same on the same port, with a headset that was given the address
-cut_link          all connections are reset -> the next IMU message at a subscriber
+find                a headset starts to search for a receiver's name -> connected
+late_receiver       the receiver starts to listen while a headset searches for it -> connected
+restart_by_name     a killed receiver listens again on another port -> connected
+restart_at_address  the same on the same port, with a headset that got the address
+cut_link            all connections are closed -> the next IMU message at a subscriber
 
-Down times are random, so that every phase of the headset's pauses and searches is met. A receiver
-listens when it says so; its start is not in these times. The headset plays test signals.
+Down times are random, to cover every phase of the headset's pauses and searches. A time starts when
+the receiver prints that it listens, so its start-up is not included. The headset plays test
+signals.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ NAME = f"bench{os.getpid()}"
 TOPIC = f"/{NAME}{PREFIX}/gyro_left/imu"
 ANYWHERE = "127.0.0.1:0"
 LONGEST_DOWN_S = 3.0
-_PATIENCE_S = 30.0
+_TIMEOUT_S = 30.0
 
 moments = random.Random(1)
 
@@ -76,7 +77,7 @@ def main(runs: int) -> None:
 
 
 class Bench:
-    """Starts processes of one ROS domain; logs are in `folder`."""
+    """The receiver and headset processes in one ROS domain; logs are in `folder`."""
 
     def __init__(self, folder: Path, environment: dict[str, str]) -> None:
         self._folder, self._environment = folder, environment | ON_LOOPBACK
@@ -148,25 +149,25 @@ def cut_link(bench: Bench, runs: int) -> Iterator[float]:
         Proxy(listening_address(receiver)) as proxy,
         bench.headset(proxy.address),
     ):
-        await_later(node, stamps_ns, 0)
+        await_message(node, stamps_ns, 0)
         for _ in range(runs):
             proxy.cut()
-            yield await_later(node, stamps_ns, time.time_ns())
+            yield await_message(node, stamps_ns, time.time_ns())
     node.destroy_node()
     rclpy.shutdown()
 
 
-def await_later(node: Node, stamps_ns: list[int], than_ns: int) -> float:
-    """Seconds until a message that was captured later has come."""
+def await_message(node: Node, stamps_ns: list[int], after_ns: int) -> float:
+    """Waits for a message that was captured after `after_ns`; returns the seconds it took."""
     began_s = time.monotonic()
-    while not stamps_ns or stamps_ns[-1] <= than_ns:
+    while not stamps_ns or stamps_ns[-1] <= after_ns:
         rclpy.spin_once(node, timeout_sec=0.1)
-        assert time.monotonic() - began_s < _PATIENCE_S, "no message came"
+        assert time.monotonic() - began_s < _TIMEOUT_S, "no message arrived"
     return time.monotonic() - began_s
 
 
 def until_connected(headset: Child) -> float:
-    """Seconds from now."""
+    """Waits until the headset is connected; returns the seconds it took."""
     began_s = time.monotonic()
     line_with(headset, "connected to")
     return time.monotonic() - began_s

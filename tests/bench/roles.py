@@ -1,8 +1,9 @@
-"""What a Player plays: roles.py ROLE [ARGUMENT...].
+"""The roles of a Player process.
 
-It says first that it is ready, publishers with the address to send to; then for each line of
-standard input, a number of frames, it waits for so many and answers with its CPU and wall time in
-s, and their number. All use the same Fast DDS profile.
+Usage: roles.py ROLE [ARGUMENT...]. The process first prints that it is ready; a publisher prints
+the address to send to. Each line of standard input is a number of frames: the process waits for as
+many, and prints its CPU time in s, its wall time in s and the number of frames. All roles use the
+same Fast DDS profile.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ from ml2_receiver.transport.listener import listen
 
 _POLL_S = 0.001
 _QUIET_S = 5.0
-_PATIENCE_S = 20.0
+_TIMEOUT_S = 20.0
 
 
 def play_receiver() -> None:
-    """`ml2-receiver run` as far as sockets and ROS go."""
+    """Runs the sockets and the ROS node of `ml2-receiver run`."""
     from ml2_receiver.ros.node import RosNode
 
     node = RosNode(load_table(), parse_config(CONFIG), [])
@@ -52,7 +53,7 @@ def play_receiver() -> None:
 
 
 def play_session(keys: str = "") -> None:
-    """A receiver without ROS, for the device that is paired in the folder, or in plaintext."""
+    """Runs a receiver without ROS, for the device paired in the folder `keys`, or in plaintext."""
     server = bench_server(PrintedEvents(), PairedOnly(Path(keys)) if keys else Everybody())
     print(server.address, flush=True)
     answer(lambda: received(server))
@@ -75,7 +76,7 @@ def received(server: Server) -> int:
 
 
 def play_bare() -> None:
-    """The least that Python can do."""
+    """Runs the smallest receiver in Python: a loop of recv_into and publish."""
     import rclpy
     from sensor_msgs.msg import Image
 
@@ -100,7 +101,7 @@ def play_bare() -> None:
 
 
 def play_subscriber(type: str, counted: str, *others: str) -> None:
-    """Takes the bytes of topics once all are matched; answers for the first of them."""
+    """Waits until all topics have publishers, takes their bytes and counts the first topic's."""
     import rclpy
     from rclpy.executors import ExternalShutdownException
 
@@ -120,11 +121,11 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
     node.create_subscription(message, counted, count, DEPTH, raw=True)
     for topic in others:
         node.create_subscription(message, topic, lambda _: None, DEPTH, raw=True)
-    deadline_s = time.monotonic() + _PATIENCE_S
+    deadline_s = time.monotonic() + _TIMEOUT_S
     while not all(node.count_publishers(topic) for topic in (counted, *others)):
         rclpy.spin_once(node, timeout_sec=0.1)
         if time.monotonic() > deadline_s:
-            raise SystemExit(f"nobody publishes {counted}")
+            raise SystemExit(f"{counted} has no publisher after {_TIMEOUT_S:g} s")
     print("ready", flush=True)
     threading.Thread(target=serve).start()
     with suppress(ExternalShutdownException):
@@ -132,7 +133,10 @@ def play_subscriber(type: str, counted: str, *others: str) -> None:
 
 
 def answer(count: Callable[[], int]) -> None:
-    """Until nobody asks; frames that do not come within _QUIET_S of the last one are lost."""
+    """Answers each line of standard input until its end.
+
+    Stops waiting for frames, which are then lost, when none arrives for _QUIET_S.
+    """
     for line in sys.stdin:
         counted, changed_s = count(), time.monotonic()
         while counted < int(line) and time.monotonic() - changed_s < _QUIET_S:

@@ -1,4 +1,4 @@
-"""Prints benchmark results: loads as one table, and all others as another."""
+"""Prints benchmark results: one table of load runs, and one of all other benchmarks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rich.table import Table
 
 
 def main(paths: list[Path]) -> None:
-    """Shows each JSON object; those of full_load.py in a row for each headset."""
+    """Prints the results in JSON files; those of full_load.py have a row per headset."""
     measures = Table("benchmark", "measure", "value", title="build/bench")
     loads = Table("load", "drops", "at the start", "slowest p99 ms", "CPU % of", title="load")
     for path in paths:

@@ -1,8 +1,8 @@
-"""Does anything grow? Full load for DURATION seconds.
+"""Measures the growth of memory, threads and open files under full load.
 
-Usage: soak.py DURATION. Writes build/bench/soak.json: the slope of resident memory of each process
-over the last three quarters of the time, in MB per hour, and threads and open files at a quarter
-of it and at the end.
+Usage: soak.py DURATION, in seconds. Writes build/bench/soak.json for each process: the slope of
+resident memory over the last three quarters of the time, in MB per hour, and memory, threads and
+open files at a quarter of the time and at the end.
 """
 
 from __future__ import annotations

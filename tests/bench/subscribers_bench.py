@@ -1,9 +1,11 @@
-"""CPU of the receiver per frame, and per stream, with 0, 1 and 3 subscribers to that stream.
+"""Measures the receiver's CPU time with 0, 1 and 3 subscribers to a stream.
 
-Usage: subscribers_bench.py FRAMES. Writes build/bench/subscribers.json: CPU ms per frame, of frames
-that follow each other at once (median of the repetitions), and percent of one processor while they
-come at the stream's rate, with all that the receiver does besides. Streams are an image of
-1016 x 1016 and an IMU. Each subscriber is a process of its own that takes bytes.
+Usage: subscribers_bench.py FRAMES. Writes build/bench/subscribers.json for an image of 1016 x 1016
+and an IMU:
+- CPU ms per frame, while frames are sent as fast as possible (median of the repetitions)
+- percent of one processor, while frames are sent at the stream's rate; this includes all other
+  work of the receiver
+Each subscriber is a separate process that takes bytes.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ RESULTS = Path(__file__).resolve().parents[2] / "build" / "bench" / "subscribers
 SUBSCRIBERS = (0, 1, 3)
 REPETITIONS = 5
 PACED_S = 3
-# As the stream table has them, and as Android's fastest IMU rate is.
+# Payload and rate in Hz: the image's rate in the stream table, and Android's fastest IMU rate.
 STREAMS = {IMAGE: (IMAGE_PAYLOAD, 30), IMU: (IMU_PAYLOAD, 200)}
 
 
@@ -36,19 +38,19 @@ def main(frames: int) -> None:
 
 
 def measured(topic: Topic, payload: bytes, rate_hz: int, frames: int) -> dict[str, float]:
-    """In a receiver of its own, with ever more subscribers."""
+    """Measures one stream in a new receiver, while the number of subscribers increases."""
     results = {}
     with ExitStack() as stack:
         receiver = stack.enter_context(Player("receiver"))
         device = stack.enter_context(MockDevice(receiver.line(), says_ping=True))
         device.start()
         turn, send = Turn(receiver.usage), sender(device, topic, payload)
-        present = 0
+        subscribers = 0
         for count in SUBSCRIBERS:
-            while present < count:
+            while subscribers < count:
                 player = Player("subscriber", topic.type, topic.full_name(PREFIX))
                 stack.enter_context(player).line()
-                present += 1
+                subscribers += 1
             turn.results.clear()
             for _ in range(REPETITIONS):
                 turn.play(send, frames)

@@ -1,7 +1,7 @@
-"""The receiver's way from socket to sink with TLS beside the same in plaintext, in turns.
+"""Compares the receiver's CPU time from socket to sink with TLS and in plaintext, in alternation.
 
-The sink takes nothing, so that what is left is receiving, decrypting and parsing. CPU is that of
-the whole receiving process, as getrusage tells. Results are medians of the repetitions.
+The sink discards all messages, so only receiving, decrypting and parsing are measured. CPU is that
+of the whole receiving process by getrusage. Results are medians of the repetitions.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from players import Player, Turn
 from tls_device import Certificate
 
 WARM_UP_FRAMES = 50
-PING_EVERY = 20  # frames; a thread of its own may not use the connections
+PING_EVERY = 20  # frames; MockDevice's connections are not thread-safe
 
 
 def main(results_file: Path, frames: int, repetitions: int) -> None:
@@ -66,7 +66,7 @@ def keeping_alive(devices: list[MockDevice], send: Callable[[], None]) -> Callab
 
 
 def summary(results: dict[str, list[tuple[float, float]]]) -> dict[str, float]:
-    """From (CPU ms per frame, frames per s) of each repetition."""
+    """Returns the medians of (CPU ms per frame, frames per s) of all repetitions."""
     found: dict[str, float] = {}
     frame_bytes = HEADER_BYTES + len(IMAGE_PAYLOAD)
     for name, turns in results.items():

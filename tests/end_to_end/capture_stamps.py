@@ -8,12 +8,12 @@ from typing import Any
 
 
 def nanos(time: Any) -> int:
-    """A builtin_interfaces/Time in ns."""
+    """Returns a builtin_interfaces/Time in ns."""
     return int(time.sec) * 1_000_000_000 + int(time.nanosec)
 
 
 def stamp_ns(message: Any) -> int:
-    """When a message with a header, or a metadata message, was captured."""
+    """Returns the stamp of a message with a header, or of a metadata message."""
     if hasattr(message, "header"):
         return nanos(message.header.stamp)
     return nanos(SimpleNamespace(**json.loads(message.data)["stamp"]))

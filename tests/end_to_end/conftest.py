@@ -1,4 +1,4 @@
-"""The sessions of every simulated sensor that several modules look at."""
+"""Sessions with all simulated sensors, which several test modules share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a headset's counters and those of its receiver agree."""
+"""Checks that the counters of a headset and its receiver agree."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from processes import Received
 
 
 def assert_counters_agree(received: Received) -> None:
-    """Every message of every topic arrived, or was dropped for a reason; some did arrive."""
+    """Asserts that every message arrived or was counted as dropped, and that some arrived."""
     for topic, seen in received.snapshot["topics"].items():
         counters = received.counters(topic)
         dropped = sum(int(n) for key, n in counters.items() if key.startswith("dropped."))

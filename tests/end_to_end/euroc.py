@@ -1,4 +1,4 @@
-"""Reads an EuRoC/ASL recording with nothing of the product: what has to arrive."""
+"""Reads an EuRoC/ASL recording as the expected data, without code of the product."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ type Matrix = NDArray[np.float64]
 
 
 def rows(recording: Path, sensor: str) -> list[list[str]]:
-    """data.csv without its heading; the first column is the time in ns."""
+    """Returns the rows of data.csv without the heading; the first column is the time in ns."""
     with (recording / "mav0" / sensor / "data.csv").open() as file:
         return list(csv.reader(file))[1:]
 
 
 def sensor_yaml(recording: Path, sensor: str) -> dict[str, Any]:
-    """sensor.yaml, whose first line is no YAML."""
+    """Reads sensor.yaml, whose first line is not YAML."""
     text = (recording / "mav0" / sensor / "sensor.yaml").read_text()
     parsed: dict[str, Any] = yaml.safe_load(text.replace("%YAML:1.0", ""))
     return parsed
 
 
 def pose_matrix(position: Any, w: float, x: float, y: float, z: float) -> Matrix:
-    """By the rotation vector of the quaternion and OpenCV's Rodrigues formula."""
+    """Returns a 4x4 matrix, by the quaternion's rotation vector and OpenCV's Rodrigues formula."""
     axis = np.array([x, y, z])
     sine = np.linalg.norm(axis)
     angle = 2 * np.arctan2(sine, w)
@@ -40,7 +40,7 @@ def pose_matrix(position: Any, w: float, x: float, y: float, z: float) -> Matrix
 
 
 def ground_truth(recording: Path) -> dict[int, Matrix]:
-    """The body in the world by recorded time in ns."""
+    """Returns the poses of the body in the world by recorded time in ns."""
     poses = {}
     for row in rows(recording, "state_groundtruth_estimate0"):
         values = [float(value) for value in row[1:8]]
@@ -49,14 +49,17 @@ def ground_truth(recording: Path) -> dict[int, Matrix]:
 
 
 def angle_between(one: Matrix, other: Matrix) -> float:
-    """In rad, below a right angle. cv2.Rodrigues takes less than 1e-5 rad for nothing."""
-    turn = one[:3, :3].T @ other[:3, :3]
-    assert np.trace(turn) > 1
-    return float(np.arcsin(np.linalg.norm(turn - turn.T) / np.sqrt(8)))
+    """Returns the angle between two rotations in rad; it must be below a right angle.
+
+    cv2.Rodrigues is not used, because it rounds angles below 1e-5 rad to 0.
+    """
+    rotation = one[:3, :3].T @ other[:3, :3]
+    assert np.trace(rotation) > 1
+    return float(np.arcsin(np.linalg.norm(rotation - rotation.T) / np.sqrt(8)))
 
 
 def interpolated(poses: dict[int, Matrix], at: int) -> Matrix:
-    """Linear in position, and in the rotation vector from the one pose to the next."""
+    """Interpolates the pose at a time in ns, linearly in position and in the rotation vector."""
     if at in poses:
         return poses[at]
     before, after = next((a, b) for a, b in itertools.pairwise(sorted(poses)) if a < at < b)

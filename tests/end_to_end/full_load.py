@@ -1,4 +1,4 @@
-"""A session of every simulated sensor, and what is true of it."""
+"""A session with all simulated sensors, and the true poses of that time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simulation import demo_config
 
 @dataclass(frozen=True)
 class FullLoad:
-    """What arrived, the truth of that time, and the receiver's log."""
+    """The received messages, the true poses of that time, and the receiver's log."""
 
     received: Received
     truth: SimulatedTruth
@@ -20,7 +20,7 @@ class FullLoad:
 
 
 def full_load(layout: str, folder: Path) -> FullLoad:
-    """Five seconds with this layout of the transform tree."""
+    """Runs all sensors for 5 s with a layout of the transform tree, "flat" or "rig"."""
     config = folder / "everything.yaml"
     depth = {"confidence": True, "flags": True}
     config.write_text(demo_config(tf={"layout": layout}, depth_center=depth))

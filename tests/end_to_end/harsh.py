@@ -1,19 +1,20 @@
-"""A harsh device on a bad link, both by seed: what still arrives in the end, and what grew.
+"""Runs a simulated device with random faults on a bad link, and checks recovery and resources.
 
-Usage: harsh.py DURATION SEED. With an even seed, every stream that OpenXR offers has that backend;
-with an odd one all streams have their defaults. The device draws faults of both interfaces.
+Usage: harsh.py DURATION SEED. The seed determines the faults of the device and of the link. With an
+even seed, every stream that supports OpenXR uses that backend; with an odd one, all streams use
+their defaults. The device has faults of both interfaces.
 
-Writes build/reports/harsh.json, and exits with 1 if a stream no longer delivers at the end or a
-message is missing that nobody counted:
+Writes build/reports/harsh.json, and exits with 1 if a stream delivers nothing at the end or a
+message is missing that was not counted:
 
-backend         of the streams that offer OpenXR
-streams         those that were asked for
-alive_at_end    those of them whose topics all got a message in the last minute, or in the last
-                quarter of a shorter time
+backend         the backend of the streams that support OpenXR
+streams         the requested streams
+alive_at_end    the streams whose topics all got a message in the last minute, or in the last
+                quarter of a shorter run
 unaccounted     messages that were produced, and neither received nor counted as dropped
-slopes          of receiver and headset: memory in MB per hour over the last three quarters;
-                threads and open files at the end more than at the beginning; slots, as frames that
-                were lost at the end for want of one
+slopes          for receiver and headset: memory in MB per hour over the last three quarters;
+                the growth of threads and open files from beginning to end; slots: frames lost
+                at the end because no slot was free
 """
 
 from __future__ import annotations
@@ -35,19 +36,19 @@ from proxy import Proxy
 
 RESULTS = ROOT / "build" / "reports" / "harsh.json"
 DEMO = ROOT / "config" / "demo.yaml"
-# As the simulated headset has it: faults end so long before the end, at most 75 s.
+# The time without faults at the end, as in the simulated headset: 40 %, at most 75 s.
 _QUIET_SHARE, _LONGEST_QUIET_S = 0.4, 75.0
 _LAST_SHARE, _LONGEST_LAST_S = 0.25, 60.0
 _PAUSE_S = (3.0, 12.0)
 _OUTAGE_S = (0.2, 4.0)
-# Delivered when it changes, and to every subscriber once
+# Published only when it changes
 _LATCHED = "/tf_static"
 
 
 class BadLink(Proxy):
-    """A link that is cut, or carries nothing for a while, again and again, as a seed says.
+    """A link that is repeatedly cut or interrupted for a while, by seed.
 
-    It begins with `begin`, and is good again when `duration_s` have passed since.
+    The faults begin with begin() and end `duration_s` later.
     """
 
     def __init__(self, target: str, seed: int, duration_s: float) -> None:
@@ -79,7 +80,7 @@ class BadLink(Proxy):
 
 
 def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
-    """Full load for so long, with faults by the seed; logs are in `folder`."""
+    """Runs full load with faults by seed, and returns the results; logs are in `folder`."""
     quiet_s = min(_LONGEST_QUIET_S, _QUIET_SHARE * duration_s)
     last_s = min(_LONGEST_LAST_S, _LAST_SHARE * duration_s)
     links: list[BadLink] = []
@@ -89,7 +90,7 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
         links.append(BadLink(address, seed, duration_s - quiet_s))
         return links[-1]
 
-    def look(snapshot: dict[str, Any]) -> None:
+    def take_snapshot(snapshot: dict[str, Any]) -> None:
         if any(seen["count"] for seen in snapshot["topics"].values()):
             links[0].begin()
         snapshots.append({"at_s": time.time(), "no_buffer": _dropped(snapshot, "no_buffer")})
@@ -101,10 +102,10 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
         duration_s,
         headset_options=("--simulate", f"harsh={seed}"),
         link=link,
-        on_snapshot=look,
+        on_snapshot=take_snapshot,
     )
     end_s = max(seen["last_s"] for seen in loaded.final["topics"].values())
-    of_last = [it["no_buffer"] for it in snapshots if it["at_s"] > end_s - last_s]
+    last_drops = [it["no_buffer"] for it in snapshots if it["at_s"] > end_s - last_s]
     return {
         "seed": seed,
         "backend": "openxr" if has_openxr else "default",
@@ -113,12 +114,12 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
         "streams": sorted(loaded.final["streams"]),
         "alive_at_end": _alive(loaded, end_s - last_s),
         "unaccounted": _unaccounted(loaded.final),
-        "slopes": _slopes(loaded.usage) | {"slots": of_last[-1] - of_last[0]},
+        "slopes": _slopes(loaded.usage) | {"slots": last_drops[-1] - last_drops[0]},
     }
 
 
 def _openxr_config(file: Path) -> Path:
-    """Writes the demo's configuration with OpenXR as the backend wherever there is a choice."""
+    """Writes the demo's configuration with OpenXR as the backend of each section with a choice."""
     config = yaml.safe_load(DEMO.read_text())
     for section in config["/ml2_receiver"]["ros__parameters"].values():
         if "backend" in section:
@@ -151,7 +152,7 @@ def _dropped(snapshot: dict[str, Any], reason: str = "") -> int:
 
 
 def _unaccounted(final: dict[str, Any]) -> int:
-    """The messages of all topics that are missing from the counts, or counted twice."""
+    """Returns how many messages are missing from the counts, or counted twice."""
     return sum(
         abs(
             int(seen["diagnostics"]["produced"])
@@ -172,7 +173,10 @@ def _slopes(usage: dict[str, Usage]) -> dict[str, Any]:
 
 
 def _growth(counts: list[int]) -> float:
-    """From the second tenth of the time to the last but one; medians, since links come and go."""
+    """Returns the growth from the second tenth of the time to the last but one.
+
+    Medians are compared, because connections open and close.
+    """
     tenth = len(counts) // 10
     return statistics.median(counts[-2 * tenth : -1]) - statistics.median(counts[tenth : 2 * tenth])
 
@@ -186,8 +190,8 @@ def main(duration_s: float, seed: int) -> int:
     results = harsh_run(duration_s, seed, ROOT / "build" / "reports" / "harsh")
     write(results)
     print(json.dumps(results, indent=2))
-    is_well = results["alive_at_end"] == results["streams"] and results["unaccounted"] == 0
-    return 0 if is_well else 1
+    has_passed = results["alive_at_end"] == results["streams"] and results["unaccounted"] == 0
+    return 0 if has_passed else 1
 
 
 if __name__ == "__main__":

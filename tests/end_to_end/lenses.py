@@ -1,4 +1,4 @@
-"""Lens models, written from their definitions: points in the optical frame -> pixels."""
+"""Projects points in the optical frame to pixels, by the definitions of the lens models."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ type Points = NDArray[np.float64]
 
 
 def project_device(intrinsics: dict[str, Any], points: Points) -> Points:
-    """By the device's own model, as a metadata topic has it."""
+    """Projects with the device's own model in a metadata topic."""
     fx, fy = intrinsics["focal_length"]
     cx, cy = intrinsics["principal_point"]
     coefficients = intrinsics["distortion"]
@@ -27,7 +27,7 @@ def project_device(intrinsics: dict[str, Any], points: Points) -> Points:
 def fisheye_tangential(
     points: Points, k1: float, k2: float, k3: float, k4: float, p1: float, p2: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Equidistant with four coefficients, then tangential: in focal lengths from the centre."""
+    """Applies the equidistant model, then tangential distortion; returns x and y at depth 1."""
     x, y = points[:, 0] / points[:, 2], points[:, 1] / points[:, 2]
     r = np.hypot(x, y)
     theta = np.arctan(r)
@@ -41,7 +41,7 @@ def fisheye_tangential(
 
 
 def project_ros(info: Any, points: Points) -> Points:
-    """As image_geometry does with a CameraInfo."""
+    """Projects with a CameraInfo, as image_geometry does."""
     matrix, coefficients = np.array(info.k).reshape(3, 3), np.array(info.d)
     if info.distortion_model == "equidistant":
         rays = points.reshape(-1, 1, 3)

@@ -1,4 +1,4 @@
-"""Headsets, their receivers and raw subscribers as processes, at full load, and what that costs."""
+"""Runs headsets, receivers and raw subscribers as processes and measures the load."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ import numpy as np
 from ml2_receiver.table.reader import load_table
 from observer import START_S
 from processes import (
-    IN_THE_CLEAR,
+    PLAINTEXT,
     PREFIX,
     RECEIVER,
     ROOT,
@@ -36,9 +36,9 @@ from proxy import Proxy
 
 OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
-# More than is ever under way, so that what is missing was lost before the subscriber.
+# More messages than are ever in flight, so that missing ones were lost before the subscriber.
 _DEPTH = 1000
-# How old what a headset has said of its drops may be.
+# The headset reports its drops with this period.
 _STATUS_S = 1.0
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
@@ -70,7 +70,7 @@ class Usage:
 
     @property
     def cpu_percent(self) -> float:
-        """Of one processor."""
+        """The CPU time in percent of one processor."""
         return 100 * (self.cpu_s[-1] - self.cpu_s[0]) / (self.times_s[-1] - self.times_s[0])
 
     @property
@@ -83,7 +83,11 @@ class Usage:
 
 @dataclass(frozen=True)
 class Loaded:
-    """What one headset's subscriber saw in the end, and what its processes used."""
+    """The final snapshot of one headset's subscriber, and the usage of its processes.
+
+    Attributes:
+        drops_of_start: the drops that the headset had reported at the end of the start phase.
+    """
 
     name: str
     final: dict[str, Any]
@@ -92,9 +96,9 @@ class Loaded:
 
     @property
     def drops(self) -> int:
-        """Messages that the headset produced and the subscriber did not get, of all topics.
+        """The messages of all topics that the headset produced and the subscriber did not get.
 
-        With several headsets /tf is everybody's, and left out.
+        With several headsets, /tf is shared and therefore not counted.
         """
         return sum(
             int(seen["diagnostics"].get("produced", seen["count"])) - int(seen["count"])
@@ -109,12 +113,12 @@ class Loaded:
 
     @property
     def drops_after_start(self) -> int:
-        """The drops that were counted after the start."""
+        """The drops after the start phase."""
         return self.drops - self.drops_of_start
 
     @property
     def latency_ms(self) -> dict[str, dict[str, dict[str, float]]]:
-        """From capture to subscriber, by phase; of each stream, its slowest topic."""
+        """The latency from capture to subscriber, by phase and stream; of the slowest topic."""
         slowest: dict[str, dict[str, dict[str, float]]] = {"start": {}, "steady": {}}
         for seen in self.final["topics"].values():
             for phase, latency in seen["phases_ms"].items() if seen["count"] else ():
@@ -130,20 +134,20 @@ def load_run(
     names: tuple[str, ...] = ("",),
     source: str = "simulated",
     record: Path | None = None,
-    security: Security = IN_THE_CLEAR,
+    security: Security = PLAINTEXT,
     headset_options: tuple[str, ...] = (),
     link: Callable[[str], Proxy] | None = None,
     on_snapshot: Callable[[dict[str, Any]], None] = lambda _: None,
 ) -> list[Loaded]:
-    """Runs one headset for each name, empty for none, all at once.
+    """Runs one headset per name at the same time; an empty name means none.
 
     Args:
-        folder: for logs.
-        headset_options: further ones.
-        link: makes what stands between headset and receiver, from the latter's address.
-        on_snapshot: is called about once per second with what a subscriber has seen.
-        source: of the headsets, as in their option.
-        record: where the receiver, which is one then, also writes a recording.
+        folder: the folder for logs.
+        headset_options: more options of the headsets.
+        link: makes the proxy between headset and receiver, from the receiver's address.
+        on_snapshot: is called about once per second with a subscriber's snapshot.
+        source: the headsets' option --source.
+        record: the folder for a recording of the only receiver, or None.
     """
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
@@ -164,10 +168,10 @@ def load_run(
             )
             for seed, name in enumerate(names, start=1)
         ]
-        # All at once, or the observers of the last ones would wait to be read
+        # Reads all observers at the same time, so that none blocks on a full pipe
         with ThreadPoolExecutor(len(started)) as pool:
-            watched = partial(_watched, on_snapshot)
-            return list(pool.map(watched, names, *zip(*started, strict=True)))
+            watch = partial(_watch, on_snapshot)
+            return list(pool.map(watch, names, *zip(*started, strict=True)))
 
 
 def _start(
@@ -202,7 +206,7 @@ def _start(
     return observer, {role: Usage(child.pid) for role, child in children.items()}
 
 
-def _watched(
+def _watch(
     on_snapshot: Callable[[dict[str, Any]], None],
     name: str,
     observer: subprocess.Popen[str],
@@ -218,12 +222,12 @@ def _watched(
         if _age_s(snapshot) < START_S + _STATUS_S:
             drops_of_start = _counted_drops(snapshot, name)
     if final is None:
-        raise SystemExit("a process ended early")
+        raise SystemExit("a process ended early: see the logs")
     return Loaded(name, final, usage, drops_of_start)
 
 
 def _age_s(snapshot: dict[str, Any]) -> float:
-    """Since the first message."""
+    """Returns the time since the first message."""
     topics = [seen for seen in snapshot["topics"].values() if seen["count"]]
     if not topics:
         return 0.0
@@ -232,7 +236,7 @@ def _age_s(snapshot: dict[str, Any]) -> float:
 
 
 def _counted_drops(snapshot: dict[str, Any], name: str) -> int:
-    """The drops that the headset has reported."""
+    """Returns the drops that the headset has reported."""
     return sum(
         int(count)
         for topic, seen in snapshot["topics"].items()

@@ -1,4 +1,4 @@
-"""Finds the corners of ArUco markers in images, by nothing but the image."""
+"""Finds the corners of ArUco markers in images."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ type Pixels = NDArray[np.float64]
 
 _DETECTOR = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
 _CELLS = 6
-# Across a cell: in smaller ones the window of cornerSubPix would see other corners.
+# The least width of a cell: in smaller cells, the window of cornerSubPix contains other corners.
 _LEAST_CELL_PX = 5.0
 _STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-4)
 _RING = np.exp(1j * np.linspace(0, 2 * np.pi, 32, endpoint=False))
-# Around the window of cornerSubPix, and inside it.
+# The radii of two rings, inside and around the window of cornerSubPix.
 _RING_CELLS = (0.5, 0.9)
 _LEAST_CONTRAST = 40
 
 
 def corners(grey: Image) -> list[tuple[int, int, Pixels]]:
-    """Tag, corner (0 to 3, clockwise from the top left) and pixel of all that are seen whole."""
+    """Returns tag, corner (0 to 3, clockwise from the top left) and pixel of visible corners."""
     quads, ids, _ = _DETECTOR.detectMarkers(grey)
     found = []
     for quad, tag in zip(quads, ids.ravel() if ids is not None else [], strict=True):
@@ -38,7 +38,7 @@ def corners(grey: Image) -> list[tuple[int, int, Pixels]]:
 
 
 def _is_saddle(grey: Image, pixel: Pixels, radius_px: float) -> bool:
-    """Whether two black squares meet here: nothing stands in front, and the image goes on."""
+    """Returns True if two black squares meet at the pixel, not occluded and inside the image."""
     x = (pixel[0] + radius_px * _RING.real).astype(np.float32)
     y = (pixel[1] + radius_px * _RING.imag).astype(np.float32)
     if min(x.min(), y.min()) < 1 or x.max() > grey.shape[1] - 2 or y.max() > grey.shape[0] - 2:

@@ -1,4 +1,4 @@
-"""A headset that streams to a receiver, and the outputs of other programs that run meanwhile."""
+"""Runs other programs while a headset streams to a receiver."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TIMEOUT_S = 90
 
 @contextlib.contextmanager
 def streaming(config: Path, folder: Path, **simulation: str) -> Iterator[dict[str, str]]:
-    """Streams for a minute, or until left; the variables of their ROS domain."""
+    """Streams for a minute or until the end of the block; yields the environment variables."""
     environment = isolated_environment()
     options = [word for it in simulation.items() for word in ("--simulate", "=".join(it))]
     receive = receive_command(config, "127.0.0.1:0")
@@ -39,7 +39,11 @@ def streaming(config: Path, folder: Path, **simulation: str) -> Iterator[dict[st
 def collect(
     types: Mapping[str, str], count: int, environment: dict[str, str], folder: Path
 ) -> Received:
-    """At least `count` messages of each topic, relative to the prefix or global, by its type."""
+    """Collects at least `count` messages of each topic.
+
+    Args:
+        types: message types by topic name, relative to the prefix or absolute.
+    """
     names = {name if name[0] == "/" else f"{PREFIX}/{name}": type for name, type in types.items()}
     output = folder / "topics.pickle"
     script = Path(__file__).with_name("topics_subscriber.py")

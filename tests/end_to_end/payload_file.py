@@ -1,4 +1,4 @@
-"""Payloads kept in a file: a session has half a gigabyte of them, and few are looked at."""
+"""Keeps payloads in a file, because a session has half a gigabyte and tests read only few."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Payloads(Sized):
-    """Those of a topic, read from the file whenever they are looked at."""
+    """The payloads of a topic; each iteration reads them from the file."""
 
     file: Path
     spans: list[tuple[int, int]] = field(default_factory=list)
-    """Where each begins, and its size in bytes."""
+    """The offset and the size of each payload in bytes."""
 
     def __len__(self) -> int:
         return len(self.spans)

@@ -1,4 +1,4 @@
-"""Receiver, headset and subscriber as processes, isolated by domain and local discovery."""
+"""Runs receiver, headset and subscriber as processes in an isolated ROS domain."""
 
 from __future__ import annotations
 
@@ -29,31 +29,31 @@ EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
 PREFIX = "/magic_leap2"
 _LISTENING = "listening on "
 _TIMEOUT_S = 60
-# More than is ever under way, so that the subscriber loses nothing that was published.
+# More messages than are ever in flight, so that the subscriber loses none that were published.
 _DEPTH = 1000
 PATHS = {
     "PYTHONPATH": os.pathsep.join(
         [str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")]
     )
 }
-# Of the JVM's mDNS library: which network to look on.
+# The JVM's mDNS library searches on this network.
 ON_LOOPBACK = {"JDK_JAVA_OPTIONS": "-Dnet.mdns.interface=127.0.0.1"}
 
 
 @dataclass(frozen=True)
 class Security:
-    """Options of a receiver, and of a headset that gets along with it."""
+    """Security options of a receiver, and the matching options of a headset."""
 
     receiver: Sequence[str | Path]
     headset: Sequence[str | Path]
 
 
 _INSECURE = ("--insecure", "--insecure-eye-images")
-IN_THE_CLEAR = Security(_INSECURE, _INSECURE)
+PLAINTEXT = Security(_INSECURE, _INSECURE)
 
 
 def paired(folder: Path) -> Security:
-    """Those of two that have just been paired, with keys in `folder`."""
+    """Pairs a receiver and a headset; returns their options, with keys in `folder`."""
     keys = Security(("--keys", folder / "receiver"), ("--keys", folder / "headset"))
     pair([RECEIVER, "pair", *keys.receiver], [HEADSET, *keys.headset])
     return keys
@@ -61,7 +61,16 @@ def paired(folder: Path) -> Security:
 
 @dataclass(frozen=True)
 class Received:
-    """What the independent subscriber got in one run."""
+    """The messages and statistics that the independent subscriber got in one run.
+
+    Attributes:
+        snapshot: the last snapshot of the demo's observer.
+        qos: reliability and durability of each topic's publishers.
+        topics: the type and the payloads of each topic.
+        graph: the names of all topics in the ROS domain.
+        arrivals_s: the arrival of each message, by the monotonic clock.
+        publishers: the ids of all publishers that each topic had.
+    """
 
     snapshot: dict[str, Any]
     qos: dict[str, set[tuple[str, str]]]
@@ -71,19 +80,19 @@ class Received:
     publishers: dict[str, set[bytes]]
 
     def messages(self, topic: str) -> list[Any]:
-        """The messages of a topic, relative to the prefix or global, as rclpy decodes them."""
+        """Returns the decoded messages of a topic, named below the prefix or absolutely."""
         name = topic if topic.startswith("/") else f"{PREFIX}/{topic}"
         message_type, payloads = self.topics[name]
         return [deserialize_message(payload, message_class(message_type)) for payload in payloads]
 
     def counters(self, topic: str) -> dict[str, str]:
-        """The last diagnostics of a topic."""
+        """Returns the last diagnostics of a topic."""
         counters: dict[str, str] = self.snapshot["topics"][topic]["diagnostics"]
         return counters
 
 
 def isolated_environment() -> dict[str, str]:
-    """Variables for one test's processes: a domain of their own on this machine."""
+    """Returns environment variables with a ROS domain for the processes of one test."""
     return os.environ | {
         "ROS_DOMAIN_ID": str(reserve_domain()),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -97,7 +106,10 @@ def process(
     log: Path,
     stdin: int | None = None,
 ) -> Iterator[subprocess.Popen[str]]:
-    """A child whose standard output is read as text; terminated and awaited at the end."""
+    """Runs a child process whose standard output is text; terminates it at the end.
+
+    Its standard error, and the rest of its standard output, go to `log`.
+    """
     with log.open("w") as errors:
         child = subprocess.Popen(
             [str(word) for word in command],
@@ -111,12 +123,12 @@ def process(
             yield child
         finally:
             child.terminate()
-            said, _ = child.communicate(timeout=_TIMEOUT_S)
-            errors.write(said)
+            output, _ = child.communicate(timeout=_TIMEOUT_S)
+            errors.write(output)
 
 
 def listening_address(receiver: subprocess.Popen[str]) -> str:
-    """Waits until a receiver says where it listens."""
+    """Waits until a receiver prints its address, and returns it as HOST:PORT."""
     return line_with(receiver, _LISTENING).split(_LISTENING, 1)[1].split()[0]
 
 
@@ -128,13 +140,13 @@ def receive(
     on_snapshot: Callable[[Proxy | None, int], None] = lambda _, __: None,
     receiver_options: Sequence[str] = (),
     program: Sequence[str | Path] = (HEADSET,),
-    security: Security = IN_THE_CLEAR,
+    security: Security = PLAINTEXT,
 ) -> Received:
-    """Runs a headset to its end and returns all that arrived; logs are in `folder`.
+    """Runs a headset to its end and returns all received messages; logs are in `folder`.
 
     Args:
-        headset_options: of the command ml2-headset, which `program` starts.
-        link: makes the proxy that stands between headset and receiver, from the latter's address.
+        headset_options: options of ml2-headset, which `program` starts.
+        link: makes the proxy between headset and receiver, from the receiver's address.
         on_snapshot: is called about once per second with the proxy and a count from 0.
     """
     environment = isolated_environment()
@@ -155,8 +167,8 @@ def receive(
         subscriber = start(subscribing(environment, folder))
         address = listening_address(receiver)
         proxy = start(link(address)) if link else None
-        reached = proxy.address if proxy else address
-        headset = [*program, "--receiver", reached, *security.headset, *headset_options]
+        destination = proxy.address if proxy else address
+        headset = [*program, "--receiver", destination, *security.headset, *headset_options]
         start(process(headset, environment, folder / "headset.log"))
         for number, _ in enumerate(lines(subscriber)):
             on_snapshot(proxy, number)
@@ -166,50 +178,50 @@ def receive(
 def subscribing(
     environment: dict[str, str], folder: Path, receiver: str = ""
 ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
-    """The subscriber as a process; its result() is in `folder`."""
+    """Runs the subscriber as a process; result() reads its result from `folder`."""
     command = subscribe_command(folder / "received.pickle", receiver)
     return process(command, environment | PATHS, folder / "subscriber.log")
 
 
 def lines(child: subprocess.Popen[str]) -> IO[str]:
-    """What it says until it ends, a line at a time."""
+    """Returns the child's standard output, for iteration by line."""
     assert child.stdout is not None
     return child.stdout
 
 
 def line_with(child: subprocess.Popen[str], words: str) -> str:
-    """The next line that has these words."""
-    said = []
+    """Waits for a line that contains `words`, and returns it."""
+    earlier = []
     for line in lines(child):
-        said.append(line)
+        earlier.append(line)
         if words in line:
             return line
-    raise AssertionError(f"expected {words!r}, found {''.join(said)!r}")
+    raise AssertionError(f"expected {words!r}, found {''.join(earlier)!r}")
 
 
 def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
-    """What a subscriber got; waits for its end."""
+    """Waits for the end of a subscriber and returns its result."""
     subscriber.wait(timeout=_TIMEOUT_S)
     assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
     return Received(**pickle.loads((folder / "received.pickle").read_bytes()))
 
 
 def receive_command(
-    config: Path, address: str, *options: str, security: Security = IN_THE_CLEAR
+    config: Path, address: str, *options: str, security: Security = PLAINTEXT
 ) -> list[str | Path]:
-    """The receiver, listening on `address`."""
+    """Returns the command of a receiver that listens on `address`."""
     return [RECEIVER, "run", "--config", config, "--listen", address, *security.receiver, *options]
 
 
 def headset_command(
-    address: str, *options: str, security: Security = IN_THE_CLEAR
+    address: str, *options: str, security: Security = PLAINTEXT
 ) -> list[str | Path]:
-    """The headset, connecting to `address`."""
+    """Returns the command of a headset that connects to `address`."""
     return [HEADSET, "--receiver", address, *security.headset, *options]
 
 
 def subscribe_command(output: Path, receiver: str) -> list[str | Path]:
-    """The subscriber of a receiver of that name, which writes what it got to `output`."""
+    """Returns the command of a subscriber to the receiver of that name; it writes to `output`."""
     depths = dict.fromkeys(load_table().qos, _DEPTH)
     script = Path(__file__).with_name("subscriber.py")
     prefix = f"/{receiver}{PREFIX}" if receiver else PREFIX

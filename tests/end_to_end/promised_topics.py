@@ -1,6 +1,6 @@
-"""What users are promised, written down once more so that the stream table cannot excuse itself.
+"""The documented topics, written independently of the stream table.
 
-Topic below the prefix -> (type, frame id). Variants that exclude others stand apart.
+Each map is topic below the prefix -> (type, frame id). Topics that exclude others have own maps.
 """
 
 from __future__ import annotations

@@ -13,15 +13,16 @@ _CHUNK_BYTES = 64 * 1024
 
 
 class Proxy:
-    """Forwards to `target` from a port of its own; a context manager.
+    """Forwards connections from a local port to `target`; a context manager.
 
     Args:
         target: HOST:PORT.
-        bytes_per_s: of all connections towards the target together; None for no limit.
-        jitter_s: what goes towards the target is delayed by up to this, evenly distributed.
+        bytes_per_s: the limit for all connections towards the target together; None for no limit.
+        jitter_s: the largest delay of a chunk towards the target; delays are evenly distributed.
+        captures: True to keep the forwarded bytes.
 
     Attributes:
-        captured: what was forwarded, in the order of its chunks; empty unless it `captures`.
+        captured: the forwarded bytes in the order of their chunks; empty unless `captures`.
     """
 
     def __init__(
@@ -40,14 +41,14 @@ class Proxy:
         self._free_at_s = 0.0
         self._jitter_s = jitter_s
         self._lock = threading.Lock()
-        self._carries = threading.Event()
-        self._carries.set()
+        self._is_up = threading.Event()
+        self._is_up.set()
         self._sockets: set[socket.socket] = set()
         self._listener = socket.create_server(("127.0.0.1", 0))
 
     @property
     def address(self) -> str:
-        """Where the headset connects to."""
+        """The address that the headset connects to."""
         host, port = self._listener.getsockname()
         return f"{host}:{port}"
 
@@ -61,7 +62,7 @@ class Proxy:
         self.cut()
 
     def cut(self) -> None:
-        """Resets every connection, as a lost link does in the end; new ones are welcome."""
+        """Closes every connection, as a lost link does in the end; accepts new ones."""
         with self._lock:
             sockets, self._sockets = self._sockets, set()
         for cut in sockets:
@@ -70,13 +71,13 @@ class Proxy:
             cut.close()
 
     def take_down(self) -> None:
-        """Carries nothing from now on, and tells nobody, as a lost link does at first."""
-        self._carries.clear()
+        """Stops forwarding without closing connections, as a lost link does at first."""
+        self._is_up.clear()
 
     def bring_up(self) -> None:
-        """Carries again; connections of before are reset."""
+        """Closes the earlier connections and forwards again."""
         self.cut()
-        self._carries.set()
+        self._is_up.set()
 
     def _accept(self) -> None:
         while True:
@@ -97,7 +98,7 @@ class Proxy:
     def _forward(self, source: socket.socket, sink: socket.socket, slow: bool) -> None:
         with contextlib.suppress(OSError):
             while data := source.recv(_CHUNK_BYTES):
-                self._carries.wait()
+                self._is_up.wait()
                 if slow:
                     self._wait_for(len(data))
                     time.sleep(random.uniform(0, self._jitter_s))
@@ -108,7 +109,7 @@ class Proxy:
             sink.shutdown(socket.SHUT_WR)
 
     def _wait_for(self, size: int) -> None:
-        """Gives each chunk its place on the one slow link."""
+        """Waits until the slow link, which all connections share, has sent `size` bytes."""
         with self._lock:
             now_s = time.monotonic()
             self._free_at_s = max(self._free_at_s, now_s) + size * self._s_per_byte

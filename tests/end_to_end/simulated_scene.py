@@ -1,4 +1,4 @@
-"""The simulated room as the simulation itself describes it, in the axes of ROS."""
+"""Reads the geometry of the simulated room from the simulation, in ROS's axes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from processes import ROOT
 
 LIBRARY = ROOT / "build" / "native" / "host" / "sim" / "libperception.magicleap.so"
 
-# The device's x right, y up, z backward to REP 103's x forward, y left, z up.
+# From the device's axes (x right, y up, z backward) to REP 103's (x forward, y left, z up).
 TO_ROS = np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]])
 
 
 @dataclass(frozen=True)
 class Room:
-    """Metres, in magicleap_world.
+    """The geometry of the room in magicleap_world, in metres.
 
     Attributes:
-        tags: four corners by ArUco id, clockwise from the marker's top left.
-        normals: of walls, into the room.
+        tags: the four corners by ArUco id, clockwise from the marker's top left.
+        normals: the walls' normals, which point into the room.
         offsets_m: points p on wall i have normals[i] @ p = offsets_m[i].
     """
 
@@ -33,7 +33,7 @@ class Room:
 
 
 def simulated_room() -> Room:
-    """By ml2sim_landmarks, native/sim/ml2sim.h."""
+    """Reads the room from ml2sim_landmarks in native/sim/ml2sim.h."""
     describe = ctypes.CDLL(str(LIBRARY)).ml2sim_landmarks
     describe.restype = ctypes.c_char_p
     known = json.loads(describe())

@@ -1,7 +1,7 @@
-"""Where the simulated headset truly was, asked of the simulation itself, by this machine's clock.
+"""Reads the true poses of the simulated headset from the simulation, by this machine's clock.
 
-A stamp in ROS denotes an instant of CLOCK_REALTIME; the simulation moves by CLOCK_BOOTTIME of the
-same machine. What leads from one to the other here is the kernel's own, and nothing of the product.
+A ROS stamp is a time of CLOCK_REALTIME; the simulation uses CLOCK_BOOTTIME of the same machine.
+This module converts between them with the kernel's clocks, without code of the product.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from simulated_scene import LIBRARY, TO_ROS
 
 # ml2sim_camera, native/sim/ml2sim.h.
 _CAMERAS = {"world_left": 0, "world_right": 1, "world_center": 2, "depth": 3, "color": 4}
-# A camera's x right, y down, z forward in the device's x right, y up, z backward.
+# From a camera's axes (x right, y down, z forward) to the device's (x right, y up, z backward).
 OPTICAL = np.diag([1.0, -1.0, -1.0])
 _CLOCK_WAS_SET_NS = 200_000
 
@@ -33,7 +33,7 @@ class _Pose(ctypes.Structure):
 
 @dataclass(frozen=True)
 class SimulatedTruth:
-    """The simulation as it is at its start: the default seed, walk and MLTime.
+    """The simulation in its initial state: the default seed, walk and MLTime.
 
     Attributes:
         boottime_ns: CLOCK_BOOTTIME minus CLOCK_REALTIME.
@@ -59,19 +59,19 @@ class SimulatedTruth:
         return SimulatedTruth(library, _boottime_minus_realtime_ns())
 
     def clock_was_set(self) -> bool:
-        """Whether this machine's clock was set since: no truth can be told then."""
+        """Returns True if this machine's clock was set meanwhile; true poses are then unknown."""
         return abs(_boottime_minus_realtime_ns() - self.boottime_ns) > _CLOCK_WAS_SET_NS
 
     def mltime_ns(self, stamp_ns: int) -> int:
-        """The simulation's own time at a ROS time."""
+        """Converts ROS time to the simulation's time."""
         return int(self.library.ml2sim_mltime_of_boottime(stamp_ns + self.boottime_ns))
 
     def ros_ns(self, mltime_ns: int) -> int:
-        """The ROS time at the simulation's own."""
+        """Converts the simulation's time to ROS time."""
         return int(self.library.ml2sim_boottime_of_mltime(mltime_ns)) - self.boottime_ns
 
     def optical_frame(self, camera: str, stamp_ns: int) -> Matrix:
-        """Of a camera in magicleap_world, at a ROS time."""
+        """Returns the pose of a camera's optical frame in magicleap_world at a ROS time."""
         mltime = self.mltime_ns(stamp_ns)
         pose = _Pose()
         assert self.library.ml2sim_true_pose(_CAMERAS[camera], mltime, ctypes.byref(pose)) == 0
@@ -81,7 +81,7 @@ class SimulatedTruth:
         return matrix
 
     def imu_in_optical_frame(self, unit: str, camera: str) -> Matrix:
-        """The axes of an inertial unit in a camera's optical frame; a rotation."""
+        """Returns the rotation from an IMU's axes to a camera's optical frame, 3x3."""
         mounts = json.loads(self.library.ml2sim_mounts())
         imu, optical = (
             pose_matrix(mounts[name]["position"], w, x, y, z)[:3, :3]
@@ -92,7 +92,7 @@ class SimulatedTruth:
 
 
 def _boottime_minus_realtime_ns() -> int:
-    """By the narrowest of many readings of the one clock between two of the other."""
+    """Returns the difference of the clocks, from the fastest of many pairs of readings."""
 
     def read() -> tuple[int, int]:
         before = time.clock_gettime_ns(time.CLOCK_REALTIME)

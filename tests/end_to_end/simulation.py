@@ -1,4 +1,4 @@
-"""What the tests of simulated sensors share."""
+"""Names and configurations for the tests of simulated sensors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _OTHER_IMAGES = ("picture_center", "depth_center", "world_center", "world_right"
 
 
 def demo_config(**changes: dict[str, Any]) -> str:
-    """config/demo.yaml with values of some sections changed."""
+    """Returns config/demo.yaml with values of some sections changed."""
     tree = yaml.safe_load((ROOT / "config" / "demo.yaml").read_text())
     (node,) = tree.values()
     for section, values in changes.items():
@@ -23,7 +23,7 @@ def demo_config(**changes: dict[str, Any]) -> str:
 
 
 def one_camera(**changes: dict[str, Any]) -> str:
-    """The demo without images but those of world_left: a tenth of its load."""
+    """Returns the demo's configuration with world_left as the only camera: a tenth of the load."""
     return demo_config(**{key: {"enabled": False} for key in _OTHER_IMAGES}, **changes)
 
 

@@ -1,9 +1,8 @@
-"""A subscriber in a process of its own that keeps every payload, for the tests to look at.
+"""Runs a subscriber in its own process that keeps every payload for the tests.
 
-Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT [RECEIVER]. It does what the demo's observer does, and
-at the end pickles {"snapshot": ..., "qos": {topic: {(reliability, durability)}}, "topics": {topic:
-(type, Payloads)}, "graph": [every topic there is], "arrivals_s": {topic: [monotonic clock, ...]},
-"publishers": {topic: {id of each publisher there ever was}}}. The payloads are in a file beside it.
+Usage: subscriber.py PREFIX QOS_DEPTHS OUTPUT [RECEIVER]. It does the same as the demo's observer.
+At the end it pickles the fields of processes.Received to OUTPUT. The payloads are in a second file
+next to OUTPUT.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from payload_file import Payloads
 
 
 class StoredTopic(Observed):
-    """A topic whose payloads are all written to a file."""
+    """An observed topic that writes all its payloads to a file."""
 
     def __init__(
         self, writer: Writer, type: str, stream: str, read_stamp: Callable[[bytes], int]
@@ -41,7 +40,7 @@ class StoredTopic(Observed):
 
 
 class Writer:
-    """Writes a file by a thread of its own, for a disk may keep one waiting; a context manager."""
+    """Writes a file in its own thread, because a disk may block; a context manager."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -54,12 +53,12 @@ class Writer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Returns when everything is written."""
+        """Waits until everything is written."""
         self._waiting.put(None)
         self._thread.join()
 
     def write(self, payload: bytes) -> tuple[int, int]:
-        """Where it begins, and its size."""
+        """Queues a payload; returns its offset in the file and its size."""
         begin = self._size
         self._size += len(payload)
         self._waiting.put(payload)
@@ -72,7 +71,7 @@ class Writer:
 
 
 def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None:
-    """Runs until the headset has said goodbye."""
+    """Runs until the headset ends its session."""
     with (
         Writer(output.with_suffix(".payloads")) as writer,
         spun_observer(
@@ -95,7 +94,7 @@ def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None
 
 
 def note_publishers(observer: Observer, seen: dict[str, set[bytes]]) -> None:
-    """Adds the publishers that are there now."""
+    """Adds the ids of the current publishers."""
     for topic, ids in seen.items():
         ids |= {bytes(p.endpoint_gid) for p in observer.get_publishers_info_by_topic(topic)}
 

@@ -1,4 +1,4 @@
-"""Stamps made over a link with delays, held against the grid on which the simulation measures."""
+"""Stamps over a link with delays agree with the grid of times at which the simulation measures."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from simulated_truth import SimulatedTruth
 pytestmark = pytest.mark.alone
 
 GYRO = "gyro_left/imu"
-# Readings are taken at multiples of this of CLOCK_BOOTTIME.
+# The simulation takes readings at multiples of this, by CLOCK_BOOTTIME.
 GRID_NS = 5_000_000
 CONVERGED_NS = 2_000_000_000
 LAST_NS = 1_000_000_000
 
 
-# Drawn delays may be bad ones: that p99 is below 0.2 ms, ClockScenarioTest holds over seeded ones.
+# These delays are random without a seed, so the limit with jitter is wide. ClockScenarioTest checks
+# that p99 is below 0.2 ms with seeded delays.
 @pytest.mark.parametrize(("jitter_s", "most_ns"), [(0.0, 200_000), (0.005, 600_000)])
 def test_stamps_are_within_what_the_clock_claims(
     tmp_path: Path, jitter_s: float, most_ns: int
@@ -40,12 +41,12 @@ def test_stamps_are_within_what_the_clock_claims(
     p99_ns = float(np.percentile(np.abs(errors_ns), 99))
     print(f"jitter {jitter_s} s: p99 {p99_ns:.0f} ns, claimed {claimed_ns} ns")
     assert len(errors_ns) > 500
-    # The claim is that of the end; earlier ones were wider, and so may errors have been.
+    # The claimed uncertainty is the last one; earlier ones were wider.
     at_the_end = errors_ns[converged > converged[-1] - LAST_NS]
     assert np.mean(np.abs(at_the_end) <= claimed_ns) > 0.99
     assert p99_ns < most_ns
 
 
 def off_the_grid(boottimes_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """How much later than the nearest instant of the grid."""
+    """Returns how much later each time is than the nearest time of the grid."""
     return (boottimes_ns + GRID_NS // 2) % GRID_NS - GRID_NS // 2

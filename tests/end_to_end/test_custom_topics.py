@@ -1,4 +1,4 @@
-"""A topic that the headset's app names itself, at an independent rclpy subscriber."""
+"""A custom topic of the headset's app reaches an independent rclpy subscriber."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def run(enabled: str, folder: Path) -> Received:
     return receive(config, ["--source", "test-signal", "--duration", "2"], folder)
 
 
-def test_its_messages_arrive_like_those_of_a_sensor(tmp_path: Path) -> None:
+def test_messages_of_a_custom_topic_arrive_like_those_of_a_sensor(tmp_path: Path) -> None:
     received = run("true", tmp_path)
     assert received.topics[TOPIC][0] == "std_msgs/msg/Float64"
     uptimes_s = [message.data for message in received.messages("custom/app_uptime")]
@@ -37,7 +37,7 @@ def test_its_messages_arrive_like_those_of_a_sensor(tmp_path: Path) -> None:
     assert received.snapshot["streams"]["custom"]["result"] == "applied"
 
 
-def test_a_headset_names_no_topics_unless_the_user_lets_it(tmp_path: Path) -> None:
+def test_there_are_no_custom_topics_unless_the_user_enables_them(tmp_path: Path) -> None:
     received = run("false", tmp_path)
     assert TOPIC not in received.graph
     assert "custom" not in received.snapshot["streams"]

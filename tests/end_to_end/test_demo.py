@@ -1,4 +1,4 @@
-"""The demo as the README has it."""
+"""The demo of the README."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A headset that knows a receiver's name, and no address."""
+"""A headset finds a receiver by its name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FOUND_S = 10.0
 
 
 def announced(address: str) -> FoundReceiver:
-    """The announcement of the receiver that listens there."""
+    """Waits for the announcement of the receiver that listens on `address`."""
     deadline_s = time.monotonic() + FOUND_S
     while time.monotonic() < deadline_s:
         for receiver in find_receivers(interfaces=["127.0.0.1"]):
@@ -37,10 +37,10 @@ def connected_from(log: Path) -> bool:
     return re.search(r"connected from 127\.0\.0\.1:", log.read_text()) is not None
 
 
-def test_a_headset_finds_the_receiver_of_a_name_also_when_it_moves(tmp_path: Path) -> None:
+def test_a_headset_finds_a_receiver_by_name_also_at_a_new_address(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(CONFIG)
-    # Others on this machine may run the same test.
+    # The names are unique, because other users of this machine may run the same test.
     names = {name: f"{name}{os.getpid()}" for name in ("other", "chosen")}
     runs = {
         name: receive_command(config, "127.0.0.1:0", "--name", unique)

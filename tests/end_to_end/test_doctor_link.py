@@ -1,4 +1,4 @@
-"""`ml2-receiver doctor` tries the link to a headset that streams."""
+"""`ml2-receiver doctor` measures the link to a headset that streams."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from waiting_receiver import WaitingReceiver, waiting_receiver
 
 pytestmark = pytest.mark.alone
 
-# One raw camera at 30 Hz, 248 Mbit/s, and what is small.
+# One raw camera at 30 Hz, which is 248 Mbit/s, and small streams.
 CONFIG = """
 /ml2_receiver:
   ros__parameters:
@@ -29,8 +29,8 @@ SLOW_BYTES_PER_S = 10e6
 LIMIT_S = 60.0
 
 
-def tried(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Received]:
-    """What doctor found of a link, and what arrived of the streams before, beside and after."""
+def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Received]:
+    """Returns doctor's finding on a link, and all messages before, during and after its test."""
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     with contextlib.ExitStack() as stack:
@@ -45,25 +45,25 @@ def tried(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Rece
 
 
 def doctor(waiting: WaitingReceiver) -> dict[str, Any]:
-    """The finding on the link."""
-    said = subprocess.run(
+    """Runs doctor and returns its finding on the link."""
+    run = subprocess.run(
         [RECEIVER, "doctor", "--json"],
         env=waiting.environment,
         stdout=subprocess.PIPE,
         text=True,
         timeout=LIMIT_S,
-        check=False,  # 1 when the machine has something else wrong
+        check=False,  # 1 if doctor finds another problem of the machine
     )
-    (link,) = [it for it in json.loads(said.stdout) if it["check"] == "link to headset"]
+    (link,) = [it for it in json.loads(run.stdout) if it["check"] == "link to headset"]
     assert isinstance(link, dict)
     return link
 
 
 @pytest.mark.parametrize("bytes_per_s", [None, SLOW_BYTES_PER_S])
-def test_doctor_finds_what_a_link_carries_and_no_message_is_lost_unaccounted(
+def test_doctor_measures_the_link_and_every_lost_message_is_counted(
     tmp_path: Path, bytes_per_s: float | None
 ) -> None:
-    link, received = tried(tmp_path, bytes_per_s)
+    link, received = measured(tmp_path, bytes_per_s)
     assert_counters_agree(received)
     numbers = link["numbers"]
     free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]

@@ -1,4 +1,4 @@
-"""`ml2-receiver export` beside a simulated headset."""
+"""`ml2-receiver export` while a simulated headset streams."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
     options = [f"--{name.replace('_', '-')}={value}" for name, value in NOISE.items()]
     export: list[str | Path] = [RECEIVER, "export", "--kalibr", out, "--imu", "imu_left", *options]
     with streaming(config, tmp_path, loop_seconds="2") as domain:
-        said = subprocess.run(
+        output = subprocess.run(
             export, env=domain, timeout=60, check=True, capture_output=True, text=True
         ).stdout
         topics = {
@@ -55,7 +55,7 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
             "world_left/camera_info": "sensor_msgs/msg/CameraInfo",
         }
         received = collect(topics, 10, domain, tmp_path)
-    assert "T_cam_imu is not in camchain.yaml" in said
+    assert "T_cam_imu is not in camchain.yaml" in output
     chain = yaml.safe_load((out / "camchain.yaml").read_text())
     assert {name: cam["rostopic"] for name, cam in chain.items()} == {
         "cam0": f"{PREFIX}/world_left/image_raw",
@@ -65,7 +65,7 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
     info = received.messages("world_left/camera_info")[0]
     assert chain["cam0"]["intrinsics"] == [info.k[0], info.k[4], info.k[2], info.k[5]]
     assert chain["cam0"]["distortion_coeffs"] == list(info.d)
-    assert chain["cam1"]["intrinsics"] == [555, 556, 501, 502], "the calibration of the user's"
+    assert chain["cam1"]["intrinsics"] == [555, 556, 501, 502], "the user's calibration"
     assert chain["cam1"]["distortion_coeffs"] == [0.25, 0, 0, 0]
     assert (chain["cam2"]["resolution"], chain["cam2"]["distortion_model"]) == (
         [1280, 960],

@@ -1,4 +1,4 @@
-"""A harsh device on a bad link for 30 s; `make harsh` is the same for an hour."""
+"""A device with random faults on a bad link for 30 s; `make harsh` runs the same for an hour."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from harsh import harsh_run, write
 
 DURATION_S = 30.0
-# Faults that block threads may have made a thread pool grow, once.
+# A thread pool may grow once, by the tasks that the faults blocked.
 MOST_THREADS, MOST_FILES = 16, 8
 
 pytestmark = [pytest.mark.alone, pytest.mark.timeout(240)]

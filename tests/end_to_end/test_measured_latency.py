@@ -1,4 +1,4 @@
-"""`ml2-receiver latency` beside a running receiver: every stream of the simulated headset."""
+"""`ml2-receiver latency` measures every stream of the simulated headset."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from simulation import demo_config
 pytestmark = pytest.mark.alone
 
 DURATION_S = 3
-# A figure has three decimals, and four of them are added up.
+# The error of a sum of four values with three decimals.
 ROUNDING_MS = 0.003
 
 
 @dataclass(frozen=True)
 class Row:
-    """Of the table, in ms."""
+    """A row of the table, in ms."""
 
     messages: int
     shares_ms: list[float]
@@ -45,7 +45,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Measured:
-    """The rows by topic, and the topics as an independent subscriber knows them."""
+    """The rows by topic, and the topics that an independent subscriber found."""
 
     rows: dict[str, Row]
     topics: set[str]
@@ -53,7 +53,7 @@ class Measured:
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
-    """With every topic flowing, as the subscriber has seen."""
+    """Runs the command after the subscriber has received messages on every topic."""
     folder = tmp_path_factory.mktemp("latency")
     config = folder / "everything.yaml"
     config.write_text(demo_config())
@@ -65,7 +65,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
         subscriber = start(subscribing(environment, folder))
         headset = headset_command(listening_address(receiver), "--duration", "60")
         start(process(headset, environment, folder / "headset.log"))
-        topics = flowing(subscriber)
+        topics = await_every_topic(subscriber)
         latency: list[str | Path] = [RECEIVER, "latency", "--once", "--duration", str(DURATION_S)]
         with process(latency, environment, folder / "latency.log") as child:
             rows = dict(table_rows(lines(child)))
@@ -73,24 +73,24 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
     return Measured(rows, topics)
 
 
-def flowing(subscriber: subprocess.Popen[str]) -> set[str]:
-    """Every topic, when something has arrived of each."""
+def await_every_topic(subscriber: subprocess.Popen[str]) -> set[str]:
+    """Waits for a message on every topic, and returns the names of the topics."""
     for line in lines(subscriber):
         topics = json.loads(line)["topics"]
         if topics and all(seen["count"] for seen in topics.values()):
             return {name.removeprefix(f"{PREFIX}/").lstrip("/") for name in topics}
-    raise AssertionError("the subscriber ended before everything had arrived")
+    raise AssertionError("the subscriber ended before every topic had a message")
 
 
-def table_rows(said: Iterator[str]) -> Iterator[tuple[str, Row]]:
-    for line in said:
+def table_rows(output: Iterator[str]) -> Iterator[tuple[str, Row]]:
+    for line in output:
         topic, *cells = line.split() or [""]
         if len(cells) == 9 and cells[0].isdecimal():
             figures = [float(cell) for cell in cells[1:]]
             yield topic, Row(int(cells[0]), figures[:4], *figures[4:])
 
 
-def test_every_topic_is_there(measured: Measured) -> None:
+def test_every_topic_has_a_row(measured: Measured) -> None:
     assert measured.rows.keys() == measured.topics
     assert min(row.messages for row in measured.rows.values()) > 0
 
@@ -99,7 +99,7 @@ def test_no_stage_ends_before_it_begins(measured: Measured) -> None:
     for name, row in measured.rows.items():
         sent, received, published, subscriber = row.shares_ms
         assert min(sent, published, subscriber) >= 0, name
-        # Two clocks are compared here; on one machine they differ by far less.
+        # Two clocks are compared; on one machine they differ by far less than 1 ms.
         assert received > -1, name
 
 
@@ -110,7 +110,7 @@ def test_the_shares_add_up_to_the_mean(measured: Measured) -> None:
         assert row.jitter_ms >= 0, name
 
 
-def test_messages_are_those_of_the_duration(measured: Measured) -> None:
+def test_the_counts_of_messages_have_the_ratio_of_the_rates(measured: Measured) -> None:
     gyro = measured.rows["gyro_left/imu"]
     camera = measured.rows["world_left/image_raw"]
     assert gyro.messages / camera.messages == pytest.approx(200 / 30, rel=0.2)

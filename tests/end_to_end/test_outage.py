@@ -1,4 +1,4 @@
-"""A camera that fails while it runs says so everywhere, and comes back by itself."""
+"""A camera that fails while it runs is reported by each command, and recovers by itself."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ CONFIG = """
 """
 CAMERA = "android.permission.CAMERA"
 GRANT = "ml2-receiver headset grant world_left"
-# The camera that runs breaks, and may not be opened again for a while.
+# The running camera fails, and cannot be opened again for a while.
 FAULTS = ("fault.world.get", "fault.world.permission")
 BEGIN_S, END_S = 2, 20
 LIMIT_S = 60.0
-MOST_LOOKS = 60
+MAX_POLLS = 60
 
 
-def say(waiting: WaitingReceiver, *command: str) -> subprocess.CompletedProcess[str]:
+def run_command(waiting: WaitingReceiver, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [RECEIVER, *command],
         env=waiting.environment,
@@ -40,10 +40,10 @@ def say(waiting: WaitingReceiver, *command: str) -> subprocess.CompletedProcess[
 
 
 def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
-    """Looks at `devices` until world_left is in that state, with those words as reason."""
+    """Polls `devices` until world_left is in a state whose reason contains `reason`."""
     seen: list[dict[str, Any]] = []
-    for _ in range(MOST_LOOKS):
-        device = json.loads(say(waiting, "devices", "--json").stdout or "null")
+    for _ in range(MAX_POLLS):
+        device = json.loads(run_command(waiting, "devices", "--json").stdout or "null")
         streams = [] if device is None else device["streams"]
         for stream in streams:
             if stream["stream"] == "world_left":
@@ -54,7 +54,7 @@ def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
 
 
 @pytest.mark.timeout(180)
-def test_a_camera_that_fails_says_so_and_comes_back(tmp_path: Path) -> None:
+def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(CONFIG)
     options = [
@@ -69,7 +69,7 @@ def test_a_camera_that_fails_says_so_and_comes_back(tmp_path: Path) -> None:
     ):
         waiting.await_seconds(1)
         await_state(waiting, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
-        doctor = say(waiting, "doctor", "--json")
+        doctor = run_command(waiting, "doctor", "--json")
         (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert GRANT in finding["fix"]

@@ -1,4 +1,4 @@
-"""The headset on the very classes of the Android package; its native library is the package's."""
+"""The headset with the classes of the Android package instead of those that Maven built."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NATIVE = ROOT / "build" / "native"
 TARGET = HEADSET.parent / "target"
 
 
-def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> None:
+def test_every_sensor_arrives_with_the_classes_of_the_package(tmp_path: Path) -> None:
     (package,) = (ROOT / "build" / "aar").glob("ml2-sensors-[0-9]*[0-9].aar")
     with zipfile.ZipFile(package) as archive:
         classes = Path(archive.extract("classes.jar", tmp_path))
@@ -27,14 +27,14 @@ def test_every_sensor_arrives_from_the_bytes_of_the_package(tmp_path: Path) -> N
     received = receive(config, ["--duration", "2"], tmp_path, program=program(classes))
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
-    words = (tmp_path / "headset.log").read_text()
-    assert "ended: the duration of 2s is over" in words
-    faults = re.search("WARNING: (?!--insecure)|FATAL ERROR", words)
-    assert not faults, "of the JVM, which checks every JNI call"
+    log = (tmp_path / "headset.log").read_text()
+    assert "ended: the duration of 2s is over" in log
+    faults = re.search("WARNING: (?!--insecure)|FATAL ERROR", log)
+    assert not faults, "the JVM checks every JNI call"
 
 
 def program(classes: Path) -> list[str | Path]:
-    """The command of the script ml2-headset, with `classes` instead of the jar that Maven built."""
+    """Returns the command of the script ml2-headset, with `classes` instead of Maven's jar."""
     (headset,) = TARGET.glob("ml2-headset-*.jar")
     others = [it for it in (TARGET / "lib").iterdir() if not it.name.startswith("ml2-sensors-")]
     assert len(others) < len(list((TARGET / "lib").iterdir()))

@@ -1,4 +1,4 @@
-"""What `ml2-receiver products` makes of a rendered room, compared with the room itself."""
+"""The output of `ml2-receiver products` agrees with the simulated room."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def room() -> Room:
 def located(
     products: Received, tree: dict[tuple[str, int], Matrix], topic: str
 ) -> list[tuple[Any, Matrix]]:
-    """The messages of a topic with the pose of their frame at their stamp."""
+    """Returns the messages of a topic, each with the pose of its frame at its stamp."""
     messages = products.messages(topic)
     known = [
         (it, tree[it.header.frame_id, stamp_ns(it)])
@@ -93,7 +93,7 @@ def located(
 
 
 def assert_on_walls(points: NDArray[np.float64], pose: Matrix, room: Room) -> None:
-    """Points in the frame at `pose` are on walls or, fewer, on what stands in the room."""
+    """Asserts that most points, in the frame at `pose`, are on walls, and none behind a wall."""
     into_room_m = (points @ pose[:3, :3].T + pose[:3, 3]) @ room.normals.T - room.offsets_m
     assert into_room_m.min() > -0.01, "nothing is behind a wall"
     assert (into_room_m.min(axis=1) < 0.01).mean() > 0.6
@@ -119,7 +119,7 @@ def test_points_are_on_the_walls(
 def test_points_have_the_colour_of_the_room(
     products: Received, tree: dict[tuple[str, int], Matrix], room: Room
 ) -> None:
-    """Of the fiducials that stand out of the room: white beside black."""
+    """The fiducials' black borders are darker than the white around them."""
     clouds = [it for it in products.messages("depth/points") if len(it.fields) == 4]
     assert len(clouds) >= COUNT // 2
     contrasts = []
@@ -138,13 +138,13 @@ def test_points_have_the_colour_of_the_room(
             if border.sum() > 20 and around.sum() > 20:
                 contrasts.append(np.median(grey[around]) - np.median(grey[border]))
     assert len(contrasts) >= 5
-    assert min(contrasts) > 40, "the black border is not beside its place"
+    assert min(contrasts) > 40, "the black border is where the tag is"
 
 
 def tag_parts(
     points: NDArray[np.float64], tag: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which points are in the middle of a marker's black border, and which on the white around."""
+    """Returns which points are on a marker's black border, and which on the white around."""
     origin, right, _, down = tag
     across, along = right - origin, down - origin
     side_m = float(np.linalg.norm(across))
@@ -180,7 +180,7 @@ def test_corners_in_a_rectified_image_are_where_p_puts_them(
 def test_registered_depth_is_on_the_walls_as_the_other_camera_sees_them(
     products: Received, tree: dict[tuple[str, int], Matrix], room: Room, camera: str
 ) -> None:
-    """Wall points that the camera sees are projected by its exact model and looked up."""
+    """Projects tags' centres with the camera's exact model, and compares their z with the image."""
     topic = f"aligned_depth_to_{camera}"
     infos = {stamp_ns(it): it for it in products.messages(f"{topic}/camera_info")}
     metadata = {
@@ -220,7 +220,7 @@ def test_registered_depth_is_on_the_walls_as_the_other_camera_sees_them(
 
 
 def is_in_a_gap(at: int, arrived: list[int]) -> bool:
-    """Whether what has this stamp may be one of those that a busy machine lost."""
+    """Returns True if a stamp is in a gap of the others, so that its message may be lost."""
     after = bisect(arrived, at)
     if after in (0, len(arrived)):
         return True

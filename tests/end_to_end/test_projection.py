@@ -1,7 +1,7 @@
-"""What the cameras see is where the transform tree and the calibration say.
+"""Images agree with the transform tree and the calibration.
 
-Corners of fiducials are found in received images by nothing but the image, and compared with their
-known places in the room.
+Corners of fiducials are detected in received images and compared with their known positions in the
+room.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LEAST_TAGS = 10
 
 @dataclass(frozen=True)
 class Sighting:
-    """The corners that one image shows, in pixels and where they are in the optical frame."""
+    """The corners that one image shows, as pixels and as points in the optical frame."""
 
     tags: set[int]
     pixels: NDArray[np.float64]
@@ -72,7 +72,7 @@ def room() -> Room:
 
 
 def sightings(received: Received, camera: str, room: Room) -> list[Sighting]:
-    """Those of images spread over the run whose pose, calibration and metadata arrived."""
+    """Returns the sightings of up to IMAGES images with pose, calibration and metadata."""
     tree = transforms(received)
     infos = {stamp_ns(it): it for it in received.messages(f"{camera}/camera_info")}
     metadata = {stamp_ns(it): json.loads(it.data) for it in received.messages(f"{camera}/metadata")}
@@ -84,13 +84,13 @@ def sightings(received: Received, camera: str, room: Room) -> list[Sighting]:
         seen = corners(pixels_of(images[at]))
         if not seen:
             continue
-        places = np.array([room.tags[tag][corner] for tag, corner, _ in seen])
+        corners_m = np.array([room.tags[tag][corner] for tag, corner, _ in seen])
         world_in_optical = np.linalg.inv(tree[optical, at])
         found.append(
             Sighting(
                 {tag for tag, _, _ in seen},
                 np.array([pixel for _, _, pixel in seen]),
-                places @ world_in_optical[:3, :3].T + world_in_optical[:3, 3],
+                corners_m @ world_in_optical[:3, :3].T + world_in_optical[:3, 3],
                 metadata[at]["intrinsics"],
                 infos[at],
                 metadata[at].get("camera_info_max_residual_px", 0.0),
@@ -102,7 +102,7 @@ def sightings(received: Received, camera: str, room: Room) -> list[Sighting]:
 
 
 def pixels_of(image: Any) -> NDArray[np.uint8]:
-    """Grey values of an Image or a CompressedImage."""
+    """Returns the grey values of an Image or a CompressedImage, height x width."""
     data = np.frombuffer(bytes(image.data), np.uint8)
     if hasattr(image, "format"):
         grey = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
@@ -147,14 +147,14 @@ def test_depth_lies_on_the_walls(projected: Received, room: Room) -> None:
         assert into_room_m.min() > -0.01, "nothing is behind a wall"
         from_wall_m = into_room_m.min(axis=1)
         on_wall = from_wall_m < 0.01
-        assert on_wall.mean() > 0.6, "the rest is on what stands in the room"
+        assert on_wall.mean() > 0.6, "the rest is on objects in the room"
         assert (from_wall_m[~on_wall] < 0.03).mean() < 0.05, "walls have no thickness"
         hit += np.bincount(into_room_m[on_wall].argmin(axis=1), minlength=len(hit))
     assert (hit > 10_000).sum() >= 3, "they are on several walls"
 
 
 def in_optical_frame(image: Any, info: Any) -> NDArray[np.float64]:
-    """The valid pixels of a depth image as points, by its CameraInfo."""
+    """Returns the valid pixels of a depth image as points, by its CameraInfo."""
     assert image.encoding == "32FC1"
     z = np.frombuffer(bytes(image.data), np.float32).reshape(image.height, image.width)
     rows, columns = np.nonzero(~np.isnan(z))

@@ -1,4 +1,4 @@
-"""The bench of the receiver beside a peer, with a stand-in for that."""
+"""The receiver's benchmark runs, with and without a stand-in for the peer ROS-TCP-Endpoint."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FRAMES, REPETITIONS = 10, 1
 
 
 @pytest.mark.parametrize("peer", ["", str(STAND_IN)])
-def test_a_peer_takes_a_turn_where_there_is_one(tmp_path: Path, peer: str) -> None:
+def test_the_benchmark_measures_a_peer_if_there_is_one(tmp_path: Path, peer: str) -> None:
     paths = [ROOT / "host_receiver", ROOT / "host_receiver" / "test"]
     environment = isolated_environment() | {
         "PEER": peer,
@@ -32,7 +32,7 @@ def test_a_peer_takes_a_turn_where_there_is_one(tmp_path: Path, peer: str) -> No
     assert found["ratio_to_bare"] > 0
     if peer:
         assert found["endpoint_cpu_ms_per_frame"] > 0
-        # It drops what a busy machine's subscriber is too slow for.
+        # The peer drops messages if the subscriber is too slow on a busy machine.
         assert found["endpoint_lost"] < (1 + REPETITIONS) * FRAMES
     else:
         assert found["endpoint"] == "not compared; make bench PEER=<checkout of ROS-TCP-Endpoint>"

@@ -1,4 +1,4 @@
-"""The configuration changes while a simulated headset streams."""
+"""The configuration is changed while a simulated headset streams."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ UNDISTURBED = ("world_left/image_raw", "world_left/camera_info", "gyro_left/imu"
 
 
 @contextlib.contextmanager
-def asking(environment: dict[str, str], folder: Path) -> Iterator[Callable[..., Any]]:
-    """A node of its own that calls the receiver's services; see ros_client.py."""
+def service_client(environment: dict[str, str], folder: Path) -> Iterator[Callable[..., Any]]:
+    """Runs a node that calls the receiver's services; see ros_client.py. Yields the call."""
     command = [sys.executable, str(ROOT / "host_receiver" / "test" / "ros_client.py")]
     with process(command, environment, folder / "client.log", subprocess.PIPE) as child:
 
@@ -51,13 +51,13 @@ def asking(environment: dict[str, str], folder: Path) -> Iterator[Callable[..., 
         yield ask
 
 
-def runs(snapshot: dict[str, Any]) -> bool:
-    """Whether images came; the test signals draw theirs first, which may take seconds."""
+def has_images(snapshot: dict[str, Any]) -> bool:
+    """Returns True if images arrived; drawing the test signals may take seconds before that."""
     return all(snapshot["topics"].get(f"{PREFIX}/{name}", {}).get("count", 0) for name in IMAGES)
 
 
 def run(folder: Path) -> Received:
-    """Switches depth off after about 1 s, on again after 3 s, and battery on after 4 s."""
+    """Disables depth after about 1 s, enables it after 3 s, and enables battery after 4 s."""
     (folder / "config.yaml").write_text(CONFIG)
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
@@ -65,11 +65,11 @@ def run(folder: Path) -> Received:
         command = receive_command(folder / "config.yaml", "127.0.0.1:0", "--start-paused")
         receiver = start(process(command, environment, folder / "receiver.log"))
         address = listening_address(receiver)
-        ask = start(asking(environment, folder))
+        ask = start(service_client(environment, folder))
         subscriber = start(subscribing(environment, folder))
         headset = headset_command(address, "--source", "test-signal", "--duration", "6")
         start(process(headset, environment, folder / "headset.log"))
-        seconds = (line for line in lines(subscriber) if runs(json.loads(line)))
+        seconds = (line for line in lines(subscriber) if has_images(json.loads(line)))
         for second, _ in enumerate(seconds):
             if second in (0, 2):
                 assert ask("enable", "depth_center", second == 2) == [True, ""]
@@ -79,15 +79,15 @@ def run(folder: Path) -> Received:
 
 
 def numbers(received: Received, camera: str) -> list[int]:
-    """Of the captures; a stream that is started counts from 0 again."""
+    """Returns the frame numbers of the captures; a restarted stream counts from 0 again."""
     return [json.loads(it.data)["frame_number"] for it in received.messages(f"{camera}/metadata")]
 
 
-def test_only_the_stream_concerned_restarts(tmp_path: Path) -> None:
+def test_only_the_changed_stream_restarts(tmp_path: Path) -> None:
     received = run(tmp_path)
     for topic in UNDISTURBED:
         counters = received.counters(f"{PREFIX}/{topic}")
-        # What a busy machine has dropped was not lost by reconfiguring.
+        # Messages that a busy machine dropped were not lost by the reconfiguration.
         reasons = {key for key in counters if key.startswith("dropped.")} - {"dropped.link_down"}
         assert int(counters["gaps"]) == sum(int(counters[key]) for key in reasons), topic
     left, depth = numbers(received, "world_left"), numbers(received, "depth")

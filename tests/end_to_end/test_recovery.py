@@ -1,4 +1,4 @@
-"""Links that break or are slow, processes that die: all recover, and the counters balance."""
+"""Sessions recover from broken links, slow links and killed processes, and counters agree."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from proxy import Proxy
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 GYRO = f"{PREFIX}/gyro_left/imu"
-# What was under way when a link broke has arrived by then.
-UNDER_WAY_S = 0.5
+# Messages that were in flight when a link broke have arrived after this time.
+IN_FLIGHT_S = 0.5
 
 
 @pytest.fixture
 def config(tmp_path: Path) -> Path:
-    """One raw camera and everything small."""
+    """A configuration with one raw camera and all small streams."""
     file = tmp_path / "config.yaml"
     file.write_text(
         "/ml2_receiver:\n  ros__parameters:\n"
@@ -55,8 +55,8 @@ def test_a_link_that_is_cut_twice_comes_back(config: Path, tmp_path: Path) -> No
     assert dropped(received, GYRO, "link_down") > 0
     first_s, second_s = cuts_s
     for topic in (GYRO, f"{PREFIX}/world_left/image_raw"):
-        assert any(first_s + UNDER_WAY_S < at < second_s for at in received.arrivals_s[topic])
-        assert max(received.arrivals_s[topic]) > second_s + UNDER_WAY_S
+        assert any(first_s + IN_FLIGHT_S < at < second_s for at in received.arrivals_s[topic])
+        assert max(received.arrivals_s[topic]) > second_s + IN_FLIGHT_S
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
@@ -84,7 +84,7 @@ def test_a_link_that_carries_nothing_for_ten_seconds_comes_back(
 def test_a_slow_link_drops_images_and_counts_them(
     config: Path, tmp_path: Path, bytes_per_s: float
 ) -> None:
-    """One raw camera is 31 MB/s; the slower link does not even empty the queue at the end."""
+    """One raw camera is 31 MB/s; at 1 MB/s, the queue is not even empty at the end."""
     options = ["--duration", "3"]
     received = receive(config, options, tmp_path, lambda address: Proxy(address, bytes_per_s))
     assert_counters_agree(received)
@@ -132,7 +132,7 @@ def test_a_headset_takes_the_place_of_one_that_was_killed(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_headset_may_die_at_any_moment(waiting: WaitingReceiver, seed: int) -> None:
-    """The moments are spread over its start, its handshake, and its first messages."""
+    """The times are random during its start, its handshake and its first messages."""
     moments = random.Random(seed)
     for number in range(3):
         with waiting.started(f"killed{number}", headset_command(waiting.address)) as killed:

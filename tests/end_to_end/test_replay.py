@@ -1,4 +1,4 @@
-"""The recorded excerpt, through headset, wire and receiver, at an independent rclpy subscriber."""
+"""The replayed EuRoC excerpt arrives unchanged at an independent rclpy subscriber."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def rate_factor(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def recording(rate_factor: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The excerpt; at full speed with few rows of ground truth, so that images lie between them."""
+    """The excerpt; at full speed with every fifth row of ground truth, to test interpolation."""
     if rate_factor != "max":
         return EXCERPT
     folder = tmp_path_factory.mktemp("recording")
@@ -56,7 +56,7 @@ def replayed(
     rate_factor: str, recording: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Received:
     headset = ["--replay", str(recording), "--rate-factor", rate_factor]
-    # No subscriber keeps up with full speed, so publishers keep all for it.
+    # No subscriber is as fast as full speed, so publishers need deep queues.
     receiver = DEEP_PUBLISHERS if rate_factor == "max" else ()
     folder = tmp_path_factory.mktemp("replay")
     config = ROOT / "config" / "demo.yaml"
@@ -65,7 +65,7 @@ def replayed(
 
 @pytest.fixture(scope="module")
 def shift_ns(replayed: Received, recording: Path) -> int:
-    """ROS time less recorded time, of the first image."""
+    """The ROS time of the first image minus its recorded time."""
     return stamp_ns(replayed.messages("world_left/image_raw")[0]) - int(
         rows(recording, "cam0")[0][0]
     )
@@ -166,7 +166,7 @@ def test_cameras_are_where_ground_truth_and_extrinsics_put_them(
         assert np.allclose(body[:3, :3], axes, atol=1e-9)
 
 
-def test_every_stream_is_answered_for(replayed: Received) -> None:
+def test_every_stream_has_an_answer(replayed: Received) -> None:
     streams = replayed.snapshot["streams"]
     assert all(streams[stream]["result"] == "adjusted" for stream in CAMERAS.values())
     assert streams["world_left"]["values"]["resolution_width"] == 752

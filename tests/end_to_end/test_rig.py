@@ -1,4 +1,4 @@
-"""The layout rig of the transform tree: sensors stand in the head, and the head moves."""
+"""The layout "rig" of the transform tree: sensors are fixed to the head, and the head moves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from full_load import FullLoad
 from simulated_scene import TO_ROS
 from simulated_truth import OPTICAL, SimulatedTruth
 from simulation import CAMERAS
-from transforms import moving, standing
+from transforms import mounted, moving
 
 pytestmark = pytest.mark.alone
 
@@ -26,17 +26,17 @@ def test_static_transforms_are_kept_for_late_subscribers(rig: FullLoad) -> None:
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_sensors_stand_where_the_simulation_has_mounted_them(rig: FullLoad, camera: str) -> None:
+def test_sensors_are_where_the_simulation_mounts_them(rig: FullLoad, camera: str) -> None:
     mount = json.loads(SimulatedTruth.now().library.ml2sim_mounts())[camera]
     x, y, z, w = mount["rotation"]
     device, true = pose_matrix(mount["position"], w, x, y, z), np.eye(4)
     true[:3, :3] = TO_ROS @ device[:3, :3] @ OPTICAL
     true[:3, 3] = TO_ROS @ device[:3, 3]
-    found = standing(rig.received)[f"{camera}_optical_frame"]
+    found = mounted(rig.received)[f"{camera}_optical_frame"]
     assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.001
     assert np.degrees(angle_between(found, true)) < 0.05
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_how_rigid_a_mounting_is_stands_in_the_log(rig: FullLoad, camera: str) -> None:
+def test_the_log_says_how_stable_a_mounting_is(rig: FullLoad, camera: str) -> None:
     assert f"the mounting of {camera} is stable over its last 30 frames: median 0.0" in rig.log

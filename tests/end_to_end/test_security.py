@@ -1,4 +1,4 @@
-"""Headset and receiver paired by their commands, and what who listens between them sees."""
+"""Pairing, encryption and refusals between the headset's and the receiver's commands."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 from ml2_receiver.table.reader import load_table
 from processes import (
-    IN_THE_CLEAR,
+    PLAINTEXT,
     PREFIX,
     RECEIVER,
     Security,
@@ -36,11 +36,11 @@ CONFIG = """
 IMAGE = "world_center/image_raw"
 EYE = "eye_nasal_left/image_raw"
 CHUNK_PIXELS = 32
-# In 100 MB of random bytes a word of 4 letters stands by chance in 2 of 100 runs,
-# one of 6 in 4 of ten million.
-TELLING_LENGTH = 6
+# Shorter words occur by chance: in 100 MB of random bytes, a word of 4 letters in 2 of 100 runs,
+# one of 6 letters in 4 of ten million.
+MIN_WORD_LENGTH = 6
 TOPICS = {topic.name for stream in load_table().streams.values() for topic in stream.topics}
-SPOKEN = {"ticket", "session", "sensor_msgs", IMAGE, EYE}
+WORDS_ON_THE_WIRE = {"ticket", "session", "sensor_msgs", IMAGE, EYE}
 
 
 @pytest.fixture
@@ -51,20 +51,20 @@ def config(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("is_encrypted", [True, False])
-def test_who_listens_between_the_two_learns_nothing_unless_both_are_insecure(
+def test_a_listener_between_them_reads_nothing_unless_both_are_insecure(
     config: Path, tmp_path: Path, is_encrypted: bool
 ) -> None:
     proxies = []
 
-    def listened(address: str) -> Proxy:
+    def capturing(address: str) -> Proxy:
         proxies.append(Proxy(address, captures=True))
         return proxies[0]
 
-    security = paired(tmp_path) if is_encrypted else IN_THE_CLEAR
-    received = receive(config, ["--duration", "3"], tmp_path, listened, security=security)
+    security = paired(tmp_path) if is_encrypted else PLAINTEXT
+    received = receive(config, ["--duration", "3"], tmp_path, capturing, security=security)
     images = received.messages(IMAGE)
     assert images
-    assert received.messages(EYE), "nobody withholds images of eyes"
+    assert received.messages(EYE), "eye images are not withheld"
     captured = bytes(proxies[0].captured)
     assert len(captured) > sum(len(image.data) for image in images)
     rows = [
@@ -72,27 +72,27 @@ def test_who_listens_between_the_two_learns_nothing_unless_both_are_insecure(
         for image in images[:3]
         for row in np.frombuffer(image.data, np.uint8).reshape(image.height, -1)[::50]
     ]
-    telling = {word for word in TOPICS | SPOKEN if len(word) >= TELLING_LENGTH}
-    words = {word for word in telling if word.encode() in captured}
+    searched = {word for word in TOPICS | WORDS_ON_THE_WIRE if len(word) >= MIN_WORD_LENGTH}
+    words = {word for word in searched if word.encode() in captured}
     seen = [row for row in rows if row in captured]
     if is_encrypted:
         assert (words, seen) == (set(), [])
     else:
-        assert words >= SPOKEN
-        assert len(seen) > 0.9 * len(rows), "all but those that another lane cuts in two"
+        assert words >= WORDS_ON_THE_WIRE
+        assert len(seen) > 0.9 * len(rows), "data of another lane may be in the middle of a row"
 
 
-def test_a_headset_withholds_images_of_eyes_in_the_clear_whatever_the_receiver_allows(
+def test_a_headset_sends_no_eye_images_in_plaintext_even_if_the_receiver_allows_it(
     config: Path, tmp_path: Path
 ) -> None:
-    security = Security(IN_THE_CLEAR.receiver, ("--insecure",))
+    security = Security(PLAINTEXT.receiver, ("--insecure",))
     received = receive(config, ["--duration", "2"], tmp_path, security=security)
     assert received.messages(IMAGE)
     assert f"{PREFIX}/{EYE}" not in received.topics
     assert "eye_nasal_left refused: 'eye images are" in (tmp_path / "receiver.log").read_text()
 
 
-def test_another_machine_at_the_receivers_address_is_refused_in_words(
+def test_another_receiver_at_the_address_is_refused_with_a_message(
     config: Path, tmp_path: Path
 ) -> None:
     environment = isolated_environment()
@@ -104,21 +104,23 @@ def test_another_machine_at_the_receivers_address_is_refused_in_words(
             send = headset_command(address, security=security)
             headset = stack.enter_context(process(send, environment, tmp_path / "headset.log"))
             line_with(headset, "connected to")
-        stranger = Security(("--keys", tmp_path / "stranger"), ())
-        run = receive_command(config, address, security=stranger)
-        stack.enter_context(process(run, environment, tmp_path / "stranger.log"))
+        other_keys = Security(("--keys", tmp_path / "other"), ())
+        run = receive_command(config, address, security=other_keys)
+        stack.enter_context(process(run, environment, tmp_path / "other.log"))
         line_with(headset, "is not the one this headset is paired with")
 
 
-def test_a_headset_that_is_not_paired_is_told_what_to_do(config: Path, tmp_path: Path) -> None:
+def test_a_headset_that_is_not_paired_is_refused_with_a_message(
+    config: Path, tmp_path: Path
+) -> None:
     environment = isolated_environment()
     security = paired(tmp_path)
     unpair = [RECEIVER, "unpair", *security.receiver]
-    listed = [RECEIVER, "devices", "--paired", "--json", *security.receiver]
+    list_paired = [RECEIVER, "devices", "--paired", "--json", *security.receiver]
     run = receive_command(config, "127.0.0.1:0", security=security)
     with process(run, environment, tmp_path / "receiver.log") as receiver:
         send = headset_command(listening_address(receiver), security=security)
-        (device,) = json.loads(subprocess.check_output(listed))
+        (device,) = json.loads(subprocess.check_output(list_paired))
         subprocess.run([*unpair, device["name"]], check=True)
         with process(send, environment, tmp_path / "headset.log") as headset:
             line_with(headset, "not paired")

@@ -1,4 +1,4 @@
-"""Four headsets at once in one ROS domain, each with topics, frames and counts of its own."""
+"""Four headsets stream in one ROS domain, each with its own topics, frames and counters."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
     with contextlib.ExitStack() as stack:
         subscribers = {}
         for seed, name in enumerate(NAMES):
-            place = folder / name
-            place.mkdir()
+            logs = folder / name
+            logs.mkdir()
             command = receive_command(config, "127.0.0.1:0", "--start-paused", "--name", name)
-            receiver = stack.enter_context(process(command, environment, place / "receiver.log"))
-            subscribers[name] = stack.enter_context(subscribing(environment, place, name))
+            receiver = stack.enter_context(process(command, environment, logs / "receiver.log"))
+            subscribers[name] = stack.enter_context(subscribing(environment, logs, name))
             headset = headset_command(
                 listening_address(receiver),
                 *("--source", "test-signal", "--seed", f"{seed}", "--duration", "4"),
             )
-            stack.enter_context(process(headset, environment, place / "headset.log"))
+            stack.enter_context(process(headset, environment, logs / "headset.log"))
         for name, subscriber in subscribers.items():
             for _ in lines(subscriber):
                 pass
@@ -58,26 +58,26 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_has_topics_of_its_own_and_loses_nothing(
+def test_each_headset_has_its_own_topics_and_loses_nothing(
     received: dict[str, Received], name: str
 ) -> None:
-    its = received[name]
+    own = received[name]
     for topic in ("world_left/image_raw", "head_pose"):
         full = f"/{name}{PREFIX}/{topic}"
-        assert len(its.topics[full][1]) > 20
-        counters = its.counters(full)
-        assert int(counters["received"]) == len(its.topics[full][1])
+        assert len(own.topics[full][1]) > 20
+        counters = own.counters(full)
+        assert int(counters["received"]) == len(own.topics[full][1])
         assert int(counters["produced"]) == int(counters["received"]) + int(counters["gaps"])
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_has_frames_of_its_own(received: dict[str, Received], name: str) -> None:
-    its = received[name]
-    image = its.messages(f"/{name}{PREFIX}/world_left/image_raw")[-1]
+def test_each_headset_has_its_own_frames(received: dict[str, Received], name: str) -> None:
+    own = received[name]
+    image = own.messages(f"/{name}{PREFIX}/world_left/image_raw")[-1]
     assert image.header.frame_id == f"{name}/world_left_optical_frame"
     frames = {
         frame
-        for message in its.messages("/tf")
+        for message in own.messages("/tf")
         for it in message.transforms
         for frame in (it.header.frame_id, it.child_frame_id)
     }

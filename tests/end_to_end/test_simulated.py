@@ -1,4 +1,4 @@
-"""Every sensor of the simulated headset, at an independent rclpy subscriber."""
+"""Every sensor of the simulated headset reaches an independent rclpy subscriber."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_all_topics_of_a_capture_share_one_stamp(received: Received) -> None:
 
 
 def assert_same_captures(some: list[int], others: list[int]) -> None:
-    """A stamp of one is a stamp of the other; or a busy machine dropped that and none is near."""
+    """Asserts that both have the same stamps, except for messages that a busy machine dropped."""
     assert set(some) & set(others)
     distances = np.abs(np.subtract.outer(np.array(some), np.array(others))).min(axis=1)
     assert ((distances == 0) | (distances > 16e6)).all()
@@ -113,7 +113,7 @@ def test_frame_numbers_count_the_captures(received: Received, camera: str) -> No
 
 
 def frame_numbers(received: Received, camera: str) -> dict[int, int]:
-    """The metadata's frame numbers by stamp in ns."""
+    """Returns the frame numbers in the metadata by stamp in ns."""
     metadata = received.messages(f"{camera}/metadata")
     assert metadata
     return {stamp_ns(it): json.loads(it.data)["frame_number"] for it in metadata}
@@ -134,7 +134,7 @@ def test_invalid_depth_is_nan_and_flagged(received: Received) -> None:
     assert compared > 10
 
 
-def test_the_books_balance(received: Received) -> None:
+def test_every_message_is_received_or_counted_as_dropped(received: Received) -> None:
     for topic, seen in received.snapshot["topics"].items():
         counters = received.counters(topic)
         dropped = sum(int(v) for k, v in counters.items() if k.startswith("dropped."))
@@ -156,7 +156,7 @@ def variant(tmp_path_factory: pytest.TempPathFactory) -> Received:
     return receive(config, ["--duration", "2"], folder)
 
 
-def test_mixed_reality_and_raw_depth_take_their_places(variant: Received) -> None:
+def test_mixed_reality_and_raw_depth_replace_color_and_depth(variant: Received) -> None:
     expected = {f"{PREFIX}/{topic}" for topic in (*MIXED_REALITY, *INFRA)} | {"/tf"}
     assert variant.topics.keys() == expected
     for topic, (type, frame) in (MIXED_REALITY | INFRA).items():
@@ -169,11 +169,11 @@ def test_mixed_reality_and_raw_depth_take_their_places(variant: Received) -> Non
 
 
 def published(received: Received) -> set[str]:
-    """Below the prefix; the subscriber's list is the receiver's word, the graph would show more."""
+    """Returns the topics below the prefix in the ROS graph, whatever the receiver reports."""
     return {name for name in received.graph if name.startswith(f"{PREFIX}/")}
 
 
-def test_only_what_is_enabled_has_topics(variant: Received) -> None:
+def test_only_enabled_streams_have_topics(variant: Received) -> None:
     assert published(variant) == variant.topics.keys() - {"/tf"} | OWN_TOPICS
 
 
@@ -217,6 +217,6 @@ def test_the_keys_of_the_simulation_are_listed_with_default_and_meaning() -> Non
 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:
     steps = np.diff(stamps_ns(received, "gyro_left/imu"))
-    periods = np.round(steps / 5e6)  # above 1 where a busy machine dropped some
+    periods = np.round(steps / 5e6)  # above 1 if a busy machine dropped some
     slewed = periods * 5e6 * 500e-6 + 1
     assert (np.abs(steps - periods * 5e6) <= slewed).all()

@@ -1,4 +1,4 @@
-"""Calibration and transforms of the simulated headset, as ROS programs need them."""
+"""Calibration and transforms of the simulated headset follow ROS's conventions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from transforms import transforms
 
 pytestmark = pytest.mark.alone
 
-# REP 103: x forward, y left, z up, in the optical frame's x right, y down, z forward.
+# From REP 103's body axes (x forward, y left, z up) to optical axes (x right, y down, z forward).
 BODY_IN_OPTICAL = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
 SUFFIXES = ("_frame", "_optical_frame")
 
@@ -54,19 +54,19 @@ def test_every_frame_is_a_child_of_the_world(tree: dict[tuple[str, int], Matrix]
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_every_image_has_a_transform_and_more_are_beside_it(
+def test_every_image_has_a_transform_and_there_are_more_in_between(
     received: Received, tree: dict[tuple[str, int], Matrix], camera: str
 ) -> None:
     images = {stamp_ns(image) for image in received.messages(image_topic(camera))}
     known = set(poses(tree, f"{camera}_optical_frame"))
     lost = int(received.counters("/tf")["produced"]) - len(received.messages("/tf"))
-    # A busy machine loses some, and asks for some of the colour camera's when they are forgotten.
+    # A busy machine loses some, and requests some colour camera poses too late.
     assert len(images - known) <= lost + len(images) / 10
-    assert len(known) > 1.5 * len(images), "60 Hz beside the images"
+    assert len(known) > 1.5 * len(images), "transforms at 60 Hz in addition to the images'"
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_body_and_optical_frames_are_one_place_in_two_conventions(
+def test_body_and_optical_frames_differ_only_in_their_axes(
     tree: dict[tuple[str, int], Matrix], camera: str
 ) -> None:
     optical, body = poses(tree, f"{camera}_optical_frame"), poses(tree, f"{camera}_frame")
@@ -78,5 +78,5 @@ def test_body_and_optical_frames_are_one_place_in_two_conventions(
 
 
 def poses(tree: dict[tuple[str, int], Matrix], child: str) -> dict[int, Matrix]:
-    """A frame in the world, by stamp in ns."""
+    """Returns the poses of a frame in the world by stamp in ns."""
     return {stamp: pose for (name, stamp), pose in tree.items() if name == child}

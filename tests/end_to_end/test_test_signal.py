@@ -1,4 +1,4 @@
-"""Test signals carry the number of each capture: payloads stay with their capture."""
+"""Test signals contain the frame number of their capture, which must match the metadata's."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> Received:
 
 
 def frame_numbers(received: Received, camera: str) -> dict[int, int]:
-    """The metadata's frame numbers by stamp in ns."""
+    """Returns the frame numbers in the metadata by stamp in ns."""
     metadata = received.messages(f"{camera}/metadata")
     assert metadata
     return {stamp_ns(it): json.loads(it.data)["frame_number"] for it in metadata}

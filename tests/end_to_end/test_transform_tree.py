@@ -1,4 +1,4 @@
-"""What becomes of the transform tree while the head is not tracked, and for who comes late."""
+"""The transform tree during a loss of head tracking, and for late subscribers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from capture_stamps import stamp_ns
 from processes import Received, headset_command, lines, receive, result, subscribing
 from simulation import CAMERAS, demo_config, image_topic, one_camera
-from transforms import moving, stable_since_ns, standing
+from transforms import mounted, moving, stable_since_ns
 from waiting_receiver import waiting_receiver
 
 CAMERA = "world_left"
@@ -43,8 +43,8 @@ def test_transforms_end_and_begin_with_the_tracking(tmp_path: Path) -> None:
     assert 0.8e9 < gap_ns < 1.6e9
     in_between = [at for at in stamps_of(received, CAMERA) if begin < at < begin + gap_ns]
     assert len(in_between) > 15
-    said = (tmp_path / "receiver.log").read_text()
-    assert said.index("head tracking is lost") < said.index("head tracking is recovered")
+    log = (tmp_path / "receiver.log").read_text()
+    assert log.index("head tracking is lost") < log.index("head tracking is recovered")
 
 
 def test_a_new_world_is_announced(tmp_path: Path) -> None:
@@ -67,11 +67,11 @@ def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
                 assert next(lines(subscriber))
         late = result(subscriber, late_folder)
         received = waiting.result()
-    mounted_ns = stable_since_ns(received)
-    assert mounted_ns is not None
-    assert min(stamps_of(late, CAMERA)) > mounted_ns
-    assert standing(late).keys() == standing(received).keys()
-    assert {f"{camera}_optical_frame" for camera in CAMERAS} <= standing(late).keys()
+    stable_ns = stable_since_ns(received)
+    assert stable_ns is not None
+    assert min(stamps_of(late, CAMERA)) > stable_ns
+    assert mounted(late).keys() == mounted(received).keys()
+    assert {f"{camera}_optical_frame" for camera in CAMERAS} <= mounted(late).keys()
 
 
 def stamps_of(received: Received, camera: str) -> list[int]:

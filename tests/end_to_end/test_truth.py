@@ -1,4 +1,4 @@
-"""Stamps denote the instants at which the simulated headset truly was where its messages say."""
+"""The poses and readings of the simulated headset are true at their stamps."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from transforms import stable_since_ns, transforms
 pytestmark = pytest.mark.alone
 
 SHIFT_NS = 5_000_000
-# Head poses come every 17 ms; further apart, a busy machine has dropped some between them.
+# Head poses come every 17 ms. In a longer interval, a busy machine has dropped some.
 LONGEST_INTERVAL_NS = 40_000_000
-# Images, each with a pose of its own; a busy machine drops many of a session's.
-FEWEST = 20
+# The least number of images with a pose; a busy machine drops many.
+MIN_IMAGES = 20
 GYRO = "gyro_left/imu"
 UNIT = "imu_left"
 
 
 @dataclass(frozen=True)
 class Run:
-    """What arrived, and what is true of it."""
+    """The received messages and the true poses."""
 
     received: Received
     tree: dict[tuple[str, int], Matrix]
@@ -40,24 +40,24 @@ class Run:
     truth: SimulatedTruth
 
     def with_images(self, camera: str) -> Iterator[tuple[int, Matrix]]:
-        """Each image's stamp, and the transform of exactly that stamp."""
+        """Yields each image's stamp and the transform with exactly that stamp."""
         heads = self.head_stamps_ns()
         begin = stable_since_ns(self.received) or heads[0]
         stamps = [at for at in self.stamps_ns[camera] if begin < at < heads[-1]]
         known = [at for at in stamps if (f"{camera}_optical_frame", at) in self.tree]
         lost = int(self.received.counters("/tf")["produced"]) - len(self.received.messages("/tf"))
         assert len(stamps) - len(known) <= lost
-        assert len(known) > FEWEST
+        assert len(known) > MIN_IMAGES
         return ((at, self.tree[f"{camera}_optical_frame", at]) for at in known)
 
     def head_stamps_ns(self) -> list[int]:
-        """Of the transforms at 60 Hz."""
+        """Returns the stamps of the transforms at 60 Hz."""
         of_images = set().union(*self.stamps_ns.values())
         heads = {at for child, at in self.tree if child == "head_frame"}
         return sorted(heads - of_images)
 
     def between_head_poses(self, camera: str) -> Iterator[tuple[int, Matrix]]:
-        """Each image's stamp, and what the transforms at 60 Hz alone say of it."""
+        """Yields each image's stamp and the pose interpolated from the transforms at 60 Hz."""
         child = f"{camera}_optical_frame"
         heads = [at for at in self.head_stamps_ns() if (child, at) in self.tree]
         poses = {at: self.tree[child, at] for at in heads}
@@ -66,13 +66,13 @@ class Run:
             after = int(np.searchsorted(heads, at))
             if 0 < after < len(heads) and heads[after] - heads[after - 1] < LONGEST_INTERVAL_NS:
                 found.append((at, interpolated(poses, at)))
-        assert len(found) > FEWEST
+        assert len(found) > MIN_IMAGES
         return iter(found)
 
     def worst(
         self, camera: str, found: Iterator[tuple[int, Matrix]], shift_ns: int = 0
     ) -> tuple[float, float]:
-        """How far from the truth they are at most, in mm and degrees, were stamps so much later."""
+        """Returns the largest errors of the poses in mm and degrees, if stamps were shifted."""
         errors = [
             (
                 1000 * float(np.linalg.norm(pose[:3, 3] - true[:3, 3])),
@@ -144,7 +144,7 @@ def test_the_gyroscope_turns_as_the_camera_truly_does(run: Run) -> None:
 
 
 def seconds(images: list[int], gyro: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    """Pairs of images one second apart between which no reading at 200 Hz is missing."""
+    """Yields pairs of images one second apart with no missing reading at 200 Hz in between."""
     for start in images:
         end = next((at for at in images if at - start > 999_000_000), None)
         if end is None or end - start > 1_001_000_000:
@@ -155,7 +155,7 @@ def seconds(images: list[int], gyro: NDArray[np.int64]) -> Iterator[tuple[int, i
 
 
 def integrated(stamps: NDArray[np.int64], rates: NDArray[Any], start: int, end: int) -> Matrix:
-    """The rotation from start to end, of rates that change evenly from each to the next."""
+    """Returns the rotation from start to end; rates are interpolated linearly between readings."""
     inside = stamps[(stamps > start) & (stamps < end)]
     times_s = (np.concatenate([[start], inside, [end]]) - start) / 1e9
     known_s = (stamps - start) / 1e9

@@ -1,8 +1,8 @@
-"""A subscriber in a process of its own that keeps the payloads of given topics.
+"""Runs a subscriber in its own process that keeps the payloads of given topics.
 
-Usage: topics_subscriber.py TOPICS COUNT OUTPUT. TOPICS is JSON, types by full topic name. When
-each topic has brought COUNT messages, or after its patience, it pickles {topic: (type, [payload,
-...])}.
+Usage: topics_subscriber.py TOPICS COUNT OUTPUT. TOPICS is JSON: message types by full topic name.
+When each topic has COUNT messages, or after a timeout, it pickles {topic: (type, [payload, ...])}
+to OUTPUT.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile
 
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 
-_PATIENCE_S = 40.0
+_TIMEOUT_S = 40.0
 _POLL_S = 0.1
 _DEPTH = 1000
 
@@ -33,7 +33,7 @@ def main(types: dict[str, str], count: int, output: Path) -> None:
         for topic, type in types.items()
     ]
     taker = RawTaker(node, subscriptions)
-    deadline_s = time.monotonic() + _PATIENCE_S
+    deadline_s = time.monotonic() + _TIMEOUT_S
     pause = threading.Event()
     while min(map(len, taken.values())) < count and time.monotonic() < deadline_s:
         pause.wait(_POLL_S)

@@ -1,4 +1,4 @@
-"""The received transform tree."""
+"""Reads the received transform tree."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from processes import Received
 
 
 def transforms(received: Received) -> dict[tuple[str, int], Matrix]:
-    """Frames in the world by name and stamp in ns; nothing is said twice.
+    """Returns the poses of all frames in the world by name and stamp in ns.
 
-    In the rig layout those that stand on the head are wherever the head is.
+    In the rig layout, the poses of mounted frames are computed from the head's.
     """
     tree = moving(received)
     heads = {at: pose for (child, at), pose in tree.items() if child == "head_frame"}
-    for child, mounting in standing(received).items():
+    for child, mounting in mounted(received).items():
         tree |= {(child, at): head @ mounting for at, head in heads.items()}
     return tree
 
 
-def standing(received: Received) -> dict[str, Matrix]:
-    """Frames in the head by name, as the last message on /tf_static has them."""
+def mounted(received: Received) -> dict[str, Matrix]:
+    """Returns the poses of frames in the head by name, from the last message on /tf_static."""
     found = {"head_frame": np.eye(4)}
     for message in received.messages("/tf_static")[-1:] if "/tf_static" in received.topics else []:
         for it in message.transforms:
@@ -34,14 +34,14 @@ def standing(received: Received) -> dict[str, Matrix]:
 
 
 def stable_since_ns(received: Received) -> int | None:
-    """Since when, in the rig layout, all sensors stand on the head."""
+    """Returns the stamp from which all sensors are mounted on the head; None without a rig."""
     if "/tf_static" not in received.topics:
         return None
     return nanos(received.messages("/tf_static")[-1].transforms[0].header.stamp)
 
 
 def moving(received: Received) -> dict[tuple[str, int], Matrix]:
-    """What /tf says, each frame in the world."""
+    """Returns the poses on /tf by frame and stamp in ns; asserts that none is published twice."""
     found: dict[tuple[str, int], Matrix] = {}
     for message in received.messages("/tf"):
         for it in message.transforms:
@@ -52,6 +52,6 @@ def moving(received: Received) -> dict[tuple[str, int], Matrix]:
 
 
 def matrix(transform: Any) -> Matrix:
-    """Of a geometry_msgs/Transform."""
+    """Returns a geometry_msgs/Transform as a 4x4 matrix."""
     t, r = transform.translation, transform.rotation
     return pose_matrix([t.x, t.y, t.z], r.w, r.x, r.y, r.z)

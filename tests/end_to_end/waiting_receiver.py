@@ -1,4 +1,4 @@
-"""A receiver that waits for headsets, which tests start and kill as they like."""
+"""Runs a receiver that waits for headsets, which tests start and kill."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _GYRO = f"{PREFIX}/gyro_left/imu"
 
 @dataclass(frozen=True)
 class WaitingReceiver:
-    """A receiver that waits for a headset, and its subscriber; logs in `folder`."""
+    """A receiver that waits for a headset, and its subscriber; logs are in `folder`."""
 
     environment: dict[str, str]
     folder: Path
@@ -37,24 +37,24 @@ class WaitingReceiver:
     def started(
         self, name: str, command: list[str | Path]
     ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
-        """One more process, logging to `name`.log."""
+        """Starts one more process, which logs to `name`.log."""
         return process(command, self.environment, self.folder / f"{name}.log")
 
     def await_seconds(self, count: int) -> None:
-        """Waits until readings have flowed for about so many more seconds."""
+        """Waits until readings have arrived for about `count` more seconds."""
         self.await_reading(after_s=0.0)
         for _ in range(count - 1):
             assert next(lines(self.subscriber))
 
     def await_reading(self, after_s: float) -> None:
-        """Waits for a reading of the gyroscope that arrives later than this, of time.time()."""
+        """Waits for a gyroscope reading that arrives after `after_s` of time.time()."""
         for line in lines(self.subscriber):
             if json.loads(line)["topics"][_GYRO]["last_s"] > after_s:
                 return
-        raise AssertionError("the subscriber ended before")
+        raise AssertionError("the subscriber ended before a reading arrived")
 
     def result(self) -> Received:
-        """What the subscriber got; waits for the end of the headset."""
+        """Waits for the end of the headset and returns the subscriber's result."""
         for _ in lines(self.subscriber):
             pass
         return result(self.subscriber, self.folder)
@@ -62,7 +62,7 @@ class WaitingReceiver:
 
 @contextlib.contextmanager
 def waiting_receiver(config: Path, folder: Path) -> Iterator[WaitingReceiver]:
-    """Yields the receiver; all its processes but those that were started on it end with it."""
+    """Runs a receiver and its subscriber, without a headset, and ends both at the end."""
     environment = isolated_environment()
     command = receive_command(config, "127.0.0.1:0", "--start-paused")
     with (

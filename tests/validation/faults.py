@@ -1,4 +1,4 @@
-"""What would be in a recording if the pipeline were broken."""
+"""Injects faults of a broken pipeline into a recording."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ml2_tools.bags.bag_reader import BagReader
 _NANOS = 1_000_000_000
 _SEED = 1
 
-# Takes a topic's last word and a message of the camera's; None drops it.
+# Changes a message of the camera, given the last word of its topic; returns None to drop it.
 type Fault = Callable[[str, Any], Any | None]
 
 
 def shifted(shift_ns: int, _: str, message: Any) -> Any:
-    """Stamps of images, camera_info and metadata, but not of transforms, are so much later."""
+    """Shifts the stamps of images, camera_info and metadata, but not of transforms."""
     if hasattr(message, "header"):
         _add(message.header.stamp, shift_ns)
         return message
@@ -37,12 +37,12 @@ def shifted(shift_ns: int, _: str, message: Any) -> Any:
 
 
 def lossy(share: float, random_: random.Random, word: str, message: Any) -> Any | None:
-    """Of the images that share is lost."""
+    """Drops a share of the images."""
     return None if word == "image_raw" and random_.random() < share else message
 
 
 def compressed(quality: int, word: str, message: Any) -> Any:
-    """Images went through a JPEG."""
+    """Compresses and decompresses images as JPEG."""
     if word == "image_raw":
         pixels = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
         _, jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
@@ -51,7 +51,7 @@ def compressed(quality: int, word: str, message: Any) -> Any:
 
 
 def mistaken_lens(word: str, message: Any) -> Any:
-    """The fisheye's coefficients are said to be plumb_bob's."""
+    """Declares the fisheye's coefficients to be plumb_bob's."""
     if word == "camera_info":
         message.distortion_model = "plumb_bob"
         message.d = [*message.d, 0.0][:5]
@@ -73,7 +73,7 @@ FAULTS: dict[str, Fault] = {
 
 
 def inject(fault: Fault, camera: str, bag: Path, out: Path) -> None:
-    """Writes a copy of a recording with a fault in what the camera sent."""
+    """Writes a copy of a recording with a fault in the camera's messages."""
     reader = BagReader(bag)
     write_bag(out, reader.types, _changed(fault, f"{reader.prefix}/{camera}/", reader))
 

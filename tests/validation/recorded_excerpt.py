@@ -1,7 +1,7 @@
-"""The recorded excerpt of EuRoC, replayed through ROS 2.
+"""Evaluates the recorded excerpt of EuRoC, replayed through ROS 2.
 
-Its drone stands still, and a camera that does not move sees no depth. So the images of both cameras
-are given to the estimator as those of one that jumps from the one place to the other.
+The drone does not move, and a camera at rest shows no depth. So the estimator gets the images of
+both cameras as those of one camera that jumps between the two positions.
 """
 
 from __future__ import annotations
@@ -25,12 +25,13 @@ from processes import EXCERPT, ROOT, receive
 from simulated_walk import record
 
 _CAMERAS = ("world_left", "world_right")
-# Between two images of one instant: more than evo's stamps are exact to, less than any motion.
+# The time between the two images of one stamp: above the resolution of evo's stamps, too short for
+# motion.
 _JUMP_NS = 1000
 
 
 def evaluate_excerpt(folder: Path) -> dict[str, Any]:
-    """An entry of the report; the reference is the ground truth, which is in /tf."""
+    """Returns an entry of the report; the reference is the ground truth in /tf."""
     folder.mkdir(parents=True)
     config = ROOT / "config" / "demo.yaml"
     received = receive(config, ["--replay", str(EXCERPT)], folder)
@@ -53,13 +54,16 @@ def evaluate_excerpt(folder: Path) -> dict[str, Any]:
 
 
 def _jumping[T](one: Iterable[T], other: Iterable[T]) -> Iterator[tuple[int, T]]:
-    """Left, right, left, right, right, left, right, left, ...: every fourth is of the other."""
+    """Yields left, right, left, right, right, left, right, left, ..., with the index in a pair.
+
+    The order makes key images, which are every fourth image, alternate between the cameras.
+    """
     for index, pair in enumerate(zip(one, other, strict=True)):
         yield from enumerate(pair[::-1] if index // 2 % 2 else pair)
 
 
 def _images(cameras: list[Sequence]) -> Images:
-    """All as the left camera's pinhole has them."""
+    """Yields the images of both cameras, rectified to the left camera's pinhole."""
     matrix = cameras[0].camera.matrix
     rectified = (
         [(at, rectify(image, replace(it.camera, matrix=matrix))) for at, image in it.images()]
@@ -81,6 +85,6 @@ def _pinhole(camera: Camera) -> Camera:
 
 
 def _baseline_m(reference: Trajectory) -> float:
-    """Between the cameras, as the ground truth has it."""
+    """Returns the distance between the cameras by the ground truth."""
     (_, one), (_, other) = reference[:2]
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))

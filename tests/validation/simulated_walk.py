@@ -1,4 +1,4 @@
-"""Walks with the simulated headset, and keeps what a subscriber in ROS 2 got of it."""
+"""Runs a walk with the simulated headset, and records it from a ROS 2 subscriber."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from walks import REST_S, Walk
 # The simulation begins within a second of the first image.
 _SPARE_S = 1.5
 _IMAGES_HZ = 30
-# Stamps are some microseconds off the grid of captures.
+# Stamps differ by some microseconds from the grid of captures, so windows extend by half a period.
 _HALF_NS = 10**9 // _IMAGES_HZ // 2
 _TRIES = 5
-# What is kept of the transforms before the first image and after the last.
+# Transforms are kept for this time before the first image and after the last.
 _MARGIN_NS = 100_000_000
 _CONFIG = '{"headset": "simulated", "session": "validation", "streams": {}}'
 
 
 @dataclass(frozen=True)
 class Walked:
-    """Of one walk.
+    """The files of one walk.
 
     Attributes:
-        bag: recording of what arrived in ROS 2 from the walk's first image to its last.
-        truth: TUM file of where the camera truly was at the instants that stamps denote.
-        images_sent: that the simulated headset captured in that time.
-        walked: how many times until this machine was quick enough to fetch every capture.
+        bag: the recording from the walk's first image to its last.
+        truth: a TUM file of the camera's true poses.
+        images_sent: the number of images that the simulated headset captured in that time.
+        walked: the number of runs until this machine was fast enough to fetch every capture.
     """
 
     bag: Path
@@ -48,9 +48,9 @@ class Walked:
 
 
 def stream(walk: Walk, folder: Path) -> Walked:
-    """Runs headset, receiver and an independent subscriber; again when the simulation fell behind.
+    """Runs headset, receiver and an independent subscriber; repeats if the simulation fell behind.
 
-    `folder` is made anew.
+    Deletes `folder` first.
 
     Raises:
         RuntimeError: a message was lost, or this machine's clock was set.
@@ -68,7 +68,7 @@ def stream(walk: Walk, folder: Path) -> Walked:
 
 
 class FellBehindError(Exception):
-    """The simulated headset's own thread came too late to fetch an image: nothing was sent."""
+    """The simulated headset fetched an image too late, so that it was not sent."""
 
 
 def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
@@ -82,11 +82,11 @@ def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
     received = receive(folder / "config.yaml", options, folder)
     _check_nothing_is_lost(received)
     if simulation.clock_was_set():
-        raise RuntimeError("this machine's clock was set: no truth can be told")
+        raise RuntimeError("this machine's clock was set: the true poses are unknown")
     if not received.messages(f"{walk.camera}/camera_info"):
-        raise FellBehindError("the walk was over before all that the camera sees was drawn")
+        raise FellBehindError("the walk ended before the simulation had drawn its images")
     truth = TrueWalk.found(received, walk, mounting, simulation)
-    # Captures are on a grid of whole seconds, and so is the walk's start.
+    # The grid of captures and the walk both start at a whole second.
     images_sent = int(walk.duration_s * _IMAGES_HZ + 1e-6) + 1
     window_ns = truth.start_ns - _HALF_NS, truth.end_ns + _HALF_NS
     fetched = _images(received, walk.camera, *window_ns)
@@ -99,7 +99,7 @@ def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
 
 
 def record(received: Received, bag: Path, start_ns: int, end_ns: int) -> None:
-    """What has stamps from `start_ns` to `end_ns`, and a little more of the transforms."""
+    """Writes the messages with stamps from `start_ns` to `end_ns`, and some more transforms."""
     config = f"{PREFIX}/config"
     messages = [(config, 0, encode_string(_CONFIG))]
     for topic, (type, payloads) in received.topics.items():
@@ -117,7 +117,7 @@ def record(received: Received, bag: Path, start_ns: int, end_ns: int) -> None:
 
 
 def _config(camera: str) -> str:
-    """The packaged one, with this camera alone."""
+    """Returns the packaged configuration with this camera alone."""
     tree = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     (node,) = tree.values()
     for name, section in node["ros__parameters"].items():
@@ -135,7 +135,7 @@ def _check_nothing_is_lost(received: Received) -> None:
 
 
 def _images(received: Received, camera: str, start_ns: int, end_ns: int) -> int:
-    """How many arrived from the one time to the other."""
+    """Returns the number of images with stamps from `start_ns` to `end_ns`."""
     type, payloads = received.topics[f"{PREFIX}/{camera}/image_raw"]
     read_stamp = stamp_reader(type)
     return sum(start_ns <= read_stamp(payload) <= end_ns for payload in payloads)

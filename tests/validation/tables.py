@@ -1,4 +1,4 @@
-"""The validation's figures beside the thesis's, as Markdown."""
+"""Writes the validation's figures and the thesis's as Markdown tables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OTHERS = _heading(
 
 
 def page(entries: Iterable[dict[str, Any]]) -> str:
-    """Lengths in cm, offsets in ms."""
+    """Returns the tables; lengths are in cm, offsets in ms."""
     entries = list(entries)
     walks, others = entries[: len(THESIS_RMSE_M)], entries[len(THESIS_RMSE_M) :]
     lines = [_WALKS, *map(_walk, walks, THESIS_RMSE_M), "", _OTHERS, *map(_other, others)]

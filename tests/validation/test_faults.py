@@ -1,4 +1,4 @@
-"""Faults change what they are named for and nothing else."""
+"""Each fault changes what its name says, and nothing else."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def test_lost_images_are_missed(bag: Path, tmp_path: Path) -> None:
     assert COUNT - 8 < len(it.stamps_ns) < COUNT
 
 
-def test_a_jpeg_leaves_its_traces(bag: Path, tmp_path: Path) -> None:
+def test_jpeg_compression_changes_pixels(bag: Path, tmp_path: Path) -> None:
     whole, it = read_sequence(bag, CAMERA), broken("JPEG of quality 50", bag, tmp_path)
     for (_, before), (_, after) in zip(whole.images(), it.images(), strict=True):
         difference = np.abs(before.astype(int) - after).mean()
         assert 0.5 < difference < 20
 
 
-def test_another_lens_is_told_of_in_camera_info_and_metadata(bag: Path, tmp_path: Path) -> None:
+def test_a_wrong_lens_model_is_in_camera_info_and_metadata(bag: Path, tmp_path: Path) -> None:
     whole, it = read_sequence(bag, CAMERA), broken("wrong distortion model", bag, tmp_path)
     assert (whole.camera.lens.model, it.camera.lens.model) == ("equidistant", "plumb_bob")
     assert it.camera.lens.coefficients[:4] == whole.camera.lens.coefficients

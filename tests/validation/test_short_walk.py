@@ -15,7 +15,7 @@ WALK = Walk("short", "world_center", 2.5, 1.0, 45)
 
 @pytest.mark.alone
 @pytest.mark.timeout(400)
-def test_images_lead_to_the_poses_that_the_headset_told_and_truly_had(tmp_path: Path) -> None:
+def test_estimated_poses_agree_with_the_headsets_poses_and_the_true_ones(tmp_path: Path) -> None:
     walked = stream(WALK, tmp_path / "walk")
     figures = evaluate(tmp_path / "walk", WALK.camera, walked.truth)
     assert figures["images_received"] == walked.images_sent == 76

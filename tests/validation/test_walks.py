@@ -1,4 +1,4 @@
-"""The walks are as long as the thesis's trajectories, and like a head's way."""
+"""The walks are as long as the thesis's trajectories, and move like a head."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from euroc import Matrix
 from walks import WALKS, Walk
 
 THESIS_S_M = [(13.5, 5.3), (10.9, 6.0), (22.8, 12.3), (16.0, 8.0)]
-# Metres to the walls, where pictures are still rich.
+# The least distance to the walls; images from closer have too little texture.
 NEAREST_M = 1.0
 
 

@@ -1,4 +1,4 @@
-"""Where the simulated headset's camera truly was on a walk, at the instants that stamps denote."""
+"""Computes the true poses of the simulated headset's camera on a walk."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _STEP_NS = 5_000_000
 
 @dataclass(frozen=True)
 class TrueWalk:
-    """A walk of known start; none of the headset's stamps or poses are in it but its second.
+    """A walk with its start time; only the second of the start comes from the headset's data.
 
     Attributes:
         mounting: the camera's optical frame in the head's body.
@@ -36,7 +36,7 @@ class TrueWalk:
     def found(
         received: Received, walk: Walk, mounting: Matrix, simulation: SimulatedTruth
     ) -> TrueWalk:
-        """The walk begins at a whole second of the simulation's clock: the one that fits."""
+        """Finds the start: the whole second of the simulation's clock that fits the poses best."""
         frame = f"{walk.camera}_optical_frame"
         poses = {at: pose for (child, at), pose in moving(received).items() if child == frame}
         first = int(simulation.mltime_ns(min(poses)) // _NANOS)
@@ -53,11 +53,11 @@ class TrueWalk:
         return self.start_ns + round(self.walk.duration_s * _NANOS)
 
     def pose(self, stamp_ns: int) -> Matrix:
-        """Of the optical frame in the world."""
+        """Returns the pose of the optical frame in the world."""
         return self.walk.head((stamp_ns - self.start_ns) / _NANOS) @ self.mounting
 
     def trajectory(self, received: Received) -> Trajectory:
-        """At the transforms' stamps, and close enough between them to interpolate."""
+        """Returns the poses at the transforms' stamps, and every 5 ms for interpolation."""
         frame = f"{self.walk.camera}_optical_frame"
         stamps = {at for child, at in moving(received) if child == frame}
         between = range(min(stamps), max(stamps), _STEP_NS)
@@ -65,7 +65,7 @@ class TrueWalk:
 
 
 def camera_in_head(simulation: SimulatedTruth, camera: str) -> Matrix:
-    """Its optical frame in the head's body (x forward, y left, z up)."""
+    """Returns the camera's optical frame in the head's body (x forward, y left, z up)."""
     mount = json.loads(simulation.library.ml2sim_mounts())[camera]
     x, y, z, w = mount["rotation"]
     device, matrix = pose_matrix(mount["position"], w, x, y, z), np.eye(4)

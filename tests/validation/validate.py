@@ -22,7 +22,7 @@ from tables import page
 from walks import WALKS, Walk
 
 _OUT = ROOT / "build" / "validate"
-# The shortest one bears the faults.
+# The faults are injected into the shortest walk.
 _FAULTY = WALKS[1]
 
 
@@ -36,7 +36,7 @@ def main() -> None:
         (_OUT / "report.md").write_text(page(entries))
         rmse_cm = entry["rmse_m"] * 100
         matched = f"{entry['matched_pairs']} of {entry['images_sent']} images matched"
-        _say(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
+        _log_line(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
     print((_OUT / "report.md").read_text())
 
 
@@ -45,7 +45,7 @@ def _entries() -> Iterator[dict[str, Any]]:
         yield _evaluated_walk(walk, _OUT / f"walk_{number + 1}")
     faulty = _OUT / f"walk_{WALKS.index(_FAULTY) + 1}"
     for number, (name, fault) in enumerate(FAULTS.items()):
-        _say(f"{_FAULTY.name}, {name}")
+        _log_line(f"{_FAULTY.name}, {name}")
         out = _OUT / f"fault_{number + 1}"
         inject(fault, _FAULTY.camera, faulty / "bag", out / "bag")
         figures = evaluate(out, _FAULTY.camera, faulty / "truth.tum")
@@ -54,22 +54,22 @@ def _entries() -> Iterator[dict[str, Any]]:
     for bag in _OUT.glob("walk_*/bag"):
         shutil.rmtree(bag)
     if EXCERPT.is_dir():
-        _say("the recorded excerpt")
+        _log_line("the recorded excerpt")
         yield evaluate_excerpt(_OUT / "euroc")
     else:
-        _say(f"no recorded excerpt at {EXCERPT}")
+        _log_line(f"no recorded excerpt at {EXCERPT}")
 
 
 def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
-    _say(f"{walk.name}: streaming")
+    _log_line(f"{walk.name}: streaming")
     walked = stream(walk, folder)
-    _say(f"{walk.name}: evaluating")
+    _log_line(f"{walk.name}: evaluating")
     figures = evaluate(folder, walk.camera, walked.truth)
     return _entry(walk.name, figures | {"images_sent": walked.images_sent, "walked": walked.walked})
 
 
 def evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, Any]:
-    """As anyone would, by the command."""
+    """Runs `ml2-receiver evaluate` and returns the figures in its report."""
     command: list[str | Path] = [RECEIVER, "evaluate", "--bag", folder / "bag", "--camera", camera]
     command += ["--out", folder / "evaluation"]
     if truth is not None:
@@ -84,8 +84,8 @@ def _entry(name: str, figures: dict[str, Any]) -> dict[str, Any]:
     return {"trajectory": name} | {key: figures[key] for key in figures if key != "recording"}
 
 
-def _say(words: str) -> None:
-    print(f"[{time.strftime('%H:%M:%S')}] {words}", file=sys.stderr, flush=True)
+def _log_line(text: str) -> None:
+    print(f"[{time.strftime('%H:%M:%S')}] {text}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Stands for ROS-TCP-Endpoint where there is no checkout; its wire is in tests/bench/endpoint.py.
+"""A stand-in for ROS-TCP-Endpoint in tests; tests/bench/endpoint.py describes its wire format.
 
-Whatever is not as described ends the connection.
+Invalid data end the connection.
 """
 
 from __future__ import annotations
