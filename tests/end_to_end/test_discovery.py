@@ -30,7 +30,7 @@ def announced(address: str) -> FoundReceiver:
         for receiver in find_receivers(interfaces=["127.0.0.1"]):
             if f"{receiver.addresses[0]}:{receiver.port}" == address:
                 return receiver
-    raise AssertionError(f"nobody announces {address}")
+    raise AssertionError(f"expected an announcement of {address} within {FOUND_S:g} s, found none")
 
 
 def connected_from(log: Path) -> bool:

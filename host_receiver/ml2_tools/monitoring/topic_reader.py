@@ -81,8 +81,8 @@ def _await_type(
             return str(types[topic][0])
         executor.spin_once(timeout_sec=_WAIT_S)
     raise RosError(
-        f"nobody publishes {topic} within {timeout_s:g} s: `ml2-receiver topics` has those of a"
-        " running receiver"
+        f"{topic} has no publisher after {timeout_s:g} s: `ml2-receiver topics` lists the topics of"
+        " a running receiver"
     )
 
 

@@ -113,7 +113,7 @@ class Rectified(Product):
 
 
 class _WithOther(Product):
-    """A product of a depth capture and another camera's latest capture nearest in time."""
+    """A product of a depth capture and the other camera's capture that is nearest in time."""
 
     def __init__(self, shared: Shared, inputs: Mapping[str, tuple[str, ...]]) -> None:
         super().__init__(shared, inputs)
