@@ -68,5 +68,5 @@ def test_a_file_that_is_there_is_kept(tmp_path: Path, capsys: pytest.CaptureFixt
     file = tmp_path / "mine.rviz"
     file.write_text("precious")
     assert main(["rviz", "--out", str(file)]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
     assert file.read_text() == "precious"

@@ -216,7 +216,7 @@ def test_options_that_do_not_belong_together_are_refused(
 def test_what_is_there_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "out/mav0").mkdir(parents=True)
     assert export(tmp_path, sound()) == 2
-    assert "mav0 is there already" in capsys.readouterr().err
+    assert "mav0 exists already" in capsys.readouterr().err
     assert list((tmp_path / "out/mav0").iterdir()) == []
 
 

@@ -171,7 +171,7 @@ def test_what_is_no_recording_is_refused_with_the_reason(
     text = tmp_path / "text.mcap"
     text.write_text("no recording at all")
     cases = {
-        foreign: "is not of ml2-receiver: it has no topic .../config",
+        foreign: "is not a recording of ml2-receiver: it has no topic .../config",
         text: "is broken: not a valid MCAP file",
         tmp_path / "missing": "No such file or directory",
     }

@@ -104,7 +104,9 @@ class BagReader(Bag):
             if name.endswith(_CONFIG_SUFFIX) and type == _STRING
         ]
         if len(configs) != 1:
-            raise RecordingError(f"{path} is not of ml2-receiver: it has no topic .../config")
+            raise RecordingError(
+                f"{path} is not a recording of ml2-receiver: it has no topic .../config"
+            )
         self.prefix = configs[0].removesuffix(_CONFIG_SUFFIX)
         self.config = self._read_config(configs[0])
 

@@ -155,7 +155,7 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
     """Writes all files, or none if one of them exists already."""
     existing = [folder / name for name in texts if (folder / name).exists()]
     if existing:
-        raise ExportError(f"{existing[0]} is there already")
+        raise ExportError(f"{existing[0]} exists already: choose another folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

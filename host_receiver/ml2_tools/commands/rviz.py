@@ -45,7 +45,7 @@ def _run(options: argparse.Namespace) -> int:
         with options.out.open("x", encoding="utf-8") as file:
             yaml.safe_dump(rviz, file, sort_keys=False)
     except FileExistsError as error:
-        raise ExportError(f"{options.out} is there already: choose another --out") from error
+        raise ExportError(f"{options.out} exists already: choose another --out") from error
     except OSError as error:
         raise ExportError(f"{options.out} cannot be written: {error.strerror}") from error
     print(f"wrote {options.out}; open it with: rviz2 -d {options.out}\n")

@@ -166,7 +166,7 @@ class Parts:
         except ValueError as error:
             raise EvaluationError(f"{bag}: {camera}: {error}") from error
         if not reference:
-            raise EvaluationError(f"{bag}: /tf never says where {frame} is")
+            raise EvaluationError(f"{bag} has no transform of {frame} on /tf")
         type = self.types[self.image]
         return Sequence(bag, self.image, type, lens, captures, self._stamps_ns, reference)
 

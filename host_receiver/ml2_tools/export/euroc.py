@@ -57,7 +57,7 @@ def write_euroc(
     """
     root = folder / "mav0"
     if root.exists():
-        raise ExportError(f"{root} is there already")
+        raise ExportError(f"{root} exists already: choose another folder")
     try:
         cameras = {
             camera.topic: _ImageFolder(root / f"cam{number}", reader.types.get(camera.topic, ""))

@@ -66,7 +66,7 @@ def read_live_rig(prefix: str, cameras: Sequence[str], imu: str | None, timeout_
         if len(cameras) > 1:
             frames = {observer.infos[camera].header.frame_id: camera for camera in cameras}
             observer.follow(frames)
-            missing = f"no instant with transforms of {', '.join(sorted(frames))}"
+            missing = f"no stamp with transforms of all of {', '.join(sorted(frames))}"
             wait_until(lambda: observer.poses, missing)
         if imu is not None:
             wait_until(lambda: len(observer.imu_s) >= _IMU_MESSAGES, f"no {prefix}/{imu}/imu")

@@ -113,7 +113,7 @@ def _poses(found: _Found, cameras: Sequence[str]) -> dict[str, Pose]:
         raise ExportError(f"a transform of the recording: {error}") from error
     whole = [at_ns for at_ns, poses in instants.items() if len(poses) == len(cameras)]
     if not whole:
-        raise ExportError(f"no instant has transforms of all of {', '.join(sorted(frames))}")
+        raise ExportError(f"no stamp has transforms of all of {', '.join(sorted(frames))}")
     return instants[max(whole)]
 
 

@@ -69,7 +69,7 @@ class LatencyNode:
             RosError: the thread that takes messages has failed; its traceback is on stderr.
         """
         if not self._taker.is_alive:
-            raise RosError("the messages of the receiver cannot be taken")
+            raise RosError("the thread that takes messages has failed: see its traceback")
         with self._lock:
             return {name: (it.stream, it.breakdown()) for name, it in self._topics.items()}
 

@@ -166,7 +166,7 @@ class Points(_WithOther):
             between = _between(capture["transform"], color["transform"])
             rgb = colours_of(points, between, camera_of(color["camera_info"]).lens, bgr)
         elif self.inputs is self._COLOURED:
-            self._shared.losses.add("depth/points without colours: no image of color near")
+            self._shared.losses.add("depth/points without colours: no image of color within 0.1 s")
         return {"depth/points": cloud_message(capture["image"].header, points, rgb)}
 
 
@@ -185,7 +185,7 @@ class Registered(_WithOther):
     def of_depth(self, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
         near = self.nearest(stamp_ns)
         if near is None:
-            self._shared.losses.add(f"{self._topic}: no image of that camera near")
+            self._shared.losses.add(f"{self._topic}: no image of the camera within 0.1 s")
             return {}
         target_ns, other = near
         if target_ns == self._last_ns:
