@@ -1,4 +1,4 @@
-"""Where headsets come in: who may, on which address, and how they find it."""
+"""The address on which headsets connect: access, listening and announcement."""
 
 import argparse
 import socket
@@ -94,7 +94,7 @@ class Endpoint:
         }
 
     def follow(self, server: Server) -> None:
-        """Who is paired has changed: with the first device, all interfaces are listened on."""
+        """Follows a change of paired devices: with the first one, the server listens everywhere."""
         with self._lock:
             if self._is_closed or not self._has_default or self._default != _EVERYWHERE:
                 return

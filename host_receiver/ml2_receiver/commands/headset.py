@@ -120,12 +120,12 @@ def _by_cable(uri: PairingUri) -> PairingUri:
 
 
 def _reverse(port: int) -> None:
-    """What the headset connects to there comes out here."""
+    """Forwards connections to a TCP port of the headset to the same port here."""
     adb("reverse", f"tcp:{port}", f"tcp:{port}")
 
 
 def _once_connected() -> tuple[app.AppStatus, Sequence[app.StreamStatus]]:
-    """How the app stands then, or when waiting has been of no use."""
+    """Returns the state of the app when it is connected, or when the time limit is reached."""
     deadline_s = time.monotonic() + _CONNECT_TIMEOUT_S
     while True:
         status, streams = app.status()
@@ -159,7 +159,7 @@ def _grant(options: argparse.Namespace) -> int:
 
 
 def _needed(ids: Collection[str]) -> Sequence[str]:
-    """Those that a user has to grant for these streams, or for all where none is named."""
+    """Returns the permissions that a user has to grant for the streams; without ids, for all."""
     table = load_table()
     for id in ids:
         if id not in table.streams:

@@ -1,4 +1,4 @@
-"""What commands that watch a running receiver share."""
+"""Common parts of the commands that watch a running receiver."""
 
 from __future__ import annotations
 

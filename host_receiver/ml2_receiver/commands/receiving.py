@@ -1,4 +1,4 @@
-"""What the commands that act as the receiver share."""
+"""Common parts of the commands that act as the receiver."""
 
 import argparse
 from collections.abc import Callable, Collection, Iterator
@@ -66,12 +66,12 @@ def address(text: str) -> tuple[str, int]:
 
 
 def config_file(options: argparse.Namespace) -> ConfigFile:
-    """That of --config, or the user's own."""
+    """Returns the file of --config, or the user's own file."""
     return ConfigFile(options.config) if options.config else ConfigFile.of_user()
 
 
 def load(file: ConfigFile, options: argparse.Namespace) -> Config:
-    """What it says, for the headset of --name."""
+    """Returns the configuration in the file, for the receiver named --name."""
     return replace(file.load(), name=options.name)
 
 

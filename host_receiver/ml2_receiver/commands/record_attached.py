@@ -59,7 +59,7 @@ def _done(answer: tuple[bool, str]) -> str:
 
 
 def _standing(row: Mapping[str, str], folder: str) -> Standing:
-    """Of the row of /diagnostics, which may be of the recording before."""
+    """Reads the state from the row of /diagnostics, which may describe the previous recording."""
     if row.get("folder") != folder:
         return Standing(0, 0, 0, "")
     return Standing(

@@ -1,4 +1,4 @@
-"""How a command that records waits, and what it shows meanwhile."""
+"""Waits for the end of a recording and shows its progress."""
 
 import sys
 import threading

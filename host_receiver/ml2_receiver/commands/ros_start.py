@@ -1,4 +1,4 @@
-"""What commands do before they make a node."""
+"""Prepares the environment before a command makes a ROS node."""
 
 import os
 import sys

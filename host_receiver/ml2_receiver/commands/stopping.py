@@ -1,4 +1,4 @@
-"""How commands end."""
+"""Stops commands on signals."""
 
 import os
 import signal

@@ -18,7 +18,7 @@ _MODELS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
 
 @dataclass(frozen=True)
 class Calibration:
-    """What CameraInfo says beyond its header; matrices row by row, lengths in pixels."""
+    """The values of CameraInfo without its header; matrices row by row, lengths in pixels."""
 
     width: int
     height: int

@@ -31,13 +31,13 @@ class Config:
 
     @property
     def prefix(self) -> str:
-        """Where all relative topics live, "/magic_leap2" or "/NAME/magic_leap2"."""
+        """The prefix of all relative topics, "/magic_leap2" or "/NAME/magic_leap2"."""
         prefix = str(self.values["general.topic_name"]).removeprefix("/")
         return f"/{self.name}/{prefix}" if self.name else f"/{prefix}"
 
     @property
     def frame_prefix(self) -> str:
-        """What frame ids begin with."""
+        """The prefix of all frame ids."""
         return f"{self.name}/" if self.name else ""
 
     @cached_property
@@ -82,7 +82,7 @@ def load_config(path: Path) -> Config:
 
 
 def parse_config(data: bytes, folder: Path = Path()) -> Config:
-    """As load_config, from the bytes of the file; `folder` is where files it names are."""
+    """Parses the bytes of a file as load_config does; paths in it are relative to `folder`."""
     table = load_table()
     parameters, problems = read_parameters(data)
     problems += key_problems(parameters, table.sections)
@@ -125,7 +125,7 @@ def _calibration(section: str, path: Path, values: Values) -> Calibration:
 
 
 def check_size(calibration: Calibration, section: str, values: Values) -> None:
-    """Whether it is for the size that images of the camera are asked for in.
+    """Checks that a calibration has the requested size of the camera's images.
 
     Raises:
         CalibrationError: it is not.

@@ -19,7 +19,7 @@ _WIDE = 4096  # so that ruamel breaks no line of the user's
 
 @dataclass(frozen=True)
 class ConfigFile:
-    """`path` is read, or, where an `is_optional` one is not there, the packaged file."""
+    """The file at `path`; if it is optional and does not exist, the packaged file."""
 
     path: Path
     is_optional: bool = False
@@ -32,7 +32,7 @@ class ConfigFile:
 
     @property
     def is_packaged(self) -> bool:
-        """Whether the packaged file stands in."""
+        """Whether the packaged file is used because the user's file does not exist."""
         return self.is_optional and not self.path.exists()
 
     def load(self) -> Config:
@@ -108,7 +108,7 @@ def _edited(data: bytes, folder: Path, values: Values) -> bytes:
 def _places(
     document: Mapping[str, Any], name: str
 ) -> Iterator[tuple[MutableMapping[str, Any], str]]:
-    """Where a key stands: under its section, or with a dot."""
+    """Yields the places of a key: under its section, or written with a dot."""
     section, _, key = name.partition(".")
     for node in document.values():
         sections = node["ros__parameters"]

@@ -1,4 +1,4 @@
-"""What a configuration may say, and how it is told that it may not."""
+"""Checks configuration values, and describes the problems."""
 
 import math
 import re

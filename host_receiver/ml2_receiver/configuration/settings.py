@@ -22,7 +22,7 @@ _EXAMPLE = "1280x720@30"
 
 @dataclass(frozen=True)
 class Settings:
-    """What was set, key by key, and the configuration that comes of it.
+    """The values that were set, key by key, and the resulting configuration.
 
     `values` has every key as it was set last. Where those of a camera are not legal together, its
     last legal ones stay in `config`, and `pending` says what is missing.
@@ -76,7 +76,7 @@ class Settings:
         return replace(self, config=replace(self.config, cameras=cameras))
 
     def parameters(self) -> dict[str, Scalar]:
-        """What ROS shows: `values`, and the mode each camera is configured to."""
+        """Returns the ROS parameters: `values`, and the configured mode of each camera."""
         return {**self.values, **{mode_name(camera): self._mode(camera) for camera in cameras()}}
 
     def _mode(self, camera: Section) -> str:
@@ -120,7 +120,7 @@ def _section(name: str) -> str:
 
 
 def _parameter(value: object) -> Parameter:
-    """As if it had been read from a file."""
+    """Returns the value as the reader of files would."""
     if isinstance(value, bool | int | float | str):
         return Parameter(0, value, json.dumps(value, ensure_ascii=False)[:MAX_SHOWN])
     return Parameter(0, None, "nothing" if value is None else "a list")

@@ -1,4 +1,4 @@
-"""What each stream can be configured to, for people and for scripts."""
+"""Lists the options of each stream, for people and for scripts."""
 
 from collections.abc import Mapping
 from typing import Any

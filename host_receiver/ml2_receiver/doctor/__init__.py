@@ -1,1 +1,1 @@
-"""What keeps a receiver on this machine from working."""
+"""Finds what prevents a receiver on this machine from working."""

@@ -1,4 +1,4 @@
-"""What a headset can do and why it does not do more, from what its receiver says of it."""
+"""Describes connected headsets: their streams, and why streams do not run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ def _status(text: str, permission: str | None) -> tuple[str, str, str | None]:
 
 
 def _stopped(stream: str, status: tuple[str, str, str | None] | None) -> DeviceStream | None:
-    """What the headset says of a stream that it does not run; None when it does."""
+    """Returns the state of a stream that does not run; None if it runs."""
     state, reason, permission = status or ("running", "", None)
     if state == "running":
         return None

@@ -118,7 +118,7 @@ def firewall(name: str | None, port: int) -> Finding:
 
 
 def multicast(found: Sequence[FoundReceiver] | str) -> Finding:
-    """Of the receivers that were found, or why none could be looked for."""
+    """Judges multicast by the receivers found, or by the reason why the search failed."""
     if isinstance(found, str):
         fix = "give headsets the address, or connect to a network that has multicast"
         return Finding("mDNS", "wrong", found, fix)
@@ -134,7 +134,7 @@ def clock(is_synchronised: bool) -> Finding:
 
 
 def domain(here: str | None, receivers: Mapping[int, str | None]) -> Finding:
-    """Of this terminal, and of running receivers by pid; None is unset, which is domain 0."""
+    """Compares this terminal's ROS_DOMAIN_ID with those of running receivers, by pid; None is 0."""
     own = here or "0"
     domains = {pid: value or "0" for pid, value in receivers.items()}
     if not domains or own in domains.values():
@@ -191,7 +191,7 @@ def _streams(rows: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
 
 
 def _needed_mbit_per_s(topic: Mapping[str, str]) -> float:
-    """What arrives of it, at the rate that the headset has promised if it has."""
+    """Returns the bandwidth of a topic, scaled to the promised rate if there is one."""
     mbit_per_s, rate_hz = float(topic["mbit_per_s"]), float(topic["rate_hz"])
     return mbit_per_s * float(topic.get("expected_hz", rate_hz)) / rate_hz if rate_hz else 0.0
 
@@ -212,7 +212,7 @@ def _why(test: Mapping[str, str] | str) -> str:
 
 
 def streams(rows: Mapping[str, Mapping[str, str]]) -> Finding | None:
-    """Of a connected headset: the streams that are enabled and deliver nothing; else None."""
+    """Names the enabled streams that deliver nothing; None without a connected headset."""
     session = rows.get("session", {})
     if session.get("state") != "connected":
         return None
@@ -239,13 +239,13 @@ def streams(rows: Mapping[str, Mapping[str, str]]) -> Finding | None:
 
 
 def wrong_parameter_file(file: str, problems: str) -> Finding:
-    """What a file has that `run --config` refuses."""
+    """Reports the problems for which `run --config` refuses a file."""
     fix = f"correct the file; `ml2-receiver config check {file}` says what is still wrong"
     return Finding("configuration", "wrong", problems, fix)
 
 
 def parameter_file(file: str, nodes: Sequence[str]) -> Finding:
-    """Whether ROS's own --params-file would do what `run --config` does, by its node names."""
+    """Judges by the node names in a file whether ROS's own --params-file would use it too."""
     check = "configuration"
     others = [name for name in nodes if name.removeprefix("/") not in (_NODE, "**")]
     if not others:

@@ -1,4 +1,4 @@
-"""What `ml2-receiver doctor` reads of this machine; what it means is in findings."""
+"""Reads the state of this machine for `ml2-receiver doctor`; `findings` judges it."""
 
 import ctypes
 import importlib.util
@@ -17,7 +17,7 @@ ROS_MODULES = ("rclpy", "std_msgs", "sensor_msgs", "geometry_msgs", "diagnostic_
 
 
 def missing_modules() -> list[str]:
-    """Those of ROS 2 that the receiver needs and Python does not find."""
+    """Returns the modules of ROS 2 that the receiver needs and Python does not find."""
     return [name for name in ROS_MODULES if importlib.util.find_spec(name) is None]
 
 
@@ -40,7 +40,7 @@ def firewall() -> str | None:
 
 
 def is_clock_synchronised() -> bool:
-    """Whether the kernel knows of anyone who disciplines its clock: chrony, ntpd, timesyncd."""
+    """Whether a program such as chrony, ntpd or timesyncd synchronises the clock."""
     timex = ctypes.create_string_buffer(_TIMEX_BYTES)  # modes = 0 only reads
     state: int = ctypes.CDLL(None, use_errno=True).adjtimex(timex)
     if state < 0:

@@ -15,7 +15,7 @@ _VERSION = 9  # rosbag2_storage/bag_metadata.hpp of Jazzy
 
 @dataclass
 class BagFile:
-    """What is in one file; times are those messages were received at, in ns."""
+    """The content of one file; times are those of reception, in ns."""
 
     name: str
     first_ns: int | None = None
@@ -42,7 +42,7 @@ class BagFile:
 
 @dataclass
 class BagMetadata:
-    """What is in all files."""
+    """The content of all files."""
 
     files: list[BagFile] = field(default_factory=list)
 
@@ -57,7 +57,7 @@ class BagMetadata:
         return list(self.files[-1].message_counts) if self.files else []
 
     def message_counts(self) -> Counter[BagTopic]:
-        """Of each topic."""
+        """Returns the number of messages of each topic."""
         counts = Counter(dict.fromkeys(self.topics(), 0))
         for file in self.files:
             counts.update(file.message_counts)
@@ -68,7 +68,7 @@ class BagMetadata:
         return to_yaml({"rosbag2_bagfile_information": self._information()})
 
     def information_yaml(self) -> str:
-        """As rosbag2 repeats it inside the file."""
+        """Returns the metadata as rosbag2 repeats it inside the MCAP file."""
         return to_yaml(self._information())
 
     def _information(self) -> dict[str, Any]:
@@ -99,7 +99,7 @@ def _span(files: Sequence[BagFile]) -> dict[str, Any]:
 
 
 def _times(files: Sequence[BagFile]) -> tuple[int, int]:
-    """Of the first and the last message."""
+    """Returns the times of the first and the last message."""
     spans = [(it.first_ns, it.last_ns) for it in files if it.first_ns is not None]
     return min((it[0] for it in spans), default=0), max((it[1] for it in spans), default=0)
 

@@ -17,7 +17,7 @@ class BagTopic:
     qos: Qos
 
     def offered_qos_profiles(self) -> list[dict[str, Any]]:
-        """What metadata of version 9 says of the one publisher: RELIABLE, KEEP_LAST."""
+        """Returns the publisher's QoS as metadata of version 9 has it: RELIABLE, KEEP_LAST."""
         return [
             {
                 "history": "keep_last",

@@ -33,7 +33,7 @@ class BagWriter:
 
     @property
     def flushed_bytes(self) -> int:
-        """Of all files."""
+        """The number of flushed bytes of all files."""
         return self._ended_bytes + self._file.flushed_bytes
 
     def add_topic(self, topic: BagTopic) -> None:
@@ -45,7 +45,7 @@ class BagWriter:
         self._file.write(topic, time_ns, payload)
 
     def flush(self) -> None:
-        """What was written survives the end of this process."""
+        """Flushes all messages, so that they survive the end of this process."""
         self._file.flush()
         if self._is_full():
             self._file.finish(None)

@@ -32,7 +32,7 @@ class _Chunk:
 
 @dataclass(frozen=True)
 class Kept:
-    """What is left: messages by channel, the times of the first and the last, and all bytes."""
+    """The remaining content: messages by channel, times of the first and last one, and bytes."""
 
     counts: Counter[int]
     first_ns: int
@@ -70,7 +70,7 @@ def end_file(
 
 
 def _chunks(file: int, whole_bytes: int) -> tuple[int, list[_Chunk]]:
-    """Where the file's header ends, and its chunks; their messages are not read."""
+    """Returns the end of the file's header, and the chunks without reading their messages."""
     chunks: list[_Chunk] = []
     position = begin = len(MCAP0_MAGIC)
     while position < whole_bytes:

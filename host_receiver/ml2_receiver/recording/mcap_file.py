@@ -19,7 +19,9 @@ COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}
 
 
 class McapFile:
-    """Not thread-safe. All methods but cut() raise OSError when the disk does not take the data.
+    """One MCAP file that is being written. Not thread-safe.
+
+    All methods but cut() raise OSError if the disk fails.
 
     Args:
         path: is made.

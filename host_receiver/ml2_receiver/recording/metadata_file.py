@@ -8,7 +8,7 @@ from .bag_folder import METADATA
 
 
 class MetadataFile:
-    """It is whole at any moment. close() must be called.
+    """The file metadata.yaml, complete at any moment. close() must be called.
 
     A thread of its own writes, as a disk that is busy with messages may take a second to replace
     a file, and the messages of that second would wait in this process.

@@ -1,4 +1,4 @@
-"""What a user chooses of a recording."""
+"""The options of a recording."""
 
 from dataclasses import dataclass
 

@@ -30,7 +30,7 @@ type _Job = tuple[BagTopic, int, bytes | None]  # without payload: a new topic
 
 @dataclass(frozen=True)
 class Progress:
-    """How a recording stands.
+    """The progress of a recording.
 
     Attributes:
         duration_s: from its first message to its last.
@@ -93,7 +93,7 @@ class Recorder:
 
     @property
     def progress(self) -> Progress:
-        """As of now; may be asked by any thread."""
+        """The present progress; any thread may read it."""
         with self._lock:
             dropped = dict(self._dropped)
         lost = {name: n for name, n in self._losses.by_topic().items() if self._is_wanted(name)}

@@ -53,7 +53,7 @@ class Recording:
         return self._recorder.failure
 
     def progress(self, report: Report | None) -> Progress:
-        """As of now; `report` is the session there is."""
+        """Returns the present progress; `report` is that of the current session."""
         self._recorder.hear(report)
         return self._recorder.progress
 

@@ -45,7 +45,7 @@ def _respond(node: ParameterNode, stream: Stream, file: ConfigFile) -> Callable[
 
 
 def _calibrate(node: ParameterNode, stream: Stream, file: ConfigFile, info: CameraInfo) -> str:
-    """What was done, or raises CalibrationError."""
+    """Stores the calibration and returns a message for the answer; raises CalibrationError."""
     config, section = node.config, stream.section
     if stream.id not in config.requests:
         raise CalibrationError(f"{stream.id} is not enabled, so what would be set is unknown")
@@ -64,7 +64,7 @@ def _calibrate(node: ParameterNode, stream: Stream, file: ConfigFile, info: Came
 
 
 def _document(info: CameraInfo) -> Mapping[str, Any]:
-    """As a file of camera_calibration has it."""
+    """Returns the calibration in the layout of a file of camera_calibration."""
     return {
         "image_width": info.width,
         "image_height": info.height,

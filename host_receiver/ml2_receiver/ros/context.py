@@ -1,4 +1,4 @@
-"""How every node of the receiver and of its tools starts ROS, and how those of tools end."""
+"""Starts ROS for all nodes of the receiver and its tools, and ends the nodes of tools."""
 
 import re
 import threading

@@ -47,7 +47,7 @@ class DiagnosticsNode:
 
     @property
     def context(self) -> Context:
-        """Of other nodes beside this one; ends with it."""
+        """The context for more nodes of this process; it ends with this node."""
         return self._context
 
     def rows(

@@ -1,4 +1,4 @@
-"""What the node does when one of its callbacks raises what nobody expected."""
+"""Handles unexpected exceptions of callbacks: logs them, and shows them in /diagnostics."""
 
 import traceback
 from collections.abc import Callable

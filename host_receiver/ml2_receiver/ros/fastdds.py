@@ -52,7 +52,7 @@ def apply_default_profile(environ: MutableMapping[str, str]) -> str | None:
 
 
 def free_shared_memory_bytes() -> int:
-    """What programs can still map; 0 where there is no shared memory."""
+    """Returns the free bytes of shared memory; 0 if there is none."""
     try:
         memory = os.statvfs(_SHARED_MEMORY)
     except FileNotFoundError:

@@ -69,7 +69,7 @@ class ParameterNode(Node):
         return self._settings.config
 
     def create_service(self, srv_type: Any, srv_name: str, callback: Answer, **of_ros: Any) -> Any:
-        """As rclpy's, but a callback that raises answers that it failed."""
+        """Works as in rclpy, but if the callback raises, the service answers that it failed."""
         answer = self.failures.answering(callback)
         return super().create_service(srv_type, srv_name, answer, **of_ros)
 
@@ -78,7 +78,7 @@ class ParameterNode(Node):
         self._changed = changed
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
-        """What ROS's parameter services call, with one parameter at a time or with several.
+        """Sets parameters; ROS's parameter services call it with one parameter or with several.
 
         A single value of a camera that is not legal with the others waits for them, and the
         result's reason says so; several are legal together, or refused.
@@ -117,7 +117,7 @@ class ParameterNode(Node):
             raise ConfigError(error.problems, "ROS parameters") from error
 
     def _take_overrides(self) -> dict[str, object]:
-        """Those given at the start, undeclared again to be declared with what they may be."""
+        """Returns and undeclares the parameters given at the start, to declare them with types."""
         given = {
             name: self.get_parameter(name).value
             for name in self.get_parameters_by_prefix("")

@@ -41,7 +41,7 @@ class Publishers:
         self._publishers: dict[Topic, Publisher] = {}
 
     def open(self, topic: Topic) -> Publish:
-        """What publishes payloads of the topic.
+        """Returns a function that publishes payloads on the topic.
 
         Raises:
             PublishError: its type is not installed, or QoS overrides of the user are wrong.
@@ -64,7 +64,7 @@ class Publishers:
                 self._node.destroy_publisher(self._publishers.pop(topic))
 
     def subscribers(self) -> dict[Topic, int]:
-        """How many each topic has."""
+        """Returns the number of subscribers of each topic."""
         with self._lock:
             return {
                 topic: publisher.get_subscription_count()

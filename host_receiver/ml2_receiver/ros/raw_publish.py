@@ -13,7 +13,7 @@ from ..session.sink import Publish
 
 
 def takes_bytearray(publisher: Publisher, message: Any) -> bool:
-    """Whether this rclpy publishes a bytearray as it is, tried with `message`."""
+    """Tries with `message` whether this rclpy publishes a bytearray without a copy to bytes."""
     try:
         publisher.handle.publish_raw(bytearray(serialize_message(message)))
     except (AttributeError, TypeError):
@@ -22,7 +22,7 @@ def takes_bytearray(publisher: Publisher, message: Any) -> bool:
 
 
 def raw_publish(publisher: Publisher, is_bytearray_taken: bool) -> Publish:
-    """A function that publishes payloads; rclpy's own publish() would have them copied to bytes."""
+    """Returns a function that publishes payloads; rclpy's own publish() would copy them to bytes."""
     handle = publisher.handle
     publish_raw: Callable[[bytearray], None] = (
         handle.publish_raw

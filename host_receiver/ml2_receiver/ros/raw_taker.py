@@ -51,7 +51,7 @@ class RawTaker:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it takes: neither stopped nor failed."""
+        """Whether the thread runs: it was not stopped, and did not fail."""
         return self._thread.is_alive()
 
     def stop(self) -> None:

@@ -1,1 +1,1 @@
-"""Where topics go: an interface, what stands before it, and what the receiver says itself."""
+"""The interface of sinks, sinks in front of others, and the receiver's own topics."""

@@ -102,7 +102,7 @@ class CameraInfoOverride:
 
 
 def _after_header(payload: bytearray) -> int:
-    """Where height stands: a header is a time and a string."""
+    """Returns the offset of height: a header is a time and a string."""
     text = len(CDR_ENCAPSULATION) + _TIME_BYTES
     (length,) = _UINT32.unpack_from(payload, text)
     return _aligned(text + _UINT32.size + int(length), 4)

@@ -1,4 +1,4 @@
-"""What ROS can ask of the rest of the receiver."""
+"""The operations of the receiver that ROS services and parameters call."""
 
 from typing import Protocol
 
@@ -14,7 +14,7 @@ class Control(Protocol):
         """The session there is, or the last one."""
 
     def protection(self) -> Protection:
-        """Who may connect."""
+        """Returns who may connect."""
 
     def begin(self) -> None:
         """Lets the streams run, now or as soon as a headset is ready for it."""

@@ -23,7 +23,7 @@ _HOT = {"severe", "critical", "emergency", "shutdown"}
 
 
 class Level(IntEnum):
-    """As in diagnostic_msgs/DiagnosticStatus."""
+    """The levels of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -221,7 +221,7 @@ def _still(report: Report) -> list[str]:
 
 
 def security_row(protection: Protection) -> Row:
-    """Who may connect, and what others can make of it."""
+    """Makes the row about who may connect, and about the risk of plaintext."""
     paired = protection.paired
     if paired is None:
         message = "insecure: no encryption, and everybody may connect"
@@ -263,7 +263,7 @@ def _link(link: Throughput) -> Row:
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:
-    """What `ml2-receiver latency` needs of the messages since the last call."""
+    """Returns what `ml2-receiver latency` needs about the messages since the last call."""
     values = {"window.messages": str(len(times_ns))}
     if not len(times_ns):
         return values

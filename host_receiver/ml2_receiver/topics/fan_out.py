@@ -14,7 +14,7 @@ from ..table.stream_table import Topic
 
 @dataclass
 class _Route:
-    """Where the payloads of a topic go; `kept` has those that a sink gets that comes later."""
+    """The publishers of a topic; `kept` has the payloads for sinks that are added later."""
 
     publishers: tuple[tuple[Sink, Publish], ...]
     kept: deque[bytes] = field(default_factory=deque)
@@ -53,7 +53,7 @@ class FanOut:
                 route.publishers = tuple(it for it in route.publishers if it[0] is not sink)
 
     def open(self, topic: Topic) -> Publish:
-        """As far as some sink can make the topic; events say why others cannot."""
+        """Opens the topic on each sink that can; events say why others cannot."""
         qos = load_table().qos[topic.qos]
         with self._lock:
             publishers = tuple(self._opened(topic, self._sinks))
