@@ -14,13 +14,13 @@ def make_folder(
     is_overwriting: bool,
     remedy: str = "Choose another folder, or replace the recording with --overwrite.",
 ) -> None:
-    """Makes an empty folder, if need be in place of an earlier recording.
+    """Makes an empty folder; with `is_overwriting`, replaces an earlier recording.
 
     Args:
-        remedy: what to do when it exists.
+        remedy: the hint of the error when the folder exists.
 
     Raises:
-        RecordingError: it exists, or is something else than a recording.
+        RecordingError: the folder exists, or is not a recording.
     """
     try:
         if folder.exists() or folder.is_symlink():

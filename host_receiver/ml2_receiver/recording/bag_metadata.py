@@ -31,7 +31,7 @@ class BagFile:
         return 0 if self.first_ns is None else self.last_ns - self.first_ns
 
     def count(self, topic: BagTopic, time_ns: int) -> None:
-        """One more message."""
+        """Counts a message."""
         self.message_counts[topic] += 1
         self.first_ns = time_ns if self.first_ns is None else min(self.first_ns, time_ns)
         self.last_ns = max(self.last_ns, time_ns)
@@ -48,12 +48,12 @@ class BagMetadata:
 
     @property
     def duration_ns(self) -> int:
-        """From the first message to the last."""
+        """The time from the first message to the last."""
         first_ns, last_ns = _times(self.files)
         return last_ns - first_ns
 
     def topics(self) -> list[BagTopic]:
-        """Each file has those of the one before."""
+        """Returns all topics: each file has the topics of the previous one, too."""
         return list(self.files[-1].message_counts) if self.files else []
 
     def message_counts(self) -> Counter[BagTopic]:
@@ -64,7 +64,7 @@ class BagMetadata:
         return counts
 
     def to_yaml(self) -> str:
-        """The text of metadata.yaml."""
+        """Returns the text of metadata.yaml."""
         return to_yaml({"rosbag2_bagfile_information": self._information()})
 
     def information_yaml(self) -> str:
@@ -115,13 +115,13 @@ def _topic(topic: BagTopic) -> dict[str, Any]:
 
 
 class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """libyaml's where PyYAML has it, ten times faster; writes out what occurs twice."""
+    """libyaml's dumper if PyYAML has it, ten times faster; writes no YAML aliases."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
 
 def to_yaml(value: Any) -> str:
-    """In the order of its keys."""
+    """Returns YAML with keys in the order of the mapping."""
     text: str = yaml.dump(value, Dumper=_Dumper, sort_keys=False)
     return text

@@ -10,7 +10,7 @@ _INFINITE = {"sec": 9223372036, "nsec": 854775807}  # RMW_DURATION_INFINITE of r
 
 @dataclass(frozen=True)
 class BagTopic:
-    """`name` is absolute, `type` as "sensor_msgs/msg/Image"."""
+    """A topic; `name` is absolute, `type` such as "sensor_msgs/msg/Image"."""
 
     name: str
     type: str

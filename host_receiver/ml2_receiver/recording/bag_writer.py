@@ -12,13 +12,13 @@ from .metadata_file import MetadataFile
 class BagWriter:
     """FOLDER/metadata.yaml and FOLDER/FOLDER_0.mcap, FOLDER_1.mcap and so on. Not thread-safe.
 
-    All methods raise OSError when the disk does not take what they write; abandon() then.
+    All methods raise OSError if the disk fails; then call abandon().
 
     Args:
-        folder: exists and is empty.
+        folder: an empty folder.
         compression: a key of COMPRESSIONS, for chunks.
-        split_bytes: a file that has so much is followed by another one at the next flush(), as is
-            one that has messages of `split_ns`. 0 is without limit.
+        split_bytes: the next flush() begins another file when a file has this size.
+        split_ns: the same for the time from a file's first message to its last. 0 is no limit.
     """
 
     def __init__(
@@ -59,12 +59,15 @@ class BagWriter:
         self._metadata_file.replace(self.metadata.to_yaml())
 
     def close(self) -> None:
-        """Writes the index; nothing may be called after."""
+        """Writes the index; the last call."""
         self._file.finish(self.metadata.information_yaml())
         self._metadata_file.close(self.metadata.to_yaml())
 
     def abandon(self) -> None:
-        """Leaves what was flushed, as far as the disk takes its index; raises nothing."""
+        """Ends the file after the flushed messages, with an index if the disk has space.
+
+        Raises nothing.
+        """
         self._file.cut()
         with suppress(OSError):
             self._metadata_file.close(self.metadata.to_yaml())

@@ -9,11 +9,11 @@ from ..session.statistics import TopicStatistics
 
 
 class Losses:
-    """By topic, since it was made; headsets may come and go meanwhile. Thread-safe.
+    """Counts lost messages by topic since it was constructed, over all sessions. Thread-safe.
 
     Args:
-        prefix: of the relative topics.
-        before: the session there is already, whose losses so far do not count.
+        prefix: the prefix of the relative topics.
+        before: the report of the current session, whose earlier losses do not count.
     """
 
     def __init__(self, prefix: str, before: Report | None) -> None:
@@ -23,7 +23,7 @@ class Losses:
         self._known = {name: (counts, lost) for name, counts, lost in self._found(before)}
 
     def update(self, report: Report | None) -> None:
-        """Takes what a session has lost up to now."""
+        """Takes the losses of a session up to now."""
         with self._lock:
             for name, statistics, lost in self._found(report):
                 known, before = self._known.get(name, (statistics, 0))
@@ -31,7 +31,7 @@ class Losses:
                 self._known[name] = statistics, lost
 
     def by_topic(self) -> dict[str, int]:
-        """Topics that lost nothing are not in it."""
+        """Returns the lost messages by topic, without topics that lost none."""
         with self._lock:
             return {name: lost for name, lost in self._lost.items() if lost}
 

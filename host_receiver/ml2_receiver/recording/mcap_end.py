@@ -23,7 +23,7 @@ _FOOTER_HEAD = struct.Struct("<BQQQ")
 
 @dataclass
 class _Chunk:
-    """`end` is behind its message indexes; `counts` has its messages by channel."""
+    """A chunk; `end` is the offset after its message indexes, `counts` its messages by channel."""
 
     index: ChunkIndex
     end: int
@@ -43,15 +43,15 @@ class Kept:
 def end_file(
     file: int, whole_bytes: int, schemas: Sequence[Schema], channels: Sequence[Channel]
 ) -> Kept:
-    """Keeps the chunks among the first `whole_bytes`, or fewer where their index needs the room.
+    """Keeps the chunks within the first `whole_bytes`, or fewer if the index needs their space.
 
-    There is no index when the disk fails for another reason than that it is full.
+    The file gets no index if the disk fails for another reason than being full.
 
     Args:
-        file: a descriptor that can be read and written.
+        file: a descriptor open for reading and writing.
 
     Raises:
-        OSError: the file cannot even be read and cut.
+        OSError: the file cannot be read or cut.
     """
     begin, chunks = _chunks(file, whole_bytes)
     while True:

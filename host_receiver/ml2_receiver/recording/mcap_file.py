@@ -24,13 +24,13 @@ class McapFile:
     All methods but cut() raise OSError if the disk fails.
 
     Args:
-        path: is made.
+        path: the file, which must not exist.
         compression: a key of COMPRESSIONS, for chunks.
-        topics: those that are known already.
+        topics: the topics to announce at the beginning.
 
     Attributes:
-        contents: what is in it.
-        flushed_bytes: what a kill would leave.
+        contents: the numbers and times of its messages.
+        flushed_bytes: the bytes that survive a kill of this process.
     """
 
     def __init__(self, path: Path, compression: str, topics: Iterable[BagTopic]) -> None:
@@ -46,7 +46,7 @@ class McapFile:
         self.flush()
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Announces a topic, once; of types that no stream has the definition stays empty."""
+        """Announces a topic, once; the definition of a type that no stream has stays empty."""
         schema = self._schemas.get(topic.type)
         if schema is None:
             data = DEFINITIONS.get(topic.type, "").encode()
@@ -69,14 +69,14 @@ class McapFile:
         self.contents.count(topic, time_ns)
 
     def flush(self) -> None:
-        """Ends the chunk: what was written survives the end of this process."""
+        """Ends the chunk, so that all messages survive the end of this process."""
         if not os.fstat(self._file.fileno()).st_nlink:
             raise FileNotFoundError(0, "somebody has removed its file")
         self._writer.flush()
         self.flushed_bytes = self._file.tell()
 
     def finish(self, metadata: str | None) -> None:
-        """Writes the index, with rosbag2's own metadata if they are known; the last call."""
+        """Writes the index, and rosbag2's metadata if given; the last call."""
         self.flush()
         if metadata is not None:
             self._writer.add_metadata("rosbag2", {"serialized_metadata": metadata})
@@ -86,16 +86,19 @@ class McapFile:
         self._file.close()
 
     def cut(self) -> None:
-        """Keeps what was flushed, with an index as far as there is room; the last call."""
+        """Ends the file after the flushed messages, with an index if the disk has space.
+
+        Nothing may be called after it.
+        """
         if self._file.closed:
-            return  # it has its index
+            return  # The file has its index
         file = os.dup(self._file.fileno())
-        self._file.raw.close()  # unlike the buffer's, writes nothing more
+        self._file.raw.close()  # Closing the buffer would write more
         try:
             schemas, channels = list(self._schemas.values()), list(self._channels.values())
             kept = end_file(file, self.flushed_bytes, schemas, channels)
         except OSError:
-            return  # the disk does nothing at all any more
+            return  # The disk takes nothing any more
         finally:
             os.close(file)
         self.flushed_bytes = kept.file_bytes

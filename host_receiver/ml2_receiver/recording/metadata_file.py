@@ -10,14 +10,14 @@ from .bag_folder import METADATA
 class MetadataFile:
     """The file metadata.yaml, complete at any moment. close() must be called.
 
-    A thread of its own writes, as a disk that is busy with messages may take a second to replace
-    a file, and the messages of that second would wait in this process.
+    A separate thread writes, because replacing a file on a busy disk may take a second, and the
+    messages of that second would wait in memory.
 
     Args:
-        text: of the first one.
+        text: the first content.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
 
     def __init__(self, folder: Path, text: str) -> None:
@@ -29,20 +29,20 @@ class MetadataFile:
         self._thread.start()
 
     def replace(self, text: str) -> None:
-        """Replaces it soon.
+        """Replaces the content soon, without waiting for the disk.
 
         Raises:
-            OSError: an earlier one could not be written.
+            OSError: an earlier content could not be written.
         """
         if self._error is not None:
             raise self._error
         self._texts.put(text)
 
     def close(self, text: str) -> None:
-        """Replaces it for the last time, now.
+        """Replaces the content for the last time, and waits for the disk.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: the file cannot be written.
         """
         self._texts.put(None)
         self._thread.join()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """`topics` are patterns, none is all; sizes and durations of 0 are without limit."""
+    """Options; `topics` are patterns, none means all; a size or duration of 0 is no limit."""
 
     compression: str = "none"
     topics: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""Services through which ROS's camera_calibration sets what a camera's camera_info says."""
+"""Services with which ROS's camera_calibration replaces the calibration of a camera."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -16,10 +16,10 @@ from .parameters import ParameterNode
 
 
 def add_calibration_services(node: ParameterNode, prefix: str, file: ConfigFile) -> None:
-    """set_camera_info beside each camera_info; log nothing themselves.
+    """Adds the service set_camera_info next to each camera_info.
 
-    What is set counts from the next message on. It is written to the file that the camera's
-    `calibration` names, and changes nothing where that fails; without a name it is gone when the
+    A new calibration is used from the next message on. It is written to the file that the camera's
+    `calibration` names; if that fails, nothing changes. Without such a file, it is lost when the
     node ends.
     """
     for stream in load_table().streams.values():

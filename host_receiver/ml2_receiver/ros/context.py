@@ -13,24 +13,24 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..errors import RosError
 
-# rcl_logging_spdlog's words for a folder it cannot make, and spdlog's for a file.
+# The messages of rcl_logging_spdlog for a folder, and of spdlog for a file, that cannot be made.
 _LOG = re.compile(
     r"Failed to create log directory '([^']*)'|Failed opening file (.*)/[^/]* for writing"
 )
 _START_HINT = "Check what follows --ros-args, and that the RMW_IMPLEMENTATION is installed."
 
-# How late the end is noticed.
+# The longest delay until the end is noticed.
 _WAIT_S = 0.1
 
 
 def start_ros(arguments: Sequence[str] = ()) -> Context:
-    """A context of its own, to be ended by rclpy.shutdown(); signals stay the caller's.
+    """Starts ROS in a new context, to be ended with rclpy.shutdown(); handles no signals.
 
     Args:
-        arguments: for ROS, as `["--ros-args", ...]`.
+        arguments: arguments for ROS, such as `["--ros-args", ...]`.
 
     Raises:
-        RosError: ROS does not take them, or cannot write its log.
+        RosError: ROS refuses the arguments, or cannot write its log.
     """
     context = Context()
     try:

@@ -22,7 +22,7 @@ def takes_bytearray(publisher: Publisher, message: Any) -> bool:
 
 
 def raw_publish(publisher: Publisher, is_bytearray_taken: bool) -> Publish:
-    """Returns a function that publishes payloads, without the copy to bytes of rclpy's publish()."""
+    """Returns a function that publishes payloads without the copy that rclpy's publish() makes."""
     handle = publisher.handle
     publish_raw: Callable[[bytearray], None] = (
         handle.publish_raw

@@ -1,4 +1,4 @@
-"""Puts the user's calibration in the place of the device's."""
+"""Replaces the device's calibration with the user's."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _SIZE = struct.Struct("<II")
 
 
 class CalibratedSink:
-    """A Sink before another one: camera_info of some streams have other values, all else passes.
+    """A Sink in front of another one that replaces the values of some streams' camera_info.
 
-    Header and sequence of such a message stay; nothing else of the payload is decoded. Where the
-    headset runs in another resolution than the calibration is for, its own values stay, and an
-    event says so. Threads as Sink has them; use() may be called by any.
+    The header of the message and its sequence number stay; nothing else of the payload is decoded.
+    If the calibration is for another resolution, the device's values stay, and an event says so.
+    Threads are as for Sink; any thread may call use().
 
     Args:
-        calibrations: by stream.
+        calibrations: calibrations by stream.
     """
 
     def __init__(self, sink: Sink, calibrations: Mapping[str, Calibration]) -> None:
@@ -33,7 +33,7 @@ class CalibratedSink:
         self.use(calibrations)
 
     def use(self, calibrations: Mapping[str, Calibration]) -> None:
-        """Has these in place from the next message on."""
+        """Uses these calibrations from the next message on."""
         self._overrides = {stream: CameraInfoOverride(it) for stream, it in calibrations.items()}
 
     def open(self, topic: Topic) -> Publish:
@@ -70,10 +70,10 @@ class CalibratedSink:
 
 
 class CameraInfoOverride:
-    """Replaces what follows the header in CDR payloads of sensor_msgs/CameraInfo.
+    """Replaces everything after the header in CDR payloads of sensor_msgs/CameraInfo.
 
     Attributes:
-        size: width and height, in pixels, of the images it is for.
+        size: width and height of the calibration's images, in pixels.
     """
 
     def __init__(self, calibration: Calibration) -> None:
@@ -82,7 +82,7 @@ class CameraInfoOverride:
         self._rest: dict[int, bytes] = {}
 
     def apply(self, payload: bytearray) -> bytearray:
-        """A new payload, or the same where images have another size.
+        """Returns a new payload, or the same one if the images have another size.
 
         Raises:
             PublishError: `payload` is too short for a CameraInfo.
@@ -109,12 +109,12 @@ def _after_header(payload: bytearray) -> int:
 
 
 def _aligned(position: int, size: int) -> int:
-    """CDR aligns from the end of the encapsulation."""
+    """Aligns an offset as CDR does, from the end of the encapsulation."""
     return position + (len(CDR_ENCAPSULATION) - position) % size
 
 
 def _rest(calibration: Calibration, start: int) -> bytes:
-    """height to roi.do_rectify, for a message in which height stands at `start`."""
+    """Encodes height to roi.do_rectify, for a message whose height is at offset `start`."""
     model = calibration.model.encode() + b"\0"
     rest = _SIZE.pack(calibration.height, calibration.width) + _UINT32.pack(len(model)) + model
     rest = _padded(rest, start, 4) + _UINT32.pack(len(calibration.d))

@@ -1,4 +1,4 @@
-"""The text of the topic `config`: what the headset made of the configuration."""
+"""The text of the topic `config`: the headset's answer to the configuration."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class ConfigText(JsonBody):
 
 
 def config_text(applied: Applied, prefix: str) -> str:
-    """JSON; topics with their full names."""
+    """Returns the answer as JSON, with the full names of topics."""
     topics: dict[str, list[TopicEntry]] = {stream: [] for stream in applied.streams}
     for topic in applied.topics:
         entry = TopicEntry(topic.full_name(prefix), topic.type, topic.qos, topic.role)

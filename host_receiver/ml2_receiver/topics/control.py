@@ -11,26 +11,26 @@ class Control(Protocol):
     """The Server, as the node sees it. Thread-safe."""
 
     def report(self) -> Report | None:
-        """The session there is, or the last one."""
+        """Returns the report of the current session, or of the last one."""
 
     def protection(self) -> Protection:
         """Returns who may connect."""
 
     def begin(self) -> None:
-        """Lets the streams run, now or as soon as a headset is ready for it."""
+        """Starts the streams, now or as soon as a headset is ready."""
 
     def pause(self) -> None:
         """Stops all streams until begin(); the headset stays connected."""
 
     def request(self, request: Request) -> None:
-        """Asks for other streams or values; streams whose values stay go on undisturbed."""
+        """Requests other streams or values; streams with unchanged values continue."""
 
     def test_link(self) -> None:
-        """Tries what the link to the headset carries, for about 2 s; report() has the result.
+        """Measures the link to the headset for about 2 s; report() has the result.
 
         Raises:
-            LinkTestError: no headset is connected, or it is being asked already.
+            LinkTestError: no headset is connected, or a test is in progress.
         """
 
     def update(self) -> None:
-        """Which streams are idle has changed."""
+        """Applies a change of the idle streams."""

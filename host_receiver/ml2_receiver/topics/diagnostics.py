@@ -18,7 +18,7 @@ from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStat
 _STALE_AFTER_S = 2.0
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
-# From here on Android slows the headset down so that it is felt.
+# From this state on, Android slows the headset down noticeably.
 _HOT = {"severe", "critical", "emergency", "shutdown"}
 
 
@@ -32,7 +32,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Row:
-    """One DiagnosticStatus, without the name of the node."""
+    """A DiagnosticStatus, without the name of the node."""
 
     name: str
     level: Level
@@ -42,11 +42,11 @@ class Row:
 
 @dataclass
 class _Past:
-    """A topic at the last call.
+    """The state of a topic at the previous call.
 
     Attributes:
-        heard_s: when it last got something, or the device had nothing for it.
-        arrived_s: when it last got something, or was seen first.
+        heard_s: the time of its last message, or when the device last had no data for it.
+        arrived_s: the time of its last message, or of its first appearance.
     """
 
     statistics: TopicStatistics
@@ -59,10 +59,10 @@ class _Past:
 
 
 class Diagnostics:
-    """Rates are over the time since the last call of rows(). Not thread-safe.
+    """Makes rows with rates over the time since the previous call of rows(). Not thread-safe.
 
     Args:
-        prefix: of the relative topics.
+        prefix: the prefix of the relative topics.
     """
 
     def __init__(self, prefix: str) -> None:
@@ -70,7 +70,7 @@ class Diagnostics:
         self._past: dict[str, _Past] = {}
 
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
-        """Rows for the session, its clock, its last link test, and each topic it has had."""
+        """Returns the rows of the session, its clock, its last link test and each topic."""
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
@@ -122,7 +122,7 @@ class Diagnostics:
 
 
 def _standstill(topic: TopicReport, report: Report, silence_s: float) -> tuple[Level, str] | None:
-    """Why nothing, or too little, comes of a topic that is to run; None when all is well."""
+    """Returns why a running topic delivers nothing or too little; None if it delivers."""
     if not topic.is_running or report.state is not State.CONNECTED:
         return None
     stream = topic.topic.stream
@@ -144,14 +144,20 @@ def _level(status: StreamStatus) -> Level:
 
 
 def _gaps(topic: TopicReport, report: Report) -> int:
-    """Messages that never arrived; those after the last that did are known at the end only."""
+    """Returns the number of messages that never arrived.
+
+    Losses after the last arrival show only at the end.
+    """
     if topic.device is not None and _is_over(report):
         return topic.device.produced - topic.statistics.received
     return topic.statistics.gaps
 
 
 def _dropped(topic: TopicReport, device: ChannelStatus, report: Report) -> Mapping[str, int]:
-    """By reason; in the end, as the device would learn by WELCOME, what was sent in vain too."""
+    """Returns drops by reason.
+
+    After the end they include the messages lost in transit, as WELCOME reports them.
+    """
     missing = device.sent - topic.statistics.received
     if missing == 0 or not _is_over(report):
         return device.dropped
@@ -172,7 +178,7 @@ def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, st
 
 
 def _expected_hz(topic: TopicReport, report: Report) -> Scalar | None:
-    """The rate the headset promised; only cameras promise one."""
+    """Returns the rate that the headset promised; only cameras promise one."""
     answer = report.answers.get(topic.topic.stream)
     return (answer.values or {}).get("update_rate") if answer else None
 
@@ -213,7 +219,7 @@ def _session(report: Report) -> Row:
 
 
 def _still(report: Report) -> list[str]:
-    """Each stream that is enabled and does not run, in words."""
+    """Describes each enabled stream that does not run."""
     if report.state is not State.CONNECTED:
         return []
     stopped = {id: status for id, status in report.streams.items() if status.state != "running"}
@@ -269,7 +275,7 @@ def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:
         return values
     values["window.first_capture_ns"] = str(times_ns[0, 0])
     values["window.last_capture_ns"] = str(times_ns[-1, 0])
-    if times_ns[:, 1].all():  # 0 is from a device that does not know ROS time yet
+    if times_ns[:, 1].all():  # A device that does not know ROS time yet sends 0
         shares_ms = np.diff(times_ns).mean(axis=0) / 1e6
         values |= {
             f"window.{share}_ms": f"{ms:.3f}" for share, ms in zip(SHARES, shares_ms, strict=True)

@@ -21,10 +21,10 @@ class _Route:
 
 
 class FanOut:
-    """A Sink that tells all others, in their order; others may come and go. Thread-safe.
+    """A Sink that calls other sinks, in their order; sinks may be added and removed. Thread-safe.
 
-    One that comes later gets the topics that are open, the last configuration, and of latched
-    topics the last payloads.
+    A sink that is added later gets the open topics, the last configuration, and the last payloads
+    of latched topics.
     """
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
@@ -34,7 +34,7 @@ class FanOut:
         self._applied: Applied | None = None
 
     def add(self, sink: Sink) -> None:
-        """Tells it everything from now on."""
+        """Adds a sink."""
         with self._lock:
             self._sinks.append(sink)
             for topic, route in self._routes.items():
@@ -46,7 +46,7 @@ class FanOut:
                     _publish(bytearray(payload), [it for it in route.publishers if it[0] is sink])
 
     def remove(self, sink: Sink) -> None:
-        """Tells it nothing more; a payload may be on its way to it still."""
+        """Removes a sink; a payload may still be in transit to it."""
         with self._lock:
             self._sinks.remove(sink)
             for route in self._routes.values():
@@ -64,7 +64,7 @@ class FanOut:
             _publish(payload, route.publishers)
 
         def publish_latched(payload: bytearray) -> None:
-            with self._lock:  # so that a sink that comes gets it once
+            with self._lock:  # So that a sink that is being added gets it once
                 route.kept.append(bytes(payload))
                 _publish(payload, route.publishers)
 

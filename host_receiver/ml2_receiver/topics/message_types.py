@@ -1,4 +1,4 @@
-"""Message classes by the names ROS gives their types."""
+"""Message classes by the ROS names of their types."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 
 
 def message_class(name: str) -> Any:
-    """The Python class of a type such as `sensor_msgs/msg/Image`.
+    """Returns the Python class of a type such as `sensor_msgs/msg/Image`.
 
     Raises:
-        ImportError: its package is not installed, has no such type, or is not one of ROS messages
-            and therefore is not run.
+        ImportError: its package is not installed, has no such type, or is no package of ROS
+            messages and is therefore not imported.
     """
     package, _, message = name.partition("/msg/")
     if not _has_messages(package):

@@ -14,9 +14,9 @@ _NANOS_PER_SECOND = 1_000_000_000
 
 
 def stamp_reader(message_type: str) -> Callable[[bytes], int]:
-    """The function that reads the stamp of a message of this type, in nanoseconds, from its CDR.
+    """Returns a function that reads the stamp of a message of this type from its CDR, in ns.
 
-    It raises ValueError for a payload without one.
+    The function raises ValueError for a payload without a stamp.
     """
     read = _READERS.get(message_type, _header_stamp)
 
@@ -30,7 +30,7 @@ def stamp_reader(message_type: str) -> Callable[[bytes], int]:
 
 
 def header_stamp_ns(header: Any) -> int:
-    """A decoded std_msgs/Header's stamp."""
+    """Returns the stamp of a decoded std_msgs/Header, in ns."""
     return int(header.stamp.sec) * _NANOS_PER_SECOND + int(header.stamp.nanosec)
 
 

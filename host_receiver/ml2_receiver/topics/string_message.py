@@ -1,4 +1,4 @@
-"""std_msgs/String to and from plain CDR, for where there is no ROS."""
+"""std_msgs/String to and from plain CDR, without ROS."""
 
 import struct
 
@@ -9,16 +9,16 @@ _TEXT = len(CDR_ENCAPSULATION) + _LENGTH.size
 
 
 def encode_string(text: str) -> bytes:
-    """The payload of a String."""
+    """Returns the payload of a String."""
     data = text.encode() + b"\0"
     return CDR_ENCAPSULATION + _LENGTH.pack(len(data)) + data
 
 
 def decode_string(payload: bytes) -> bytes:
-    """The UTF-8 text in the payload of a String.
+    """Returns the text in the payload of a String.
 
     Raises:
-        ValueError: it is not such a payload.
+        ValueError: the payload is not that of a String.
     """
     if len(payload) >= _TEXT and payload.startswith(CDR_ENCAPSULATION):
         (length,) = _LENGTH.unpack_from(payload, len(CDR_ENCAPSULATION))
