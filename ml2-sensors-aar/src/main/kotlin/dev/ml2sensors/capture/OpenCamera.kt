@@ -23,7 +23,7 @@ internal class OpenCamera(
         if (next == settings) return
         withSlots(subscriptions) { next.configure(handle) }
         settings = next
-        lastNumbers.clear()
+        lastNumbers.keys.retainAll(subscriptions.map { it.stream.number }.toSet())
     }
 
     override fun deliver(subscriptions: List<Subscription>) {
