@@ -80,7 +80,7 @@ def receiver_packages(output: Path) -> Path:
 
 
 def bill_of_materials(wheel: Path, cyclonedx: Path) -> bytes:
-    """What the receiver requires, in the versions that it was tested with."""
+    """Returns the receiver's requirements, in the tested versions."""
     with tempfile.TemporaryDirectory() as made:
         python = wheel_environment.make(Path(made) / "venv", wheel)
         command = [str(cyclonedx), "environment", "--output-reproducible", str(python)]

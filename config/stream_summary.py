@@ -1,4 +1,4 @@
-"""What the generated code says of a stream."""
+"""The description of a stream in generated code."""
 
 from ml2_receiver.table.stream_table import Stream, StreamTable
 

@@ -1,4 +1,4 @@
-"""What colcon (ament_python) installs beside the package, which pyproject.toml describes."""
+"""The files that colcon (ament_python) installs; pyproject.toml describes the package."""
 
 from setuptools import setup
 

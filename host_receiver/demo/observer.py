@@ -44,7 +44,7 @@ START_S = 3.0
 
 @dataclass
 class Observed:
-    """What arrived on one topic; times in seconds of this process's wall clock."""
+    """The messages of one topic; times in seconds of this process's wall clock."""
 
     type: str
     stream: str
@@ -128,7 +128,7 @@ class Observer(Node):
         self._start = self.create_client(Trigger, f"{node}/start")
 
     def is_matched(self) -> bool:
-        """Whether every publisher is known here, and knows this subscriber."""
+        """True if discovery has connected every publisher with this subscriber."""
         return all(
             self.count_publishers(topic) > 0 and int(self._of(topic).get("subscribers", 0)) > 0
             for topic in self.topics
@@ -205,7 +205,7 @@ class Observer(Node):
         super().destroy_node()  # type: ignore[no-untyped-call]
 
     def awaits_more(self) -> bool:
-        """Whether the receiver published messages that have not arrived here."""
+        """True if the receiver published messages that have not arrived here."""
         return any(
             observed.count < int(self._of(name).get("received", 0))
             for name, observed in self.topics.items()

@@ -56,7 +56,7 @@ class Moment:
 
 @dataclass
 class Walk:
-    """What the recording has shown so far."""
+    """The state of the recording up to the present message."""
 
     latest: dict[str, bytes] = field(default_factory=dict)
     path: Path2d = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""What the demo found, as build/demo/report.json and as a verdict."""
+"""The results of the demo, as build/demo/report.json and as a verdict."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def drops(seen: dict[str, Any]) -> int:
 
 
 def verdict(final: dict[str, Any], is_simulated: bool) -> list[str]:
-    """What the demo must not end with; empty when all is well."""
+    """Returns the demo's failures, empty if there are none."""
     streams, topics = final["streams"], final["topics"]
     refused = {name: row["reason"] for name, row in streams.items() if row["result"] == "refused"}
     failures = [f"{name}: nothing arrived" for name, seen in topics.items() if not seen["count"]]

@@ -20,7 +20,7 @@ STATUS = Path(__file__).parents[2] / "ml2-sensors-aar/app/src/test/resources/sta
 
 
 class Headset:
-    """What `state.json` says, until the end of a call."""
+    """The state in `state.json`, during one call."""
 
     def __init__(self, folder: Path) -> None:
         self.file = folder / "state.json"
@@ -98,7 +98,7 @@ def main(words: list[str]) -> None:
 
 
 def _options(words: list[str]) -> dict[str, str]:
-    """Of `am`: the component, the action and the texts among the extras."""
+    """Returns the component, the action and the text extras in arguments of `am`."""
     found = {}
     rest: Iterator[str] = iter(words)
     for word in rest:

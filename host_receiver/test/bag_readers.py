@@ -38,7 +38,7 @@ def digest(payload: bytes) -> str:
 
 
 def with_rosbags(folder: Path) -> list[Seen]:
-    """By rosbags, which opens the folder with its metadata.yaml."""
+    """Reads with rosbags, which opens the folder with its metadata.yaml."""
     with Reader(folder) as reader:
         return [
             Seen(
@@ -52,14 +52,14 @@ def with_rosbags(folder: Path) -> list[Seen]:
 
 
 def with_mcap(folder: Path) -> list[Seen]:
-    """By mcap and mcap-ros2-support, through the index."""
+    """Reads with mcap and mcap-ros2-support, through the index."""
     with mcap_file(folder).open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         return [_show(*found) for found in reader.iter_decoded_messages()]
 
 
 def with_mcap_sequentially(folder: Path) -> list[Seen]:
-    """As long as there are whole records."""
+    """Reads whole records until the first incomplete one."""
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     found = []
@@ -79,12 +79,12 @@ def with_mcap_sequentially(folder: Path) -> list[Seen]:
 
 
 def with_javascript(folder: Path) -> list[Seen]:
-    """By @mcap/core and @foxglove/rosmsg2-serialization, through the index."""
+    """Reads with @mcap/core and @foxglove/rosmsg2-serialization, through the index."""
     return _javascript(folder, "indexed")
 
 
 def with_javascript_sequentially(folder: Path) -> list[Seen]:
-    """As long as there are whole records."""
+    """Reads whole records until the first incomplete one."""
     return _javascript(folder, "sequential")
 
 

@@ -81,7 +81,7 @@ def absolute(topic: str) -> str:
 
 
 def payloads(count: int) -> dict[str, list[bytes]]:
-    """What send() sends, by absolute name."""
+    """Returns the payloads that send() sends, by absolute topic name."""
     return {
         absolute(name): [make(number) for number in range(count)]
         for name, (_, make) in SENT.items()

@@ -63,7 +63,7 @@ def receiver(config: Path) -> Iterator[Receiver]:
 
 @pytest.fixture
 def client(receiver: Receiver) -> Iterator[Client]:
-    """Of its services."""
+    """A client of the receiver's services."""
     with Client() as client:
         yield client
 

@@ -77,7 +77,7 @@ def _texture() -> NDArray[np.uint8]:
 
 
 def _image(texture: NDArray[np.uint8], rays: Floats, pose: Floats) -> NDArray[np.uint8]:
-    """What the first wall in the way of each ray shows."""
+    """Returns the picture: each ray shows the first wall that it meets."""
     directions, origin = rays @ pose[:3, :3].T, pose[:3, 3]
     with np.errstate(divide="ignore"):
         distances = (np.sign(directions) * _HALF_ROOM_M - origin) / directions

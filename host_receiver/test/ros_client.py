@@ -39,7 +39,7 @@ class Client:
         return [answer.result.successful, answer.result.reason]
 
     def set_of_type(self, name: str, type: int) -> Any:
-        """With a type that ROS need not know."""
+        """Sets a parameter of a type that need not be one of ROS's."""
         request = SetParameters.Request(
             parameters=[ParameterMessage(name=name, value=ParameterValue(type=type))]
         )
@@ -74,7 +74,7 @@ class Client:
         return self._call(SetBool, f"enable_{section}", SetBool.Request(data=is_enabled))
 
     def calibrate(self, camera: str, info: dict[str, Any]) -> Any:
-        """With fields of CameraInfo, as camera_calibration does when COMMIT is pressed."""
+        """Calls set_camera_info with fields of CameraInfo, as camera_calibration does on COMMIT."""
         request = SetCameraInfo.Request(camera_info=CameraInfo(**info))
         answer = self._answer(SetCameraInfo, f"{camera}/set_camera_info", request)
         return [answer.success, answer.status_message]

@@ -35,7 +35,7 @@ def reserve_domain() -> int:
 
 
 def _is_silent(domain: int) -> bool:
-    """Whether nobody has the port of a domain's first participant, as RTPS numbers them."""
+    """Returns True if nobody uses the port of a domain's first participant."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind(("", 7400 + 250 * domain + 10))

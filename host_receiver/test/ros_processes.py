@@ -22,7 +22,7 @@ _own_domain = functools.cache(reserve_domain)
 
 
 def environment() -> dict[str, str]:
-    """For children; rclpy's wheels prepare each process anew."""
+    """Returns the environment for children; rclpy's wheels prepare each process anew."""
     environ = {**os.environ, "PYTHONPATH": str(_HERE.parent), "PYTHONUNBUFFERED": "1"}
     environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
     environ["ROS_DOMAIN_ID"] = str(_own_domain())
@@ -96,7 +96,7 @@ class Child:
         return json.loads(self.line(timeout_s))
 
     def has_line(self, timeout_s: float) -> bool:
-        """Whether a line comes; it is taken."""
+        """Returns True if a matching line comes, and takes it."""
         try:
             self._lines.get(timeout=timeout_s)
         except queue.Empty:
@@ -104,7 +104,7 @@ class Child:
         return True
 
     def await_error(self, text: str, timeout_s: float = LIMIT_S) -> None:
-        """Until a line of standard error has this text."""
+        """Waits for a line of standard error with this text."""
         deadline_s = time.monotonic() + timeout_s
         while not any(text in line for line in self.errors):
             assert time.monotonic() < deadline_s, self.errors

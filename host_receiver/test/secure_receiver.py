@@ -81,7 +81,7 @@ class SecureReceiver:
 
 
 def refused(connect: Callable[[], ssl.SSLSocket]) -> str:
-    """What a peer is told that is refused; with TLS 1.3 it sees an alert at its first read."""
+    """Returns the reason that a refused peer reads: TLS 1.3 sends its alert with the first read."""
     try:
         with connect() as tls:
             assert tls.recv(1) == b""

@@ -80,7 +80,7 @@ def written(folder: Path, messages: list[Message]) -> Path:
 
 
 def config() -> Message:
-    """What a recording of ours begins with."""
+    """Returns the configuration message at the start of a recording."""
     text = TYPES.types["std_msgs/msg/String"]('{"headset": "h", "session": "s", "streams": {}}')
     payload = bytes(TYPES.serialize_cdr(text, "std_msgs/msg/String"))
     return Message(f"{PREFIX}/config", 0, BEGIN_NS, "std_msgs/msg/String", payload=payload)

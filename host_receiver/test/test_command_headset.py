@@ -36,7 +36,7 @@ class Adb:
 
     @property
     def commands(self) -> list[str]:
-        """What adb was told, but to show the log; each request is R."""
+        """Returns the commands given to adb, except those for the log; each request is R."""
         calls = [json.loads(it) for it in (self.folder / "calls").read_text().splitlines()]
         lines = [" ".join(words) for words in calls if words[0] != "logcat"]
         return [re.sub(r"--es request \w{8}", "--es request R", line) for line in lines]

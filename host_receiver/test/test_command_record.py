@@ -58,7 +58,7 @@ def streaming(device: MockDevice) -> Iterator[list[float]]:
 
 
 def await_flushed(folder: Path, count: int) -> None:
-    """Until there are so many bytes, and metadata.yaml knows the topics."""
+    """Waits until the file has so many bytes and metadata.yaml lists the topics."""
     file, metadata = mcap_file(folder), folder / "metadata.yaml"
     await_true(lambda: file.stat().st_size >= count and "battery" in metadata.read_text())
 
@@ -89,7 +89,7 @@ def test_a_kill_costs_the_last_half_second_at_most(
 
 
 def publish_until_seen(device: MockDevice, subscriber: Subscriber) -> int:
-    """How many it took; those before subscriber and publisher knew each other are lost."""
+    """Returns how many it took; those before discovery are lost."""
     for number in itertools.count():
         device.publish("battery", bag_scene.battery(number))
         if subscriber.has_line(0.1):
@@ -204,7 +204,7 @@ def test_it_records_the_topics_and_the_time_that_were_asked_for(folder: Path, co
 
 
 def limit_files(process: int, size: int) -> None:
-    """As a disk that is full at this size of a file; needs no disk of its own."""
+    """Limits the size of files, which acts as a full disk does."""
     resource.prlimit(process, resource.RLIMIT_FSIZE, (size, size))
 
 

@@ -67,7 +67,7 @@ class Headset:
 
 
 def _transform(header: Header, pose: Any) -> TransformStamped:
-    """Of the position alone."""
+    """Returns a transform of the position alone."""
     world = Header(stamp=header.stamp, frame_id=WORLD)
     it = TransformStamped(header=world, child_frame_id=FRAME)
     it.transform.translation.x, it.transform.translation.y, it.transform.translation.z = (

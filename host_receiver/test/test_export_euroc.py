@@ -53,7 +53,7 @@ def rows(path: Path) -> list[list[str]]:
 
 
 def opencv(path: Path) -> Any:
-    """As C++ programs read it."""
+    """Reads with OpenCV, as C++ programs do."""
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
     assert storage.isOpened()
     return storage

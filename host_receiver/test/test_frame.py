@@ -208,7 +208,7 @@ def test_a_large_payload_costs_little_more_than_itself() -> None:
 
 
 def frames_of(parser: FrameParser, data: bytes) -> Iterable[Frame]:
-    """As feed(), without copies."""
+    """Returns the frames of feed(), without copies."""
     view = memoryview(data)
     while view:
         buffer = parser.get_buffer()

@@ -9,7 +9,7 @@ MS = 1_000_000
 
 
 def row(first: int, messages: int, *shares_ms: float) -> dict[str, str]:
-    """Of the messages from `first` on, as arrive() numbers them."""
+    """Returns the row of the messages from `first` on, as arrive() numbers them."""
     names = ("capture_to_sent", "sent_to_received", "received_to_published")
     shares = zip(names, shares_ms, strict=True)
     return {

@@ -73,7 +73,7 @@ def test_a_clone_finds_a_command_that_was_added_to_pyproject(tmp_path: Path) -> 
 
 
 def installed_by_name() -> list[str]:
-    """What `pip install` is told to install, in messages and documents."""
+    """Returns the packages that messages and documents tell users to install with pip."""
     code = [RECEIVER / "ml2_receiver", RECEIVER / "ml2_tools"]
     documents = [RECEIVER, RECEIVER.parent / "docs"]
     files = [py for it in code for py in it.rglob("*.py")]

@@ -374,7 +374,7 @@ def test_the_arrows_go_forward_and_back(tmp_path: Path) -> None:
 
 
 def await_shown(terminal: int, text: str) -> None:
-    """Until a line that is drawn from now on has this."""
+    """Waits until a line drawn from now on has this text."""
     shown = b""
     while text.encode() not in COLOURS.sub(b"", shown):
         shown += os.read(terminal, 1024)

@@ -67,7 +67,7 @@ def add(product: Any, camera: str, stamp_ns: int, **parts: Any) -> dict[str, Any
 
 
 def cloud(message: PointCloud2) -> np.ndarray:
-    """By the fields the message itself has."""
+    """Reads the points by the fields that the message lists."""
     types = {field.name: (np.float32, field.offset) for field in message.fields}
     whole = np.dtype(
         {

@@ -32,7 +32,7 @@ BATTERIES = BagTopic("/battery", BATTERY.type, Qos(10))
 
 
 def make_writer(folder: Path, flushed: int) -> BagWriter:
-    """With so many chunks of one message each, and more of the next that was not flushed."""
+    """Returns a writer with so many chunks of one message each, and an unflushed next one."""
     make_folder(folder, is_overwriting=False)
     writer = BagWriter(folder, "none")
     writer.add_topic(BATTERIES)
@@ -47,7 +47,7 @@ def make_writer(folder: Path, flushed: int) -> BagWriter:
 
 @contextmanager
 def file_limit(size: int) -> Iterator[None]:
-    """As a disk that is full at this size of a file."""
+    """Limits the size of files, which acts as a full disk does."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:

@@ -41,7 +41,7 @@ def rows(is_true: Callable[[Rows], bool]) -> Rows:
 
 
 def await_received(**counts: str) -> Rows:
-    """Until so many have arrived of each."""
+    """Waits until so many have arrived of each."""
     topics = {BATTERY: counts.get("batteries"), IMAGE: counts.get("images")}
     return rows(
         lambda found: all(

@@ -34,7 +34,7 @@ def image(number: int, width: int = 1016, height: int = 1016) -> bytes:
 
 
 def publish_until_seen(device: MockDevice, subscriber: Subscriber) -> None:
-    """Until subscriber and publisher know each other messages are lost, which is no fault."""
+    """Publishes until the subscriber hears it; messages before discovery are lost."""
     while not subscriber.has_line(0.1):
         device.publish("world_left/image_raw", image(0, 2, 2))
     device.publish("world_left/image_raw", image(1, 2, 2))

@@ -62,14 +62,14 @@ class Certificate:
         return digest.finalize().hex()
 
     def context(self) -> ssl.SSLContext:
-        """Of a device that shows this certificate."""
+        """Returns the context of a device that shows this certificate."""
         context = anonymous_context()
         context.load_cert_chain(self._chain_file, self._key_file)
         return context
 
 
 def anonymous_context() -> ssl.SSLContext:
-    """Of a device that shows none, and trusts everybody."""
+    """Returns the context of a device that shows no certificate and trusts everybody."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
@@ -98,7 +98,7 @@ class StreamingDevice:
                 self.device.wires["control"].send(Kind.PING)
 
     def await_end(self) -> None:
-        """Until the receiver has ended the session."""
+        """Waits until the receiver has ended the session."""
         self._sender.join(10)
         assert not self._sender.is_alive()
 

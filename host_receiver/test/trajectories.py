@@ -18,7 +18,7 @@ def wandering(rate_hz: float = 30, duration_s: float = 6, shift_s: float = 0) ->
 
 
 def moved(trajectory: Trajectory, scale: float, vector: tuple[float, ...]) -> Trajectory:
-    """As an estimator has it that knows neither the world nor its scale."""
+    """Returns the trajectory of an estimator that knows neither the world nor its scale."""
     turn = np.asarray(cv2.Rodrigues(np.array(vector))[0], np.float64)
     return [(at, _similar(pose, scale, turn)) for at, pose in trajectory]
 

@@ -42,7 +42,7 @@ _PAINTED_M = 8.0
 
 
 def trajectory(count: int) -> Trajectory:
-    """To the right in an arc, up and down, looking about."""
+    """Returns a path to the right in an arc, up and down, looking about."""
     return [(START_NS + number * PERIOD_NS, _pose(number / 30)) for number in range(count)]
 
 
@@ -57,7 +57,7 @@ def images(count: int) -> Iterator[tuple[int, NDArray[np.uint8]]]:
 
 
 def recording(folder: Path, count: int, images_dropped: tuple[int, ...] = ()) -> Path:
-    """As the receiver would have it: with all but these images."""
+    """Returns the receiver's recording, without these images."""
     write_bag(folder, TYPES, _messages(count, images_dropped))
     return folder
 

@@ -1,4 +1,4 @@
-"""What a class file declares and refers to: as much of its format (JVM
+"""The declarations and references of a class file: as much of its format (JVM
 specification, chapter 4) as that needs.
 """
 

@@ -1,4 +1,4 @@
-"""Which members of the Android platform some classes use, and whether an Android has them."""
+"""The members of the Android platform that classes use, and whether a version has them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def missing_api(program: Classes, libraries: Classes, platform: Classes) -> set[
 
 
 def has_api(platform: Classes, name: str) -> bool:
-    """Whether a platform has a class or member, named as `missing_api` does."""
+    """Returns True if a platform has a class or member, named as in `missing_api`."""
     owner, _, member = name.partition(".")
     return _declares(platform, Member(owner, *member.split(" "))) if member else name in platform
 
@@ -57,7 +57,7 @@ def _missing(program: Classes, world: Classes) -> Iterator[str]:
 
 
 def _declares(world: Classes, member: Member) -> bool:
-    """Whether the member's owner or one of its ancestors does. Arrays have what Object has."""
+    """Returns True if the owner or an ancestor declares the member. Arrays have those of Object."""
     owners = [member.owner, "java/lang/Object"]
     for owner in owners:
         if owner in world:

@@ -1,4 +1,4 @@
-"""That the packages use nothing which Android 10 lacks.
+"""Checks that the packages use nothing that Android 10 lacks.
 
 R8 cannot tell: it is given the whole platform with its hidden API, and a newer java.*.
 """
@@ -34,7 +34,7 @@ _OF_THE_LIBRARIES = {
 
 
 def missing(classes: Path, libraries: tuple[Path, ...], folder: Path) -> set[str]:
-    """What the public API lacks of what is called once D8 has rewritten what it can."""
+    """Returns the called members that the public API lacks, after D8's rewriting."""
     desugared = folder / "desugared.jar"
     d8(desugared, "--classfile", classes, libraries=libraries)
     return missing_api(read_classes(desugared), read_classes(*libraries), _public_api())

@@ -60,7 +60,7 @@ def name_of(artifact: Path) -> str:
 
 
 def group_of(artifact: Path) -> str:
-    """From its place in Maven's local repository, GROUP/NAME/VERSION/FILE."""
+    """Returns the group, from the path GROUP/NAME/VERSION/FILE in Maven's local repository."""
     parts = artifact.parts[artifact.parts.index("repository") + 1 : -3]
     return ".".join(parts)
 

@@ -28,7 +28,7 @@ def test_d8_translates_every_class(package: Package, tmp_path: Path) -> None:
 
 
 def test_r8_shrinks_an_app_that_uses_the_unity_package(unity: Package, tmp_path: Path) -> None:
-    """As a Unity project does, which calls by reflection and keeps what it calls by rules."""
+    """A Unity project calls by reflection; rules keep the called classes."""
     rules = tmp_path / "app.pro"
     rules.write_text("-keep class dev.ml2sensors.stream.Ml2Streamer { public *; }")
     output = r8(tmp_path, "--pg-conf", rules, "--pg-conf", unity.rules, unity.classes)

@@ -50,7 +50,7 @@ def unpack(name: str, folder: Path, libraries: Iterable[Path]) -> Package:
 
 @cache
 def _class_path() -> tuple[Path, ...]:
-    """What the Maven module depends on."""
+    """Returns the class path of the Maven module."""
     listed = (ROOT / "ml2-sensors-aar" / "aar" / "target" / "classpath").read_text()
     return tuple(Path(entry) for entry in listed.split(os.pathsep))
 
@@ -64,14 +64,14 @@ def jar(name: str) -> Path:
 
 
 def runtime_libraries() -> list[Path]:
-    """What the library needs at run time, as its POM says, with what that needs itself."""
+    """Returns the library's run-time dependencies, direct and indirect, from its POM."""
     kotlin = ["kotlin-stdlib", "annotations", "kotlinx-coroutines-core-jvm"]
     serialization = ["kotlinx-serialization-json-jvm", "kotlinx-serialization-core-jvm"]
     return [jar(name) for name in kotlin + serialization]
 
 
 def run(*command: str | Path) -> str:
-    """What a command prints, both streams together; fails as it does."""
+    """Returns the output of a command, both streams together; raises if it fails."""
     done = subprocess.run(
         command, check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )

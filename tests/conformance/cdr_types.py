@@ -1,4 +1,4 @@
-"""How each message type of the product is written, field by field, with the values of the cases."""
+"""The fields of each message type of the product, with the values of the cases."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What a device gets from a receiver that is broken, new or malicious."""
+"""The input of a device from a broken, newer or malicious receiver."""
 
 import math
 import struct
@@ -27,7 +27,7 @@ START = {"request": 1}
 
 
 def headers() -> dict[str, Case]:
-    """What stands where WELCOME should."""
+    """Returns the frames in the place of WELCOME."""
     control = "connected", "control"
     welcome = json_bytes(WELCOME)
     return {

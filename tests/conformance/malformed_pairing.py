@@ -1,4 +1,4 @@
-"""What the port for pairing gets from a device that is broken, old or malicious."""
+"""The input of the pairing port from a broken, older or malicious device."""
 
 from bodies import HELLO, PAIR
 from frame_bytes import BOUNDS, KIB, KINDS, frame, header, json_frame

@@ -1,4 +1,4 @@
-"""What a receiver gets from a device that is broken, old, new or malicious."""
+"""The input of a receiver from a broken, older, newer or malicious device."""
 
 from bodies import (
     BYE,

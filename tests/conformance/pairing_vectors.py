@@ -1,4 +1,4 @@
-"""What a device signs to be paired, and signatures that must be refused: vectors/pairing."""
+"""The signatures of pairing, valid and invalid: vectors/pairing."""
 
 import base64
 from typing import Any

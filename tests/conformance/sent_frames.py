@@ -1,4 +1,4 @@
-"""What a malformed case sends: frames as changes of valid ones. README.md describes them.
+"""The frames that a malformed case sends, as changes of valid ones. See README.md.
 
 `bytes_of` is what every runner does. `described` is for the generator: it finds a short description
 of bytes, from which `bytes_of` makes them again.
@@ -127,7 +127,7 @@ def _described_body(name: str | int, body: bytes, valid: Valid) -> dict[str, Any
 
 
 def _effort(description: dict[str, Any]) -> int:
-    """How hard a description is to read: changed keys are easier than a changed text."""
+    """Returns how hard a description is to read: changed keys are easier than changed text."""
     return len(json.dumps(description, ensure_ascii=False)) + 60 * ("replace" in description)
 
 
@@ -165,7 +165,7 @@ def _changes(body: bytes, value: Any, base: dict[str, Any]) -> Iterator[dict[str
 
 
 def _common(text: bytes, other: bytes) -> tuple[int, int]:
-    """Where `text` begins and ends to be another."""
+    """Returns where `text` begins and ends to differ from another."""
     most = min(len(text), len(other))
     start = next((at for at in range(most) if text[at] != other[at]), most)
     tail = next((at for at in range(most - start) if text[-1 - at] != other[-1 - at]), most - start)

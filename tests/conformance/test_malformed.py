@@ -133,7 +133,7 @@ def play(case: dict[str, Any], peer: Peer, sent: bytes) -> None:
 
 
 def check(case: dict[str, Any], peer: Peer, receiver: Server, sink: CountingSink) -> None:
-    """What a case expects has come, and its reason is logged."""
+    """Checks that the case's expected result came and that its reason is logged."""
     match case["expect"]:
         case {"error": code}:
             error = peer.expect("ERROR").json

@@ -57,7 +57,7 @@ class TlsPeer(Peer):
 
 
 class Port:
-    """Where devices pair."""
+    """The pairing port."""
 
     def __init__(self, keys: Path) -> None:
         identity = Identity.of(keys)

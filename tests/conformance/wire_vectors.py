@@ -301,7 +301,7 @@ def edges() -> dict[str, Case]:
 
 
 def frame_parts(part: Frame) -> tuple[Frame, bytes, bytes]:
-    """What a reader must find, and the header and the body in which it must find that."""
+    """Returns the expected frame, and the header and body that hold it."""
     body = body_bytes(part)
     fields = {key: part.get(key, 0) for key in ("flags", "channel", "sequence", "capture", "send")}
     found = {"name": part["name"], "kind": part["kind"], "length": len(body)} | fields

@@ -15,7 +15,7 @@ assert {ConfigText, Hello} <= set(_BODIES)
 
 
 def seeds() -> Iterator[bytes]:
-    """Which body, and its bytes."""
+    """Yields each body's kind and bytes."""
     for case, _ in vectors("wire"):
         for frame in case["frames"]:
             name = (frame["name"] or "").replace("_", "")

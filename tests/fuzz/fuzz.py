@@ -39,7 +39,7 @@ def main(target: str, arguments: list[str]) -> None:
 
 
 def beginning(folder: Path, seeds: Iterable[bytes]) -> list[str]:
-    """What libFuzzer is to begin with, as its arguments."""
+    """Returns libFuzzer's arguments for the initial corpus."""
     (folder / "seeds").mkdir()
     for number, seed in enumerate(seeds):
         (folder / "seeds" / str(number)).write_bytes(seed)

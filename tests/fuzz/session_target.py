@@ -124,7 +124,7 @@ class _Replay:
             self.scene.host.received(connection, frame)
 
     def _filled_in(self, data: bytes) -> bytes:
-        """With the values of this session in the place of what stands for them."""
+        """Returns the frames with this session's values in place of the placeholders."""
         if not self._secrets:
             return data
         tickets = self.scene.welcome.tickets

@@ -12,7 +12,7 @@ def add_name(parser: argparse.ArgumentParser) -> None:
 
 
 def name(text: str) -> str:
-    """Nothing, or a part of topic names, for argparse."""
+    """Parses a part of topic names, or nothing, for argparse."""
     if not _NAME.fullmatch(text):
         raise argparse.ArgumentTypeError(
             f"expected at most 40 letters, digits and _, not beginning with a digit, found {text!r}"
@@ -21,7 +21,7 @@ def name(text: str) -> str:
 
 
 def port(text: str) -> int:
-    """For argparse."""
+    """Parses a port, for argparse."""
     if not text.isdecimal() or not 1 <= int(text) <= 0xFFFF:
         raise argparse.ArgumentTypeError(f"expected a port from 1 to 65535, found {text!r}")
     return int(text)

@@ -14,7 +14,7 @@ _ROW = "recording"
 
 
 def record_attached(options: argparse.Namespace) -> int:
-    """Until Ctrl-C, or as long as --duration says.
+    """Records until Ctrl-C or the end of --duration.
 
     Raises:
         RosError: there is no receiver, or it does not answer.

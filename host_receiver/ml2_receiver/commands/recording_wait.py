@@ -26,7 +26,7 @@ class Standing:
 def wait(
     stopping: threading.Event, duration_s: float | None, standing: Callable[[], Standing]
 ) -> None:
-    """Until the recording is as long as `duration_s`, is over, or the user ends it.
+    """Returns when the recording has lasted `duration_s`, has ended, or the user ends it.
 
     On a terminal it shows how it stands.
     """

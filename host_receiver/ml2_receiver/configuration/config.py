@@ -42,7 +42,7 @@ class Config:
 
     @cached_property
     def requests(self) -> Mapping[str, Values]:
-        """For each stream that shall run, in the order of the table, what CONFIGURE carries."""
+        """The entries of CONFIGURE: each enabled stream, in the order of the table."""
         streams = load_table().streams.values()
         running = [stream for stream in streams if stream.when and _runs(stream, self.values)]
         if running:

@@ -32,7 +32,7 @@ class ConfigFile:
 
     @property
     def is_packaged(self) -> bool:
-        """Whether the packaged file is used because the user's file does not exist."""
+        """True if the packaged file is used because the user's file does not exist."""
         return self.is_optional and not self.path.exists()
 
     def load(self) -> Config:

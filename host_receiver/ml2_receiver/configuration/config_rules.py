@@ -89,7 +89,7 @@ def _camera_problem(
     value: tuple[Scalar, ...],
     message: str,
 ) -> Problem:
-    """On the line of the value or, where that is a default, of one it does not go with."""
+    """Returns an error at the line of the value or, if that is a default, of a conflicting one."""
     given = [name for name in names if name in parameters]
     blamed = next(name for name in [*given, *seen] if name in parameters)
     found = "x".join(

@@ -71,7 +71,7 @@ class Settings:
         return Settings(values, config, tuple(pending))
 
     def calibrated(self, camera: str, calibration: Calibration) -> "Settings":
-        """With this for a camera's section, until its key `calibration` is set."""
+        """Returns these settings with a calibration, used until the key `calibration` is set."""
         cameras = {**self.config.cameras, camera: calibration}
         return replace(self, config=replace(self.config, cameras=cameras))
 

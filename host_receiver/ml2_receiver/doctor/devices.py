@@ -34,7 +34,7 @@ class Device:
 
 
 def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None:
-    """From the values of the row "session" of /diagnostics; None when no headset has come yet."""
+    """Reads the row "session" of /diagnostics; returns None if no headset has come yet."""
     if "device_id" not in session:
         return None
     permissions = {name: granted == "true" for name, granted in _under(_PERMISSION, session)}

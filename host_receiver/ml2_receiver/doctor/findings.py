@@ -145,7 +145,7 @@ def domain(here: str | None, receivers: Mapping[int, str | None]) -> Finding:
 
 
 def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | str) -> Finding:
-    """From what a running receiver says in /diagnostics, or why there is none.
+    """Returns the findings about the link, from /diagnostics of a running receiver.
 
     `test` is the row of a link test, or why there was none. It runs beside the streams and shares
     the link with them, so what the link carries is the sum of both.

@@ -40,7 +40,7 @@ def firewall() -> str | None:
 
 
 def is_clock_synchronised() -> bool:
-    """Whether a program such as chrony, ntpd or timesyncd synchronises the clock."""
+    """Returns True if a program such as chrony, ntpd or timesyncd synchronises the clock."""
     timex = ctypes.create_string_buffer(_TIMEX_BYTES)  # modes = 0 only reads
     state: int = ctypes.CDLL(None, use_errno=True).adjtimex(timex)
     if state < 0:

@@ -49,7 +49,7 @@ class Recording:
 
     @property
     def failure(self) -> str | None:
-        """Why it has ended early."""
+        """The reason of an early end, or None."""
         return self._recorder.failure
 
     def progress(self, report: Report | None) -> Progress:
@@ -66,7 +66,7 @@ class Recording:
 
 
 def summary(progress: Progress) -> str:
-    """In one line."""
+    """A summary of one line."""
     return (
         f"{progress.duration_s:.1f} s, {progress.file_bytes / 1e6:.1f} MB,"
         f" {progress.messages} messages, {_total(progress.dropped)} dropped,"

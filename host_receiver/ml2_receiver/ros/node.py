@@ -135,7 +135,7 @@ class RosNode:
         self._report(report)
 
     def idle_streams(self) -> set[str]:
-        """With `publish.lazy`, the streams that no subscriber and no recording needs at present."""
+        """Returns the streams that nobody needs at present, if `publish.lazy` is set."""
         if self._recording is not None and self._recording.is_on:
             return set()
         return self._publishers.idle_streams() if self.config.values["publish.lazy"] else set()

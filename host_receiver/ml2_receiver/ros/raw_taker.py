@@ -51,7 +51,7 @@ class RawTaker:
 
     @property
     def is_alive(self) -> bool:
-        """Whether the thread runs: it was not stopped, and did not fail."""
+        """True while the thread runs; False after it was stopped or failed."""
         return self._thread.is_alive()
 
     def stop(self) -> None:

@@ -50,7 +50,7 @@ class RecordingServices:
 
     @property
     def is_on(self) -> bool:
-        """Whether messages are recorded; any thread may read it."""
+        """True while messages are recorded; any thread may read it."""
         recording = self._recording
         return recording is not None and not self._is_over and recording.failure is None
 

@@ -25,7 +25,7 @@ def message_class(name: str) -> Any:
 
 
 def _has_messages(package: str) -> bool:
-    """Whether rosidl made the package; does not import it."""
+    """Returns True if rosidl made the package, without importing it."""
     spec = find_spec(package)
     folders = (spec and spec.submodule_search_locations) or ()
     made = f"{package}_s__rosidl_typesupport_c*.so"

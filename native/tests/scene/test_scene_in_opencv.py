@@ -38,7 +38,7 @@ class Truth:
         self.landmarks = np.array(truth["landmarks"])  # tag, corner, x, y, z
 
     def corners(self, shot: dict[str, Any]) -> list[Corner]:
-        """Of the tags that OpenCV reads.
+        """Returns the corners of the tags that OpenCV reads.
 
         Left out are corners beside a box's edge or the image's, and those seen so aslant that the
         window of the search holds more than the corner.

@@ -28,7 +28,7 @@ def clang(*options: str) -> str:
 
 @pytest.fixture(scope="module")
 def declarations() -> list[Declaration]:
-    """Of the header and the one that it includes, with members."""
+    """Returns the declarations of the header and of the one it includes, with members."""
     tree = json.loads(clang("-fsyntax-only", "-Xclang", "-ast-dump=json"))
     return [found for found in walk(tree) if found["kind"] in NAMED and found.get("name")]
 
