@@ -201,7 +201,7 @@ def _start(
     if link is not None:
         address = stack.enter_context(link(address)).address
     send = headset_command(address, *headset_options, security=security)
-    headset = stack.enter_context(process(send, environment, folder / "headset.log"))
+    headset = stack.enter_context(process(send, environment, folder / "headset.log", is_read=False))
     children = {"receiver": receiver, "headset": headset, "subscriber": observer}
     return observer, {role: Usage(child.pid) for role, child in children.items()}
 

@@ -105,17 +105,20 @@ def process(
     environment: dict[str, str],
     log: Path,
     stdin: int | None = None,
+    *,
+    is_read: bool = True,
 ) -> Iterator[subprocess.Popen[str]]:
     """Runs a child process whose standard output is text; terminates it at the end.
 
-    Its standard error, and the rest of its standard output, go to `log`.
+    Its standard error, and the rest of its standard output, go to `log`. Unless the caller reads
+    the output (`is_read`), all of it goes there at once: a full pipe would stop the child.
     """
     with log.open("w") as errors:
         child = subprocess.Popen(
             [str(word) for word in command],
             env=environment,
             stdin=stdin,
-            stdout=subprocess.PIPE,
+            stdout=subprocess.PIPE if is_read else errors,
             stderr=errors,
             text=True,
         )
@@ -124,7 +127,7 @@ def process(
         finally:
             child.terminate()
             output, _ = child.communicate(timeout=_TIMEOUT_S)
-            errors.write(output)
+            errors.write(output or "")
 
 
 def listening_address(receiver: subprocess.Popen[str]) -> str:
