@@ -76,15 +76,16 @@ def recorded(bag: Path, topic: str) -> dict[int, Any]:
 
 
 def test_images_have_camera_info_metadata_and_transforms(bag: Path) -> None:
-    """Does not check gaps and latency: a busy machine may simulate a capture too late."""
+    """Tolerates gaps, also of poses: a busy machine may simulate a capture too late."""
     inspect: list[str | Path] = [RECEIVER, "inspect", bag, "--json"]
     run = subprocess.run(inspect, capture_output=True, text=True, timeout=120, check=False)
-    verdicts = {(it["topic"], it["check"]): it["verdict"] for it in json.loads(run.stdout)}
+    checks = {(it["topic"], it["check"]): it for it in json.loads(run.stdout)}
     for camera in CAMERAS.values():
         image = f"{PREFIX}/{camera}/image_raw"
         for check in ("stamps", "jitter", "pairs with camera_info", "pairs with metadata"):
-            assert verdicts[image, check] == "ok"
-        assert verdicts[image, "transforms"] in ("ok", "hint")
+            assert checks[image, check]["verdict"] == "ok"
+        figures = checks[image, "transforms"]["figures"]
+        assert figures["exact"] > 9 * (figures["uncovered"] + figures["before_or_after"])
 
 
 @pytest.mark.parametrize(("folder", "camera"), CAMERAS.items())
