@@ -136,7 +136,7 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) --numprocesses 3 --dist loadgroup -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) --numprocesses 3 --dist loadfile -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) -m alone tests/end_to_end tests/validation
 
 test-dist: dist ## Test what a release holds, and its wheel in an environment of its own

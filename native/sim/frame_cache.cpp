@@ -46,7 +46,7 @@ std::string cachePath(const RenderPlan &plan) {
     if (folder.empty())
         return "";
     char file[96];
-    std::snprintf(file, sizeof file, "/%s-%016" PRIx64 ".film", plan.name.c_str(), hashOf(plan.inputs));
+    std::snprintf(file, sizeof file, "/%s-%016" PRIx64 ".frames", plan.name.c_str(), hashOf(plan.inputs));
     return folder + file;
 }
 

@@ -8,7 +8,7 @@ full_load_recorded.json  in plaintext, with a recording
 four_headsets.json       four headsets with one camera and all small streams each, for a quarter of
                          the time
 
-CPU is in percent of one processor. The headsets play looped films. latency_ms is separate for the
+CPU is in percent of one processor. The headsets loop their frames. latency_ms is separate for the
 first seconds ("start") and all later ones ("steady").
 """
 

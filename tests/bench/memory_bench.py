@@ -9,7 +9,7 @@ color_mb    the upper bound for the RGB camera on Android, with all its JPEGs an
 peak_mb     the sum of the three
 left_mb     memory that libml2sensors.so still maps at the end, which a stream leaked
 heap_mb     the size to which the virtual machine grew Java's heap
-rss_mb      the whole process, with the virtual machine and the films of the simulation
+rss_mb      the whole process, with the virtual machine and the cached frames of the simulation
 """
 
 from __future__ import annotations

@@ -8,12 +8,8 @@ import sys
 from pathlib import Path
 
 import cv2
-import pytest
 
 from processes import PREFIX, ROOT, isolated_environment
-
-# All demos write to one folder
-pytestmark = pytest.mark.xdist_group(__name__)
 
 DEMO = ROOT / "build" / "demo"
 

@@ -23,8 +23,6 @@ from simulated_scene import Room, simulated_room
 from simulation import image_topic
 from transforms import transforms
 
-pytestmark = pytest.mark.xdist_group(__name__)
-
 CAMERAS = ("world_left", "world_center", "world_right", "color")
 CONFIG = """
 /ml2_receiver:

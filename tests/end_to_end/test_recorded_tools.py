@@ -23,8 +23,6 @@ from processes import (
     process,
 )
 
-pytestmark = pytest.mark.xdist_group(__name__)
-
 CONFIG = """
 /ml2_receiver:
   ros__parameters:

@@ -25,10 +25,9 @@ DEEP_PUBLISHERS = ["--ros-args"]
 for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in SENSORS)):
     DEEP_PUBLISHERS += ["-p", f"qos_overrides.{name}.publisher.depth:=1000"]
 
-pytestmark = [
-    pytest.mark.skipif(not EXCERPT.is_dir(), reason=f"the recorded excerpt is not at {EXCERPT}"),
-    pytest.mark.xdist_group(__name__),  # one session of each rate, not one of each worker
-]
+pytestmark = pytest.mark.skipif(
+    not EXCERPT.is_dir(), reason=f"the recorded excerpt is not at {EXCERPT}"
+)
 
 
 @pytest.fixture(scope="module", params=["2", "max"])

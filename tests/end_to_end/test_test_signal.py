@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from capture_stamps import stamp_ns
 from processes import Received, receive
 
-pytestmark = pytest.mark.xdist_group(__name__)
-
 CONFIG = """
 /ml2_receiver:
   ros__parameters:

@@ -56,12 +56,12 @@ def stream(walk: Walk, folder: Path) -> Walked:
         RuntimeError: a message was lost, or this machine's clock was set.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=folder.parent, prefix="films") as films:
+    with TemporaryDirectory(dir=folder.parent, prefix="frame_cache") as cache:
         for walked in range(1, _TRIES + 1):
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
             try:
-                return replace(_streamed(walk, folder, films), walked=walked)
+                return replace(_streamed(walk, folder, cache), walked=walked)
             except FellBehindError as error:
                 print(f"{walk.name}: {error}", file=sys.stderr, flush=True)
     raise RuntimeError(f"{walk.name}: this machine is too busy to simulate a headset")
@@ -71,13 +71,13 @@ class FellBehindError(Exception):
     """The simulated headset fetched an image too late, so that it was not sent."""
 
 
-def _streamed(walk: Walk, folder: Path, films: str) -> Walked:
+def _streamed(walk: Walk, folder: Path, cache: str) -> Walked:
     simulation = SimulatedTruth.now()
     mounting = camera_in_head(simulation, walk.camera)
     walk = walk.scaled(mounting)
     (folder / "walk.tum").write_text("".join(walk.tum()))
     (folder / "config.yaml").write_text(_config(walk.camera))
-    simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", f"cache={films}"]
+    simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", f"cache={cache}"]
     options = ["--duration", str(REST_S + walk.duration_s + _SPARE_S), *simulate]
     received = receive(folder / "config.yaml", options, folder)
     _check_nothing_is_lost(received)

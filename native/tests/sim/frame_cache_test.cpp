@@ -48,7 +48,7 @@ TEST_F(FrameCaches, AreKeptInTheCacheUnderNamesOfTheirInputs) {
     pixel();
     ASSERT_EQ(files().size(), 1u);
     for (const auto &file : files()) {
-        EXPECT_EQ(file.extension(), ".film") << "nothing half written remains";
+        EXPECT_EQ(file.extension(), ".frames") << "nothing half written remains";
         EXPECT_EQ(std::filesystem::file_size(file), 60u * 163840u);
     }
     set("seed", "77");

@@ -3,6 +3,7 @@ package dev.ml2sensors.capture
 import org.junit.jupiter.api.Test
 import java.nio.file.Path
 import kotlin.io.path.absolute
+import kotlin.io.path.createDirectories
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
@@ -72,7 +73,7 @@ class LibraryTest {
         val builder = ProcessBuilder(java, "-Xcheck:jni", "-cp", classes, Probe::class.java.name)
         val folders = listOf(Path.of("../build/native/linux"), folder).joinToString(":") { it.absolute().toString() }
         builder.environment()["LD_LIBRARY_PATH"] = folders
-        builder.environment()["ML2SIM"] = "loop_seconds=2,cache=${Path.of("target/films").absolute()}"
+        builder.environment()["ML2SIM"] = "loop_seconds=2,cache=${Path.of("target/frame_cache").createDirectories().absolute()}"
         val process = builder.redirectErrorStream(true).start()
         val lines = process.inputReader().readLines()
         assertEquals(0, process.waitFor(), lines.joinToString("\n"))

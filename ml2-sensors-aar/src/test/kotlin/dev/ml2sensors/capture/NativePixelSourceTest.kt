@@ -225,10 +225,11 @@ class NativePixelSourceTest {
 
     /** The pictures that the simulated device drew for [stream], from its cache: [bytes] each, at whole pages. */
     private fun frames(stream: StreamSpec, bytes: Int): Sequence<ByteBuffer> {
-        val film = ByteBuffer.wrap(Path.of("target/films").listDirectoryEntries("${stream.id}-*").first().readBytes())
+        val file = Path.of("target/frame_cache").listDirectoryEntries("${stream.id}-*").first()
+        val cached = ByteBuffer.wrap(file.readBytes())
         val pitch = (bytes + PAGE - 1) / PAGE * PAGE
-        return (0 until film.capacity() / pitch).asSequence().map { index ->
-            film.duplicate().position(index * pitch).limit(index * pitch + bytes)
+        return (0 until cached.capacity() / pitch).asSequence().map { index ->
+            cached.duplicate().position(index * pitch).limit(index * pitch + bytes)
         }
     }
 

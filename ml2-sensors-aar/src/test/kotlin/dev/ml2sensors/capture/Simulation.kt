@@ -23,11 +23,11 @@ internal object Simulation {
     /** Sets a key of ml2sim_describe_keys, until [begin]. */
     fun configure(key: String, value: Any): Unit = assertNull(set(key, value.toString()))
 
-    /** A new device with films of two seconds, all of one seed. */
+    /** A new device with cached frames of two seconds, all of one seed. */
     fun begin() {
         reset()
         configure("loop_seconds", 2)
-        configure("cache", Path.of("target/films").createDirectories().absolute())
+        configure("cache", Path.of("target/frame_cache").createDirectories().absolute())
     }
 
     /** Everything that was taken from the device was given back, and nothing was done wrong. */
