@@ -150,7 +150,8 @@ def receive(
     Args:
         headset_options: options of ml2-headset, which `program` starts.
         link: makes the proxy between headset and receiver, from the receiver's address.
-        on_snapshot: is called about once per second with the proxy and a count from 0.
+        on_snapshot: is called about once per second with the proxy and a count from 0, from the
+            first message on.
     """
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
@@ -173,9 +174,13 @@ def receive(
         destination = proxy.address if proxy else address
         headset = [*program, "--receiver", destination, *security.headset, *headset_options]
         start(process(headset, environment, folder / "headset.log"))
-        for number, _ in enumerate(lines(subscriber)):
+        for number, _ in enumerate(filter(_has_messages, lines(subscriber))):
             on_snapshot(proxy, number)
         return result(subscriber, folder)
+
+
+def _has_messages(snapshot: str) -> bool:
+    return any(topic["count"] for topic in json.loads(snapshot)["topics"].values())
 
 
 def subscribing(
