@@ -73,7 +73,8 @@ class LibraryTest {
         val builder = ProcessBuilder(java, "-Xcheck:jni", "-cp", classes, Probe::class.java.name)
         val folders = listOf(Path.of("../build/native/linux"), folder).joinToString(":") { it.absolute().toString() }
         builder.environment()["LD_LIBRARY_PATH"] = folders
-        builder.environment()["ML2SIM"] = "loop_seconds=2,cache=${Path.of("target/frame_cache").createDirectories().absolute()}"
+        val cache = Path.of("target/frame_cache").createDirectories().absolute()
+        builder.environment()["ML2SIM"] = "loop_seconds=2,cache=$cache"
         val process = builder.redirectErrorStream(true).start()
         val lines = process.inputReader().readLines()
         assertEquals(0, process.waitFor(), lines.joinToString("\n"))
