@@ -7,7 +7,7 @@ import kotlinx.coroutines.currentCoroutineContext
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.ensureActive
 import kotlinx.coroutines.flow.Flow
-import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.flow.transform
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeMark
@@ -36,7 +36,12 @@ internal class StreamSupervisor(
             isSettled = false
             backOff.begin()
             val cause = try {
-                collect(open().onEach { delivered() })
+                collect(
+                    open().transform {
+                        emit(it)
+                        delivered()
+                    },
+                )
                 SourceException("the source has ended")
             } catch (e: Throwable) {
                 currentCoroutineContext().ensureActive() // else it is this stream that was stopped

@@ -24,6 +24,7 @@ import org.junit.jupiter.api.Test
 import java.io.IOException
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
+import kotlin.test.assertTrue
 import kotlin.time.Duration
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.minutes
@@ -60,6 +61,22 @@ class StreamSupervisorTest {
         advanceTimeBy(1.minutes)
         val reasons = listOf("IOException: asleep", "IOException: in use").map { StreamState.Waiting(it) }
         assertEquals<List<StreamState?>>(reasons + null, told)
+    }
+
+    @Test
+    fun aStreamWhoseSamplesCannotBeEncodedDoesNotRunInBetween() = runTest {
+        fun open(): Flow<Sample> = flow {
+            begins += currentTime.milliseconds
+            emit(SAMPLE)
+        }
+        backgroundScope.launch {
+            StreamSupervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
+                samples.collect { throw SourceException("no encoder") }
+            }
+        }
+        advanceTimeBy(1.minutes)
+        assertTrue(begins.size > 5)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no encoder")), told)
     }
 
     @Test
