@@ -1,6 +1,7 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.SourceException
 import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
@@ -28,7 +29,7 @@ internal object Probe {
             else -> "accepted"
         }
         val end = try {
-            source.samples(stream, values).first().javaClass.simpleName
+            source.samples(stream, values).first { it !is LostSamples }.javaClass.simpleName
         } catch (e: SourceException) {
             e.toString().substringAfterLast('$')
         }
