@@ -18,7 +18,7 @@ import kotlin.time.TimeSource
  * again once a run has delivered for that long. Used by one coroutine.
  *
  * @param onState receives [StreamState.Waiting] or [StreamState.Refused] when the stream stops and when the reason
- * changes, and null when it delivers again.
+ * changes, and null when a sample was processed again.
  */
 internal class StreamSupervisor(
     private val time: TimeSource = TimeSource.Monotonic,

@@ -65,15 +65,7 @@ class StreamSupervisorTest {
 
     @Test
     fun aStreamWhoseSamplesCannotBeEncodedDoesNotRunInBetween() = runTest {
-        fun open(): Flow<Sample> = flow {
-            begins += currentTime.milliseconds
-            emit(SAMPLE)
-        }
-        backgroundScope.launch {
-            StreamSupervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
-                samples.collect { throw SourceException("no encoder") }
-            }
-        }
+        supervise(process = { throw SourceException("no encoder") }) { emit(SAMPLE) }
         advanceTimeBy(1.minutes)
         assertTrue(begins.size > 5)
         assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no encoder")), told)
@@ -158,13 +150,16 @@ class StreamSupervisorTest {
         assertFalse(job.isActive)
     }
 
-    private fun TestScope.supervise(source: suspend FlowCollector<Sample>.(run: Int) -> Unit) = backgroundScope.launch {
+    private fun TestScope.supervise(
+        process: (Sample) -> Unit = { collected++ },
+        source: suspend FlowCollector<Sample>.(run: Int) -> Unit,
+    ) = backgroundScope.launch {
         fun open(): Flow<Sample> = flow {
             begins += currentTime.milliseconds
             source(begins.size)
         }
         StreamSupervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
-            samples.collect { collected++ }
+            samples.collect { process(it) }
         }
     }
 
