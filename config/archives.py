@@ -13,9 +13,9 @@ DATE_S = 315532802
 _ZIP_DATE = (1980, 1, 1, 0, 0, 2)
 
 
-def source_files(folder: Path, *paths: str) -> dict[str, bytes]:
+def source_files(folder: Path) -> dict[str, bytes]:
     """The files of a folder that git has or would add, by their names relative to it, sorted."""
-    command = ["git", "ls-files", "-co", "--exclude-standard", "-z", "--", *paths]
+    command = ["git", "ls-files", "-co", "--exclude-standard", "-z"]
     listed = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
     names = sorted(set(filter(None, listed.split("\0"))))
     return {name: (folder / name).read_bytes() for name in names if (folder / name).is_file()}

@@ -125,19 +125,31 @@ def test_a_local_project_takes_the_package_from_this_tree() -> None:
     assert (project / "Packages" / location).resolve() == PACKAGE
 
 
-def test_the_hash_of_the_library_changes_with_any_of_its_sources(tmp_path: Path) -> None:
-    sys.path.insert(0, str(ROOT / "config"))
-    from unity_library import inputs_hash
-
-    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
-    (tmp_path / "pom.xml").write_text("<project/>")
-    before = inputs_hash(tmp_path)
-    (tmp_path / "README.md").write_text("no input")
-    assert inputs_hash(tmp_path) == before
-    (tmp_path / "native/sources").mkdir(parents=True)
-    (tmp_path / "native/sources/world.c").write_text("")
-    assert inputs_hash(tmp_path) != before
+def test_the_library_is_that_of_the_build_and_not_in_git(installed: Path) -> None:
+    library = "Plugins/Android/ml2-sensors.aar"
+    built = ROOT / f"build/aar/ml2-sensors-unity-{VERSION}.aar"
+    assert (installed / library).read_bytes() == built.read_bytes()
+    assert (PACKAGE / library).read_bytes() == built.read_bytes()
+    tracked = ["git", "ls-files", "-co", "--exclude-standard", "--", "*.aar"]
+    assert subprocess.run(tracked, cwd=ROOT, check=True, capture_output=True).stdout == b""
 
 
-def test_the_committed_library_was_made_from_these_sources() -> None:
-    subprocess.run([sys.executable, ROOT / "config/unity_library.py", "--check"], check=True)
+def test_a_release_adds_the_package_to_the_branch_upm(
+    installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("AUTHOR_NAME", "AUTHOR_EMAIL", "COMMITTER_NAME", "COMMITTER_EMAIL"):
+        monkeypatch.setenv(f"GIT_{name}", "release")
+    for repository in (["--bare", "remote"], ["clone"]):
+        subprocess.run(["git", "init", "--quiet", *repository], cwd=tmp_path, check=True)
+    release: list[str | Path] = [ROOT / "config/upm_branch.sh", make_tarball(), "../remote"]
+    for _ in range(2):
+        subprocess.run(release, cwd=tmp_path / "clone", check=True)
+
+    def git(*command: str) -> list[str]:
+        words = ["git", "-C", str(tmp_path / "remote"), *command]
+        return subprocess.run(words, check=True, capture_output=True, text=True).stdout.split("\0")
+
+    files = [path for path in installed.rglob("*") if path.is_file()]
+    pushed = git("ls-tree", "-r", "-z", "--name-only", "upm")
+    assert sorted(filter(None, pushed)) == sorted(str(it.relative_to(installed)) for it in files)
+    assert git("rev-list", "--count", "upm") == ["2\n"]
