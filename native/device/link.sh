@@ -2,12 +2,13 @@
 # Links build/native/device/libml2sensors.so, the file that goes into the AAR, for x86_64-linux-android29 without an
 # NDK: freestanding C, declarations of our own (include/) and stub libraries of bionic (bionic/*.txt lists all that may
 # be used of it). build/native/linux/ receives what lets a Linux process load that same file: libraries of bionic's
-# names that only need the system's, and a liblog that prints. Equal sources give equal bytes.
+# names that only need the system's, and a liblog that prints. Equal sources give equal bytes. Other folders than these
+# two: link.sh DEVICE LINUX.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-out=build/native/device
-linux=build/native/linux
+out=${1:-build/native/device}
+linux=${2:-build/native/linux}
 stubs=$out/stubs
 target=(clang --target=x86_64-linux-android29 -std=gnu11 -nostdlib -shared -fPIC -fuse-ld=lld)
 
