@@ -8,6 +8,12 @@
 #include "../../sim/openxr/openxr_headers.h"
 #include "openxr_fixture.h"
 
+/** The extensions that all sensors together need. */
+inline const std::vector<const char *> kAll = {
+    XR_MND_HEADLESS_EXTENSION_NAME,      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+    XR_EXT_FUTURE_EXTENSION_NAME,        XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
+    XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME};
+
 class App {
   public:
     explicit App(const std::vector<const char *> &extensions) {

@@ -1,19 +1,7 @@
 // Inside an app that owns instance and session.
-#include <future>
-#include <thread>
-
 #include "app.h"
 
-namespace {
-
-const std::vector<const char *> kAll = {
-    XR_MND_HEADLESS_EXTENSION_NAME,      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
-    XR_EXT_FUTURE_EXTENSION_NAME,        XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
-    XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME};
-
 class Borrowed : public OpenXr {};
-
-} // namespace
 
 TEST_F(Borrowed, NoInstanceAndNoSessionIsMadeOrEnded) {
     App app(kAll);
@@ -74,29 +62,6 @@ TEST_F(Borrowed, AnExtensionThatTheAppHasNotEnabledIsNamed) {
     EXPECT_EQ(head.result, ML2S_OK);
     expectRefused(kEyeNasalLeft, ML2S_NOT_AVAILABLE, "not available: XR_EXT_future (not enabled by the app)");
     expectRefused(kHands, ML2S_NOT_AVAILABLE, "not available: XR_EXT_hand_tracking (not enabled by the app)");
-}
-
-TEST_F(Borrowed, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
-    App app(kAll);
-    app.createSession();
-    const auto appsOwn = counters().live_objects;
-    ASSERT_EQ(app.lend(), ML2S_OK);
-    std::promise<void> isPolled;
-    std::thread sensors([&] {
-        Sensor head(kHead);
-        isPolled.set_value();
-        do {
-            head.pollPose();
-        } while (head.result != ML2S_VENDOR_FAILURE);
-        EXPECT_STREQ(head.error.message, "the app is ending its OpenXR session");
-        expectRefused(kHands, ML2S_VENDOR_FAILURE, "the app is ending its OpenXR session");
-    });
-    isPolled.get_future().wait();
-    auto error = sized<ml2s_error>();
-    EXPECT_EQ(ml2s_use_openxr(nullptr, &error), ML2S_OK) << error.message;
-    EXPECT_EQ(counters().live_objects, appsOwn);
-    sensors.join();
-    expectRefused(kHead, ML2S_NOT_AVAILABLE, "not available: OpenXR (ml2s_use_openxr was not called)");
 }
 
 TEST_F(Borrowed, TheAppsSessionCanBeGivenAwayForOneOfOurOwn) {

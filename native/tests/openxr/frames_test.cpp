@@ -402,10 +402,15 @@ TEST_F(Frames, APausedSensorCanBeClosed) {
     EXPECT_EQ(eye.close(), ML2S_OK);
 }
 
-class RunningFrames : public OpenXr {};
+class RunningFrames : public OpenXr {
+  protected:
+    void SetUp() override {
+        OpenXr::SetUp();
+        headset("trajectory", STILL_HEAD);
+    }
+};
 
 TEST_F(RunningFrames, AStalledCameraDoesNotHoldBackTheOthers) {
-    headset("loop_seconds", "2");
     const Slots left(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes), right(ML2S_STREAM_EYE_NASAL_RIGHT, 2, kEyeBytes);
     auto settings = kEyeNasalLeft;
     settings.streams |= bitOf(ML2S_STREAM_EYE_NASAL_RIGHT);
@@ -425,7 +430,6 @@ TEST_F(RunningFrames, AStalledCameraDoesNotHoldBackTheOthers) {
 }
 
 TEST_F(RunningFrames, StampsAreTheBoottimeOfTheCapture) {
-    headset("loop_seconds", "2");
     headset("mltime_skew_ppm", "200");
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
     Sensor eye(kEyeNasalLeft);

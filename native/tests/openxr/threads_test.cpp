@@ -1,13 +1,19 @@
 // Sensors of several threads in one session.
 #include <atomic>
+#include <future>
 #include <thread>
 
-#include "openxr_fixture.h"
+#include "app.h"
 
-class Threads : public OpenXr {};
+class Threads : public OpenXr {
+  protected:
+    void SetUp() override {
+        OpenXr::SetUp();
+        headset("trajectory", STILL_HEAD);
+    }
+};
 
 TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
-    headset("loop_seconds", "2");
     constexpr int kRounds = 5;
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400);
     std::atomic<int> frames{0}, poses{0};
@@ -36,7 +42,6 @@ TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
 }
 
 TEST_F(Threads, FramesAreReadWhileTheNextAreWritten) {
-    headset("loop_seconds", "2");
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, 400 * 400);
     std::atomic<bool> isDone{false};
     std::thread reader([&] {
@@ -70,4 +75,27 @@ TEST_F(Threads, FramesAreReadWhileTheNextAreWritten) {
     }
     isDone = true;
     reader.join();
+}
+
+TEST_F(Threads, BeforeTheAppsSessionEndsPollsFailUntilAllIsClosed) {
+    App app(kAll);
+    app.createSession();
+    const auto appsOwn = counters().live_objects;
+    ASSERT_EQ(app.lend(), ML2S_OK);
+    std::promise<void> isPolled;
+    std::thread sensors([&] {
+        Sensor head(kHead);
+        isPolled.set_value();
+        do {
+            head.pollPose();
+        } while (head.result != ML2S_VENDOR_FAILURE);
+        EXPECT_STREQ(head.error.message, "the app is ending its OpenXR session");
+        expectRefused(kHands, ML2S_VENDOR_FAILURE, "the app is ending its OpenXR session");
+    });
+    isPolled.get_future().wait();
+    auto error = sized<ml2s_error>();
+    EXPECT_EQ(ml2s_use_openxr(nullptr, &error), ML2S_OK) << error.message;
+    EXPECT_EQ(counters().live_objects, appsOwn);
+    sensors.join();
+    expectRefused(kHead, ML2S_NOT_AVAILABLE, "not available: OpenXR (ml2s_use_openxr was not called)");
 }

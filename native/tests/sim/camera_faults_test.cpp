@@ -70,6 +70,7 @@ TYPED_TEST(CameraFaults, AHandleOfACameraThatWentAwayStaysDead) {
 }
 
 TYPED_TEST(CameraFaults, EveryNthFrameNeverComes) {
+    set("trajectory", STILL_HEAD);
     this->setFault("drop_every", "3");
     ASSERT_EQ(this->connect(), MLResult_Ok);
     int frames = 0;

@@ -33,6 +33,7 @@ class Depth : public Cameras<DepthPort> {
 };
 
 TEST_F(Depth, EveryLegalRateIsDeliveredAnd60Delivers30) {
+    set("trajectory", STILL_HEAD);
     const auto longRange = MLDepthCameraFrameType_LongRange, shortRange = MLDepthCameraFrameType_ShortRange;
     EXPECT_EQ(framesIn2Seconds(longRange, MLDepthCameraFrameRate_1FPS, 1600), 2);
     EXPECT_EQ(framesIn2Seconds(longRange, MLDepthCameraFrameRate_5FPS, 1600), 10);

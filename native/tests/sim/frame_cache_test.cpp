@@ -8,12 +8,15 @@
 
 #include "cameras_fixture.h"
 
+constexpr uint32_t kFrames = 2; // of STILL_HEAD, at its start and its end
+
 class FrameCaches : public SimulatedHeadset {
   protected:
     void SetUp() override {
         SimulatedHeadset::SetUp();
         std::string pattern = testing::TempDir() + "ml2sim_cache_XXXXXX";
         folder = mkdtemp(pattern.data());
+        set("trajectory", STILL_HEAD);
         set("clock", "real");
         set("cache", folder.c_str());
     }
@@ -49,7 +52,7 @@ TEST_F(FrameCaches, AreKeptInTheCacheUnderNamesOfTheirInputs) {
     ASSERT_EQ(files().size(), 1u);
     for (const auto &file : files()) {
         EXPECT_EQ(file.extension(), ".frames") << "nothing half written remains";
-        EXPECT_EQ(std::filesystem::file_size(file), 60u * 163840u);
+        EXPECT_EQ(std::filesystem::file_size(file), kFrames * 163840u);
     }
     set("seed", "77");
     pixel();
@@ -65,7 +68,7 @@ TEST_F(FrameCaches, AProcessShowsWhatAnotherLeftInTheCache) {
     EXPECT_EXIT(drawInAnotherProcess(), testing::ExitedWithCode(0), "drawing");
     for (const auto &file : files()) {
         FILE *frames = std::fopen(file.c_str(), "r+");
-        for (long frame = 0; frame < 60; frame++) {
+        for (long frame = 0; frame < long{kFrames}; frame++) {
             std::fseek(frames, frame * 163840, SEEK_SET);
             std::fputc(171, frames);
         }
@@ -85,5 +88,5 @@ TEST_F(FrameCaches, AFileOfAnotherSizeIsDrawnAnew) {
         std::filesystem::resize_file(file, 163840);
     pixel();
     for (const auto &file : files())
-        EXPECT_EQ(std::filesystem::file_size(file), 60u * 163840u);
+        EXPECT_EQ(std::filesystem::file_size(file), kFrames * 163840u);
 }

@@ -123,7 +123,6 @@ TYPED_TEST(Strictness, AnOpenHandleShowsInTheBooks) {
 }
 
 TYPED_TEST(Strictness, ReleasedPixelsCannotBeTouched) {
-    testing::FLAGS_gtest_death_test_style = "threadsafe";
     this->connectAndGet();
     const auto *pixels = static_cast<const volatile uint8_t *>(TypeParam::buffer(this->data).data);
     ASSERT_EQ(this->release(), MLResult_Ok);
@@ -135,7 +134,7 @@ TYPED_TEST(Strictness, ReleasedPixelsCannotBeTouched) {
 }
 
 TYPED_TEST(Strictness, MisuseAbortsWhenAskedTo) {
-    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    testing::FLAGS_gtest_death_test_style = "threadsafe"; // A fork is another thread than the one that connected.
     ASSERT_EQ(this->connect(), MLResult_Ok);
     set("abort_on_misuse", "1");
     EXPECT_DEATH(this->release(), "misuse: .* nothing is got");

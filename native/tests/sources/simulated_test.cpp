@@ -152,6 +152,7 @@ TEST_P(SimulatedCamera, ACameraThatWentAwayIsToldAndComesBackAfterAPause) {
 }
 
 TEST_P(SimulatedCamera, DroppedFramesAreGapsInTheirNumbers) {
+    set("trajectory", STILL_HEAD);
     setFault("drop_every", "2");
     Sensor sensor(settings());
     std::vector<int64_t> numbers;
@@ -241,6 +242,7 @@ TEST_P(SimulatedCamera, EveryMalformedStructureIsSkippedAndARunOfThemFailsThePol
 }
 
 TEST_P(SimulatedCamera, OddFramesAreSkippedAndCounted) {
+    set("trajectory", STILL_HEAD);
     setFault("odd_every", "3");
     Sensor sensor(settings());
     uint32_t usable = 0, skipped = 0;
