@@ -17,6 +17,7 @@ from typing import IO, Any
 from rich.console import Console
 
 from live_table import LiveTable
+from ml2_receiver.commands.stopping import heed_interrupts
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.errors import ConfigError
 from ml2_receiver.table.reader import load_table
@@ -154,6 +155,7 @@ def _lines(child: subprocess.Popen[str]) -> IO[str]:
 
 
 if __name__ == "__main__":
+    heed_interrupts()
     try:
         sys.exit(main())
     except KeyboardInterrupt:

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import shtab
 
+from .commands.stopping import heed_interrupts
 from .errors import ReceiverError
 from .generated.version import VERSION
 
@@ -49,7 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 if the command succeeded, 1 if it found a problem in what it checked, 2 if it failed, with
         the reason on stderr.
     """
-    options = command_line().parse_args(arguments)
+    heed_interrupts()
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = command_line(arguments).parse_args(arguments)
     try:
         exit_code: int = options.run(options)
     except ReceiverError as error:
@@ -60,15 +63,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code
 
 
-def command_line() -> argparse.ArgumentParser:
-    """Returns the parser of all subcommands; this imports their modules, but not ROS."""
+def command_line(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Returns the parser for `arguments`: of the subcommand that they begin with, else of all.
+
+    It imports the modules of these subcommands, but not ROS.
+    """
     parser = _Parser(prog="ml2-receiver", description="Magic Leap 2 to ROS 2.", epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=VERSION)
     shtab.add_argument_to(
         parser, "--print-completion", help="print the completion script for this shell"
     )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for entry_point in _commands():
+    commands = _commands()
+    named = [it for it in commands if it.name in arguments[:1]]
+    for entry_point in named or commands:
         entry_point.load().add_parser(subparsers)
     return parser
 

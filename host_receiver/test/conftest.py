@@ -1,9 +1,11 @@
 """Fixtures of several modules, and how patient all tests are."""
 
+import functools
 import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -22,15 +24,28 @@ settings.load_profile("any machine")
 
 
 # What a module uses that starts processes or ROS.
-_SLOW = {"rclpy", "ros_client", "ros_processes", "ros_subscriber", "subprocess"}
+_SLOW = {
+    "adb_stand_in",
+    "rclpy",
+    "ros_client",
+    "ros_processes",
+    "ros_subscriber",
+    "subprocess",
+    "wall_walk",
+}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
     """Marks the tests of modules that start processes: `make check` leaves them out."""
     for item in items:
-        used = {getattr(it, "__module__", None) or str(it) for it in vars(item.module).values()}
-        if {re.sub(r"^<module '|[.'].*", "", name) for name in used} & _SLOW:
+        if _is_slow(item.module):
             item.add_marker("processes")
+
+
+@functools.cache
+def _is_slow(module: ModuleType) -> bool:
+    used = {getattr(it, "__module__", None) or str(it) for it in vars(module).values()}
+    return bool({re.sub(r"^<module '|[.'].*", "", name) for name in used} & _SLOW)
 
 
 @pytest.fixture(autouse=True, scope="session")

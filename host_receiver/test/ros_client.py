@@ -4,6 +4,7 @@ Each line of standard input is [function, arguments...]; each answer is a line o
 """
 
 import json
+import signal
 import sys
 from typing import Any
 
@@ -98,6 +99,8 @@ def _parameters(values: dict[str, Any]) -> list[Parameter]:
 
 
 def main() -> None:
+    # A shell may have started the tests to ignore it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     rclpy.init()
     client = Client(rclpy.create_node("client"))
     for line in sys.stdin:

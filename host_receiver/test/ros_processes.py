@@ -9,12 +9,13 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from ros_domain import reserve_domain
-from waiting import LIMIT_S
+from waiting import GRACE_S, LIMIT_S
 
 _POLL_S = 0.01
 _HERE = Path(__file__).parent
@@ -22,18 +23,18 @@ _own_domain = functools.cache(reserve_domain)
 
 
 def environment() -> dict[str, str]:
-    """Returns the environment for children; rclpy's wheels prepare each process anew."""
+    """Returns the environment for children."""
     environ = {**os.environ, "PYTHONPATH": str(_HERE.parent), "PYTHONUNBUFFERED": "1"}
-    environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
     environ["ROS_DOMAIN_ID"] = str(_own_domain())
     environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     return environ
 
 
 class Child:
-    """A Python program whose standard output is read line by line; interrupted when left.
+    """A Python program whose standard output is read line by line.
 
-    A ROS program that is killed would stay in the others' graphs for many seconds.
+    When left, it is interrupted, terminated if it goes on, and killed as a last resort: a ROS
+    program that is killed stays in the others' graphs for many seconds.
     """
 
     def __init__(self, *arguments: str) -> None:
@@ -65,16 +66,26 @@ class Child:
     def __exit__(
         self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
     ) -> None:
-        self.process.send_signal(signal.SIGINT)
         try:
-            self.process.wait(LIMIT_S)
+            self._stop()
         finally:
             self.process.kill()
+            self.process.wait()
         for thread in self._threads:
             thread.join()
         for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
             assert stream is not None
             stream.close()
+
+    def _stop(self) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self.process.send_signal(number)
+            with suppress(subprocess.TimeoutExpired):
+                self.process.wait(GRACE_S)
+                return
+        raise AssertionError(
+            f"neither SIGINT nor SIGTERM ends {self.process.args!r}; {self.errors}"
+        )
 
     def first_line(self) -> str:
         """The next line; a program that prints none in time is killed, for nobody else would."""

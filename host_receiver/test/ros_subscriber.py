@@ -5,6 +5,7 @@ First the publishers' type and QoS, once there is one; then each message's bytes
 
 import contextlib
 import json
+import signal
 import sys
 from importlib import import_module
 from typing import Any
@@ -19,6 +20,8 @@ _WAIT_S = 0.1
 
 def main(topic: str, type: str, durability: str) -> None:
     package, _, name = type.partition("/msg/")
+    # A shell may have started the tests to ignore it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     rclpy.init()
     node = rclpy.create_node("subscriber")
     while not say_publishers(node, topic):

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
 
@@ -9,7 +10,7 @@ import bag_scene
 from ml2_receiver.cli import main
 from mock_device import MockDevice
 from repeated import repeated
-from ros_processes import Client, Receiver, environment
+from ros_processes import Client, environment
 from waiting import LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -23,10 +24,10 @@ REFUSED = {
 }
 
 
-def command(*arguments: str) -> tuple[int, list[str], str]:
+def echo(*arguments: str) -> tuple[int, list[str], str]:
     """Exit code, lines, and what it said to standard error."""
     done = subprocess.run(
-        [sys.executable, "-m", "ml2_receiver", *arguments],
+        [sys.executable, "-m", "ml2_receiver", "echo", *arguments],
         env=environment(),
         capture_output=True,
         text=True,
@@ -36,7 +37,22 @@ def command(*arguments: str) -> tuple[int, list[str], str]:
     return done.returncode, done.stdout.splitlines(), done.stderr
 
 
-def test_values_that_are_legal_together_are_set_together(client: Client) -> None:
+type Command = Callable[..., tuple[int, list[str], str]]
+
+
+@pytest.fixture
+def command(ros_of_children: None, capsys: pytest.CaptureFixture[str]) -> Command:
+    """Runs a command in this process, and returns what `echo` does."""
+
+    def run(*arguments: str) -> tuple[int, list[str], str]:
+        code = main(arguments)
+        said = capsys.readouterr()
+        return code, said.out.splitlines(), said.err
+
+    return run
+
+
+def test_values_that_are_legal_together_are_set_together(client: Client, command: Command) -> None:
     pairs = {"resolution_width": 1280, "resolution_height": 720, "update_rate": 60}
     values = [f"picture_center.{key}={value}" for key, value in pairs.items()]
     code, _, said = command("set", *values, "picture_center.enabled=true")
@@ -45,9 +61,8 @@ def test_values_that_are_legal_together_are_set_together(client: Client) -> None
     assert client.ask("get", *keys) == [1280, 720, 60, True]
 
 
-def test_a_value_that_is_refused_is_refused_with_the_receivers_words(
-    receiver: Receiver,
-) -> None:
+@pytest.mark.usefixtures("receiver")
+def test_a_value_that_is_refused_is_refused_with_the_receivers_words(command: Command) -> None:
     for value, words in REFUSED.items():
         code, _, said = command("set", value)
         assert (code, words in said) == (2, True), (value, said)
@@ -59,7 +74,7 @@ def test_what_is_no_assignment_is_refused(capsys: pytest.CaptureFixture[str]) ->
     assert "expected KEY=VALUE, found 'world_left.enabled'" in capsys.readouterr().err
 
 
-def test_services_are_called(device: MockDevice) -> None:
+def test_services_are_called(device: MockDevice, command: Command) -> None:
     code, lines, _ = command("call", "stop")
     assert (code, lines) == (0, ["streams are stopped until ~/start"])
     assert device.reconfigure().streams == {}
@@ -67,7 +82,7 @@ def test_services_are_called(device: MockDevice) -> None:
 
 def test_messages_are_printed_with_the_first_elements_of_long_arrays(device: MockDevice) -> None:
     with repeated(lambda: device.publish("world_left/image_raw", bag_scene.image(3)), 0.05):
-        code, lines, said = command("echo", "world_left/image_raw", "--once")
+        code, lines, said = echo("world_left/image_raw", "--once")
     assert (code, said) == (0, "")
     assert lines[:3] == [
         "header:",
@@ -80,12 +95,6 @@ def test_messages_are_printed_with_the_first_elements_of_long_arrays(device: Moc
 
 
 def test_what_was_said_before_is_printed_where_ros_keeps_it(device: MockDevice) -> None:
-    code, lines, _ = command("echo", "/magic_leap2/config", "--once")
+    code, lines, _ = echo("/magic_leap2/config", "--once")
     assert code == 0
     assert "world_left" in "".join(lines)
-
-
-def test_without_a_receiver_it_says_what_to_start() -> None:
-    code, _, said = command("call", "stop")
-    assert code == 2
-    assert "Start `ml2-receiver run`" in said

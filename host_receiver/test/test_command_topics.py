@@ -79,13 +79,6 @@ def test_doctor_tells_what_the_link_carries(receiver: Receiver) -> None:
     assert "Mbit/s arrive, p99 of the slowest topic" in found["link to headset"]["found"]
 
 
-@pytest.mark.parametrize("name", ["topics", "devices"])
-def test_without_a_receiver_it_says_what_to_start(name: str) -> None:
-    with command(name) as child:
-        assert child.wait() == 2
-        assert "Start `ml2-receiver run`" in "\n".join(child.errors)
-
-
 @pytest.mark.parametrize("folder", ["missing/log", "read_only"])
 def test_where_ros_cannot_write_its_log_it_names_the_variable_to_set(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str

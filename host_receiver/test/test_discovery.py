@@ -158,7 +158,10 @@ def test_a_long_name_is_cut_to_what_dns_takes(name: str, cut: str) -> None:
 
 MOVING = """
 import subprocess, sys, time
+from ml2_receiver.transport import discovery
 from ml2_receiver.transport.discovery import Announcement, find_receivers
+
+discovery._UPDATE_S = 0.2
 
 def ip(*words):
     subprocess.run(["ip", *words], check=True)
@@ -166,7 +169,7 @@ def ip(*words):
 def await_addresses(expected):
     deadline_s = time.monotonic() + 40
     while time.monotonic() < deadline_s:
-        found = {it.name: it.addresses for it in find_receivers()}
+        found = {it.name: it.addresses for it in find_receivers(1.2)}
         if found.get("mover") == expected:
             return
     sys.exit(f"expected {expected}, found {found}")

@@ -11,6 +11,8 @@ from ml2_tools.evaluation.comparison import STATISTICS, compare
 from ml2_tools.evaluation.evaluation import agreement
 from trajectories import moved, wandering
 
+pytestmark = pytest.mark.processes
+
 
 def test_another_world_and_scale_are_no_error() -> None:
     result = compare(wandering(rate_hz=90), moved(wandering(), 0.2, (1, -2, 0.5)))

@@ -1,6 +1,7 @@
 """The layers of both packages: a module imports from its own layer and from lower ones only."""
 
 import ast
+import functools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -39,13 +40,19 @@ PUBLIC = (
 NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "ml2_tools"}
 
 
+@functools.cache
 def modules(top: str) -> list[str]:
     files = (path.relative_to(ROOT).with_suffix("") for path in (ROOT / top).rglob("*.py"))
     return sorted(".".join(file.parts) for file in files)
 
 
-def imports(module: str) -> Iterator[str]:
-    """Yields the absolute name of every module that this one imports, lazily or at once."""
+@functools.cache
+def imports(module: str) -> list[str]:
+    """The absolute name of every module that this one imports, lazily or at once."""
+    return list(_imports(module))
+
+
+def _imports(module: str) -> Iterator[str]:
     path = ROOT / Path(*module.split(".")).with_suffix(".py")
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):

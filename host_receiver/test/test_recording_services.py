@@ -171,10 +171,3 @@ def test_a_recording_that_failed_is_told_and_another_may_begin(
         True,
         f"recording into {folder.parent / 'again'}",
     ]
-
-
-def test_without_a_receiver_there_is_nothing_to_attach_to(folder: Path) -> None:
-    with Child("-m", "ml2_receiver", "record", str(folder), "--attach") as child:
-        assert child.wait() == 2
-    assert any("no receiver in ROS domain" in line for line in child.errors)
-    assert not folder.exists()

@@ -1,8 +1,12 @@
 import signal
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from ros_processes import Child
+from ros_processes import Child, Client, Receiver, Subscriber
+
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
 
 # The kernel may give a signal to any thread; here it cannot give it to the one that waits.
 PROGRAM = """
@@ -23,3 +27,44 @@ def test_a_signal_that_another_thread_gets_ends_the_wait(number: signal.Signals)
     with Child("-c", PROGRAM) as child:
         assert child.line() == "waits"
         assert child.end(number) == 0
+
+
+@pytest.fixture
+def background_job() -> Iterator[None]:
+    """Children start as those of a shell without job control do."""
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, handler)
+
+
+COMMAND = """
+import sys
+import threading
+from ml2_receiver.cli import main
+
+assert main(sys.argv[1:]) == 0
+print("waits", flush=True)
+threading.Event().wait()
+"""
+
+
+@pytest.mark.usefixtures("background_job")
+def test_ctrl_c_ends_any_command_of_a_background_job(config: Path) -> None:
+    with Child("-c", COMMAND, "config", "check", str(config)) as child:
+        while child.line() != "waits":
+            pass
+        assert child.end() == -signal.SIGINT
+
+
+@pytest.mark.usefixtures("background_job")
+def test_ctrl_c_ends_receivers_and_test_programs_of_a_background_job(config: Path) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    with (
+        Receiver(config) as receiver,
+        Client() as client,
+        Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber,
+    ):
+        assert client.ask("get", "battery.enabled") == [True]
+        assert client.end() == -signal.SIGINT
+        assert subscriber.end() == 0
+        assert receiver.end() == 0

@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable
 
 LIMIT_S = 20.0
+# How long a child that was asked to end may take until it is asked more firmly.
+GRACE_S = 5.0
 
 
 def await_true(is_true: Callable[[], bool]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -116,6 +117,7 @@ def _pose(at_s: float) -> Pose:
     return pose
 
 
+@functools.cache
 def _paint(seed: int) -> NDArray[np.uint8]:
     random = np.random.default_rng(seed)
     levels = [random.integers(0, 255, (side, side)).astype(np.float32) for side in (64, 256, 512)]

@@ -7,11 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import shtab
-from rich.console import Console
-from rich.table import Table
 
 from ..configuration.config import Config, load_config
-from ..configuration.stream_options import options_of, options_table
 from ..table.reader import load_table
 from ..table.stream_table import Topic
 
@@ -53,7 +50,11 @@ def add_file(parser: argparse.ArgumentParser, *names: str, **options: Any) -> No
     action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
+# rich is imported where a table is printed, as all commands import this module.
 def _check(options: argparse.Namespace) -> int:
+    from rich.console import Console
+    from rich.table import Table
+
     config = load_config(options.file)
     if options.json:
         streams = {
@@ -77,6 +78,10 @@ def _streams(config: Config) -> Iterator[tuple[str, dict[str, Any], list[Topic]]
 
 
 def _show(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from ..configuration.stream_options import options_of, options_table
+
     streams = options_of(load_table())
     if options.json:
         print(json.dumps(streams, indent=2))

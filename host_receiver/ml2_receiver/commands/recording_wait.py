@@ -7,8 +7,6 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from rich.live import Live
-
 _REDRAW_S = 0.5
 
 
@@ -33,9 +31,11 @@ def wait(
     end_s: float | None = None
     last_s, last = time.monotonic(), standing()
     with ExitStack() as stack:
-        live = Live(auto_refresh=False, transient=True) if sys.stdout.isatty() else None
-        if live is not None:
-            stack.enter_context(live)
+        live = None
+        if sys.stdout.isatty():
+            from rich.live import Live
+
+            live = stack.enter_context(Live(auto_refresh=False, transient=True))
         while not last.is_over:
             if end_s is None and duration_s is not None and last.messages:
                 end_s = last_s + duration_s - last.duration_s

@@ -7,6 +7,15 @@ import threading
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+def heed_interrupts() -> None:
+    """Makes SIGINT raise KeyboardInterrupt even if this process was started to ignore it.
+
+    A shell without job control starts background jobs so, and their children inherit it.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def stop_signal() -> threading.Event:
     """Set by Ctrl-C and by SIGTERM, which then end nothing by themselves; for the main thread."""
     stopping = threading.Event()

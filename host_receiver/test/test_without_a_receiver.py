@@ -1,0 +1,40 @@
+"""What commands say that need a receiver where none runs."""
+
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from ml2_receiver.cli import main
+from ml2_receiver.commands import devices, record_attached
+from ml2_tools.commands import call, latency, topics
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+
+@pytest.mark.processes
+@pytest.mark.usefixtures("ros_of_children")
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        (call, "call stop"),
+        (devices, "devices"),
+        (latency, "latency --once"),
+        (record_attached, "record walk --attach"),
+        (topics, "topics"),
+    ],
+)
+def test_without_a_receiver_it_says_what_to_start(
+    module: ModuleType,
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(module, "PATIENCE_S", 0.5)
+    assert main(words.split()) == 2
+    error, hint = capsys.readouterr().err.splitlines()
+    assert error.startswith("no receiver in ")
+    assert hint.startswith("hint: Start `ml2-receiver run`")
+    assert not list(tmp_path.iterdir()), "nothing is recorded"
