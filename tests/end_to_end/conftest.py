@@ -1,21 +1,73 @@
-"""Sessions with all simulated sensors, which several test modules share."""
+"""Distributes the tests over workers, and keeps the recordings that several modules look at."""
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
 import pytest
+from xdist.scheduler import LoadScopeScheduling  # type: ignore[import-untyped]
 
 from full_load import FullLoad, full_load
 from processes import Received
+from simulation import SMALL
+
+# Tests of one group run on one worker, one after another, so that a recording is made once. Two
+# groups have all loads that need a processor each, so that no more run at a time.
+_GROUPS = (
+    r"test_(harsh|several_headsets|doctor_link|export)\.py",
+    r"test_(rig|simulated|simulated_geometry|truth|products)\.py",
+    r"test_(outage|reconfiguration)\.py",
+    r"test_projection\.py.*\[straight",
+    r"test_projection\.py.*\[tangential",
+    r"test_projection\.py.*\[openxr",
+    r"test_replay\.py.*\[2",
+    r"test_replay\.py.*\[max",
+)
+# Each test of these modules has its own processes. The tests of all others are a group by module.
+_INDEPENDENT = r"test_(recovery|security|transform_tree|receiver_bench)\.py"
+
+
+def _group(nodeid: str) -> str:
+    """Returns the same text for all tests of a group."""
+    if re.search(_INDEPENDENT, nodeid):
+        return nodeid
+    module = nodeid.split("::", 1)[0]
+    return next((group for group in _GROUPS if re.search(group, nodeid)), module)
+
+
+class _GroupScheduling(LoadScopeScheduling):  # type: ignore[misc]
+    """Gives each group to one worker, in the order of collection."""
+
+    def __init__(self, config: pytest.Config, log: Any) -> None:
+        config.option.loadscopereorder = False
+        super().__init__(config, log)
+
+    def _split_scope(self, nodeid: str) -> str:
+        return _group(nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> _GroupScheduling:
+    return _GroupScheduling(config, log)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts the groups that take longest first, in their order."""
+    order = {group: number for number, group in enumerate(_GROUPS)}
+    items.sort(key=lambda item: order.get(_group(item.nodeid), len(order)))
 
 
 @pytest.fixture(scope="session")
 def flat(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
-    return full_load("flat", tmp_path_factory.mktemp("flat"))
+    depth = {"confidence": True, "flags": True}
+    return full_load(tmp_path_factory.mktemp("flat"), depth_center=depth)
 
 
 @pytest.fixture(scope="session")
 def rig(tmp_path_factory: pytest.TempPathFactory) -> FullLoad:
-    return full_load("rig", tmp_path_factory.mktemp("rig"))
+    folder = tmp_path_factory.mktemp("rig")
+    return full_load(folder, tf={"layout": "rig"}, picture_center=SMALL)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-import itertools
+from bisect import bisect
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +62,10 @@ def interpolated(poses: dict[int, Matrix], at: int) -> Matrix:
     """Interpolates the pose at a time in ns, linearly in position and in the rotation vector."""
     if at in poses:
         return poses[at]
-    before, after = next((a, b) for a, b in itertools.pairwise(sorted(poses)) if a < at < b)
+    stamps = sorted(poses)
+    later = bisect(stamps, at)
+    assert 0 < later < len(stamps), "the time is between two poses"
+    before, after = stamps[later - 1 : later + 1]
     fraction = (at - before) / (after - before)
     a, b = poses[before], poses[after]
     turn = cv2.Rodrigues(a[:3, :3].T @ b[:3, :3])[0]

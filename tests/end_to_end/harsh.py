@@ -33,9 +33,9 @@ import yaml
 from load_run import Loaded, Usage, load_run
 from processes import ROOT
 from proxy import Proxy
+from simulation import demo_config
 
 RESULTS = ROOT / "build" / "reports" / "harsh.json"
-DEMO = ROOT / "config" / "demo.yaml"
 # The time without faults at the end, as in the simulated headset: 40 %, at most 75 s.
 _QUIET_SHARE, _LONGEST_QUIET_S = 0.4, 75.0
 _LAST_SHARE, _LONGEST_LAST_S = 0.25, 60.0
@@ -79,8 +79,14 @@ class BadLink(Proxy):
             self.bring_up()
 
 
-def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
-    """Runs full load with faults by seed, and returns the results; logs are in `folder`."""
+def harsh_run(
+    duration_s: float, seed: int, folder: Path, **changes: dict[str, Any]
+) -> dict[str, Any]:
+    """Runs all streams with faults by seed, and returns the results; logs are in `folder`.
+
+    Args:
+        changes: changes of the demo's configuration, by section.
+    """
     quiet_s = min(_LONGEST_QUIET_S, _QUIET_SHARE * duration_s)
     last_s = min(_LONGEST_LAST_S, _LAST_SHARE * duration_s)
     links: list[BadLink] = []
@@ -96,8 +102,11 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
         snapshots.append({"at_s": time.time(), "no_buffer": _dropped(snapshot, "no_buffer")})
 
     has_openxr = seed % 2 == 0
+    folder.mkdir(parents=True, exist_ok=True)
+    config = folder / "config.yaml"
+    config.write_text(_with_openxr(changes) if has_openxr else demo_config(**changes))
     (loaded,) = load_run(
-        _openxr_config(folder / "openxr.yaml") if has_openxr else DEMO,
+        config,
         folder,
         duration_s,
         headset_options=("--simulate", f"harsh={seed}"),
@@ -118,15 +127,13 @@ def harsh_run(duration_s: float, seed: int, folder: Path) -> dict[str, Any]:
     }
 
 
-def _openxr_config(file: Path) -> Path:
-    """Writes the demo's configuration with OpenXR as the backend of each section with a choice."""
-    config = yaml.safe_load(DEMO.read_text())
+def _with_openxr(changes: dict[str, dict[str, Any]]) -> str:
+    """Returns the configuration with OpenXR as the backend of each section with a choice."""
+    config = yaml.safe_load(demo_config(**changes))
     for section in config["/ml2_receiver"]["ros__parameters"].values():
         if "backend" in section:
             section["backend"] = "openxr"
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(yaml.safe_dump(config))
-    return file
+    return yaml.safe_dump(config)
 
 
 def _alive(loaded: Loaded, since_s: float) -> list[str]:

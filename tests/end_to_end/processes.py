@@ -126,7 +126,11 @@ def process(
             yield child
         finally:
             child.terminate()
-            output, _ = child.communicate(timeout=_TIMEOUT_S)
+            try:
+                output, _ = child.communicate(timeout=_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                raise
             errors.write(output or "")
 
 
@@ -144,6 +148,7 @@ def receive(
     receiver_options: Sequence[str] = (),
     program: Sequence[str | Path] = (HEADSET,),
     security: Security = PLAINTEXT,
+    is_enough: Callable[[dict[str, Any]], bool] = lambda _: False,
 ) -> Received:
     """Runs a headset to its end and returns all received messages; logs are in `folder`.
 
@@ -152,6 +157,8 @@ def receive(
         link: makes the proxy between headset and receiver, from the receiver's address.
         on_snapshot: is called about once per second with the proxy and a count from 0, from the
             first message on.
+        is_enough: gets the messages and statistics so far, about once per second, and returns True
+            to end the headset.
     """
     environment = isolated_environment()
     with contextlib.ExitStack() as stack:
@@ -173,14 +180,17 @@ def receive(
         proxy = start(link(address)) if link else None
         destination = proxy.address if proxy else address
         headset = [*program, "--receiver", destination, *security.headset, *headset_options]
-        start(process(headset, environment, folder / "headset.log"))
-        for number, _ in enumerate(filter(_has_messages, lines(subscriber))):
+        running = start(process(headset, environment, folder / "headset.log"))
+        snapshots = map(json.loads, lines(subscriber))
+        for number, snapshot in enumerate(filter(_has_messages, snapshots)):
             on_snapshot(proxy, number)
+            if is_enough(snapshot):
+                running.terminate()
         return result(subscriber, folder)
 
 
-def _has_messages(snapshot: str) -> bool:
-    return any(topic["count"] for topic in json.loads(snapshot)["topics"].values())
+def _has_messages(snapshot: dict[str, Any]) -> bool:
+    return any(topic["count"] for topic in snapshot["topics"].values())
 
 
 def subscribing(

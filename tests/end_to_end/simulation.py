@@ -10,6 +10,8 @@ from processes import ROOT
 
 CAMERAS = ("world_center", "world_left", "world_right", "color", "depth")
 EYES = ("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+# The smallest pictures of the colour camera
+SMALL = {"resolution_width": 640, "resolution_height": 480}
 _OTHER_IMAGES = ("picture_center", "depth_center", "world_center", "world_right", *EYES)
 
 
@@ -20,6 +22,12 @@ def demo_config(**changes: dict[str, Any]) -> str:
     for section, values in changes.items():
         node["ros__parameters"][section] |= values
     return yaml.safe_dump(tree)
+
+
+def five_cameras(**changes: dict[str, Any]) -> str:
+    """Returns the demo's configuration without eye cameras, and with small colour pictures."""
+    off: dict[str, dict[str, Any]] = {key: {"enabled": False} for key in EYES}
+    return demo_config(picture_center=SMALL, **off, **changes)
 
 
 def one_camera(**changes: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
-from processes import receive
+from processes import Received, receive
 from proxy import Proxy
 from simulated_truth import SimulatedTruth
 
+# It measures time: a busy processor delays the exchanges of the clock.
 pytestmark = pytest.mark.alone
 
 GYRO = "gyro_left/imu"
@@ -20,24 +22,47 @@ GYRO = "gyro_left/imu"
 GRID_NS = 5_000_000
 CONVERGED_NS = 2_000_000_000
 LAST_NS = 1_000_000_000
+# The greatest error of 99 % of the stamps, by the link's jitter in s. These delays are random
+# without a seed, so the limit with jitter is wide. ClockScenarioTest checks that p99 is below
+# 0.2 ms with seeded delays.
+MOST_NS = {0.0: 200_000, 0.005: 600_000}
 
 
-# These delays are random without a seed, so the limit with jitter is wide. ClockScenarioTest checks
-# that p99 is below 0.2 ms with seeded delays.
-@pytest.mark.parametrize(("jitter_s", "most_ns"), [(0.0, 200_000), (0.005, 600_000)])
-def test_stamps_are_within_what_the_clock_claims(
-    tmp_path: Path, jitter_s: float, most_ns: int
-) -> None:
-    config = tmp_path / "config.yaml"
-    config.write_text("/ml2_receiver:\n  ros__parameters:\n    other_sensors: {enabled: true}\n")
-    truth = SimulatedTruth.now()
-    link = (lambda address: Proxy(address, jitter_s=jitter_s)) if jitter_s else None
-    received = receive(config, ["--duration", "6"], tmp_path, link)
+@pytest.fixture(scope="module")
+def truth() -> SimulatedTruth:
+    return SimulatedTruth.now()
+
+
+@pytest.fixture(scope="module")
+def received(
+    truth: SimulatedTruth, tmp_path_factory: pytest.TempPathFactory
+) -> dict[float, Received]:
+    """What arrived over the link with each jitter; both are recorded at the same time."""
+
+    def run(jitter_s: float, folder: Path) -> Received:
+        config = folder / "config.yaml"
+        config.write_text(
+            "/ml2_receiver:\n  ros__parameters:\n    other_sensors: {enabled: true}\n"
+        )
+        link = (lambda address: Proxy(address, jitter_s=jitter_s)) if jitter_s else None
+        return receive(config, ["--duration", "6"], folder, link)
+
+    with ThreadPoolExecutor() as pool:
+        folders = [tmp_path_factory.mktemp("clock") for _ in MOST_NS]
+        found = dict(zip(MOST_NS, pool.map(run, MOST_NS, folders), strict=True))
     assert not truth.clock_was_set()
-    stamps = np.array([stamp_ns(it) for it in received.messages(GYRO)])
+    return found
+
+
+@pytest.mark.parametrize(("jitter_s", "most_ns"), list(MOST_NS.items()))
+def test_stamps_are_within_what_the_clock_claims(
+    received: dict[float, Received], truth: SimulatedTruth, jitter_s: float, most_ns: int
+) -> None:
+    found = received[jitter_s]
+    stamps = np.array([stamp_ns(it) for it in found.messages(GYRO)])
     converged = stamps[stamps > stamps[0] + CONVERGED_NS]
     errors_ns = off_the_grid(converged + truth.boottime_ns)
-    claimed_ns = int(received.snapshot["clock"]["uncertainty_ns"])
+    claimed_ns = int(found.snapshot["clock"]["uncertainty_ns"])
     p99_ns = float(np.percentile(np.abs(errors_ns), 99))
     print(f"jitter {jitter_s} s: p99 {p99_ns:.0f} ns, claimed {claimed_ns} ns")
     assert len(errors_ns) > 500

@@ -15,8 +15,6 @@ from processes import RECEIVER, Received, headset_command
 from proxy import Proxy
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
-pytestmark = pytest.mark.alone
-
 # One raw camera at 30 Hz, which is 248 Mbit/s, and small streams.
 CONFIG = """
 /ml2_receiver:
@@ -38,7 +36,7 @@ def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], R
         proxy = stack.enter_context(Proxy(waiting.address, bytes_per_s))
         command = headset_command(proxy.address, "--source", "test-signal")
         headset = stack.enter_context(waiting.started("headset", command))
-        waiting.await_seconds(3)
+        waiting.await_seconds(1)
         found = doctor(waiting)
         headset.terminate()
         return found, waiting.result()

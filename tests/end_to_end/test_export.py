@@ -47,14 +47,15 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
     options = [f"--{name.replace('_', '-')}={value}" for name, value in NOISE.items()]
     export: list[str | Path] = [RECEIVER, "export", "--kalibr", out, "--imu", "imu_left", *options]
     with streaming(config, tmp_path, loop_seconds="2") as domain:
-        output = subprocess.run(
-            export, env=domain, timeout=60, check=True, capture_output=True, text=True
-        ).stdout
         topics = {
             "/tf": "tf2_msgs/msg/TFMessage",
             "world_left/camera_info": "sensor_msgs/msg/CameraInfo",
         }
         received = collect(topics, 10, domain, tmp_path)
+        # After the start, in which a busy machine drops so many readings that their rate is wrong
+        output = subprocess.run(
+            export, env=domain, timeout=60, check=True, capture_output=True, text=True
+        ).stdout
     assert "T_cam_imu is not in camchain.yaml" in output
     chain = yaml.safe_load((out / "camchain.yaml").read_text())
     assert {name: cam["rostopic"] for name, cam in chain.items()} == {

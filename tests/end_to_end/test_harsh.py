@@ -7,12 +7,13 @@ from typing import Any
 import pytest
 
 from harsh import harsh_run, write
+from simulation import SMALL
 
 DURATION_S = 30.0
 # A thread pool may grow once, by the tasks that the faults blocked.
 MOST_THREADS, MOST_FILES = 16, 8
 
-pytestmark = [pytest.mark.alone, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.timeout(240)
 
 
 @pytest.fixture(scope="module", params=[1, 2], ids=["default_backends", "openxr"])
@@ -20,7 +21,13 @@ def results(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("harsh")
-    results = harsh_run(DURATION_S, seed=request.param, folder=folder)
+    results = harsh_run(
+        DURATION_S,
+        request.param,
+        folder,
+        picture_center=SMALL | {"update_rate": 15},
+        depth_center={"stream": 0, "update_rate": 5},
+    )
     write(results)
     log = (folder / "one" / "headset.log").read_text()
     assert "simulating fault." in log

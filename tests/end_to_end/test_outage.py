@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from counters import assert_counters_agree
-from processes import PREFIX, RECEIVER, headset_command
+from processes import PREFIX, RECEIVER, headset_command, line_with
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = """
@@ -23,7 +23,7 @@ CAMERA = "android.permission.CAMERA"
 GRANT = "ml2-receiver headset grant world_left"
 # The running camera fails, and cannot be opened again for a while.
 FAULTS = ("fault.world.get", "fault.world.permission")
-BEGIN_S, END_S = 2, 20
+BEGIN_S, END_S = 2, 30
 LIMIT_S = 60.0
 MAX_POLLS = 60
 
@@ -40,7 +40,7 @@ def run_command(waiting: WaitingReceiver, *command: str) -> subprocess.Completed
 
 
 def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
-    """Polls `devices` until world_left is in a state whose reason contains `reason`."""
+    """Runs `devices` until world_left is in a state whose reason contains `reason`."""
     seen: list[dict[str, Any]] = []
     for _ in range(MAX_POLLS):
         device = json.loads(run_command(waiting, "devices", "--json").stdout or "null")
@@ -67,12 +67,13 @@ def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
         waiting_receiver(config, tmp_path) as waiting,
         waiting.started("headset", headset_command(waiting.address, *options)) as headset,
     ):
-        waiting.await_seconds(1)
+        line_with(headset, "world_left: waiting")
         await_state(waiting, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
         doctor = run_command(waiting, "doctor", "--json")
         (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert GRANT in finding["fix"]
+        line_with(headset, "world_left: accepted")
         await_state(waiting, "runs")
         waiting.await_seconds(2)
         headset.terminate()

@@ -7,7 +7,9 @@ room.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import cv2
@@ -16,6 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
+from euroc import Matrix
 from lenses import project_device, project_ros
 from markers import corners
 from processes import Received, receive
@@ -69,9 +72,23 @@ def room() -> Room:
     return simulated_room()
 
 
-def sightings(received: Received, camera: str, room: Room) -> list[Sighting]:
+@pytest.fixture(scope="module")
+def tree(projected: Received) -> dict[tuple[str, int], Matrix]:
+    return transforms(projected)
+
+
+@pytest.fixture(scope="module")
+def sightings(
+    projected: Received, tree: dict[tuple[str, int], Matrix], room: Room
+) -> Callable[[str], list[Sighting]]:
+    """Returns the sightings of a camera; they are computed once."""
+    return cache(lambda camera: find_sightings(projected, tree, room, camera))
+
+
+def find_sightings(
+    received: Received, tree: dict[tuple[str, int], Matrix], room: Room, camera: str
+) -> list[Sighting]:
     """Returns the sightings of up to IMAGES images with pose, calibration and metadata."""
-    tree = transforms(received)
     infos = {stamp_ns(it): it for it in received.messages(f"{camera}/camera_info")}
     metadata = {stamp_ns(it): json.loads(it.data) for it in received.messages(f"{camera}/metadata")}
     optical = f"{camera}_optical_frame"
@@ -115,23 +132,24 @@ def errors_px(pixels: NDArray[np.float64], expected: NDArray[np.float64]) -> NDA
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_corners_are_where_the_exact_model_puts_them(
-    projected: Received, room: Room, camera: str
+    sightings: Callable[[str], list[Sighting]], camera: str
 ) -> None:
-    for it in sightings(projected, camera, room):
+    for it in sightings(camera):
         assert errors_px(it.pixels, project_device(it.intrinsics, it.points)).max() < 0.5
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_corners_are_where_camera_info_puts_them_but_for_its_residual(
-    projected: Received, room: Room, camera: str
+    sightings: Callable[[str], list[Sighting]], camera: str
 ) -> None:
-    for it in sightings(projected, camera, room):
+    for it in sightings(camera):
         errors = errors_px(it.pixels, project_ros(it.camera_info, it.points))
         assert errors.max() < it.residual_px + 0.3
 
 
-def test_depth_lies_on_the_walls(projected: Received, room: Room) -> None:
-    tree = transforms(projected)
+def test_depth_lies_on_the_walls(
+    projected: Received, tree: dict[tuple[str, int], Matrix], room: Room
+) -> None:
     infos = {stamp_ns(it): it for it in projected.messages("depth/camera_info")}
     images = {stamp_ns(it): it for it in projected.messages("depth/image_raw")}
     known = [at for at in images if at in infos and ("depth_optical_frame", at) in tree]
@@ -154,11 +172,20 @@ def test_depth_lies_on_the_walls(projected: Received, room: Room) -> None:
 def in_optical_frame(image: Any, info: Any) -> NDArray[np.float64]:
     """Returns the valid pixels of a depth image as points, by its CameraInfo."""
     assert image.encoding == "32FC1"
-    z = np.frombuffer(bytes(image.data), np.float32).reshape(image.height, image.width)
-    rows, columns = np.nonzero(~np.isnan(z))
-    pixels = np.stack([columns, rows], axis=1).astype(np.float64).reshape(-1, 1, 2)
+    z = np.frombuffer(bytes(image.data), np.float32).astype(np.float64)
+    is_valid = ~np.isnan(z)
+    rays = rays_of_pixels(image.width, image.height, tuple(info.k), tuple(info.d))
+    return rays[is_valid] * z[is_valid, None]
+
+
+@cache
+def rays_of_pixels(
+    width: int, height: int, k: tuple[float, ...], d: tuple[float, ...]
+) -> NDArray[np.float64]:
+    """Returns the points with z = 1 that all pixels show, in the order of the image's data."""
+    rows, columns = np.mgrid[:height, :width]
+    pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float64)
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-9)
-    matrix, none = np.array(info.k).reshape(3, 3), np.eye(3)
-    rays = cv2.undistortPointsIter(pixels, matrix, np.array(info.d), none, none, stop)
-    depth = z[rows, columns].astype(np.float64)
-    return np.concatenate([rays.reshape(-1, 2), np.ones((len(depth), 1))], axis=1) * depth[:, None]
+    matrix, none = np.array(k).reshape(3, 3), np.eye(3)
+    rays = cv2.undistortPointsIter(pixels[:, None], matrix, np.array(d), none, none, stop)
+    return np.concatenate([rays[:, 0], np.ones((len(rays), 1))], axis=1)

@@ -28,12 +28,12 @@ from processes import (
 CONFIG = """
 /config_ML_node:
   ros__parameters:
-    world_left: {enabled: true}
+    picture_center: {enabled: true, resolution_width: 640, resolution_height: 480}
     depth_center: {enabled: true}
     other_sensors: {enabled: true}
 """
-IMAGES = ("world_left/image_raw", "depth/image_raw")
-UNDISTURBED = ("world_left/image_raw", "world_left/camera_info", "gyro_left/imu")
+IMAGES = ("color/image_raw/compressed", "depth/image_raw")
+UNDISTURBED = ("color/image_raw/compressed", "color/camera_info", "gyro_left/imu")
 
 
 @contextlib.contextmanager
@@ -90,8 +90,8 @@ def test_only_the_changed_stream_restarts(tmp_path: Path) -> None:
         # Messages that a busy machine dropped were not lost by the reconfiguration.
         reasons = {key for key in counters if key.startswith("dropped.")} - {"dropped.link_down"}
         assert int(counters["gaps"]) == sum(int(counters[key]) for key in reasons), topic
-    left, depth = numbers(received, "world_left"), numbers(received, "depth")
-    assert len(left) > 2 * 30
-    assert left == sorted(left)
+    color, depth = numbers(received, "color"), numbers(received, "depth")
+    assert len(color) > 2 * 30
+    assert color == sorted(color)
     assert sum(later < earlier for earlier, later in itertools.pairwise(depth)) == 1
     assert f"{PREFIX}/battery" in received.graph

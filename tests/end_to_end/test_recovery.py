@@ -22,6 +22,12 @@ from processes import (
 from proxy import Proxy
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
+CONFIG = """
+/ml2_receiver:
+  ros__parameters:
+    eye_nasal_left: {enabled: true}
+    other_sensors: {enabled: true}
+"""
 GYRO = f"{PREFIX}/gyro_left/imu"
 # Messages that were in flight when a link broke have arrived after this time.
 IN_FLIGHT_S = 0.5
@@ -29,12 +35,9 @@ IN_FLIGHT_S = 0.5
 
 @pytest.fixture
 def config(tmp_path: Path) -> Path:
-    """A configuration with one raw camera and all small streams."""
+    """A configuration with a small raw camera and all small streams."""
     file = tmp_path / "config.yaml"
-    file.write_text(
-        "/ml2_receiver:\n  ros__parameters:\n"
-        "    world_left: {enabled: true}\n    other_sensors: {enabled: true}\n"
-    )
+    file.write_text(CONFIG)
     return file
 
 
@@ -54,7 +57,7 @@ def test_a_link_that_is_cut_twice_comes_back(config: Path, tmp_path: Path) -> No
     assert_counters_agree(received)
     assert dropped(received, GYRO, "link_down") > 0
     first_s, second_s = cuts_s
-    for topic in (GYRO, f"{PREFIX}/world_left/image_raw"):
+    for topic in (GYRO, f"{PREFIX}/eye_nasal_left/image_raw"):
         assert any(first_s + IN_FLIGHT_S < at < second_s for at in received.arrivals_s[topic])
         assert max(received.arrivals_s[topic]) > second_s + IN_FLIGHT_S
     assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
@@ -84,7 +87,8 @@ def test_a_link_that_carries_nothing_for_ten_seconds_comes_back(
 def test_a_slow_link_drops_images_and_counts_them(
     config: Path, tmp_path: Path, bytes_per_s: float
 ) -> None:
-    """One raw camera is 31 MB/s; at 1 MB/s, the queue is not even empty at the end."""
+    """A world camera is 31 MB/s; at 1 MB/s, the queue is not even empty at the end."""
+    config.write_text(CONFIG.replace("eye_nasal_left", "world_left"))
     options = ["--duration", "3"]
     received = receive(config, options, tmp_path, lambda address: Proxy(address, bytes_per_s))
     assert_counters_agree(received)

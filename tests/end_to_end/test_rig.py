@@ -14,8 +14,6 @@ from simulated_truth import OPTICAL, SimulatedTruth
 from simulation import CAMERAS
 from transforms import mounted, moving
 
-pytestmark = pytest.mark.alone
-
 
 def test_in_the_rig_layout_only_the_head_moves(rig: FullLoad) -> None:
     assert {child for child, _ in moving(rig.received)} == {"head_frame"}

@@ -61,7 +61,7 @@ def test_a_listener_between_them_reads_nothing_unless_both_are_insecure(
         return proxies[0]
 
     security = paired(tmp_path) if is_encrypted else PLAINTEXT
-    received = receive(config, ["--duration", "3"], tmp_path, capturing, security=security)
+    received = receive(config, ["--duration", "2"], tmp_path, capturing, security=security)
     images = received.messages(IMAGE)
     assert images
     assert received.messages(EYE), "eye images are not withheld"

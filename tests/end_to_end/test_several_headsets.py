@@ -19,13 +19,11 @@ from processes import (
     subscribing,
 )
 
-pytestmark = pytest.mark.alone
-
 NAMES = ["robot1", "robot2", "robot3", "robot4"]
 CONFIG = """
 /**:
   ros__parameters:
-    world_left: {enabled: true}
+    picture_center: {enabled: true, resolution_width: 640, resolution_height: 480}
     head_pose: {enabled: true}
 """
 
@@ -47,7 +45,7 @@ def received(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Received]:
             subscribers[name] = stack.enter_context(subscribing(environment, logs, name))
             headset = headset_command(
                 listening_address(receiver),
-                *("--source", "test-signal", "--seed", f"{seed}", "--duration", "4"),
+                *("--source", "test-signal", "--seed", f"{seed}", "--duration", "3"),
             )
             stack.enter_context(process(headset, environment, logs / "headset.log"))
         for name, subscriber in subscribers.items():
@@ -62,7 +60,7 @@ def test_each_headset_has_its_own_topics_and_loses_nothing(
     received: dict[str, Received], name: str
 ) -> None:
     own = received[name]
-    for topic in ("world_left/image_raw", "head_pose"):
+    for topic in ("color/image_raw/compressed", "head_pose"):
         full = f"/{name}{PREFIX}/{topic}"
         assert len(own.topics[full][1]) > 20
         counters = own.counters(full)
@@ -73,13 +71,13 @@ def test_each_headset_has_its_own_topics_and_loses_nothing(
 @pytest.mark.parametrize("name", NAMES)
 def test_each_headset_has_its_own_frames(received: dict[str, Received], name: str) -> None:
     own = received[name]
-    image = own.messages(f"/{name}{PREFIX}/world_left/image_raw")[-1]
-    assert image.header.frame_id == f"{name}/world_left_optical_frame"
+    image = own.messages(f"/{name}{PREFIX}/color/image_raw/compressed")[-1]
+    assert image.header.frame_id == f"{name}/color_optical_frame"
     frames = {
         frame
         for message in own.messages("/tf")
         for it in message.transforms
         for frame in (it.header.frame_id, it.child_frame_id)
     }
-    assert f"{name}/world_left_frame" in frames
+    assert f"{name}/color_frame" in frames
     assert all(frame.startswith(tuple(NAMES)) for frame in frames)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,19 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
-from processes import PREFIX, ROOT, Received, headset_command, receive, receive_command
+from processes import (
+    PREFIX,
+    ROOT,
+    Received,
+    headset_command,
+    isolated_environment,
+    line_with,
+    process,
+    receive,
+    receive_command,
+)
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 from simulation import CAMERAS, EYES, demo_config, image_topic
-
-pytestmark = pytest.mark.alone
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
@@ -30,6 +39,11 @@ def test_every_sensor_arrives(received: Received) -> None:
     assert {name: kind for name, (kind, _) in received.topics.items()} == expected
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
+
+
+def test_there_are_no_custom_topics_unless_the_user_enables_them(received: Received) -> None:
+    assert f"{PREFIX}/custom/app_uptime" not in received.graph
+    assert "custom" not in received.snapshot["streams"]
 
 
 def test_publishers_offer_reliable_and_volatile(received: Received) -> None:
@@ -213,6 +227,15 @@ def test_the_keys_of_the_simulation_are_listed_with_default_and_meaning() -> Non
     lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     assert "fault.world.stalled=0  1: no frames come, Get times out (0 to 1)" in lines
     assert all(re.fullmatch(r"[a-z_.]+=\S*  .+", line) for line in lines)
+
+
+def test_ctrl_c_ends_a_headset_that_was_started_to_ignore_it(tmp_path: Path) -> None:
+    """A shell without job control starts background jobs so."""
+    command = ["env", "--ignore-signal=INT", *headset_command("127.0.0.1:1")]
+    with process(command, isolated_environment(), tmp_path / "headset.log") as headset:
+        line_with(headset, "connecting to")
+        headset.send_signal(signal.SIGINT)
+        assert headset.wait(timeout=20) == 0
 
 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:

@@ -11,8 +11,6 @@ from processes import Received
 from simulation import CAMERAS, image_topic
 from transforms import transforms
 
-pytestmark = pytest.mark.alone
-
 # From REP 103's body axes (x forward, y left, z up) to optical axes (x right, y down, z forward).
 BODY_IN_OPTICAL = np.array([[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
 SUFFIXES = ("_frame", "_optical_frame")

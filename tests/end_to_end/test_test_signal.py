@@ -1,7 +1,11 @@
-"""Test signals contain the frame number of their capture, which must match the metadata's."""
+"""A recording of test signals and of a custom topic, which the headset's app publishes.
+
+Test signals contain the frame number of their capture, which must match the metadata's.
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
 from typing import Any
 
@@ -10,7 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 from capture_stamps import stamp_ns
-from processes import Received, receive
+from counters import assert_counters_agree
+from processes import PREFIX, Received, receive
 
 CONFIG = """
 /ml2_receiver:
@@ -19,6 +24,7 @@ CONFIG = """
     depth_center: {enabled: true, confidence: true, flags: true}
     eye_nasal_left: {enabled: true}
     picture_center: {enabled: true, resolution_width: 640, resolution_height: 480}
+    custom: {enabled: true}
 """
 
 
@@ -64,3 +70,17 @@ def test_jpegs_carry_the_number_of_their_capture(received: Received) -> None:
         assert data[at : at + 6] == b"frame="
         number = int(data[at + 6 : at + 16])
         assert number == numbers.get(stamp_ns(image), number)
+
+
+def test_messages_of_a_custom_topic_arrive_like_those_of_a_sensor(received: Received) -> None:
+    topic = f"{PREFIX}/custom/app_uptime"
+    assert received.topics[topic][0] == "std_msgs/msg/Float64"
+    uptimes_s = [message.data for message in received.messages("custom/app_uptime")]
+    assert len(uptimes_s) > 10
+    steps_s = [b - a for a, b in itertools.pairwise(uptimes_s)]
+    assert min(steps_s) >= 0.1
+    assert received.qos[topic] == {("RELIABLE", "VOLATILE")}
+    counters = received.counters(topic)
+    assert counters["received"] == str(len(uptimes_s))
+    assert_counters_agree(received)
+    assert received.snapshot["streams"]["custom"]["result"] == "applied"

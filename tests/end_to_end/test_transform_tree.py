@@ -6,13 +6,11 @@ import contextlib
 import itertools
 from pathlib import Path
 
-import pytest
-
 from capture_stamps import stamp_ns
 from processes import Received, headset_command, lines, receive, result, subscribing
-from simulation import CAMERAS, demo_config, image_topic, one_camera
+from simulation import CAMERAS, five_cameras, image_topic, one_camera
 from transforms import mounted, moving, stable_since_ns
-from waiting_receiver import waiting_receiver
+from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CAMERA = "world_left"
 
@@ -23,20 +21,22 @@ def received_with(folder: Path, config: str, *options: str) -> Received:
     return receive(file, ["--duration", "3", *options], folder)
 
 
-@pytest.mark.alone
 def test_while_the_head_is_not_tracked_there_are_images_but_no_transforms(tmp_path: Path) -> None:
-    received = received_with(tmp_path, demo_config(), "--simulate", "fault.head.tracking=2")
+    received = received_with(tmp_path, five_cameras(), "--simulate", "fault.head.tracking=2")
     for camera in CAMERAS:
         assert len(stamps_of(received, camera)) > 20
     assert received.messages("/tf") == []
 
 
-def test_transforms_end_and_begin_with_the_tracking(tmp_path: Path) -> None:
+def test_transforms_end_and_begin_with_the_tracking_and_a_new_world_is_announced(
+    tmp_path: Path,
+) -> None:
     received = received_with(
         tmp_path,
         one_camera(),
         *("--simulate", "fault.head.tracking=2@0.8"),
         *("--simulate", "fault.head.tracking=0@2"),
+        *("--simulate", "fault.head.new_session=1@2.5"),
     )
     heads = sorted(at for child, at in moving(received) if child == "head_frame")
     gap_ns, begin = max((b - a, a) for a, b in itertools.pairwise(heads))
@@ -45,23 +45,18 @@ def test_transforms_end_and_begin_with_the_tracking(tmp_path: Path) -> None:
     assert len(in_between) > 15
     log = (tmp_path / "receiver.log").read_text()
     assert log.index("head tracking is lost") < log.index("head tracking is recovered")
+    assert "head tracking has restarted" in log
 
 
-def test_a_new_world_is_announced(tmp_path: Path) -> None:
-    received_with(tmp_path, one_camera(), "--simulate", "fault.head.new_session=1@1")
-    assert "head tracking has restarted" in (tmp_path / "receiver.log").read_text()
-
-
-@pytest.mark.alone
 def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
-    config.write_text(demo_config(tf={"layout": "rig"}))
+    config.write_text(five_cameras(tf={"layout": "rig"}))
     late_folder = tmp_path / "late"
     late_folder.mkdir()
     with contextlib.ExitStack() as stack:
         waiting = stack.enter_context(waiting_receiver(config, tmp_path))
         with waiting.started("headset", headset_command(waiting.address)):
-            waiting.await_seconds(3)
+            await_stable_mountings(waiting)
             subscriber = stack.enter_context(subscribing(waiting.environment, late_folder))
             for _ in range(2):
                 assert next(lines(subscriber))
@@ -72,6 +67,15 @@ def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
     assert min(stamps_of(late, CAMERA)) > stable_ns
     assert mounted(late).keys() == mounted(received).keys()
     assert {f"{camera}_optical_frame" for camera in CAMERAS} <= mounted(late).keys()
+
+
+def await_stable_mountings(waiting: WaitingReceiver) -> None:
+    log = waiting.folder / "receiver.log"
+    expected = [f"the mounting of {camera} is stable" for camera in CAMERAS]
+    for _ in lines(waiting.subscriber):
+        if all(words in log.read_text() for words in expected):
+            return
+    raise AssertionError("the subscriber ended before every mounting was stable")
 
 
 def stamps_of(received: Received, camera: str) -> list[int]:

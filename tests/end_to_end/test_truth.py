@@ -19,8 +19,6 @@ from simulated_truth import SimulatedTruth
 from simulation import CAMERAS, image_topic
 from transforms import stable_since_ns, transforms
 
-pytestmark = pytest.mark.alone
-
 SHIFT_NS = 5_000_000
 # Head poses come every 17 ms. In a longer interval, a busy machine has dropped some.
 LONGEST_INTERVAL_NS = 40_000_000

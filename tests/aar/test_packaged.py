@@ -7,12 +7,8 @@ import re
 import zipfile
 from pathlib import Path
 
-import pytest
-
 from processes import HEADSET, ROOT, receive
 from simulation import demo_config
-
-pytestmark = pytest.mark.alone
 
 NATIVE = ROOT / "build" / "native"
 TARGET = HEADSET.parent / "target"
