@@ -10,6 +10,7 @@ pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
 python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
+slowest := --durations 20 --durations-min 0.5
 # Targets of this file, two at a time. `submake` does not run under `make -n`, as a line with MAKE itself would.
 submake = $(MAKE) --no-print-directory
 two_at_a_time = printf '%s\n' $(1) | xargs --max-procs 2 -n 1 $(MAKE) --no-print-directory
@@ -22,6 +23,8 @@ define sanitized
 cmake -S native -B build/native/$(1) -G Ninja -DML2S_SANITIZE=$(2)
 cmake --build build/native/$(1) $(3)
 endef
+# Where it is set, each Python process would compile all modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 maven := mvn $(if $(CI),--batch-mode --no-transfer-progress)
 # C and C++ are compiled once for equal sources, also in another clone.
 export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
@@ -70,7 +73,7 @@ $(device_library): $(shell find native/device native/generated native/jni native
 
 $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMakeLists.txt)
 	cmake -S native -B build/native/host -G Ninja
-	cmake --build build/native/host --target ml2sim ml2sim_jni ml2sim_control ml2sim_partial
+	cmake --build build/native/host --target ml2sim ml2sim_jni ml2sim_control ml2sim_partial scene_shots
 	@touch $@
 
 $(bundle): native/sim/bundle.sh $(device_library) $(simulation)
@@ -116,7 +119,7 @@ check-native: setup
 
 fast-native:
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --parallel 2 --output-on-failure --exclude-regex sim_tests
+	ctest --test-dir build/native/address --parallel 4 --output-on-failure --exclude-regex sim_tests
 
 check-kotlin: native
 	$(if_unchecked) $(kotlin) build/native/bundle config/streams.yaml tests/conformance/vectors -- \
@@ -128,7 +131,7 @@ check-unity: native
 test: test-python test-native test-kotlin test-conformance test-unity test-e2e ## Run the tests of everything but a release's packages
 
 test-python: setup $(javascript) ## Test the receiver
-	$(pytest) $(call beside,4) host_receiver/test
+	$(pytest) $(slowest) $(call beside,4) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)
@@ -138,17 +141,16 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 
 test-native: native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --parallel 2 --output-on-failure
+	ctest --test-dir build/native/address --parallel 4 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
-	ctest --test-dir build/native/thread --parallel 2 --output-on-failure --label-regex threaded
-	cmake --build build/native/host --target scene_shots
+	ctest --test-dir build/native/thread --parallel 4 --output-on-failure --label-regex threaded
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
-	$(maven) verify $(compiled) --threads 2 -pl '!$(aar),!$(benchmark)'
+	$(maven) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
-	$(pytest) $(call beside,2) tests/conformance
+	$(pytest) $(call beside,4) tests/conformance
 
 test-release: native dist ## Test what a release holds: the Android packages and the app, the Unity package, the wheel
 	$(pytest) --timeout 300 --numprocesses 2 --dist loadfile tests/aar tests/dist
@@ -158,8 +160,8 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) --numprocesses 3 --dist loadfile -m 'not alone' tests/end_to_end tests/validation
-	$(pytest) -m alone tests/end_to_end tests/validation
+	$(pytest) $(slowest) --timeout 120 --numprocesses 5 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
