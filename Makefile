@@ -160,7 +160,7 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) $(slowest) --timeout 120 --numprocesses 5 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) $(slowest) --timeout 120 --numprocesses 4 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it

@@ -44,12 +44,12 @@ def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording of 3 s, made without ROS."""
+    """A recording of 6 s, made without ROS; a busy machine drops half of its images."""
     folder, environment = tmp_path_factory.mktemp("recording"), isolated_environment()
     record: list[str | Path] = [RECEIVER, "record", folder / "walk", "--no-ros"]
     record += ["--config", config, "--listen", "127.0.0.1:0", "--insecure"]
     with process(record, environment, folder / "receiver.log") as receiver:
-        headset = headset_command(listening_address(receiver), "--duration", "3")
+        headset = headset_command(listening_address(receiver), "--duration", "6")
         with (folder / "headset.log").open("w") as log:
             subprocess.run(headset, check=True, env=environment, stderr=log, timeout=120)
     return folder / "walk"
