@@ -14,6 +14,8 @@ import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.util.concurrent.ConcurrentHashMap
@@ -27,10 +29,10 @@ import kotlin.time.Duration.Companion.seconds
 public fun Receiver.Companion.discover(context: Context, name: String? = null): Receiver =
     discover(nsdBrowser(context), name)
 
-/** Returns a browser that gets an NsdManager only when a search begins. */
+/** Returns a browser that gets an NsdManager only when the first search begins. */
 internal fun nsdBrowser(context: Context): ReceiverBrowser {
     val app = context.applicationContext
-    // A context keeps its NsdManager, so another one needs another context.
+    // A context keeps its NsdManager, so a replacement needs another context.
     val newManager = { app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java) }
     return NsdBrowser(newManager, app.getSystemService(WifiManager::class.java))
 }
@@ -40,6 +42,9 @@ internal fun nsdBrowser(context: Context): ReceiverBrowser {
  * answers no later one either. So each resolution has a [resolutionLimit]. After it the search continues with a new
  * manager, and the receiver's last known address is used meanwhile.
  *
+ * All searches share one manager, because nothing ends the thread and the connection to the system that each manager
+ * has. At most [MAX_MANAGERS] are ever made; the last one stays, whether it answers or not.
+ *
  * @param wifi null if no multicast lock is needed.
  */
 internal class NsdBrowser(
@@ -48,6 +53,12 @@ internal class NsdBrowser(
     private val resolutionLimit: Duration = RESOLUTION_LIMIT,
 ) : ReceiverBrowser {
     private val lastKnown = ConcurrentHashMap<String, ReceiverAddress>()
+    private val resolving = Mutex()
+    private var manager: NsdManager? = null
+    private var managersMade = 0
+
+    /** The latest resolution of [manager]. It may be unanswered, since a search can be cancelled meanwhile. */
+    private var latest: Resolution? = null
 
     override fun receivers(): Flow<Map<String, ReceiverAddress>> = flow {
         val lock = wifi?.createMulticastLock(LOCK)?.apply { acquire() }
@@ -60,33 +71,51 @@ internal class NsdBrowser(
 
     /** Searches, and returns when the manager no longer answers. */
     private suspend fun FlowCollector<Map<String, ReceiverAddress>>.searchUntilStuck() {
-        val nsd = newManager()
+        val nsd = manager()
         val search = Search()
         try {
             nsd.discoverServices(ReceiverBrowser.SERVICE_TYPE, NsdManager.PROTOCOL_DNS_SD, search)
             var found = emptyMap<String, ReceiverAddress>()
             for (sighting in search.sightings) {
                 val name = sighting.service.serviceName
-                // One at a time: NsdManager refuses a second one meanwhile.
                 val resolution = if (sighting.isLost) null else resolve(nsd, sighting.service)
                 val isStuck = resolution != null && !resolution.address.isCompleted
                 val address = if (isStuck) lastKnown[name] else resolution?.address?.await()
                 if (address != null) lastKnown[name] = address
                 found = if (address == null) found - name else found + (name to address)
                 emit(found)
-                if (isStuck) return
+                if (isStuck) return replace(nsd)
             }
         } finally {
             if (!search.hasFailed) nsd.stopServiceDiscovery(search)
         }
     }
 
-    /** Resolves [service]; the address is not completed if Android has not answered in time. */
-    private suspend fun resolve(nsd: NsdManager, service: NsdServiceInfo): Resolution {
-        val resolution = Resolution()
+    @Synchronized
+    private fun manager(): NsdManager = manager ?: newManager().also {
+        manager = it
+        managersMade++
+    }
+
+    @Synchronized
+    private fun replace(stuck: NsdManager) {
+        if (manager !== stuck || managersMade == MAX_MANAGERS) return
+        manager = null
+        latest = null
+    }
+
+    /**
+     * Resolves [service]; the address is not completed if Android has not answered in time. One at a time, because
+     * NsdManager refuses a second resolution until the first is answered.
+     */
+    private suspend fun resolve(nsd: NsdManager, service: NsdServiceInfo): Resolution = resolving.withLock {
+        latest?.let { earlier ->
+            withTimeoutOrNull(resolutionLimit) { earlier.address.join() } ?: return earlier
+        }
+        val resolution = Resolution().also { latest = it }
         nsd.resolveService(service, resolution)
         withTimeoutOrNull(resolutionLimit) { resolution.address.join() }
-        return resolution
+        resolution
     }
 
     private class Sighting(val service: NsdServiceInfo, val isLost: Boolean)
@@ -142,6 +171,9 @@ internal class NsdBrowser(
 
         /** More than the receivers of any network; further ones are missed. */
         const val MAX_SIGHTINGS = 256
+
+        /** Threads of managers that no longer answer, for the life of an app. */
+        const val MAX_MANAGERS = 8
 
         /** RFC 6762, 6: answers arrive within 120 ms. A search of three seconds leaves time for a second manager. */
         val RESOLUTION_LIMIT = 1.seconds

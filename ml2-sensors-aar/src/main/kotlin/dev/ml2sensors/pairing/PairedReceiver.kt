@@ -14,6 +14,7 @@ import kotlinx.coroutines.withContext
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
 
 /**
  * A receiver that this device is paired with.
@@ -27,6 +28,9 @@ public data class PairedReceiver(val name: String, val fingerprint: Fingerprint,
 /**
  * Locates the paired receiver that announces itself; if none does, uses the address at which the latest one was paired.
  *
+ * A search that finds nothing delays a connection, so the first is short. Each later one takes twice as long, up to
+ * [LONGEST_SEARCH], because multicast may be slow and the receiver's address may have changed.
+ *
  * @param load reads the paired receivers.
  */
 internal class PairedReceiverLocator(
@@ -34,6 +38,9 @@ internal class PairedReceiverLocator(
     private val browser: ReceiverBrowser,
 ) :
     Receiver {
+    @Volatile
+    private var search = SHORTEST_SEARCH
+
     /**
      * Returns its present address.
      *
@@ -42,12 +49,14 @@ internal class PairedReceiverLocator(
     override suspend fun locate(): ReceiverAddress {
         val paired = withContext(Dispatchers.IO) { load() }
         if (paired.isEmpty()) throw NotPairedException("any receiver")
-        return announced(paired) ?: paired.last().address
+        val announced = announced(paired)
+        search = if (announced != null) SHORTEST_SEARCH else minOf(search * 2, LONGEST_SEARCH)
+        return announced ?: paired.last().address
     }
 
     @OptIn(FlowPreview::class)
     private suspend fun announced(paired: List<PairedReceiver>): ReceiverAddress? = try {
-        withTimeoutOrNull(PATIENCE) {
+        withTimeoutOrNull(search) {
             browser.receivers().debounce(SETTLING).mapNotNull { found ->
                 paired.reversed().firstNotNullOfOrNull { known ->
                     found.values.firstOrNull { it.fingerprint == known.fingerprint }
@@ -63,6 +72,7 @@ internal class PairedReceiverLocator(
     private companion object {
         /** RFC 6762, 6: answers come within 120 ms. */
         val SETTLING = 150.milliseconds
-        val PATIENCE = 500.milliseconds
+        val SHORTEST_SEARCH = 500.milliseconds
+        val LONGEST_SEARCH = 4.seconds
     }
 }

@@ -14,6 +14,7 @@ import dev.ml2sensors.transport.TestIdentity
 import dev.ml2sensors.transport.TlsPeer
 import dev.ml2sensors.transport.WrongReceiverException
 import kotlinx.coroutines.awaitCancellation
+import kotlinx.coroutines.delay
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.test.runTest
@@ -32,6 +33,7 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.seconds
 
 @Timeout(60)
 class DeviceKeysTest {
@@ -200,6 +202,22 @@ class DeviceKeysTest {
         assertEquals(known, keys.receiver(browser(mapOf("desk" to ReceiverAddress("10.0.0.8", 8)))).locate())
         assertEquals(known, keys.receiver({ flow { throw IOException("no network") } }).locate())
         assertTrue(testScheduler.currentTime <= 500, "a reconnection is not delayed by a second")
+    }
+
+    @Test
+    fun aReceiverAtANewAddressIsFoundOverSlowMulticast() = runTest {
+        paired()
+        val moved = ReceiverAddress("192.168.1.9", 7755, receiver)
+        val slow = ReceiverBrowser {
+            flow {
+                delay(2.seconds)
+                emit(mapOf("desk" to moved))
+                awaitCancellation()
+            }
+        }
+        val wanted = keys.receiver(slow)
+        val located = List(4) { wanted.locate() }
+        assertEquals(listOf("192.168.1.5", "192.168.1.5", "192.168.1.5", "192.168.1.9"), located.map { it.host })
     }
 
     private fun paired() = ReceiverStore(File(folder, "receivers.json"))

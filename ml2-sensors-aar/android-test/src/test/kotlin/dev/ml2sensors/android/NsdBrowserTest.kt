@@ -1,13 +1,18 @@
 package dev.ml2sensors.android
 
 import android.app.Application
-import android.content.res.Configuration
 import android.net.nsd.NsdManager
 import android.net.wifi.WifiManager
+import android.os.HandlerThread
 import app.cash.turbine.test
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
+import kotlinx.coroutines.CoroutineStart
+import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.test.runTest
+import kotlinx.coroutines.yield
 import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
@@ -17,9 +22,9 @@ import org.robolectric.annotation.Config
 import org.robolectric.shadow.api.Shadow
 import java.io.IOException
 import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
 import kotlin.test.assertFalse
 import kotlin.test.assertIs
-import kotlin.test.assertNotSame
 import kotlin.test.assertTrue
 import kotlin.time.Duration.Companion.milliseconds
 
@@ -87,32 +92,77 @@ class NsdBrowserTest {
 
     @Test
     fun aManagerThatDoesNotAnswerIsReplacedAndTheLastKnownAddressStandsMeanwhile() = runBlocking {
-        val managers = List(3) { Shadow.newInstanceOf(NsdManager::class.java) }
+        val managers = List(2) { Shadow.newInstanceOf(NsdManager::class.java) }
         val networks = managers.map { Shadow.extract<FakeNsdManager>(it) }
-        networks.forEach { it.appear("desk", "192.168.1.5", 7755) }
-        networks[1].isSlow = true
-        networks[2].appear("desk", "192.168.1.9", 7755)
-        val fresh = managers.iterator()
-        val browser = NsdBrowser(fresh::next, wifi, resolutionLimit = 50.milliseconds)
+        networks[0].appear("desk", "192.168.1.5", 7755)
+        networks[1].appear("desk", "192.168.1.9", 7755)
+        val browser = NsdBrowser(managers.iterator()::next, wifi, resolutionLimit = 50.milliseconds)
         browser.receivers().test {
             assertEquals(mapOf(desk), awaitItem())
             cancel()
         }
+        networks[0].isSlow = true
         browser.receivers().test {
             assertEquals(mapOf(desk), awaitItem(), "the last known, while nothing is answered")
             assertEquals(mapOf("desk" to ReceiverAddress("192.168.1.9", 7755)), awaitItem(), "of a fresh manager")
-            assertFalse(networks[1].isSearching)
+            assertFalse(networks[0].isSearching)
             cancel()
         }
-        assertEquals(listOf(false, false, false), networks.map { it.isSearching })
+        assertEquals(listOf(false, false), networks.map { it.isSearching })
         assertEquals(0, shadowOf(wifi).activeLockCount)
     }
 
     @Test
-    fun everySearchOfAnAppAsksAManagerOfItsOwn() {
-        val first = app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java)
-        val second = app.createConfigurationContext(Configuration()).getSystemService(NsdManager::class.java)
-        assertNotSame(first, second)
+    fun tenThousandSearchesThatFindNothingStartOneThread() = runTest {
+        // As Android's constructor does, which the shadow of this test replaces. Nothing ends this thread.
+        val newManager = { manager.also { HandlerThread(THREAD).start() } }
+        val anyReceiver = Receiver.discover(NsdBrowser(newManager, wifi))
+        repeat(10_000) { assertFailsWith<IOException> { anyReceiver.locate() } }
+        assertEquals(1, Thread.getAllStackTraces().keys.count { it.name == THREAD })
+        network.appear("desk", "192.168.1.5", 7755)
+        assertEquals(desk.second, anyReceiver.locate())
+    }
+
+    @Test
+    fun managersThatNeverAnswerAreReplacedAFewTimesOnly() = runBlocking {
+        val networks = mutableListOf<FakeNsdManager>()
+        val newManager = {
+            Shadow.newInstanceOf(NsdManager::class.java).also {
+                networks += Shadow.extract<FakeNsdManager>(it).apply {
+                    isSlow = true
+                    appear("desk", "192.168.1.5", 7755)
+                }
+            }
+        }
+        val browser = NsdBrowser(newManager, wifi, resolutionLimit = 1.milliseconds)
+        repeat(20) {
+            browser.receivers().test {
+                assertEquals(emptyMap(), awaitItem())
+                cancelAndIgnoreRemainingEvents()
+            }
+        }
+        assertEquals(8, networks.size)
+        networks.last().isSlow = false
+        networks.last().resolveNext()
+        browser.receivers().test {
+            assertEquals(mapOf(desk), awaitItem())
+            cancel()
+        }
+    }
+
+    @Test
+    fun aResolutionThatASearchLeftBehindIsAwaitedByTheNext() = runBlocking {
+        network.isSlow = true
+        network.appear("desk", "192.168.1.5", 7755)
+        val search = launch(start = CoroutineStart.UNDISPATCHED) { browser.receivers().collect {} }
+        yield()
+        search.cancelAndJoin()
+        browser.receivers().test {
+            network.resolveNext()
+            network.resolveNext()
+            assertEquals(mapOf(desk), awaitItem())
+            cancel()
+        }
     }
 
     @Test
@@ -129,5 +179,9 @@ class NsdBrowserTest {
         network.appear("desk", "192.168.1.5", 7755)
         network.appear("robot", "fd00::7", 7756)
         assertEquals(robot.second, Receiver.discover(browser, "robot").locate())
+    }
+
+    private companion object {
+        const val THREAD = "NsdManager of this test"
     }
 }
