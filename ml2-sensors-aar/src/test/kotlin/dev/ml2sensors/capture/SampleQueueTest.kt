@@ -1,9 +1,11 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.channels.Channel
@@ -112,6 +114,22 @@ class SampleQueueTest {
             }
         }
         assertEquals(listOf("3 source_late", "1", "2 no_buffer") to "it broke", describe(received) to failure.message)
+    }
+
+    @Test
+    fun aNewWorldWhoseFirstPoseWasDroppedIsToldByTheNext() = runBlocking<Unit> {
+        val newWorlds = setOf(2L, 5L)
+        for (nanos in 1L..4L) queue.offer(PoseSample(nanos, Transform.IDENTITY, isInNewWorld = nanos in newWorlds))
+        val received = mutableListOf<Sample>()
+        queue.deliverTo { sample ->
+            received += sample
+            if (sample.captureNanos == 3L && sample is PoseSample) {
+                for (nanos in 5L..7L) queue.offer(PoseSample(nanos, null, isInNewWorld = nanos in newWorlds))
+                queue.close(cause = null)
+            }
+        }
+        val poses = received.filterIsInstance<PoseSample>().map { it.captureNanos to it.isInNewWorld }
+        assertEquals(listOf(3L to true, 6L to true, 7L to false), poses)
     }
 
     private suspend fun samples() = flow { queue.deliverTo(this) }.toList()
