@@ -16,9 +16,11 @@ from ml2_receiver.session.server import Server
 from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
+from ml2_receiver.transport.transport import Transport
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST
+from waiting import LIMIT_S
 
 IMAGE = "world_left/image_raw"
 INFO = "world_left/camera_info"
@@ -71,6 +73,57 @@ def test_lanes_do_not_wait_for_each_other(server: Server, sink: FakeSink) -> Non
         assert IMAGE not in sink.payloads
         device.wires["world_left"].socket.sendall(image[-1:])
         sink.await_payloads(IMAGE, 1)
+
+
+class Failing(Everybody):
+    """Fails as nobody expects, until it is mended."""
+
+    is_mended = False
+
+    def refresh(self) -> bool:
+        if not self.is_mended:
+            raise RuntimeError("no such keys")
+        return super().refresh()
+
+    def transport(self, accepted: socket.socket) -> Transport:
+        if not self.is_mended:
+            raise RuntimeError("no such transport")
+        return super().transport(accepted)
+
+
+class Mute(FakeSink):
+    """Fails, too."""
+
+    is_mended = False
+
+    def event(self, text: str) -> None:
+        if not self.is_mended:
+            raise RuntimeError(f"nobody hears {text}")
+        super().event(text)
+
+
+@pytest.mark.parametrize("kind", [FakeSink, Mute])
+def test_what_nobody_expects_ends_neither_accepting_nor_the_timer(
+    kind: type[FakeSink], capfd: pytest.CaptureFixture[str]
+) -> None:
+    sink, access = kind(), Failing()
+    settings = ReceiverSettings("host", "test", limits=Limits())
+    server = Server(listen(("127.0.0.1", 0)), access, sink, REQUEST, settings)
+    host, _, port = server.address.rpartition(":")
+    try:
+        with socket.create_connection((host, int(port)), LIMIT_S) as refused:
+            assert refused.recv(1) == b"", "it is closed"
+        access.is_mended = True
+        if isinstance(sink, Mute):
+            sink.is_mended = True
+        with MockDevice(server.address) as device:
+            device.start()
+            device.publish(IMAGE)
+            sink.await_payloads(IMAGE, 1)
+    finally:
+        server.stop()
+    told = "".join(sink.events) + capfd.readouterr().err
+    assert "internal error, please report it: RuntimeError('no such keys')" in told
 
 
 def test_time_is_answered_at_once(server: Server) -> None:

@@ -2,6 +2,7 @@
 
 import socket
 import struct
+import sys
 import threading
 import time
 from collections.abc import Callable, Collection
@@ -63,6 +64,7 @@ class Server:
         self._access, self._access_changed = access, access_changed
         self._admission = Admission(limits, clock)
         self._turned_away = EventLimit(sink.event, clock, per_second=1)
+        self._failures = EventLimit(self._tell_failure, clock, per_second=1)
         self._sink, self._limits = sink, limits
         self._lock = threading.Lock()
         self._links: dict[Connection, ConnectionIO] = {}
@@ -158,11 +160,10 @@ class Server:
                 accepted, address = listener.accept()
             except OSError as error:
                 if not self._stopping.wait(_TICK_S) and listener is self._listener:
-                    with self._lock:
-                        self._sink.event(f"cannot accept connections: {error}")
+                    self._guarded(self._sink.event, f"cannot accept connections: {error}")
                 continue
-            with self._lock:
-                self._open(accepted, peer_host(address[0]), address[1])
+            if not self._guarded(self._open, accepted, peer_host(address[0]), address[1]):
+                accepted.close()
 
     def _open(self, accepted: socket.socket, host: str, port: int) -> None:
         self._refresh()
@@ -196,13 +197,34 @@ class Server:
 
     def _tick(self) -> None:
         while not self._stopping.wait(_TICK_S):
+            for task in (self._refresh, self._host.tick, self._abort_overdue):
+                self._guarded(task)
+
+    def _abort_overdue(self) -> None:
+        now_s = time.monotonic()
+        for link in self._links.values():
+            if link.abort_s is not None and now_s > link.abort_s:
+                link.abort()
+
+    def _guarded[*Ts](self, task: Callable[[*Ts], None], *arguments: *Ts) -> bool:
+        """Runs a task under the lock, and returns True if it succeeded.
+
+        An exception that nobody expected, of the sink for example, must not end the thread: the
+        receiver would accept no headset any more.
+        """
+        try:
             with self._lock:
-                self._refresh()
-                self._host.tick()
-                now_s = time.monotonic()
-                for link in self._links.values():
-                    if link.abort_s is not None and now_s > link.abort_s:
-                        link.abort()
+                task(*arguments)
+        except Exception as error:
+            self._failures.say(f"internal error, please report it: {error!r} in {task.__name__}")
+            return False
+        return True
+
+    def _tell_failure(self, text: str) -> None:
+        try:
+            self._sink.event(text)
+        except Exception:  # It may be the sink that fails
+            print(text, file=sys.stderr, flush=True)
 
     def _read(self, link: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"
