@@ -93,6 +93,13 @@ def test_receivers_are_found_by_name_with_address_and_port() -> None:
     assert receivers["desk-b"].port == 7002
 
 
+def test_one_search_finds_all_receivers_of_a_machine() -> None:
+    with announced("one-a", 7011), announced("one-b", 7012):
+        found({"one-a", "one-b"})
+        names = {it.name for it in find_receivers(interfaces=LOOPBACK)}
+    assert {"one-a", "one-b"} <= names
+
+
 def test_names_without_an_address_are_not_found_and_leave_nothing_running() -> None:
     names = [f"silent-{number}" for number in range(3)]
     before = set(threading.enumerate())
