@@ -106,6 +106,7 @@ def _property(table: StreamTable, stream: Stream) -> str:
         permissions=_list(map(_text, section.permissions)),
         backends=_list(map(_text, stream.backends)),
         modes=_list(map(_mode, section.modes)),
+        longestPauseSeconds=_number(stream.longest_pause_s),
     )
     declaration = f"{_INDENT}public val {_camel(stream.id)}: StreamSpec ="
     doc = f"{_INDENT}/** {stream_summary(table, stream)} */"
@@ -161,6 +162,10 @@ def _camel(id: str) -> str:
 
 def _literal(value: Scalar) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _number(value: int | None) -> str:
+    return "null" if value is None else str(value)
 
 
 def _text(value: str | None) -> str:

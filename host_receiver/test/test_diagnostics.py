@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 
+from ml2_receiver.doctor.devices import DeviceStream, read_device
 from ml2_receiver.session.report import Report, State, TopicReport
 from ml2_receiver.session.statistics import TopicStatistics
 from ml2_receiver.session.throughput import Throughput
@@ -256,7 +257,7 @@ def test_a_sensor_that_has_nothing_to_say_is_not_stale(
 ) -> None:
     receive(statistics, *range(10))
     for second in range(6):
-        row = topic_row(diagnostics, report(statistics, SENT_ALL), float(second))
+        row = topic_row(diagnostics, told_of("battery", "battery", statistics), float(second))
         assert row.level == Level.OK
 
 
@@ -327,6 +328,55 @@ def test_a_camera_that_sends_nothing_any_more_is_an_error(
     levels = [topic_row(diagnostics, told, float(second)).level for second in range(5)]
     assert levels == [Level.OK] * 3 + [Level.ERROR] * 2
     assert "expected 30 Hz" in topic_row(diagnostics, told, 5.0).message
+
+
+def told_of(stream: str, role: str, statistics: TopicStatistics) -> Report:
+    """A session with one topic whose headset says that the stream runs."""
+    topics = load_table().streams[stream].topics
+    (topic,) = [it for it in topics if it.role == role]
+    device = ChannelStatus(statistics.received, statistics.received, {})
+    told = replace(report(statistics), topics=[TopicReport(topic, statistics, device)])
+    return replace(told, streams={stream: StreamStatus("running")})
+
+
+@pytest.mark.parametrize(("stream", "role", "pause_s"), [("head_pose", "pose", 2), ("tf", "tf", 2)])
+def test_a_stream_without_a_rate_is_silent_after_the_longest_pause_of_its_row(
+    diagnostics: Diagnostics, statistics: TopicStatistics, stream: str, role: str, pause_s: int
+) -> None:
+    receive(statistics, *range(10))
+    told = told_of(stream, role, statistics)
+    assert topic_row(diagnostics, told, 0.0).level == Level.OK
+    assert topic_row(diagnostics, told, float(pause_s)).level == Level.OK
+    session, _, topic = diagnostics.rows(told, pause_s + 1.0)
+    words = f"nothing has come for {pause_s + 1} s, expected a message every {pause_s} s"
+    assert (topic.level, topic.message) == (Level.ERROR, words)
+    assert session.level == Level.WARN
+    assert session.values[f"state.{stream}"] == f"waiting: {words}"
+    device = read_device(session.values, load_table())
+    assert device is not None
+    assert DeviceStream(stream, "waiting", words) in device.streams
+    receive(statistics, *range(10, 20))
+    session, _, topic = diagnostics.rows(told_of(stream, role, statistics), pause_s + 2.0)
+    assert (session.level, topic.level) == (Level.OK, Level.OK)
+
+
+def test_a_stream_that_never_delivers_is_not_waited_for_for_ever(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    told = told_of("gyro_left", "imu", statistics)
+    rows = [topic_row(diagnostics, told, float(second)) for second in range(10)]
+    assert {row.message for row in rows[:9]} == {"waiting for the first message"}
+    assert rows[9].level == Level.ERROR
+    assert rows[9].message.startswith("nothing has come for 9 s")
+
+
+@pytest.mark.parametrize(("stream", "role"), [("tf", "tf_static")])
+def test_a_latched_topic_may_be_silent(
+    diagnostics: Diagnostics, statistics: TopicStatistics, stream: str, role: str
+) -> None:
+    receive(statistics, 0)
+    told = told_of(stream, role, statistics)
+    assert {topic_row(diagnostics, told, float(it)).level for it in range(100)} == {Level.OK}
 
 
 def test_a_topic_that_is_not_to_run_is_paused(

@@ -16,7 +16,7 @@ from simulation import SMALL
 # groups have all loads that need a processor each, so that no more run at a time.
 _GROUPS = (
     r"test_(harsh|several_headsets|doctor_link|export)\.py",
-    r"test_(rig|simulated|simulated_geometry|truth|products|recorded_tools)\.py",
+    r"test_(rig|simulated|simulated_geometry|truth|products|recorded_tools|silence)\.py",
     r"test_(outage|reconfiguration)\.py",
     r"test_projection\.py.*\[straight",
     r"test_projection\.py.*\[tangential",

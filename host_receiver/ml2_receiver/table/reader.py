@@ -193,6 +193,7 @@ def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -
         topics=tuple(_topic(id, row, topic, document) for topic in document["kinds"][row["kind"]]),
         frame=row["frame"],
         body_frame=row.get("body_frame"),
+        longest_pause_s=_longest_pause_s(row, document),
     )
 
 
@@ -240,4 +241,12 @@ def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
         encoding=row.get("encoding") if topic["role"] == "image" else topic.get("encoding"),
         when=_topic_condition(topic["when"], row) if "when" in topic else None,
         frame=row["frame"],
+        longest_pause_s=None if topic["qos"] == "latched" else _longest_pause_s(row, document),
     )
+
+
+def _longest_pause_s(row: Row, document: Row) -> int | None:
+    pause_s: int | None = document["longest_pauses_s"][row["kind"]]
+    if pause_s is not None and pause_s <= 0:
+        raise ValueError(f"longest_pauses_s: expected seconds above 0, found {pause_s}")
+    return pause_s

@@ -53,6 +53,7 @@ class Topic:
     `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"). `lane` is
     "sensors" or, on an image lane, the stream's id. `qos` is a key of StreamTable.qos. `when` is
     the condition on the values in CONFIGURE; None means that the stream always has the topic.
+    `longest_pause_s` is that of the stream; None for a latched topic.
     """
 
     stream: str
@@ -64,6 +65,7 @@ class Topic:
     encoding: str | None
     when: Condition | None
     frame: str
+    longest_pause_s: int | None = None
 
     def full_name(self, prefix: str) -> str:
         return self.name if self.name.startswith("/") else f"{prefix}/{self.name}"
@@ -148,7 +150,8 @@ class Stream:
     The stream runs if its section has all values of `when`; None means that it runs with any other
     stream. `values` are the dotted keys that are sent to the headset, under their last word.
     `backends` maps the interfaces of the device that can serve the stream, the most reliable first,
-    to the reason.
+    to the reason. `longest_pause_s` is the longest normal pause between two samples; None means
+    that any pause is normal.
     """
 
     id: str
@@ -159,6 +162,7 @@ class Stream:
     topics: tuple[Topic, ...]
     frame: str
     body_frame: str | None
+    longest_pause_s: int | None
 
 
 @dataclass(frozen=True)

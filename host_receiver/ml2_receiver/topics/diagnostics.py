@@ -16,6 +16,10 @@ from ..wire.json_body import Scalar
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 
 _STALE_AFTER_S = 2.0
+# The first sample may take so much longer than later ones, as on the headset.
+_OPENING_S = 6.0
+# What a topic says that should have a message and has none.
+_SILENT = "nothing has come"
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 # From this state on, Android slows the headset down noticeably.
@@ -76,7 +80,12 @@ class Diagnostics:
         clock = [] if report.clock is None else [_clock(report.clock)]
         link = [] if report.link is None else [_link(report.link)]
         topics = [self._topic(topic, report, now_s) for topic in report.topics]
-        return [_session(report), *clock, *link, *topics]
+        silent = {
+            topic.topic.stream: StreamStatus("waiting", row.message)
+            for topic, row in zip(report.topics, topics, strict=True)
+            if row.message.startswith(_SILENT)
+        }
+        return [_session(report, silent), *clock, *link, *topics]
 
     def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Row:
         statistics, device = topic.statistics, topic.device
@@ -131,11 +140,19 @@ def _standstill(topic: TopicReport, report: Report, silence_s: float) -> tuple[L
         return _level(status), in_words(stream, status)
     expected_hz = _expected_hz(topic, report)
     produced = topic.device.produced if topic.device else 0
-    if topic.statistics.received == 0 and produced == 0:
+    is_first = topic.statistics.received == 0 and produced == 0
+    longest_s: float | None = topic.topic.longest_pause_s
+    expected = ""
+    if expected_hz is not None:
+        longest_s = max(_STALE_AFTER_S, 2 / float(expected_hz))
+        expected = f", expected {expected_hz} Hz"
+    elif longest_s is not None:
+        expected = f", expected a message every {longest_s} s"
+    if longest_s is not None and silence_s > longest_s + (_OPENING_S if is_first else 0):
+        return Level.ERROR, f"{_SILENT} for {silence_s:.0f} s{expected}"
+    if is_first:
         level = Level.OK if expected_hz is None else Level.WARN
         return level, "waiting for the first message"
-    if expected_hz is not None and silence_s > max(_STALE_AFTER_S, 2 / float(expected_hz)):
-        return Level.ERROR, f"nothing has come for {silence_s:.0f} s, expected {expected_hz} Hz"
     return None
 
 
@@ -187,7 +204,9 @@ def _answer(answer: StreamAnswer) -> str:
     return answer.result if answer.reason is None else f"{answer.result}: {answer.reason}"
 
 
-def _session(report: Report) -> Row:
+def _session(report: Report, silent: Mapping[str, StreamStatus]) -> Row:
+    """Makes the row of the session; `silent` are the running streams that deliver nothing."""
+    streams = {**report.streams, **silent}
     values = {
         "state": report.state.value,
         "headset": report.headset,
@@ -201,10 +220,10 @@ def _session(report: Report) -> Row:
         f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
     }
     values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
-    values |= {f"state.{id}": state_and_reason(status) for id, status in report.streams.items()}
+    values |= {f"state.{id}": state_and_reason(status) for id, status in streams.items()}
     values |= {
         f"missing.{id}": status.permission
-        for id, status in report.streams.items()
+        for id, status in streams.items()
         if status.permission is not None
     }
     message = f"{report.headset}: {report.state.value}"
@@ -213,16 +232,15 @@ def _session(report: Report) -> Row:
     if report.state is State.LOST:
         return Row("session", Level.ERROR, message, values)
     warnings = [f"hot: {report.thermal}"] if report.thermal in _HOT else []
-    warnings += _still(report)
+    if report.state is State.CONNECTED:
+        warnings += _stopped(streams)
     level = Level.WARN if warnings else Level.OK
     return Row("session", level, "; ".join([message, *warnings]), values)
 
 
-def _still(report: Report) -> list[str]:
+def _stopped(streams: Mapping[str, StreamStatus]) -> list[str]:
     """Describes each enabled stream that does not run."""
-    if report.state is not State.CONNECTED:
-        return []
-    stopped = {id: status for id, status in report.streams.items() if status.state != "running"}
+    stopped = {id: status for id, status in streams.items() if status.state != "running"}
     return [f"{id} {in_words(id, status)}" for id, status in stopped.items()]
 
 

@@ -115,6 +115,10 @@ public class AndroidHeadset internal constructor(
 ) : Headset by headset {
     override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
 
+    /** A headset that nobody wears falls asleep. */
+    override val sleepReason: String?
+        get() = if (power.isInteractive) null else "the headset is not worn, or asleep"
+
     /** [Thermal] has the order of Android's numbers. */
     override val thermal: Thermal? get() = Thermal.entries.getOrNull(power.currentThermalStatus)
 

@@ -35,6 +35,12 @@ public interface Headset : AutoCloseable {
     public val holds: Map<String, String> get() = emptyMap()
 
     /**
+     * The reason why its sensors may deliver nothing at present, such as a headset that is not worn; null while it is in
+     * use. A stream that is silent meanwhile has not failed.
+     */
+    public val sleepReason: String? get() = null
+
+    /**
      * Returns whether [stream] can run with the requested values, and with which values it will. Starts no stream; it
      * may open a sensor briefly to query it.
      */

@@ -231,7 +231,7 @@ internal class ActiveStreams(
     ) {
         if (spec == StreamTable.custom) return custom.run()
         if (isRecording) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
-        StreamSupervisor { setState(spec, it) }.run({ headset.samples(spec, values) }) {
+        StreamSupervisor.of(spec, headset) { setState(spec, it) }.run({ headset.samples(spec, values) }) {
             pipeline(spec, values, frameIds, it)
         }
     }

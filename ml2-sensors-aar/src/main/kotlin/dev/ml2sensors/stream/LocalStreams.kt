@@ -38,7 +38,7 @@ internal class LocalStreams(
     private suspend fun run(spec: StreamSpec, requested: StreamValues, first: Answer): Nothing {
         var next: Answer? = first
         var answer = first
-        StreamSupervisor { onState(spec, it ?: answer.toState()) }.run({
+        StreamSupervisor.of(spec, headset) { onState(spec, it ?: answer.toState()) }.run({
             answer = next ?: headset.negotiate(spec, requested)
             next = null
             (answer as? Answer.Refused)?.let { throw RefusedException(spec, it) }

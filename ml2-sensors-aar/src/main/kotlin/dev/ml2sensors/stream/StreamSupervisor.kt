@@ -1,47 +1,74 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.RefusedException
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SourceException
+import dev.ml2sensors.table.StreamSpec
+import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.currentCoroutineContext
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.ensureActive
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.transform
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
+import kotlin.time.Duration
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeMark
 import kotlin.time.TimeSource
 
 /**
- * Keeps one live stream running: restarts it after a pause when it fails or ends. Pauses grow to 5 s, and are short
- * again once a run has delivered for that long. Used by one coroutine.
+ * Keeps one live stream running: restarts it after a pause when it fails, ends or falls silent. Pauses grow to 5 s, and
+ * are short again once a run has delivered for that long. Used by one coroutine.
  *
+ * @param longestPause the longest normal pause between two samples; the first may take [OPENING] longer. Null if the
+ * stream may be silent for any time.
+ * @param isHeld returns true while the headset holds the stream, which it tells by itself.
+ * @param sleepReason returns [Headset.sleepReason]; meanwhile a silent stream waits and is not opened again.
  * @param onState receives [StreamState.Waiting] or [StreamState.Refused] when the stream stops and when the reason
  * changes, and null when a sample was processed again.
  */
 internal class StreamSupervisor(
+    private val longestPause: Duration?,
+    private val isHeld: () -> Boolean = { false },
+    private val sleepReason: () -> String? = { null },
     private val time: TimeSource = TimeSource.Monotonic,
     private val onState: suspend (StreamState?) -> Unit,
 ) {
     private val backOff = BackOff(time, SHORTEST, LONGEST)
-    private var outage: StreamState? = null
+    private val reporting = Mutex()
     private var deliversSince: TimeMark? = null
+    private var untrackedSince: TimeMark? = null
     private var isSettled = false
+
+    // Written by the collector or the watchdog, read by both
+    @Volatile
+    private var outage: StreamState? = null
+
+    @Volatile
+    private var alive: TimeMark = time.markNow()
 
     /** Collects the samples of [open] with [collect], again and again until cancelled. */
     suspend fun run(open: () -> Flow<Sample>, collect: suspend (Flow<Sample>) -> Unit): Nothing {
         while (true) {
             deliversSince = null
+            untrackedSince = null
             isSettled = false
             backOff.begin()
             val cause = try {
-                collect(
-                    open().transform {
-                        emit(it)
-                        delivered()
-                    },
-                )
+                watched {
+                    collect(
+                        open().transform {
+                            emit(it)
+                            delivered(it)
+                        },
+                    )
+                }
                 SourceException("the source has ended")
             } catch (e: Throwable) {
                 currentCoroutineContext().ensureActive() // else it is this stream that was stopped
@@ -52,8 +79,41 @@ internal class StreamSupervisor(
         }
     }
 
-    private suspend fun delivered() {
-        if (isSettled) return
+    /** Runs [collect], and fails when no sample comes for longer than [longestPause]. */
+    private suspend fun watched(collect: suspend () -> Unit) {
+        val pause = longestPause ?: return collect()
+        alive = time.markNow() + OPENING
+        coroutineScope {
+            val watchdog = launch {
+                while (true) {
+                    val left = pause - alive.elapsedNow()
+                    if (left > Duration.ZERO) {
+                        delay(left)
+                    } else if (isHeld()) {
+                        alive = time.markNow()
+                    } else {
+                        report(StreamState.Waiting(sleepReason() ?: failSilent(pause)))
+                        alive = time.markNow()
+                    }
+                }
+            }
+            collect()
+            watchdog.cancel()
+        }
+    }
+
+    private suspend fun failSilent(pause: Duration): Nothing {
+        val silence = SourceException("no capture for ${pause.inWholeSeconds} s")
+        report(silence.toState()) // Before the source is closed, which takes long if it hangs
+        throw silence
+    }
+
+    private suspend fun delivered(sample: Sample) {
+        if (sample is LostSamples) return
+        alive = time.markNow()
+        if (sample is PoseSample && sample.pose == null) return untracked()
+        untrackedSince = null
+        if (isSettled && outage == null) return
         val since = deliversSince ?: time.markNow().also { deliversSince = it }
         report(null)
         if (since.elapsedNow() < LONGEST) return
@@ -61,15 +121,34 @@ internal class StreamSupervisor(
         backOff.succeeded()
     }
 
-    private suspend fun report(now: StreamState?) {
+    /** A pose that is not tracked is no message, though its source is alive. */
+    private suspend fun untracked() {
+        val since = untrackedSince ?: time.markNow().also { untrackedSince = it }
+        if (longestPause != null && since.elapsedNow() >= longestPause) report(StreamState.Waiting(UNTRACKED))
+    }
+
+    private suspend fun report(now: StreamState?): Unit = reporting.withLock {
         if (now == outage) return
         onState(now)
         outage = now
     }
 
-    private companion object {
-        val SHORTEST = 200.milliseconds
-        val LONGEST = 5.seconds
+    companion object {
+        /** Returns a supervisor of [stream] with the pause of its row and the holds of [headset]. */
+        fun of(stream: StreamSpec, headset: Headset, onState: suspend (StreamState?) -> Unit): StreamSupervisor =
+            StreamSupervisor(
+                stream.longestPauseSeconds?.seconds,
+                isHeld = { stream.id in headset.holds },
+                sleepReason = { headset.sleepReason },
+                onState = onState,
+            )
+
+        private val SHORTEST = 200.milliseconds
+        private val LONGEST = 5.seconds
+
+        /** A camera of the platform may take seconds to open. */
+        private val OPENING = 6.seconds
+        private const val UNTRACKED = "tracking is lost: the headset delivers no pose"
     }
 }
 

@@ -12,6 +12,7 @@ package dev.ml2sensors.table
  * @property permissions Android permissions that it needs.
  * @property backends that can serve it, the default first.
  * @property modes legal combinations of a camera's values; empty for other sensors.
+ * @property longestPauseSeconds the longest normal pause between two samples; null if any pause is normal.
  */
 public class StreamSpec internal constructor(
     public val id: String,
@@ -23,6 +24,7 @@ public class StreamSpec internal constructor(
     public val permissions: List<String> = emptyList(),
     public val backends: List<String> = emptyList(),
     public val modes: List<Mode> = emptyList(),
+    public val longestPauseSeconds: Int? = null,
 ) {
     override fun toString(): String = id
 }

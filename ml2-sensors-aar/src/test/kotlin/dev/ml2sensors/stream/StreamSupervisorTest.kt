@@ -1,6 +1,10 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.RefusedException
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SourceException
@@ -36,6 +40,8 @@ class StreamSupervisorTest {
     private val told = ArrayList<StreamState?>()
     private val begins = ArrayList<Duration>()
     private var collected = 0
+    private var isHeld = false
+    private var sleepReason: String? = null
 
     @Test
     fun aSourceThatFailsOnceComesBack() = runTest {
@@ -141,6 +147,114 @@ class StreamSupervisorTest {
     }
 
     @Test
+    fun aSourceThatFallsSilentIsToldAndOpenedAgain() = runTest {
+        supervise(PAUSE) { run ->
+            emit(SAMPLE)
+            if (run == 1) awaitCancellation()
+            while (true) {
+                delay(PAUSE - 1.milliseconds)
+                emit(SAMPLE)
+            }
+        }
+        advanceTimeBy(1.minutes)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no capture for 4 s"), null), told)
+        assertEquals(listOf(Duration.ZERO, PAUSE), begins)
+    }
+
+    @Test
+    fun theFirstSampleMayTakeLonger() = runTest {
+        supervise(PAUSE) {
+            delay(PAUSE + 5.seconds)
+            while (true) {
+                emit(SAMPLE)
+                delay(1.seconds)
+            }
+        }
+        advanceTimeBy(1.minutes)
+        assertEquals(1, begins.size)
+        assertEquals(emptyList(), told)
+    }
+
+    @Test
+    fun aSourceThatNeverDeliversIsToldAndTriedAgain() = runTest {
+        supervise(PAUSE) { awaitCancellation() }
+        advanceTimeBy(1.minutes)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no capture for 4 s")), told)
+        assertTrue(begins.size in 4..6, "$begins")
+    }
+
+    @Test
+    fun lossesAreNoSignOfLife() = runTest {
+        supervise(PAUSE) {
+            while (true) {
+                delay(100.milliseconds)
+                emit(LostSamples(1, 1, DropReason.UNUSABLE))
+            }
+        }
+        advanceTimeBy(PAUSE + 7.seconds)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no capture for 4 s")), told)
+    }
+
+    @Test
+    fun aSilenceThatTheHeadsetExplainsIsNoFailure() = runTest {
+        isHeld = true
+        supervise(PAUSE) {
+            emit(SAMPLE)
+            awaitCancellation()
+        }
+        advanceTimeBy(1.minutes)
+        assertEquals(emptyList(), told)
+        isHeld = false
+        advanceTimeBy(PAUSE + 1.milliseconds)
+        assertEquals<StreamState?>(StreamState.Waiting("no capture for 4 s"), told.first())
+    }
+
+    @Test
+    fun whileTheHeadsetSleepsASilentStreamWaitsAndStaysOpen() = runTest {
+        sleepReason = "not worn"
+        supervise(PAUSE) {
+            emit(SAMPLE)
+            delay(1.minutes)
+            while (true) {
+                emit(SAMPLE)
+                delay(1.seconds)
+            }
+        }
+        advanceTimeBy(2.minutes)
+        assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("not worn"), null), told)
+        assertEquals(1, begins.size)
+    }
+
+    @Test
+    fun aStreamThatMayBeSilentIsNotOpenedAgain() = runTest {
+        supervise { awaitCancellation() }
+        advanceTimeBy(60.minutes)
+        assertEquals(1, begins.size)
+    }
+
+    @Test
+    fun posesThatAreNotTrackedAreToldAndTheSourceStaysOpen() = runTest {
+        var pose: Transform? = Transform.IDENTITY
+        supervise(PAUSE) {
+            while (true) {
+                emit(PoseSample(1, pose))
+                delay(16.milliseconds)
+            }
+        }
+        advanceTimeBy(10.seconds)
+        pose = null
+        advanceTimeBy(PAUSE - 1.seconds)
+        assertEquals(emptyList(), told, "shorter losses of tracking are normal")
+        advanceTimeBy(2.seconds)
+        val lost = StreamState.Waiting("tracking is lost: the headset delivers no pose")
+        assertEquals<List<StreamState?>>(listOf(lost), told)
+        pose = Transform.IDENTITY
+        advanceTimeBy(1.seconds)
+        assertEquals<List<StreamState?>>(listOf(lost, null), told)
+        assertEquals(1, begins.size)
+    }
+
+    @Test
     fun stoppedWhileItWaitsItIsNotOpenedAgain() = runTest {
         val job = supervise { throw IOException("gone") }
         runCurrent()
@@ -151,6 +265,7 @@ class StreamSupervisorTest {
     }
 
     private fun TestScope.supervise(
+        longestPause: Duration? = null,
         process: (Sample) -> Unit = { collected++ },
         source: suspend FlowCollector<Sample>.(run: Int) -> Unit,
     ) = backgroundScope.launch {
@@ -158,14 +273,14 @@ class StreamSupervisorTest {
             begins += currentTime.milliseconds
             source(begins.size)
         }
-        StreamSupervisor(testScheduler.timeSource) { told += it }.run(::open) { samples ->
-            samples.collect { process(it) }
-        }
+        StreamSupervisor(longestPause, { isHeld }, { sleepReason }, testScheduler.timeSource) { told += it }
+            .run(::open) { samples -> samples.collect { process(it) } }
     }
 
     private class Denied(message: String, override val permission: String) : SourceException(message)
 
     private companion object {
         val SAMPLE = VectorSample(1, 0.0, 0.0, 0.0)
+        val PAUSE = 4.seconds
     }
 }

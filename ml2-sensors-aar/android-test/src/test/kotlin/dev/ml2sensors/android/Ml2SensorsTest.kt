@@ -43,6 +43,16 @@ class Ml2SensorsTest {
     }
 
     @Test
+    fun aHeadsetThatSleepsSaysSo() {
+        val power = shadowOf(app.getSystemService(PowerManager::class.java))
+        Ml2Sensors.open(app).use { headset ->
+            assertEquals(null, headset.sleepReason)
+            power.turnScreenOn(false)
+            assertEquals("the headset is not worn, or asleep", headset.sleepReason)
+        }
+    }
+
+    @Test
     fun permissionsAreThoseOfTheTable() {
         shadowOf(app).grantPermissions(Manifest.permission.CAMERA)
         Ml2Sensors.open(app).use { headset ->

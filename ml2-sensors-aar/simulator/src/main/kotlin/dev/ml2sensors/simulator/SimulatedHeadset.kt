@@ -37,13 +37,15 @@ import java.util.concurrent.atomic.AtomicBoolean
  * Thread-safe.
  */
 public class SimulatedHeadset private constructor(private val headset: Headset) : Headset by headset {
+    @Volatile
+    private var silent = emptySet<StreamSpec>()
     private val renderGate = RenderGate(headset.clock, SimulatedSdk::isDrawing)
 
     override val holds: Map<String, String>
         get() = if (renderGate.isClosed) StreamTable.all.associate { it.id to "drawing the pictures" } else emptyMap()
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        headset.samples(stream, values).filter { renderGate.isOpen() }
+        headset.samples(stream, values).filter { renderGate.isOpen() && stream !in silent }
 
     /**
      * Sets a key of the simulation. For example, after `set("fault.world.stalled", "1")` the world cameras deliver
@@ -52,8 +54,16 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
      * @throws IllegalArgumentException for an unknown key or a wrong value; the message says what was expected.
      */
     public fun set(key: String, value: String) {
-        SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
+        if (key == SimulationKey.silent.name) {
+            silent = streams(value)
+        } else {
+            SimulatedSdk.set(key, value)?.let { throw IllegalArgumentException(it) }
+        }
     }
+
+    private fun streams(ids: String): Set<StreamSpec> = ids.split(',').filter(String::isNotEmpty).map {
+        requireNotNull(StreamTable.byId(it)) { "${SimulationKey.silent.name}: there is no stream \"$it\"" }
+    }.toSet()
 
     /** Ends all flows. Then another simulated headset can be opened. */
     override fun close() {

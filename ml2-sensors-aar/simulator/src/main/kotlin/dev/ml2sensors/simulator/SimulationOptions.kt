@@ -71,7 +71,8 @@ private suspend fun SimulatedHeadset.setOnSchedule(settings: Sequence<Simulation
 
 private fun describeKeys(): String {
     NativeBundle.load()
-    return SimulationKey.all().joinToString("\n") { "${it.name}=${it.default}  ${it.meaning}${it.describeRange()}" }
+    val keys = SimulationKey.all() + SimulationKey.silent
+    return keys.joinToString("\n") { "${it.name}=${it.default}  ${it.meaning}${it.describeRange()}" }
 }
 
 private fun SimulationKey.describeRange(): String = when {

@@ -51,6 +51,7 @@ public object StreamTable {
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
                 Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on world_left/image_raw. */
@@ -90,6 +91,7 @@ public object StreamTable {
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
                 Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on world_right/image_raw. */
@@ -129,6 +131,7 @@ public object StreamTable {
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
                 Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/CompressedImage on color/image_raw/compressed. */
@@ -190,6 +193,7 @@ public object StreamTable {
                     resolutions = listOf(1944 to 2160, 2880 to 2160),
                 ),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/CompressedImage on mixed_reality/image_raw/compressed. */
@@ -251,6 +255,7 @@ public object StreamTable {
                     resolutions = listOf(1944 to 2160, 2880 to 2160),
                 ),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on depth/image_raw. */
@@ -319,6 +324,7 @@ public object StreamTable {
                     delivers = mapOf(60 to 30),
                 ),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on infra/image_raw. */
@@ -369,6 +375,7 @@ public object StreamTable {
                     delivers = mapOf(60 to 30),
                 ),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on eye_nasal_left/image_raw. */
@@ -399,6 +406,7 @@ public object StreamTable {
             modes = listOf(
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on eye_nasal_right/image_raw. */
@@ -429,6 +437,7 @@ public object StreamTable {
             modes = listOf(
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on eye_temple_left/image_raw. */
@@ -459,6 +468,7 @@ public object StreamTable {
             modes = listOf(
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Image on eye_temple_right/image_raw. */
@@ -489,6 +499,7 @@ public object StreamTable {
             modes = listOf(
                 Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
             ),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/Imu on accel_left/imu. */
@@ -507,6 +518,7 @@ public object StreamTable {
             ),
             frameId = "imu_left_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on accel_right/imu. */
@@ -525,6 +537,7 @@ public object StreamTable {
             ),
             frameId = "imu_right_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on accel_compute_pack/imu. */
@@ -543,6 +556,7 @@ public object StreamTable {
             ),
             frameId = "imu_compute_pack_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on gyro_left/imu. */
@@ -561,6 +575,7 @@ public object StreamTable {
             ),
             frameId = "imu_left_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on gyro_right/imu. */
@@ -579,6 +594,7 @@ public object StreamTable {
             ),
             frameId = "imu_right_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on gyro_compute_pack/imu. */
@@ -597,6 +613,7 @@ public object StreamTable {
             ),
             frameId = "imu_compute_pack_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on imu_left/imu. */
@@ -615,6 +632,7 @@ public object StreamTable {
             ),
             frameId = "imu_left_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on imu_right/imu. */
@@ -633,6 +651,7 @@ public object StreamTable {
             ),
             frameId = "imu_right_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Imu on imu_compute_pack/imu. */
@@ -651,6 +670,7 @@ public object StreamTable {
             ),
             frameId = "imu_compute_pack_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/Illuminance on light_sensor. */
@@ -669,6 +689,7 @@ public object StreamTable {
             ),
             frameId = "head_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 60,
         )
 
     /** geometry_msgs/msg/PoseStamped on head_pose. */
@@ -687,6 +708,7 @@ public object StreamTable {
             ),
             frameId = "magicleap_world",
             backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/MagneticField on magnetometer_left. */
@@ -705,6 +727,7 @@ public object StreamTable {
             ),
             frameId = "imu_left_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/MagneticField on magnetometer_right. */
@@ -723,6 +746,7 @@ public object StreamTable {
             ),
             frameId = "imu_right_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/FluidPressure on pressure_headset. */
@@ -741,6 +765,7 @@ public object StreamTable {
             ),
             frameId = "head_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 4,
         )
 
     /** sensor_msgs/msg/FluidPressure on pressure_compute_pack. */
@@ -759,6 +784,7 @@ public object StreamTable {
             ),
             frameId = "imu_compute_pack_frame",
             backends = listOf("sensor_manager"),
+            longestPauseSeconds = 4,
         )
 
     /** geometry_msgs/msg/PoseStamped on gaze. */
@@ -778,6 +804,7 @@ public object StreamTable {
             frameId = "magicleap_world",
             permissions = listOf("com.magicleap.permission.EYE_TRACKING"),
             backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
         )
 
     /** geometry_msgs/msg/PoseArray on hand_left. */
@@ -797,6 +824,7 @@ public object StreamTable {
             frameId = "magicleap_world",
             permissions = listOf("com.magicleap.permission.HAND_TRACKING"),
             backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
         )
 
     /** geometry_msgs/msg/PoseArray on hand_right. */
@@ -816,6 +844,7 @@ public object StreamTable {
             frameId = "magicleap_world",
             permissions = listOf("com.magicleap.permission.HAND_TRACKING"),
             backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
         )
 
     /** sensor_msgs/msg/BatteryState on battery. */
@@ -834,6 +863,7 @@ public object StreamTable {
             ),
             frameId = "head_frame",
             backends = listOf("battery_manager"),
+            longestPauseSeconds = 600,
         )
 
     /** tf2_msgs/msg/TFMessage on /tf. */
@@ -854,6 +884,7 @@ public object StreamTable {
             ),
             frameId = "magicleap_world",
             backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
         )
 
     /** Messages that the app on the headset publishes by itself. */

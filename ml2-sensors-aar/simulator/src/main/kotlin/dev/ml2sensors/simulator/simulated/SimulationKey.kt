@@ -19,7 +19,19 @@ internal data class SimulationKey(
     val meaning: String,
 ) {
     companion object {
-        /** Returns all keys in the order of their table. [NativeBundle] must have been loaded. */
+        /** The streams that deliver nothing although their sources are open; of the headset, not of its native code. */
+        val silent: SimulationKey = SimulationKey(
+            "fault.silent",
+            value = "",
+            default = "",
+            isText = true,
+            isWhole = false,
+            range = 0.0..0.0,
+            choices = emptyList(),
+            meaning = "these streams deliver nothing: ids, with commas between",
+        )
+
+        /** Returns all keys of native code in the order of their table. [NativeBundle] must have been loaded. */
         fun all(): List<SimulationKey> = SimulatedSdk.describeKeys().lines().filter(String::isNotEmpty).map(::parse)
 
         private fun parse(line: String): SimulationKey {
