@@ -11,9 +11,10 @@ python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo 
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
-# Targets of this file, two at a time. `submake` does not run under `make -n`, as a line with MAKE itself would.
-submake = $(MAKE) --no-print-directory
+# Targets of this file, two at a time.
 two_at_a_time = printf '%s\n' $(1) | xargs --max-procs 2 -n 1 $(MAKE) --no-print-directory
+# A line that names MAKE itself would be run under `make -n`, too.
+submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
 if_changed = @config/if_changed.sh
 if_unchecked = $(if_changed) build/checked/$@
@@ -107,25 +108,25 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
 
-check: setup native ## Check style and run the fast tests of what changed since they last passed, in under two minutes
+check: build ## Check style, and run the fast tests of what changed since they last passed
 	$(call two_at_a_time,lint check-python check-native check-kotlin check-unity)
 
-check-python: setup
+check-python:
 	$(if_unchecked) config host_receiver tests/conformance tests/docs *.md docs -- $(pytest) $(call beside,2) -m 'not processes' \
 	  host_receiver/test tests/conformance/test_wire.py tests/conformance/test_cdr_oracles.py
 
-check-native: setup
+check-native:
 	$(if_unchecked) native -- $(submake) fast-native
 
 fast-native:
 	$(call sanitized,address,address$(comma)undefined)
 	ctest --test-dir build/native/address --parallel 4 --output-on-failure --exclude-regex sim_tests
 
-check-kotlin: native
+check-kotlin:
 	$(if_unchecked) $(kotlin) build/native/bundle config/streams.yaml tests/conformance/vectors -- \
-	  $(maven) --quiet test -pl ml2-sensors-aar -Dtest='!**/capture/*Test,!**/fuzz/*Test,!MalformedVectorTest'
+	  $(maven) --quiet test $(compiled) -pl ml2-sensors-aar -Dtest='!**/capture/*Test,!**/fuzz/*Test,!MalformedVectorTest'
 
-check-unity: native
+check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
 test: test-python test-native test-kotlin test-conformance test-unity test-e2e ## Run the tests of everything but a release's packages
@@ -160,7 +161,7 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) $(slowest) --timeout 120 --numprocesses 4 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) $(slowest) --timeout 120 --numprocesses 3 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it

@@ -59,6 +59,17 @@ def test_it_holds_a_package_for_each_user_and_a_checksum_for_each_file() -> None
     assert listed == names - {"SHA256SUMS"}
 
 
+def test_nothing_is_left_to_build_after_a_release() -> None:
+    variables = {name: it for name, it in os.environ.items() if not name.startswith("MAKE")}
+    dry_run = ["make", "--dry-run", "build", "aar", "apk"]
+    done = subprocess.run(
+        dry_run, cwd=ROOT, env=variables, check=True, capture_output=True, text=True
+    )
+    assert done.stdout.splitlines() == [
+        f"make: Nothing to be done for '{name}'." for name in ("build", "aar", "apk")
+    ]
+
+
 def test_the_maven_repository_is_that_of_the_build() -> None:
     with zipfile.ZipFile(DIST / f"ml2-sensors-{VERSION}-maven.zip") as packed:
         found = {name: packed.read(name) for name in packed.namelist()}

@@ -27,7 +27,9 @@ CONFIG = """
     picture_center: {enabled: true, resolution_width: 1280, resolution_height: 960}
     depth_center: {enabled: true, stream: 0, update_rate: 5, radial: RADIAL}
 """
-COUNT = 6
+# So many messages of each topic are collected. A busy machine drops some of what they are made of,
+# so fewer have all that is asked for.
+COUNT, LEAST = 12, 3
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 TOPICS = {
     "depth/points": "sensor_msgs/msg/PointCloud2",
@@ -86,7 +88,7 @@ def located(
         for it in messages
         if (it.header.frame_id, stamp_ns(it)) in tree
     ]
-    assert len(known) >= COUNT // 2
+    assert len(known) >= LEAST
     return known
 
 
@@ -119,7 +121,7 @@ def test_points_have_the_colour_of_the_room(
 ) -> None:
     """The fiducials' black borders are darker than the white around them."""
     clouds = [it for it in products.messages("depth/points") if len(it.fields) == 4]
-    assert len(clouds) >= COUNT // 2
+    assert len(clouds) >= LEAST
     contrasts = []
     for cloud in clouds:
         at = ("depth_optical_frame", stamp_ns(cloud))
