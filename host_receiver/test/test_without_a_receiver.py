@@ -1,4 +1,4 @@
-"""What commands say that need a receiver where none runs."""
+"""Commands that need a receiver say what to start where none runs."""
 
 from pathlib import Path
 from types import ModuleType

@@ -37,7 +37,7 @@ def truth() -> SimulatedTruth:
 def received(
     truth: SimulatedTruth, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[float, Received]:
-    """What arrived over the link with each jitter; both are recorded at the same time."""
+    """Returns the messages of a link with each jitter; both are recorded at the same time."""
 
     def run(jitter_s: float, folder: Path) -> Received:
         config = folder / "config.yaml"

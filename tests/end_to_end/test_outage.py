@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from counters import assert_counters_agree
-from processes import PREFIX, RECEIVER, headset_command, line_with
+from processes import PREFIX, headset_command, line_with
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 CONFIG = """
@@ -24,26 +23,14 @@ GRANT = "ml2-receiver headset grant world_left"
 # The running camera fails, and cannot be opened again for a while.
 FAULTS = ("fault.world.get", "fault.world.permission")
 BEGIN_S, END_S = 2, 30
-LIMIT_S = 60.0
 MAX_POLLS = 60
-
-
-def run_command(waiting: WaitingReceiver, *command: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [RECEIVER, *command],
-        env=waiting.environment,
-        stdout=subprocess.PIPE,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
-    )
 
 
 def await_state(waiting: WaitingReceiver, state: str, reason: str = "") -> None:
     """Runs `devices` until world_left is in a state whose reason contains `reason`."""
     seen: list[dict[str, Any]] = []
     for _ in range(MAX_POLLS):
-        device = json.loads(run_command(waiting, "devices", "--json").stdout or "null")
+        device = json.loads(waiting.run("devices", "--json").stdout or "null")
         streams = [] if device is None else device["streams"]
         for stream in streams:
             if stream["stream"] == "world_left":
@@ -69,7 +56,7 @@ def test_a_camera_that_fails_is_reported_and_recovers(tmp_path: Path) -> None:
     ):
         line_with(headset, "world_left: waiting")
         await_state(waiting, "waiting", f"{CAMERA} is missing: run `{GRANT}`")
-        doctor = run_command(waiting, "doctor", "--json")
+        doctor = waiting.run("doctor", "--json")
         (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert GRANT in finding["fix"]

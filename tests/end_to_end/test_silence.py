@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from processes import RECEIVER, headset_command
+from processes import headset_command
 from simulation import five_cameras
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
@@ -26,26 +25,14 @@ SILENT = (
     "pressure_headset",
 )
 BEGIN_S, END_S = 4, 30
-LIMIT_S = 60.0
 MAX_POLLS = 60
-
-
-def run_command(waiting: WaitingReceiver, *command: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [RECEIVER, *command],
-        env=waiting.environment,
-        stdout=subprocess.PIPE,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
-    )
 
 
 def await_states(waiting: WaitingReceiver, state: str, reason: str) -> None:
     """Polls `devices` until all of SILENT are in a state with a reason that begins so."""
     seen: dict[str, Any] = {}
     for _ in range(MAX_POLLS):
-        device = json.loads(run_command(waiting, "devices", "--json").stdout or "null")
+        device = json.loads(waiting.run("devices", "--json").stdout or "null")
         if device is not None:
             seen = {it["stream"]: it for it in device["streams"] if it["stream"] in SILENT}
             reached = [it["reason"] for it in seen.values() if it["state"] == state]
@@ -66,7 +53,7 @@ def test_silent_sources_are_told_and_recover(tmp_path: Path) -> None:
     ):
         waiting.await_seconds(1)
         await_states(waiting, "waiting", "no capture for ")
-        doctor = run_command(waiting, "doctor", "--json")
+        doctor = waiting.run("doctor", "--json")
         (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
         assert (doctor.returncode, finding["level"]) == (1, "wrong")
         assert all(stream in finding["found"] for stream in SILENT), finding

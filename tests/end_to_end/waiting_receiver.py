@@ -11,6 +11,7 @@ from pathlib import Path
 
 from processes import (
     PREFIX,
+    RECEIVER,
     Received,
     isolated_environment,
     lines,
@@ -39,6 +40,17 @@ class WaitingReceiver:
     ) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
         """Starts one more process, which logs to `name`.log."""
         return process(command, self.environment, self.folder / f"{name}.log")
+
+    def run(self, *command: str) -> subprocess.CompletedProcess[str]:
+        """Runs a command of ml2-receiver beside the receiver, for 60 s at most."""
+        return subprocess.run(
+            [RECEIVER, *command],
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=False,
+        )
 
     def await_seconds(self, count: int) -> None:
         """Waits until readings have arrived for about `count` more seconds."""

@@ -18,7 +18,7 @@ from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStat
 _STALE_AFTER_S = 2.0
 # The first sample may take so much longer than later ones, as on the headset.
 _OPENING_S = 6.0
-# What a topic says that should have a message and has none.
+# The message of a topic that is silent for longer than is normal begins so.
 _SILENT = "nothing has come"
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
