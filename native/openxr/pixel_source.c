@@ -36,6 +36,7 @@ static struct source {
     uint32_t count;
     bool is_open;
     ml2s_settings settings; /**< The current settings. */
+    ml2s_error lost;        /**< Why an open source has no sensors. */
 } sources[ML2S_SENSOR_HANDS + 1];
 
 static struct pixel_sensor describe(const ml2s_settings *settings, uint32_t stream) {
@@ -102,17 +103,19 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     return xr_end(stop(source, error), error);
 }
 
+/** Starts the previous streams again, or else leaves the source without sensors, which each poll then says. */
+static void restore(struct source *source) {
+    const ml2s_settings before = source->settings;
+    source->lost = (ml2s_error){.struct_size = sizeof source->lost};
+    start(&before, &source->lost);
+}
+
+/** Stopping comes first, since two streams of a sensor do not run at a time. */
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {
     struct source *source = &sources[settings->sensor];
-    ml2s_settings before = source->settings;
     ml2s_result result = stop(source, error);
-    if (!result && (result = start(settings, error))) {
-        ml2s_result restored = start(&before, NULL);
-        if (restored) {
-            return error_set(error, restored, 0,
-                             "the new settings failed, and the previous ones could not be restored: close the sensor "
-                             "and open it again");
-        }
+    if (result || (result = start(settings, error))) {
+        restore(source);
     }
     return result;
 }
@@ -144,6 +147,12 @@ static ml2s_result poll_sensors(struct source *source, uint64_t wait_nanos, stru
 static ml2s_result poll(const ml2s_settings *settings, uint64_t timeout_nanos, struct frameset *set,
                         ml2s_error *error) {
     struct source *source = &sources[settings->sensor];
+    if (!source->count) {
+        return error_set(error, ML2S_VENDOR_FAILURE, source->lost.vendor_code,
+                         "no stream runs, close the sensor and open it again: the new settings failed, and the "
+                         "previous ones could not be started again (%s)",
+                         source->lost.message);
+    }
     int64_t until = ml2s_now() + (int64_t)(timeout_nanos < MAX_TIMEOUT_NANOS ? timeout_nanos : MAX_TIMEOUT_NANOS);
     ml2s_result result = xr_handle_events(error);
     while (!result && !set->count) {

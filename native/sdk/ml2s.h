@@ -212,7 +212,10 @@ ML2S_API ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *e
 /** Opens a sensor and starts its streams. In this and all other functions, error may be null. */
 ML2S_API ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_error *error);
 
-/** Changes streams or values of an open sensor. After a failure the previous ones continue. */
+/**
+ * Changes streams or values of an open sensor. After a failure the previous ones continue. If the device does not start
+ * them again either, each ml2s_poll fails until the sensor is closed and opened again, or paused and resumed.
+ */
 ML2S_API ml2s_result ml2s_configure(ml2s_handle handle, const ml2s_settings *settings, ml2s_error *error);
 
 /**

@@ -23,7 +23,10 @@ struct source_ops {
     /** Starts the streams. After a failure nothing is open. */
     ml2s_result (*open)(const ml2s_settings *settings, ml2s_error *error);
 
-    /** Applies settings. After a failure the streams continue unchanged. Null if only polls use the settings. */
+    /**
+     * Applies settings. After a failure the streams continue unchanged, or else each poll fails until pause or close.
+     * Null if only polls use the settings.
+     */
     ml2s_result (*configure)(const ml2s_settings *settings, ml2s_error *error);
 
     /** Adds the frames of one capture to an empty set. After a failure the caller releases them. */

@@ -1,4 +1,6 @@
 // Configuring a pixel sensor: exactly what is asked for, or a refusal that names what is offered.
+#include <optional>
+
 #include "openxr_fixture.h"
 
 class Negotiation : public OpenXr {
@@ -105,4 +107,78 @@ TEST_F(Negotiation, SettingsThatAreRefusedLeaveTheOldOnesRunning) {
     ASSERT_EQ(frames.size(), 1u);
     EXPECT_EQ(frames[0].width, 640u);
     release(frames);
+}
+
+TEST_F(Negotiation, AStopThatFailsLeavesTheOldSettingsRunning) {
+    const Slots left(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400 + 64),
+        right(ML2S_STREAM_EYE_NASAL_RIGHT, 2, 400 * 400 + 64);
+    auto both = kEyeNasalLeft;
+    both.streams |= bitOf(ML2S_STREAM_EYE_NASAL_RIGHT);
+    Sensor eyes(both);
+    const auto objects = counters().live_objects;
+    runtime("fault.future.fails", "stop");
+    EXPECT_EQ(eyes.configure(kEyeNasalLeft), ML2S_VENDOR_FAILURE);
+    EXPECT_STREQ(eyes.error.message, "xrStopPixelSensorAsyncML: XR_ERROR_RUNTIME_FAILURE (-2)");
+    EXPECT_EQ(counters().live_objects, objects) << "each sensor is stopped, and started once";
+    runtime("fault.future.fails", "");
+    ml2sim_advance(1000 * kMillisecond);
+    const auto frames = eyes.poll();
+    EXPECT_EQ(frames.size(), 2u) << eyes.error.message;
+    release(frames);
+}
+
+/** A camera that runs no stream: it took neither the new settings nor the previous ones. */
+class Stopped : public Negotiation {
+  protected:
+    void SetUp() override {
+        Negotiation::SetUp();
+        camera.emplace(color(30, 640, 480));
+        runtime("fault.sensor.taken", "/pixelsensor/picture/center");
+        EXPECT_EQ(camera->configure(color(15, 1280, 960)), ML2S_NOT_AVAILABLE);
+    }
+    void TearDown() override {
+        camera.reset();
+        Negotiation::TearDown();
+    }
+    void expectFrames() {
+        ml2sim_advance(1000 * kMillisecond);
+        const auto frames = camera->poll();
+        ASSERT_EQ(frames.size(), 1u) << camera->error.message;
+        EXPECT_EQ(frames[0].width, 640u);
+        release(frames);
+    }
+
+    const Slots slots{ML2S_STREAM_COLOR, 2, 640 * 480 * 3 / 2 + 64};
+    std::optional<Sensor> camera;
+};
+
+TEST_F(Stopped, ASensorWithoutStreamsSaysSoAtEachPollInsteadOfWaiting) {
+    for (int i = 0; i < 2; i++) {
+        EXPECT_TRUE(camera->poll(i * 10000 * kMillisecond).empty());
+        EXPECT_EQ(camera->result, ML2S_VENDOR_FAILURE);
+        EXPECT_STREQ(camera->error.message,
+                     "no stream runs, close the sensor and open it again: the new settings failed, and the previous "
+                     "ones could not be started again (not available: /pixelsensor/picture/center "
+                     "(xrCreatePixelSensorML: -2))");
+    }
+}
+
+TEST_F(Stopped, ASensorWithoutStreamsRunsWhenOpenedAgain) {
+    EXPECT_EQ(camera->close(), ML2S_OK);
+    runtime("fault.sensor.taken", "");
+    camera.emplace(color(30, 640, 480));
+    expectFrames();
+}
+
+TEST_F(Stopped, ASensorWithoutStreamsRunsWithSettingsThatTheDeviceTakes) {
+    runtime("fault.sensor.taken", "");
+    EXPECT_EQ(camera->configure(color(30, 640, 480)), ML2S_OK);
+    expectFrames();
+}
+
+TEST_F(Stopped, ASensorWithoutStreamsRunsAfterAPause) {
+    EXPECT_EQ(camera->pause(), ML2S_OK);
+    runtime("fault.sensor.taken", "");
+    EXPECT_EQ(camera->resume(), ML2S_OK);
+    expectFrames();
 }
