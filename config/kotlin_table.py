@@ -106,7 +106,7 @@ def _property(table: StreamTable, stream: Stream) -> str:
         permissions=_list(map(_text, section.permissions)),
         backends=_list(map(_text, stream.backends)),
         modes=_list(map(_mode, section.modes)),
-        longestPauseSeconds=_number(stream.longest_pause_s),
+        longestPauseSeconds=_number(stream.pace.longest_pause_s),
     )
     declaration = f"{_INDENT}public val {_camel(stream.id)}: StreamSpec ="
     doc = f"{_INDENT}/** {stream_summary(table, stream)} */"

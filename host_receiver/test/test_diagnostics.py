@@ -339,16 +339,34 @@ def told_of(stream: str, role: str, statistics: TopicStatistics) -> Report:
     return replace(told, streams={stream: StreamStatus("running")})
 
 
-@pytest.mark.parametrize(("stream", "role", "pause_s"), [("head_pose", "pose", 2), ("tf", "tf", 2)])
-def test_a_stream_without_a_rate_is_silent_after_the_longest_pause_of_its_row(
-    diagnostics: Diagnostics, statistics: TopicStatistics, stream: str, role: str, pause_s: int
+@pytest.mark.parametrize(
+    ("stream", "role", "pause_s", "expected"),
+    [
+        ("head_pose", "pose", 2, "60 Hz"),
+        ("gaze", "pose", 2, "60 Hz"),
+        ("hand_left", "poses", 2, "60 Hz"),
+        ("tf", "tf", 2, "60 Hz"),
+        ("gyro_left", "imu", 2, "a message every 2 s"),
+        ("magnetometer_left", "magnetic_field", 2, "a message every 2 s"),
+        ("pressure_headset", "pressure", 4, "a message every 4 s"),
+        ("light_sensor", "illuminance", 60, "a message every 60 s"),
+        ("battery", "battery", 600, "a message every 600 s"),
+    ],
+)
+def test_a_stream_is_silent_after_its_longest_pause(
+    diagnostics: Diagnostics,
+    statistics: TopicStatistics,
+    stream: str,
+    role: str,
+    pause_s: int,
+    expected: str,
 ) -> None:
     receive(statistics, *range(10))
     told = told_of(stream, role, statistics)
     assert topic_row(diagnostics, told, 0.0).level == Level.OK
     assert topic_row(diagnostics, told, float(pause_s)).level == Level.OK
     session, _, topic = diagnostics.rows(told, pause_s + 1.0)
-    words = f"nothing has come for {pause_s + 1} s, expected a message every {pause_s} s"
+    words = f"nothing has come for {pause_s + 1} s, expected {expected}"
     assert (topic.level, topic.message) == (Level.ERROR, words)
     assert session.level == Level.WARN
     assert session.values[f"state.{stream}"] == f"waiting: {words}"

@@ -18,6 +18,7 @@ from .stream_table import (
     Key,
     Lane,
     Mode,
+    Pace,
     Qos,
     ReceiverTopic,
     Section,
@@ -193,7 +194,7 @@ def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -
         topics=tuple(_topic(id, row, topic, document) for topic in document["kinds"][row["kind"]]),
         frame=row["frame"],
         body_frame=row.get("body_frame"),
-        longest_pause_s=_longest_pause_s(row, document),
+        pace=Pace(**document["paces"][row["kind"]]),
     )
 
 
@@ -241,12 +242,5 @@ def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
         encoding=row.get("encoding") if topic["role"] == "image" else topic.get("encoding"),
         when=_topic_condition(topic["when"], row) if "when" in topic else None,
         frame=row["frame"],
-        longest_pause_s=None if topic["qos"] == "latched" else _longest_pause_s(row, document),
+        pace=Pace() if topic["qos"] == "latched" else Pace(**document["paces"][row["kind"]]),
     )
-
-
-def _longest_pause_s(row: Row, document: Row) -> int | None:
-    pause_s: int | None = document["longest_pauses_s"][row["kind"]]
-    if pause_s is not None and pause_s <= 0:
-        raise ValueError(f"longest_pauses_s: expected seconds above 0, found {pause_s}")
-    return pause_s

@@ -47,13 +47,31 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Pace:
+    """How often a stream delivers.
+
+    `rate_hz` is the nominal rate; None means the rate of a camera's mode, or as delivered.
+    `longest_pause_s` is the longest normal pause between two samples; None means that any pause is
+    normal.
+    """
+
+    rate_hz: int | None = None
+    longest_pause_s: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("rate_hz", self.rate_hz), ("longest_pause_s", self.longest_pause_s)):
+            if value is not None and value <= 0:
+                raise ValueError(f"{name}: expected a number above 0, found {value}")
+
+
+@dataclass(frozen=True)
 class Topic:
     """One topic of one stream.
 
     `name` is relative to the prefix ("world_left/image_raw") or global ("/tf"). `lane` is
     "sensors" or, on an image lane, the stream's id. `qos` is a key of StreamTable.qos. `when` is
     the condition on the values in CONFIGURE; None means that the stream always has the topic.
-    `longest_pause_s` is that of the stream; None for a latched topic.
+    `pace` is that of the stream, but a latched topic may be silent for any time.
     """
 
     stream: str
@@ -65,7 +83,7 @@ class Topic:
     encoding: str | None
     when: Condition | None
     frame: str
-    longest_pause_s: int | None = None
+    pace: Pace = Pace()
 
     def full_name(self, prefix: str) -> str:
         return self.name if self.name.startswith("/") else f"{prefix}/{self.name}"
@@ -150,8 +168,7 @@ class Stream:
     The stream runs if its section has all values of `when`; None means that it runs with any other
     stream. `values` are the dotted keys that are sent to the headset, under their last word.
     `backends` maps the interfaces of the device that can serve the stream, the most reliable first,
-    to the reason. `longest_pause_s` is the longest normal pause between two samples; None means
-    that any pause is normal.
+    to the reason.
     """
 
     id: str
@@ -162,7 +179,7 @@ class Stream:
     topics: tuple[Topic, ...]
     frame: str
     body_frame: str | None
-    longest_pause_s: int | None
+    pace: Pace
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def _standstill(topic: TopicReport, report: Report, silence_s: float) -> tuple[L
     expected_hz = _expected_hz(topic, report)
     produced = topic.device.produced if topic.device else 0
     is_first = topic.statistics.received == 0 and produced == 0
-    longest_s: float | None = topic.topic.longest_pause_s
+    longest_s: float | None = topic.topic.pace.longest_pause_s
     expected = ""
     if expected_hz is not None:
         longest_s = max(_STALE_AFTER_S, 2 / float(expected_hz))
@@ -195,9 +195,10 @@ def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, st
 
 
 def _expected_hz(topic: TopicReport, report: Report) -> Scalar | None:
-    """Returns the rate that the headset promised; only cameras promise one."""
+    """Returns the rate that the headset promised for a camera, else the nominal one if any."""
     answer = report.answers.get(topic.topic.stream)
-    return (answer.values or {}).get("update_rate") if answer else None
+    promised = (answer.values or {}).get("update_rate") if answer else None
+    return promised if promised is not None else topic.topic.pace.rate_hz
 
 
 def _answer(answer: StreamAnswer) -> str:
