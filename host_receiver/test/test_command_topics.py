@@ -12,6 +12,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}, world_left: {enabled: true}}}"
 BATTERY = "/magic_leap2/battery"
+IMAGE = "/magic_leap2/world_left/image_raw"
 
 
 def command(*arguments: str) -> Child:
@@ -42,8 +43,28 @@ def test_topics_have_their_counts_rates_and_losses(receiver: Receiver) -> None:
     assert topics[BATTERY]["lost"] == 2
     assert topics[BATTERY]["expected_hz"] is None
     assert topics[BATTERY]["subscribers"] == 0
-    camera = topics["/magic_leap2/world_left/image_raw"]
+    assert (topics[BATTERY]["stream"], topics[BATTERY]["stream_state"]) == ("battery", "running")
+    camera = topics[IMAGE]
     assert (camera["expected_hz"], camera["received"]) == (30, 0)
+    assert camera["stream_state"] == "waiting"
+    assert camera["state"] == "waiting: no message has come yet"
+
+
+def test_the_table_has_an_expected_rate_or_as_delivered(receiver: Receiver) -> None:
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        with command("topics", "--once") as child:
+            rows = {topic: line_with(child, f" {topic} ") for topic in (IMAGE, BATTERY)}
+    assert "30" in rows[IMAGE].split()
+    assert "as delivered" in rows[BATTERY]
+    for row in rows.values():
+        assert row.rstrip().endswith("waiting: no message has come yet")
+
+
+def line_with(child: Child, words: str) -> str:
+    while words not in (line := child.line()):
+        pass
+    return line
 
 
 def test_the_live_table_ends_with_an_interrupt(receiver: Receiver) -> None:
@@ -60,6 +81,7 @@ def test_the_live_table_ends_with_an_interrupt(receiver: Receiver) -> None:
 def test_devices_tell_why_a_stream_does_not_run(receiver: Receiver) -> None:
     with MockDevice(receiver.address, says_ping=True) as device:
         device.start(refused={"world_left": "covered: by a sticker"})
+        device.publish("battery")
         with command("devices", "--json") as child:
             headset: Any = printed(child)
             assert child.wait() == 0

@@ -6,9 +6,11 @@ import pytest
 from ml2_receiver.doctor.devices import DeviceStream, read_device
 from ml2_receiver.session.report import Report, State, TopicReport
 from ml2_receiver.session.statistics import TopicStatistics
+from ml2_receiver.session.stream_state import Judgement
 from ml2_receiver.session.throughput import Throughput
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
+from ml2_receiver.topics.judgement import read_judgements
 from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
 from ml2_receiver.wire.messages import (
     ChannelStatus,
@@ -315,9 +317,7 @@ def test_a_camera_that_has_sent_nothing_yet_is_waited_for(
 ) -> None:
     told = replace(report(statistics, ChannelStatus(0, 0, {})), answers=AT_30_HZ)
     row = topic_row(diagnostics, told, 0.0)
-    assert (row.level, row.message) == (Level.WARN, "waiting for the first message")
-    promised_nothing = replace(told, answers={})
-    assert topic_row(diagnostics, promised_nothing, 1.0).level == Level.OK
+    assert (row.level, row.message) == (Level.WARN, "waiting: no message has come yet")
 
 
 def test_a_camera_that_sends_nothing_any_more_is_an_error(
@@ -367,12 +367,12 @@ def test_a_stream_is_silent_after_its_longest_pause(
     assert topic_row(diagnostics, told, float(pause_s)).level == Level.OK
     session, _, topic = diagnostics.rows(told, pause_s + 1.0)
     words = f"nothing has come for {pause_s + 1} s, expected {expected}"
-    assert (topic.level, topic.message) == (Level.ERROR, words)
+    assert (topic.level, topic.message) == (Level.ERROR, f"silent: {words}")
     assert session.level == Level.WARN
-    assert session.values[f"state.{stream}"] == f"waiting: {words}"
+    assert read_judgements(session.values) == {stream: Judgement("silent", words)}
     device = read_device(session.values, load_table())
     assert device is not None
-    assert DeviceStream(stream, "waiting", words) in device.streams
+    assert DeviceStream(stream, "silent", words) in device.streams
     receive(statistics, *range(10, 20))
     session, _, topic = diagnostics.rows(told_of(stream, role, statistics), pause_s + 2.0)
     assert (session.level, topic.level) == (Level.OK, Level.OK)
@@ -383,9 +383,9 @@ def test_a_stream_that_never_delivers_is_not_waited_for_for_ever(
 ) -> None:
     told = told_of("gyro_left", "imu", statistics)
     rows = [topic_row(diagnostics, told, float(second)) for second in range(10)]
-    assert {row.message for row in rows[:9]} == {"waiting for the first message"}
+    assert {row.message for row in rows[:9]} == {"waiting: no message has come yet"}
     assert rows[9].level == Level.ERROR
-    assert rows[9].message.startswith("nothing has come for 9 s")
+    assert rows[9].message.startswith("silent: nothing has come for 9 s")
 
 
 @pytest.mark.parametrize(("stream", "role"), [("tf", "tf_static")])
@@ -397,13 +397,72 @@ def test_a_latched_topic_may_be_silent(
     assert {topic_row(diagnostics, told, float(it)).level for it in range(100)} == {Level.OK}
 
 
-def test_a_topic_that_is_not_to_run_is_paused(
+def states(diagnostics: Diagnostics, told: Report, now_s: float) -> dict[str, str]:
+    session, *_ = diagnostics.rows(told, now_s)
+    return {id: it.text for id, it in read_judgements(session.values).items()}
+
+
+def test_a_topic_that_is_not_to_run_is_paused_and_then_has_time_to_begin(
     diagnostics: Diagnostics, statistics: TopicStatistics
 ) -> None:
-    running = replace(report(statistics, SENT_ALL), answers=AT_30_HZ)
+    running = told_of("gyro_left", "imu", statistics)
     paused = replace(running, topics=[replace(running.topics[0], is_running=False)])
     receive(statistics, *range(10))
-    assert topic_row(diagnostics, paused, 0.0).message == "paused"
+    row = topic_row(diagnostics, paused, 0.0)
+    assert (row.level, row.message) == (Level.OK, "paused")
+    assert states(diagnostics, paused, 100.0) == {"gyro_left": "paused"}
+    assert states(diagnostics, running, 108.0) == {"gyro_left": "running"}
+    assert states(diagnostics, running, 109.0)["gyro_left"].startswith("silent: ")
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (State.ENDED, "paused: the session has ended"),
+        (State.LOST, "silent: the connection is lost"),
+    ],
+)
+def test_without_a_connection_no_stream_runs(
+    diagnostics: Diagnostics, statistics: TopicStatistics, state: State, text: str
+) -> None:
+    receive(statistics, *range(10))
+    told = replace(told_of("gyro_left", "imu", statistics), state=state)
+    assert states(diagnostics, told, 0.0) == {"gyro_left": text}
+
+
+def test_one_silent_topic_of_a_stream_is_enough(diagnostics: Diagnostics) -> None:
+    image, info, *_ = load_table().streams["world_left"].topics
+    delivering, silent = TopicStatistics(), TopicStatistics()
+    receive(silent, *range(10))
+    for second in range(4):
+        receive(delivering, *range(second * 10, second * 10 + 10))
+        topics = [TopicReport(image, delivering, None), TopicReport(info, silent, None)]
+        told = replace(report(silent), topics=topics, answers=AT_30_HZ)
+        told = replace(told, streams={"world_left": StreamStatus("running")})
+        found = states(diagnostics, told, float(second))
+    assert found == {"world_left": "silent: nothing has come for 3 s, expected 30 Hz"}
+
+
+def test_a_stream_of_an_app_may_be_silent(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    custom = load_table().custom_topics.topic("custom/words", "std_msgs/msg/String")
+    assert custom is not None
+    told = replace(report(statistics), topics=[TopicReport(custom, statistics, None)])
+    told = replace(told, streams={"custom": StreamStatus("running")})
+    assert [states(diagnostics, told, it)["custom"] for it in (0.0, 1e4)] == ["running"] * 2
+
+
+@pytest.mark.parametrize("rate", [0, -1, "30"])
+def test_a_promised_rate_that_is_none_is_ignored(
+    diagnostics: Diagnostics, statistics: TopicStatistics, rate: Any
+) -> None:
+    receive(statistics, *range(10))
+    answers = {"world_left": StreamAnswer("applied", {"update_rate": rate})}
+    told = replace(report(statistics), answers=answers)
+    assert "expected_hz" not in topic_row(diagnostics, told, 0.0).values
+    message = topic_row(diagnostics, told, 5.0).message
+    assert message == "silent: nothing has come for 5 s, expected a message every 4 s"
 
 
 @pytest.mark.parametrize(

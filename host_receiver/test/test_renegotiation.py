@@ -2,7 +2,7 @@
 
 from ml2_receiver.session.streams import Request
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import Configure, Configured, Start, StreamAnswer
+from ml2_receiver.wire.messages import ChannelEnd, Configure, Configured, Start, StreamAnswer
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene
 
 FASTER: Request = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 5}}
@@ -138,6 +138,14 @@ def test_reports_tell_which_streams_run() -> None:
     assert scene.host.session is not None
     running = {row.topic.stream: row.is_running for row in scene.host.session.report().topics}
     assert running == {"world_left": False, "battery": True, "tf": True}
+
+
+def test_a_topic_whose_channel_has_ended_does_not_run() -> None:
+    scene = started()
+    assert scene.host.session is not None
+    scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
+    running = {row.topic.name: row.is_running for row in scene.host.session.report().topics}
+    assert running == {topic.name: topic is not TOPICS[0] for topic in TOPICS}
 
 
 def test_a_stream_that_is_refused_when_it_shall_resume_loses_its_topics() -> None:

@@ -3,15 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..session.stream_state import grant
+from ..session.stream_state import Judgement, grant
 from ..table.stream_table import Stream, StreamTable
+from ..topics.judgement import read_judgements
 
-_PERMISSION, _STREAM, _STATE, _MISSING = "permission.", "stream.", "state.", "missing."
+_PERMISSION, _STREAM = "permission.", "stream."
 
 
 @dataclass(frozen=True)
 class DeviceStream:
-    """One stream of the table: "runs", "waiting", "failed", "off" or "unavailable".
+    """One stream of the table: "runs", "silent", "waiting", "paused", "failed", "off" or
+    "unavailable".
 
     `reason` says why if it is known, and what to do.
     """
@@ -39,9 +41,7 @@ def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None
         return None
     permissions = {name: granted == "true" for name, granted in _under(_PERMISSION, session)}
     answers = dict(_under(_STREAM, session))
-    states = {
-        id: _status(text, session.get(f"{_MISSING}{id}")) for id, text in _under(_STATE, session)
-    }
+    judgements = read_judgements(session)
     capabilities = session.get("capabilities", "").split()
     return Device(
         session["headset"],
@@ -50,7 +50,7 @@ def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None
         session["state"],
         permissions,
         tuple(
-            _stopped(stream.id, states.get(stream.id))
+            _stopped(stream.id, judgements.get(stream.id))
             or _stream(stream, table, capabilities, permissions, answers.get(stream.id))
             for stream in table.streams.values()
         ),
@@ -61,19 +61,13 @@ def _under(prefix: str, values: Mapping[str, str]) -> list[tuple[str, str]]:
     return [(k.removeprefix(prefix), v) for k, v in values.items() if k.startswith(prefix)]
 
 
-def _status(text: str, permission: str | None) -> tuple[str, str, str | None]:
-    state, _, reason = text.partition(": ")
-    return state, reason, permission
-
-
-def _stopped(stream: str, status: tuple[str, str, str | None] | None) -> DeviceStream | None:
+def _stopped(stream: str, judgement: Judgement | None) -> DeviceStream | None:
     """Returns the state of a stream that does not run; None if it runs."""
-    state, reason, permission = status or ("running", "", None)
-    if state == "running":
+    if judgement is None or judgement.state == "running":
         return None
-    shown = "unavailable" if state == "refused" else "waiting" if state == "available" else state
-    fix = grant(stream, permission)
-    return DeviceStream(stream, shown, "; ".join(filter(None, (reason, fix))))
+    shown = {"refused": "unavailable", "available": "waiting"}
+    why = filter(None, (judgement.reason, grant(stream, judgement.permission)))
+    return DeviceStream(stream, shown.get(judgement.state, judgement.state), "; ".join(why))
 
 
 def _stream(

@@ -6,6 +6,7 @@ from typing import Literal
 
 from ..processes import Process, is_receiver
 from ..ros.fastdds import NEEDED_BYTES, PROFILES_VARIABLE
+from ..topics.judgement import read_judgements
 from ..transport.discovery import FoundReceiver
 
 # https://docs.ros.org/en/jazzy/How-To-Guides/DDS-tuning.html asks for as much as there is; several
@@ -217,24 +218,17 @@ def streams(rows: Mapping[str, Mapping[str, str]]) -> Finding | None:
     session = rows.get("session", {})
     if session.get("state") != "connected":
         return None
-    states = {
-        key.removeprefix("state."): text
-        for key, text in session.items()
-        if key.startswith("state.")
-    }
-    stopped = {id: text for id, text in states.items() if text != "running"}
-    silent = {
-        row["stream"]: row.get("message", "")
-        for row in rows.values()
-        if row.get("message", "").startswith(("nothing", "waiting"))
-        and "expected_hz" in row
-        and row["stream"] not in stopped
-    }
-    if not stopped | silent:
-        return Finding("streams", "ok", f"{len(states)} run")
-    found = "; ".join(f"{id}: {text}" for id, text in (stopped | silent).items())
-    missing = {id: session[key] for id in stopped if (key := f"missing.{id}") in session}
-    grants = [f"{it}, by `ml2-receiver headset grant {id}`" for id, it in missing.items()]
+    judgements = read_judgements(session)
+    wrong = {id: it for id, it in judgements.items() if it.is_wrong}
+    if not wrong:
+        running = sum(it.state == "running" for it in judgements.values())
+        return Finding("streams", "ok", f"{running} run")
+    found = "; ".join(f"{id}: {it.text}" for id, it in wrong.items())
+    grants = [
+        f"{it.permission}, by `ml2-receiver headset grant {id}`"
+        for id, it in wrong.items()
+        if it.permission is not None
+    ]
     fix = f"grant {'; '.join(grants)}" if grants else _NO_STREAM
     return Finding("streams", "wrong", found, fix)
 

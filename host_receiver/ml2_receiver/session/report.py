@@ -22,7 +22,7 @@ class State(Enum):
 class TopicReport:
     """One topic; `statistics` keeps counting, `device` is from the last STATUS.
 
-    `is_running` is True if the headset is to run the topic's stream at present.
+    `is_running` is True if the headset is to send the topic at present.
     """
 
     topic: Topic

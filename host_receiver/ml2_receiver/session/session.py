@@ -291,7 +291,7 @@ class Session:
 
     def _topic_report(self, topic: Topic, statistics: TopicStatistics) -> TopicReport:
         device = self.status.channels.get(topic.name) if self.status else None
-        return TopicReport(topic, statistics, device, self.streams.is_running(topic.stream))
+        return TopicReport(topic, statistics, device, self.streams.is_running(topic))
 
     def _log_event(self, text: str) -> None:
         self._log(f"{self.hello.name!r}: {text}")

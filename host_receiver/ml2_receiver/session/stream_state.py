@@ -1,10 +1,43 @@
 """The states of enabled streams, and their descriptions for the user."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
 
 from ..wire.messages import StreamAnswer, StreamStatus
 
 _RUNNING = StreamStatus("running")
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The receiver's judgement of a stream.
+
+    `state` is "running" only if messages arrive as expected, "silent" if none arrives and the
+    headset gives no reason, and "paused" if the receiver does not ask for the stream at present.
+    Otherwise the headset reported it: "waiting", "available", "refused" or "failed". Before the
+    first message a stream is "waiting", too. `permission` is the missing Android permission.
+    """
+
+    state: str
+    reason: str | None = None
+    permission: str | None = None
+
+    @classmethod
+    def parse(cls, text: str, permission: str | None) -> Self:
+        """Returns the judgement whose `text` is given."""
+        state, _, reason = text.partition(": ")
+        return cls(state, reason or None, permission)
+
+    @property
+    def is_wrong(self) -> bool:
+        """True if the stream should deliver and does not."""
+        return self.state not in ("running", "paused")
+
+    @property
+    def text(self) -> str:
+        """The state, and the reason if that is known."""
+        return self.state if not self.reason else f"{self.state}: {self.reason}"
 
 
 def stream_states(
@@ -18,15 +51,15 @@ def _answered_state(answer: StreamAnswer) -> StreamStatus:
     return StreamStatus("refused", answer.reason) if answer.result == "refused" else _RUNNING
 
 
-def in_words(stream: str, status: StreamStatus) -> str:
+def judged(status: StreamStatus) -> Judgement:
+    """Returns the headset's own judgement of a stream."""
+    return Judgement(status.state, status.reason, status.permission)
+
+
+def in_words(stream: str, judgement: Judgement) -> str:
     """Returns the state, the reason, and what to do if that is known."""
-    words = state_and_reason(status)
-    return f"{words}; {fix}" if (fix := grant(stream, status.permission)) else words
-
-
-def state_and_reason(status: StreamStatus) -> str:
-    """Returns the state, and the reason if that is known."""
-    return status.state if not status.reason else f"{status.state}: {status.reason}"
+    fix = grant(stream, judgement.permission)
+    return f"{judgement.text}; {fix}" if fix else judgement.text
 
 
 def grant(stream: str, permission: str | None) -> str:
@@ -46,6 +79,10 @@ def changes_in_words(
             alike.setdefault(status, []).append(id)
     return [
         f"{', '.join(ids)}: "
-        + ("running again" if status.state == "running" else in_words(" ".join(ids), status))
+        + (
+            "running again"
+            if status.state == "running"
+            else in_words(" ".join(ids), judged(status))
+        )
         for status, ids in alike.items()
     ]

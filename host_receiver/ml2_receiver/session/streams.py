@@ -110,9 +110,10 @@ class Streams:
         """True if the device has answered every request."""
         return self.phase in (Phase.CONFIGURED, Phase.STARTED)
 
-    def is_running(self, stream: str) -> bool:
-        """Returns True if the device is to run the stream at present."""
-        return self._is_streaming and stream in self._requested
+    def is_running(self, topic: Topic) -> bool:
+        """Returns True if the device is to send the topic at present. Thread-safe."""
+        is_asked_for = self._is_streaming and topic.stream in self._requested
+        return is_asked_for and topic in list(self._live.values())
 
     def topic(self, name: str) -> Topic:
         """Returns the row of the stream table, or the app's own topic."""

@@ -9,17 +9,12 @@ from numpy.typing import NDArray
 
 from ..session.report import Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
-from ..session.stream_state import in_words, state_and_reason
+from ..session.stream_state import Judgement, in_words
 from ..session.throughput import Throughput
 from ..transport.access import Protection
-from ..wire.json_body import Scalar
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+from .judgement import Judge, expected_hz, judgement_values
 
-_STALE_AFTER_S = 2.0
-# The first sample may take so much longer than later ones, as on the headset.
-_OPENING_S = 6.0
-# The message of a topic that is silent for longer than is normal begins so.
-_SILENT = "nothing has come"
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 # From this state on, Android slows the headset down noticeably.
@@ -46,20 +41,12 @@ class Row:
 
 @dataclass
 class _Past:
-    """The state of a topic at the previous call.
-
-    Attributes:
-        heard_s: the time of its last message, or when the device last had no data for it.
-        arrived_s: the time of its last message, or of its first appearance.
-    """
+    """The counters of a topic at the previous call."""
 
     statistics: TopicStatistics
     time_s: float
-    heard_s: float
-    arrived_s: float
     received: int = 0
     received_bytes: int = 0
-    produced_by_device: int = 0
 
 
 class Diagnostics:
@@ -71,6 +58,7 @@ class Diagnostics:
 
     def __init__(self, prefix: str) -> None:
         self._prefix = prefix
+        self._judge = Judge()
         self._past: dict[str, _Past] = {}
 
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
@@ -79,20 +67,19 @@ class Diagnostics:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
         link = [] if report.link is None else [_link(report.link)]
-        topics = [self._topic(topic, report, now_s) for topic in report.topics]
-        silent = {
-            topic.topic.stream: StreamStatus("waiting", row.message)
-            for topic, row in zip(report.topics, topics, strict=True)
-            if row.message.startswith(_SILENT)
-        }
-        return [_session(report, silent), *clock, *link, *topics]
+        judgements = self._judge.judge(report, now_s)
+        topics = [
+            self._topic(topic, judgement, report, now_s)
+            for topic, judgement in zip(report.topics, judgements.topics, strict=True)
+        ]
+        return [_session(report, judgements.streams), *clock, *link, *topics]
 
-    def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Row:
+    def _topic(self, topic: TopicReport, judgement: Judgement, report: Report, now_s: float) -> Row:
         statistics, device = topic.statistics, topic.device
         name = topic.topic.full_name(self._prefix)
         past = self._past.get(name)
         if past is None or past.statistics is not statistics:
-            past = self._past[name] = _Past(statistics, now_s, now_s, now_s)
+            past = self._past[name] = _Past(statistics, now_s)
         elapsed_s = now_s - past.time_s
         received, received_bytes = statistics.received, statistics.received_bytes
         values = {
@@ -104,8 +91,8 @@ class Diagnostics:
             "gaps": str(_gaps(topic, report)),
             "unpublished": str(statistics.unpublished),
         }
-        if (expected_hz := _expected_hz(topic, report)) is not None:
-            values["expected_hz"] = str(expected_hz)
+        if (rate_hz := expected_hz(topic, report)) is not None:
+            values["expected_hz"] = f"{rate_hz:g}"
         if device is not None:
             values |= {"produced": str(device.produced), "sent": str(device.sent)}
             dropped = _dropped(topic, device, report)
@@ -117,47 +104,20 @@ class Diagnostics:
                 "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
             }
         values |= _window(statistics.times_ns(past.received, received))
-        if received > past.received:
-            past.arrived_s = now_s
-        produced = device.produced if device else 0
-        if received > past.received or produced <= past.produced_by_device:
-            past.heard_s, past.produced_by_device = now_s, produced
         past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
-        is_stale = report.state is State.LOST or now_s - past.heard_s > _STALE_AFTER_S
-        judgement = _standstill(topic, report, now_s - past.arrived_s) or _judgement(
-            topic, _gaps(topic, report), is_stale
-        )
-        return Row(name, *judgement, values)
+        return Row(name, *_in_words(topic, judgement, _gaps(topic, report)), values)
 
 
-def _standstill(topic: TopicReport, report: Report, silence_s: float) -> tuple[Level, str] | None:
-    """Returns why a running topic delivers nothing or too little; None if it delivers."""
-    if not topic.is_running or report.state is not State.CONNECTED:
-        return None
-    stream = topic.topic.stream
-    status = report.streams.get(stream)
-    if status is not None and status.state != "running":
-        return _level(status), in_words(stream, status)
-    expected_hz = _expected_hz(topic, report)
-    produced = topic.device.produced if topic.device else 0
-    is_first = topic.statistics.received == 0 and produced == 0
-    longest_s: float | None = topic.topic.pace.longest_pause_s
-    expected = ""
-    if expected_hz is not None:
-        longest_s = max(_STALE_AFTER_S, 2 / float(expected_hz))
-        expected = f", expected {expected_hz} Hz"
-    elif longest_s is not None:
-        expected = f", expected a message every {longest_s} s"
-    if longest_s is not None and silence_s > longest_s + (_OPENING_S if is_first else 0):
-        return Level.ERROR, f"{_SILENT} for {silence_s:.0f} s{expected}"
-    if is_first:
-        level = Level.OK if expected_hz is None else Level.WARN
-        return level, "waiting for the first message"
-    return None
-
-
-def _level(status: StreamStatus) -> Level:
-    return Level.ERROR if status.state == "failed" else Level.WARN
+def _in_words(topic: TopicReport, judgement: Judgement, gaps: int) -> tuple[Level, str]:
+    dropped = sum(topic.device.dropped.values()) if topic.device else 0
+    if judgement.is_wrong:
+        is_error = judgement.state in ("silent", "failed")
+        words = in_words(topic.topic.stream, judgement)
+        return Level.ERROR if is_error else Level.WARN, words
+    if dropped or gaps or topic.statistics.unpublished:
+        return Level.WARN, f"lost messages: {max(dropped, gaps)}"
+    is_running = judgement.state == "running"
+    return Level.OK, "all that was produced arrived" if is_running else judgement.text
 
 
 def _gaps(topic: TopicReport, report: Report) -> int:
@@ -185,29 +145,11 @@ def _is_over(report: Report) -> bool:
     return report.is_final and report.state is not State.CONNECTED
 
 
-def _judgement(topic: TopicReport, gaps: int, is_stale: bool) -> tuple[Level, str]:
-    dropped = sum(topic.device.dropped.values()) if topic.device else 0
-    if is_stale:
-        return Level.ERROR, "nothing arrives"
-    if dropped or gaps or topic.statistics.unpublished:
-        return Level.WARN, f"lost messages: {max(dropped, gaps)}"
-    return Level.OK, "all that was produced arrived" if topic.is_running else "paused"
-
-
-def _expected_hz(topic: TopicReport, report: Report) -> Scalar | None:
-    """Returns the rate that the headset promised for a camera, else the nominal one if any."""
-    answer = report.answers.get(topic.topic.stream)
-    promised = (answer.values or {}).get("update_rate") if answer else None
-    return promised if promised is not None else topic.topic.pace.rate_hz
-
-
 def _answer(answer: StreamAnswer) -> str:
     return answer.result if answer.reason is None else f"{answer.result}: {answer.reason}"
 
 
-def _session(report: Report, silent: Mapping[str, StreamStatus]) -> Row:
-    """Makes the row of the session; `silent` are the running streams that deliver nothing."""
-    streams = {**report.streams, **silent}
+def _session(report: Report, judgements: Mapping[str, Judgement]) -> Row:
     values = {
         "state": report.state.value,
         "headset": report.headset,
@@ -221,12 +163,7 @@ def _session(report: Report, silent: Mapping[str, StreamStatus]) -> Row:
         f"permission.{it}": str(granted).lower() for it, granted in report.permissions.items()
     }
     values |= {f"stream.{id}": _answer(answer) for id, answer in report.answers.items()}
-    values |= {f"state.{id}": state_and_reason(status) for id, status in streams.items()}
-    values |= {
-        f"missing.{id}": status.permission
-        for id, status in streams.items()
-        if status.permission is not None
-    }
+    values |= judgement_values(judgements)
     message = f"{report.headset}: {report.state.value}"
     if report.thermal is not None:
         values["thermal"] = report.thermal
@@ -234,15 +171,9 @@ def _session(report: Report, silent: Mapping[str, StreamStatus]) -> Row:
         return Row("session", Level.ERROR, message, values)
     warnings = [f"hot: {report.thermal}"] if report.thermal in _HOT else []
     if report.state is State.CONNECTED:
-        warnings += _stopped(streams)
+        warnings += [f"{id} {in_words(id, it)}" for id, it in judgements.items() if it.is_wrong]
     level = Level.WARN if warnings else Level.OK
     return Row("session", level, "; ".join([message, *warnings]), values)
-
-
-def _stopped(streams: Mapping[str, StreamStatus]) -> list[str]:
-    """Describes each enabled stream that does not run."""
-    stopped = {id: status for id, status in streams.items() if status.state != "running"}
-    return [f"{id} {in_words(id, status)}" for id, status in stopped.items()]
 
 
 def security_row(protection: Protection) -> Row:

@@ -17,13 +17,15 @@ from ..monitoring.topic_table import topic_figures, topic_table
 _REDRAW_S = 0.5
 _WIDTH = 150
 _EPILOG = """\
-"lost" counts the messages that were produced and not published. Only cameras have an expected
-rate. Exit code: 0, or 2 without a receiver.
+"lost" counts the messages that were produced and not published. Topics without an expected rate
+come as delivered. A topic that delivers nothing has the state and reason that `devices` shows.
+Exit code: 0, or 2 without a receiver.
 
 examples:
   ml2-receiver topics                live, until Ctrl-C
   ml2-receiver topics --once
   ml2-receiver topics --json | jq '.[] | {topic, rate_hz, lost}'
+  ml2-receiver topics --json | jq '.[] | select(.stream_state != "running")'
 """
 
 

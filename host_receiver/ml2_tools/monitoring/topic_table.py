@@ -6,6 +6,8 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from ml2_receiver.topics.judgement import read_judgements
+
 type Rows = Mapping[str, Mapping[str, str]]
 
 _NUMBERS = {
@@ -18,16 +20,20 @@ _NUMBERS = {
     "latency_p99_ms": "p99\nms",
     "subscribers": "subscribers",
 }
+_UNKNOWN = {"expected_hz": "as delivered"}
 
 
 def topic_figures(rows: Rows) -> list[dict[str, Any]]:
     """Returns an object per topic.
 
     `lost` counts all drops, on the host and on the headset. Rates and latencies are those of the
-    last second. Unknown values are None.
+    last second. Unknown values are None; without `expected_hz` the topic comes as delivered.
+    `stream_state` is that of the topic's stream, as `devices` has it; `state` says it in words.
     """
+    states = {id: it.state for id, it in read_judgements(rows.get("session", {})).items()}
     return [
         {"topic": name, "type": values["type"], "state": values["message"]}
+        | {"stream": values["stream"], "stream_state": states.get(values["stream"])}
         | {key: _number(values.get(key)) for key in _NUMBERS if key != "lost"}
         | {"lost": _lost(values), "dropped": _dropped(values)}
         for name, values in rows.items()
@@ -44,7 +50,7 @@ def topic_table(rows: Rows) -> Table:
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("state")
     for topic in topic_figures(rows):
-        cells = (_cell(topic[key]) for key in _NUMBERS)
+        cells = (_cell(topic[key], _UNKNOWN.get(key, "-")) for key in _NUMBERS)
         table.add_row(topic["topic"], *cells, topic["state"])
     return table
 
@@ -69,7 +75,7 @@ def _number(text: str | None) -> float | int | None:
     return int(number) if text.isdecimal() else number
 
 
-def _cell(number: float | int | None) -> str:
+def _cell(number: float | int | None, unknown: str) -> str:
     if number is None:
-        return "-"
+        return unknown
     return str(number) if isinstance(number, int) else f"{number:.1f}"
