@@ -254,6 +254,19 @@ def test_a_topic_is_stale_when_the_device_produces_and_nothing_arrives(
     assert levels == [Level.OK] * 4 + [Level.ERROR] * 2
 
 
+@pytest.mark.parametrize("dropped", [0, 2])
+def test_a_status_that_counts_late_makes_no_topic_stale(
+    diagnostics: Diagnostics, statistics: TopicStatistics, dropped: int
+) -> None:
+    receive(statistics, *range(10))
+    told = told_of("battery", "battery", statistics)
+    for second, missing in enumerate((5, 2, 0, 0, 0, 0)):
+        produced = 10 + dropped - missing
+        device = ChannelStatus(produced, produced - dropped, {"queue_full": dropped})
+        late = replace(told, topics=[replace(told.topics[0], device=device)])
+        assert states(diagnostics, late, float(second)) == {"battery": "running"}
+
+
 def test_a_sensor_that_has_nothing_to_say_is_not_stale(
     diagnostics: Diagnostics, statistics: TopicStatistics
 ) -> None:

@@ -192,10 +192,9 @@ def _streams(rows: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
 
 
 def _needed_mbit_per_s(topic: Mapping[str, str]) -> float:
-    """Returns the bandwidth of a topic, scaled to the expected rate if it is below that."""
+    """Returns the bandwidth of a topic, scaled to the expected rate if there is one."""
     mbit_per_s, rate_hz = float(topic["mbit_per_s"]), float(topic["rate_hz"])
-    expected_hz = max(rate_hz, float(topic.get("expected_hz", 0)))
-    return mbit_per_s * expected_hz / rate_hz if rate_hz else 0.0
+    return mbit_per_s * float(topic.get("expected_hz", rate_hz)) / rate_hz if rate_hz else 0.0
 
 
 def _tested(test: Mapping[str, str] | str) -> dict[str, float]:

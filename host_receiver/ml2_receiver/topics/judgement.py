@@ -27,12 +27,12 @@ class _Past:
     Attributes:
         began_s: the time from which on messages are expected.
         arrived_s: the time of the last message since then; None before the first.
-        level_s: the time at which last nothing was under way from the headset.
+        caught_up_s: the last time at which nothing was under way from the headset.
     """
 
     statistics: TopicStatistics
     began_s: float
-    level_s: float
+    caught_up_s: float
     arrived_s: float | None = None
     received: int = 0
     produced: int = 0
@@ -81,7 +81,7 @@ class Judge:
         elif status is not None and status.state != "running":
             told = judged(status)
         if told != _RUNNING:
-            past.began_s, past.level_s, past.arrived_s = now_s, now_s, None
+            past.began_s, past.caught_up_s, past.arrived_s = now_s, now_s, None
             return told
         return _heard(topic, past, expected_hz(topic, report), now_s)
 
@@ -92,18 +92,20 @@ class Judge:
         if past is None or past.statistics is not statistics:
             past = self._past[name] = _Past(statistics, now_s, now_s)
         produced = topic.device.produced if topic.device else 0
+        dropped = sum(topic.device.dropped.values()) if topic.device else 0
         has_arrived = statistics.received > past.received
         if has_arrived:
             past.arrived_s = now_s
-        if has_arrived or produced <= past.produced:
-            past.level_s, past.produced = now_s, produced
+        # STATUS counts late, so what it counts newly may have arrived long ago
+        if has_arrived or produced - dropped <= statistics.received or produced <= past.produced:
+            past.caught_up_s, past.produced = now_s, produced
         past.received = statistics.received
         return past
 
 
 def _heard(topic: TopicReport, past: _Past, rate_hz: float | None, now_s: float) -> Judgement:
     """Judges a topic whose stream is to run, and runs as far as the headset knows."""
-    if now_s - past.level_s > _SHORTEST_S:
+    if now_s - past.caught_up_s > _SHORTEST_S:
         return _UNDER_WAY
     longest_s: float | None = topic.topic.pace.longest_pause_s
     if longest_s is None:
