@@ -52,4 +52,4 @@ def collect(
     topics = pickle.loads(output.read_bytes())
     counts = {name: len(payloads) for name, (_, payloads) in topics.items()}
     assert min(counts.values()) >= count, counts
-    return Received({}, {}, topics, [], {}, {})
+    return Received({}, {}, topics, [], {}, {}, [])

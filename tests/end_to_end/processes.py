@@ -70,6 +70,7 @@ class Received:
         graph: the names of all topics in the ROS domain.
         arrivals_s: the arrival of each message, by the monotonic clock.
         publishers: the ids of all publishers that each topic had.
+        diagnostics: the payloads of /diagnostics.
     """
 
     snapshot: dict[str, Any]
@@ -78,6 +79,7 @@ class Received:
     graph: list[str]
     arrivals_s: dict[str, list[float]]
     publishers: dict[str, set[bytes]]
+    diagnostics: list[bytes]
 
     def messages(self, topic: str) -> list[Any]:
         """Returns the decoded messages of a topic, named below the prefix or absolutely."""

@@ -18,8 +18,12 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Self
 
+from diagnostic_msgs.msg import DiagnosticArray
+
 from observer import Observed, Observer, observe, spun_observer
 from payload_file import Payloads
+
+_DEPTH = 10
 
 
 class StoredTopic(Observed):
@@ -79,6 +83,10 @@ def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None
         ) as observer,
     ):
         observer.is_configured.wait()
+        diagnostics: list[bytes] = []
+        observer.create_subscription(
+            DiagnosticArray, "/diagnostics", diagnostics.append, _DEPTH, raw=True
+        )
         publishers: dict[str, set[bytes]] = {name: set() for name in observer.topics}
         observe(observer, lambda: note_publishers(observer, publishers))
         kept = {name: o for name, o in observer.topics.items() if isinstance(o, StoredTopic)}
@@ -88,6 +96,7 @@ def main(prefix: str, qos_depths: str, output: Path, receiver: str = "") -> None
             "topics": {name: (o.type, o.payloads) for name, o in kept.items()},
             "arrivals_s": {name: o.arrivals_s for name, o in kept.items()},
             "publishers": publishers,
+            "diagnostics": diagnostics,
             "graph": [name for name, _ in observer.get_topic_names_and_types()],
         }
         output.write_bytes(pickle.dumps(received))

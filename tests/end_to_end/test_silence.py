@@ -1,63 +1,194 @@
-"""Sources of every kind that fall silent are told by each command, opened again, and recover."""
+"""Sources of every kind fall silent at once: each command says so, and says when they recovered.
+
+Light and battery may be silent for 60 s and 600 s. That the receiver judges them by these pauses is
+tested in host_receiver/test/test_diagnostics.py, with a clock that the test sets.
+"""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
+import subprocess
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.serialization import deserialize_message
 
-from processes import headset_command
-from simulation import five_cameras
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.judgement import read_judgements
+from ml2_receiver.topics.stamps import stamp_reader
+from processes import PREFIX, Received, headset_command, lines
+from simulation import SMALL, demo_config
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
-# One of each kind of source: world, depth, eye and colour cameras, poses, Android's sensors.
+BEGIN_S, END_S = 3, 24
+LATEST_S = 90  # the headset stops, so that a state that is never reached fails
+LIMIT_NS = 6_000_000_000
+# One camera of each kind
+OTHERS = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+CONFIG = demo_config(picture_center=SMALL, **{id: {"enabled": False} for id in OTHERS})
+PATIENT = ("light_sensor", "battery")
 SILENT = (
-    "world_left",
-    "depth",
-    "color",
-    "head_pose",
-    "gaze",
-    "hand_left",
-    "gyro_left",
-    "magnetometer_left",
-    "pressure_headset",
+    *("world_left", "color", "depth", "eye_nasal_left"),
+    *("head_pose", "gaze", "hand_left", "hand_right", "tf"),
+    *("accel_left", "accel_right", "accel_compute_pack"),
+    *("gyro_left", "gyro_right", "gyro_compute_pack"),
+    *("magnetometer_left", "magnetometer_right", "pressure_headset", "pressure_compute_pack"),
 )
-BEGIN_S, END_S = 4, 30
-MAX_POLLS = 60
+COMMANDS = ("devices", "topics", "doctor")
+
+pytestmark = pytest.mark.timeout(180)
+
+type States = dict[str, str]
+type Outputs = dict[str, subprocess.CompletedProcess[str]]
 
 
-def await_states(waiting: WaitingReceiver, state: str, reason: str) -> None:
-    """Polls `devices` until all of SILENT are in a state with a reason that begins so."""
-    seen: dict[str, Any] = {}
-    for _ in range(MAX_POLLS):
-        device = json.loads(waiting.run("devices", "--json").stdout or "null")
-        if device is not None:
-            seen = {it["stream"]: it for it in device["streams"] if it["stream"] in SILENT}
-            reached = [it["reason"] for it in seen.values() if it["state"] == state]
-            if sum(it.startswith(reason) for it in reached) == len(SILENT):
-                return
-    raise AssertionError(f"expected {state}, found {seen}")
+@dataclass(frozen=True)
+class Silence:
+    """One session in which all sources were silent for a while.
+
+    Attributes:
+        silent: what each command printed during the silence, as JSON.
+        recovered: the same after it.
+    """
+
+    silent: Outputs
+    recovered: Outputs
+    received: Received
 
 
-@pytest.mark.timeout(180)
-def test_silent_sources_are_told_and_recover(tmp_path: Path) -> None:
-    config = tmp_path / "config.yaml"
-    config.write_text(five_cameras())
-    silence = f"fault.silent={','.join(SILENT)}@{BEGIN_S}"
-    options = ["--simulate", silence, "--simulate", f"fault.silent=@{END_S}"]
+@pytest.fixture(scope="module")
+def silence(tmp_path_factory: pytest.TempPathFactory) -> Silence:
+    folder = tmp_path_factory.mktemp("silence")
+    config = folder / "config.yaml"
+    config.write_text(CONFIG)
+    options = [
+        f"--duration={LATEST_S}",
+        *("--simulate", f"fault.silent={','.join((*SILENT, *PATIENT))}@{BEGIN_S}"),
+        *("--simulate", f"fault.silent=@{END_S}"),
+    ]
     with (
-        waiting_receiver(config, tmp_path) as waiting,
+        waiting_receiver(config, folder) as waiting,
         waiting.started("headset", headset_command(waiting.address, *options)) as headset,
     ):
-        waiting.await_seconds(1)
-        await_states(waiting, "waiting", "no capture for ")
-        doctor = waiting.run("doctor", "--json")
-        (finding,) = [it for it in json.loads(doctor.stdout) if it["check"] == "streams"]
-        assert (doctor.returncode, finding["level"]) == (1, "wrong")
-        assert all(stream in finding["found"] for stream in SILENT), finding
-        assert "no capture for 4 s" in finding["found"]
-        await_states(waiting, "runs", "")
+        await_states(waiting, are_running)
+        await_states(waiting, are_silent)
+        silent = outputs(waiting)
+        await_states(waiting, are_running)
+        recovered = outputs(waiting)
         headset.terminate()
-        waiting.result()
+        return Silence(silent, recovered, waiting.result())
+
+
+def await_states(waiting: WaitingReceiver, reached: Callable[[States], bool]) -> None:
+    seen: States = {}
+    for line in lines(waiting.subscriber):
+        session = json.loads(line)["session"]
+        seen = {id: it.state for id, it in read_judgements(session).items()}
+        if reached(seen):
+            return
+    raise AssertionError(f"{reached.__name__}: the session ended with {seen}")
+
+
+def are_running(states: States) -> bool:
+    return all(states.get(id) == "running" for id in (*SILENT, *PATIENT))
+
+
+def are_silent(states: States) -> bool:
+    return all(states.get(id) in ("silent", "waiting") for id in SILENT)
+
+
+def outputs(waiting: WaitingReceiver) -> Outputs:
+    """Runs all commands beside each other."""
+    with ThreadPoolExecutor(len(COMMANDS)) as pool:
+        results = pool.map(lambda it: waiting.run(it, "--json"), COMMANDS)
+        return dict(zip(COMMANDS, results, strict=True))
+
+
+def stamps_ns(received: Received, stream: str) -> list[int]:
+    topic = load_table().streams[stream].topics[0]
+    type, payloads = received.topics[topic.full_name(PREFIX)]
+    return sorted(map(stamp_reader(type), payloads))
+
+
+def fault_ns(received: Received) -> tuple[int, int]:
+    """Returns the time of the last sample before the silence, and of the first after it."""
+    gaps = []
+    for stream in SILENT:
+        stamps = stamps_ns(received, stream)
+        gaps.append(max(pairwise(stamps), key=lambda pair: pair[1] - pair[0]))
+    return max(begin for begin, _ in gaps), min(end for _, end in gaps)
+
+
+def judged(received: Received) -> Iterator[tuple[int, States, dict[str, Any]]]:
+    """Yields the stamp of each /diagnostics, the states in it, and the level of each row."""
+    for payload in received.diagnostics:
+        array = deserialize_message(payload, DiagnosticArray)
+        rows = {it.name.partition(": ")[2]: it for it in array.status}
+        session = {pair.key: pair.value for pair in rows["session"].values}
+        states = {id: it.state for id, it in read_judgements(session).items()}
+        levels = {name: row.level[0] for name, row in rows.items()}
+        yield array.header.stamp.sec * 10**9 + array.header.stamp.nanosec, states, levels
+
+
+def test_diagnostics_tell_the_silence_of_each_source_in_time(silence: Silence) -> None:
+    begin_ns, end_ns = fault_ns(silence.received)
+    found = [it for it in judged(silence.received) if begin_ns < it[0] < end_ns]
+    for stream in SILENT:
+        row = load_table().streams[stream].topics[0].full_name(PREFIX)
+        told_ns = next(at for at, states, levels in found if states[stream] != "running")
+        assert told_ns - begin_ns < LIMIT_NS, stream
+        told = [(states, levels) for at, states, levels in found if at >= told_ns]
+        assert all(states[stream] in ("silent", "waiting") for states, _ in told), stream
+        assert all(levels[row] > 0 and levels["session"] > 0 for _, levels in told), stream
+
+
+def test_diagnostics_tell_the_recovery_of_each_source_in_time(silence: Silence) -> None:
+    _, end_ns = fault_ns(silence.received)
+    found = [it for it in judged(silence.received) if it[0] > end_ns]
+    for stream in SILENT:
+        told_ns = next(at for at, states, _ in found if states[stream] == "running")
+        assert told_ns - end_ns < LIMIT_NS, stream
+
+
+def test_light_and_battery_may_be_silent_for_so_long(silence: Silence) -> None:
+    begin_ns, end_ns = fault_ns(silence.received)
+    for stream in PATIENT:
+        assert not any(begin_ns < it < end_ns for it in stamps_ns(silence.received, stream))
+        found = [states for at, states, _ in judged(silence.received) if begin_ns < at < end_ns]
+        assert {states[stream] for states in found} == {"running"}
+
+
+def test_devices_tell_the_silence_and_the_recovery(silence: Silence) -> None:
+    silent, recovered = (
+        {it["stream"]: it for it in json.loads(outputs["devices"].stdout)["streams"]}
+        for outputs in (silence.silent, silence.recovered)
+    )
+    for stream in SILENT:
+        assert silent[stream]["state"] in ("silent", "waiting"), silent[stream]
+        assert silent[stream]["reason"].startswith(("nothing has come for ", "no capture for "))
+        assert recovered[stream]["state"] == "runs", recovered[stream]
+
+
+def test_topics_tell_the_silence_and_the_recovery(silence: Silence) -> None:
+    silent, recovered = (
+        [it for it in json.loads(outputs["topics"].stdout) if it["stream"] in SILENT]
+        for outputs in (silence.silent, silence.recovered)
+    )
+    assert {it["stream"] for it in silent} == set(SILENT)
+    assert {it["stream_state"] for it in silent} <= {"silent", "waiting"}
+    assert {it["stream_state"] for it in recovered} == {"running"}
+
+
+def test_doctor_tells_the_silence_and_the_recovery(silence: Silence) -> None:
+    silent, recovered = (
+        next(it for it in json.loads(outputs["doctor"].stdout) if it["check"] == "streams")
+        for outputs in (silence.silent, silence.recovered)
+    )
+    assert (silence.silent["doctor"].returncode, silent["level"]) == (1, "wrong")
+    assert all(f"{stream}: " in silent["found"] for stream in SILENT), silent
+    assert recovered["level"] == "ok", recovered
