@@ -2,53 +2,82 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.answer
 import dev.ml2sensors.table.StreamSpec
 import kotlin.math.abs
+import kotlin.time.Duration
+import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TimeMark
+import kotlin.time.TimeSource
 
 /**
  * Queries the rates that the depth camera of the vendor's SDK offers under the present light: 50 Hz mains exclude 30
- * and 60 Hz, 60 Hz mains exclude 25 and 50 Hz. It opens the camera briefly, once per range. Thread-safe.
+ * and 60 Hz, 60 Hz mains exclude 25 and 50 Hz. It opens the camera briefly, once per range. While the camera cannot be
+ * opened, its rates are unknown: a stream that depends on them is refused, and the camera is asked again after a pause
+ * that grows up to [LONGEST_PAUSE]. Thread-safe.
  */
-internal class DepthRates {
-    private val known = HashMap<Int?, List<Int>>()
+internal class DepthRates(private val time: TimeSource = TimeSource.Monotonic) {
+    private sealed interface Offer {
+        class Known(val ratesHz: List<Int>) : Offer
 
-    /** Returns [answer], or an adjusted one with the nearest rate if the camera does not offer the requested rate. */
+        class Unknown(val refusal: Answer.Refused, val pause: Duration, val askAgain: TimeMark) : Offer
+    }
+
+    private val offers = HashMap<Int?, Offer>()
+
+    /**
+     * Returns [answer], one with the nearest rate if the camera does not offer the requested rate, or a refusal while
+     * the rates are unknown.
+     */
     fun adjust(stream: StreamSpec, requested: StreamValues, answer: Answer): Answer {
-        val values = when (answer) {
-            is Answer.Applied -> answer.values
-            is Answer.Adjusted -> answer.values
-            is Answer.Refused -> return answer
-        }
-        val rates = offeredRates(stream, values) ?: return answer
+        val values = answer.acceptedValues ?: return answer
         val requestedHz = requested.rateHz
-        if (requestedHz == null || values.rateHz in rates) return answer
-        val nearest = rates.filter { stream.answer(values.copy(rateHz = it)) is Answer.Applied }
-            .minByOrNull { abs(it - requestedHz) } ?: return answer
-        val offered = "in the present mains-powered light the depth camera offers ${rates.joinToString()}"
+        if (requestedHz == null || requestedHz <= SAFE_RATE_HZ) return answer
+        return when (val offer = offer(stream, values)) {
+            is Offer.Unknown -> offer.refusal
+            is Offer.Known -> nearest(offer.ratesHz, stream, values, requestedHz) ?: answer
+        }
+    }
+
+    /** Returns the answer with the nearest of [ratesHz], or null if the rate of [values] can stay. */
+    private fun nearest(ratesHz: List<Int>, stream: StreamSpec, values: StreamValues, requestedHz: Int): Answer? {
+        if (values.rateHz in ratesHz) return null
+        val nearest = ratesHz.filter { stream.answer(values.copy(rateHz = it)) is Answer.Applied }
+            .minByOrNull { abs(it - requestedHz) } ?: return null
+        val offered = "in the present mains-powered light the depth camera offers ${ratesHz.joinToString()}"
         return Answer.Adjusted(values.copy(rateHz = nearest), "update_rate $requestedHz: $offered")
     }
 
     @Synchronized
-    private fun offeredRates(stream: StreamSpec, values: StreamValues): List<Int>? =
-        known[values.stream] ?: queryRates(stream, values)?.also { known[values.stream] = it }
+    private fun offer(stream: StreamSpec, values: StreamValues): Offer {
+        val last = offers[values.stream]
+        if (last is Offer.Known || (last is Offer.Unknown && last.askAgain.hasNotPassedNow())) return last
+        return query(stream, values, last as Offer.Unknown?).also { offers[values.stream] = it }
+    }
 
-    /** Returns null if the camera cannot be opened; opening the stream then reports the error. */
-    private fun queryRates(stream: StreamSpec, values: StreamValues): List<Int>? = try {
+    private fun query(stream: StreamSpec, values: StreamValues, last: Offer.Unknown?): Offer = try {
         val bits = listOf(stream).bits()
         val second = if (values.stream == 1) bits else 0
         val handle =
             NativeSettings(PixelSensor.DEPTH.code, NativeBackend.SDK.code, bits, second, rateHz = SAFE_RATE_HZ).open()
         try {
-            Native.listRates(handle).toList()
+            Offer.Known(Native.listRates(handle).toList())
         } finally {
             Native.close(handle)
         }
-    } catch (_: CaptureException) {
-        null
+    } catch (e: CaptureException) {
+        val permission = if (e is CaptureException.PermissionDenied) stream.permissions.firstOrNull() else null
+        val pause = if (last == null) SHORTEST_PAUSE else minOf(last.pause * 2, LONGEST_PAUSE)
+        val reason = "the depth camera cannot be asked yet for the rates that the light allows: ${e.message}"
+        Offer.Unknown(Answer.Refused(reason, permission), pause, time.markNow() + pause)
     }
 
     private companion object {
+        /** The camera offers rates up to this one in any light. */
         const val SAFE_RATE_HZ = 5
+
+        val SHORTEST_PAUSE = 1.seconds
+        val LONGEST_PAUSE = 16.seconds
     }
 }

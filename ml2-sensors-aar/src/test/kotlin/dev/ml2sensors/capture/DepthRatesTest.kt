@@ -7,13 +7,18 @@ import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
 import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
+import kotlin.test.assertContains
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
+import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TestTimeSource
 
 /** 30 and 60 Hz are not to be had under light of 50 Hz mains, 25 and 50 Hz not under that of 60 Hz mains. */
 @Timeout(60)
 class DepthRatesTest {
     private val fixture = CaptureFixture()
+    private val time = TestTimeSource()
+    private val rates = DepthRates(time)
 
     @AfterEach
     fun close(): Unit = fixture.close()
@@ -55,11 +60,41 @@ class DepthRatesTest {
     }
 
     @Test
-    fun aCameraThatCannotBeAskedIsTakenAsTheTableHasIt() {
-        Simulation.configure("fault.depth.permission", 1)
-        assertIs<Answer.Applied>(negotiate(rateHz = 30))
-        Simulation.configure("fault.depth.permission", 0)
+    fun whileTheCameraCannotBeAskedTheStreamWaitsWithTheReasonAndThePermission() {
         Simulation.configure("mains_hz", 50)
-        assertEquals(25, adjusted(rateHz = 30).rateHz)
+        Simulation.configure("fault.depth.permission", 1)
+        val refused = assertIs<Answer.Refused>(adjust(rateHz = 30))
+        assertEquals("com.magicleap.permission.DEPTH_CAMERA", refused.permission)
+        assertContains(refused.reason, "cannot be asked yet for the rates")
+        Simulation.configure("fault.depth.permission", 0)
+        assertEquals(refused, adjust(rateHz = 30), "asked again too soon")
+        time += 1.seconds
+        assertEquals(25, assertIs<Answer.Adjusted>(adjust(rateHz = 30)).values.rateHz)
+    }
+
+    @Test
+    fun aCameraThatFailsIsAskedLessAndLessOften() {
+        Simulation.configure("fault.depth.connect", 1)
+        var asked = 0
+        var last: Answer? = null
+        repeat(60) {
+            val answer = adjust(rateHz = 30)
+            if (answer !== last) asked++
+            last = answer
+            time += 1.seconds
+        }
+        // At 0, 1, 3, 7, 15, 31 and 47 s
+        assertEquals(7, asked)
+    }
+
+    @Test
+    fun ratesThatTheCameraHasInAnyLightNeedNoQuery() {
+        Simulation.configure("fault.depth.connect", 1)
+        assertIs<Answer.Applied>(adjust(rateHz = 5))
+    }
+
+    private fun adjust(rateHz: Int): Answer {
+        val requested = CaptureFixture.SHORT_RANGE.copy(rateHz = rateHz)
+        return rates.adjust(StreamTable.depth, requested, Answer.Applied(requested))
     }
 }
