@@ -98,15 +98,8 @@ internal class ControlHandler(
     }
 
     /** Sends events until all data is [drained]; pending events are sent first. */
-    suspend fun reportEvents(drained: Deferred<Unit>) {
-        while (true) {
-            val event = select {
-                streams.events.pending.onReceive { it }
-                drained.onAwait { null }
-            }
-            control.write(FrameKind.EVENT, streams.events.toEvent(event ?: return))
-        }
-    }
+    suspend fun reportEvents(drained: Deferred<Unit>): Unit =
+        streams.events.sendUntil(drained) { control.write(FrameKind.EVENT, it) }
 
     /** Sends STATUS once a second and when the state of a stream changes; the final one when all data is [drained]. */
     suspend fun reportStatus(drained: Deferred<Unit>) {
