@@ -2,6 +2,7 @@ package dev.ml2sensors.android
 
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.SourceException
+import kotlin.math.abs
 
 /**
  * Converts the timestamps of one sensor to the device timebase. Called when a reading arrives, by the thread that it
@@ -10,13 +11,18 @@ import dev.ml2sensors.source.SourceException
  *
  * A clock is possible if the reading's age by that clock is in [PLAUSIBLE_AGE_NANOS]; some drivers stamp slightly
  * ahead. If both clocks are possible, the one with the smaller age is chosen. Clocks less than
- * [INDISTINGUISHABLE_NANOS] apart count as [ClockDomain.BOOTTIME]; that difference bounds the error.
+ * [INDISTINGUISHABLE_NANOS] apart, which they are until the device is first suspended, count as
+ * [ClockDomain.BOOTTIME]; that difference bounds the error. When a suspension has moved them apart, the clock is
+ * determined again. A reading from before the suspension would then look like a fresh one of the other clock, so
+ * readings that arrive within [SETTLING_NANOS] after it are lost.
  *
- * @param onFound receives the clock, once.
+ * @param onFound receives the clock when it is determined.
  */
 internal class TimestampConverter(private val clocks: SystemClocks, private val onFound: (ClockDomain) -> Unit = {}) {
     private val offset = MonotonicOffset(clocks)
     private var base: ClockDomain? = null
+    private var isGuessed = false
+    private var decideFromNanos = Long.MIN_VALUE
     private var undecided = 0
 
     /**
@@ -25,20 +31,28 @@ internal class TimestampConverter(private val clocks: SystemClocks, private val 
      * @throws SourceException after [UNDECIDED_LIMIT] timestamps that fit neither clock.
      */
     fun captureNanos(timestamp: Long): Long? {
-        val known = base ?: find(timestamp)?.also {
+        val offsetNanos = offset.nanos()
+        if (isGuessed && abs(offsetNanos) >= INDISTINGUISHABLE_NANOS) {
+            base = null
+            isGuessed = false
+            decideFromNanos = clocks.boot.nowNanos() + SETTLING_NANOS
+        }
+        val known = base ?: find(timestamp, offsetNanos)?.also {
             base = it
+            isGuessed = abs(offsetNanos) < INDISTINGUISHABLE_NANOS
             onFound(it)
         }
         return when (known) {
             ClockDomain.BOOTTIME -> timestamp
-            ClockDomain.MONOTONIC -> timestamp + offset.nanos()
+            ClockDomain.MONOTONIC -> timestamp + offsetNanos
             else -> null
         }
     }
 
-    private fun find(timestamp: Long): ClockDomain? {
+    private fun find(timestamp: Long, offsetNanos: Long): ClockDomain? {
         val bootNanos = clocks.boot.nowNanos()
-        val monotonicNanos = bootNanos - offset.nanos()
+        if (bootNanos < decideFromNanos) return null
+        val monotonicNanos = bootNanos - offsetNanos
         val bootAge = (bootNanos - timestamp).takeIf { it in PLAUSIBLE_AGE_NANOS }
         val monotonicAge = (monotonicNanos - timestamp).takeIf { it in PLAUSIBLE_AGE_NANOS }
         return when {
@@ -60,5 +74,8 @@ internal class TimestampConverter(private val clocks: SystemClocks, private val 
         val PLAUSIBLE_AGE_NANOS = -5_000_000L..1_000_000_000L
         const val INDISTINGUISHABLE_NANOS = 1_000_000L
         const val UNDECIDED_LIMIT = 100
+
+        /** Far longer than a reading waits in an unbatched sensor's queue once the processor runs again. */
+        const val SETTLING_NANOS = 100_000_000L
     }
 }

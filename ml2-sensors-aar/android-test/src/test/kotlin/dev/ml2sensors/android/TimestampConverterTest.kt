@@ -67,6 +67,30 @@ class TimestampConverterTest {
     }
 
     @Test
+    fun theFirstSuspensionTellsThatTheClockIsTheMonotonicOne() {
+        device.suspendedNanos = 900
+        converter.captureNanos(device.monotonicNanos - 5 * MILLI)
+        device.suspendedNanos += 30 * SECOND
+        assertNull(converter.captureNanos(device.monotonicNanos - MILLI), "the clock is not known again yet")
+        device.monotonicNanos += SECOND
+        assertEquals(device.bootNanos - MILLI, converter.captureNanos(device.monotonicNanos - MILLI))
+        assertEquals(listOf(ClockDomain.BOOTTIME, ClockDomain.MONOTONIC), found)
+    }
+
+    @Test
+    fun aReadingFromBeforeTheFirstSuspensionIsNotTakenForAFreshOneOfTheOtherClock() {
+        device.suspendedNanos = 900
+        val stale = device.bootNanos - MILLI
+        converter.captureNanos(stale)
+        device.suspendedNanos += 30 * SECOND
+        assertNull(converter.captureNanos(stale + MILLI))
+        device.monotonicNanos += SECOND
+        val fresh = device.bootNanos - MILLI
+        assertEquals(fresh, converter.captureNanos(fresh))
+        assertEquals(listOf(ClockDomain.BOOTTIME, ClockDomain.BOOTTIME), found)
+    }
+
+    @Test
     fun anOldReadingIsLostUntilAFreshOneTellsTheClock() {
         val old = device.bootNanos - 60 * SECOND
         assertNull(converter.captureNanos(old))
