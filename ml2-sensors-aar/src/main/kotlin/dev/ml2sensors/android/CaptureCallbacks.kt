@@ -1,10 +1,12 @@
 package dev.ml2sensors.android
 
 import android.hardware.camera2.CameraCaptureSession
+import android.hardware.camera2.CaptureFailure
 import android.hardware.camera2.CaptureRequest
 import android.hardware.camera2.CaptureResult
 import android.hardware.camera2.TotalCaptureResult
 import android.media.ImageReader
+import android.view.Surface
 import dev.ml2sensors.source.DropReason
 
 /**
@@ -24,11 +26,35 @@ internal class CaptureCallbacks(
     ImageReader.OnImageAvailableListener {
     private val pairing = TimestampPairing<CopiedImage, Exposure>(::pair, ::discard)
 
+    private val odd = OddImages()
+
     override fun onImageAvailable(reader: ImageReader) = guarded {
-        reader.acquireNextImage()?.use { image ->
-            copier.copy(image)?.let { pairing.image(image.timestamp, it) }
+        try {
+            reader.acquireNextImage()?.use { image ->
+                copier.copy(image)?.let { pairing.image(image.timestamp, it) }
+            }
+            odd.addUsable()
+        } catch (e: RuntimeException) {
+            odd.addOdd(e)
+            lost(DropReason.UNUSABLE)
         }
     }
+
+    override fun onCaptureFailed(
+        session: CameraCaptureSession,
+        request: CaptureRequest,
+        failure: CaptureFailure,
+    ) {
+        // Else the image comes and is counted as one without a result
+        if (!failure.wasImageCaptured()) lost(DropReason.UNUSABLE)
+    }
+
+    override fun onCaptureBufferLost(
+        session: CameraCaptureSession,
+        request: CaptureRequest,
+        target: Surface,
+        frameNumber: Long,
+    ) = lost(DropReason.UNUSABLE)
 
     override fun onCaptureCompleted(
         session: CameraCaptureSession,

@@ -47,7 +47,7 @@ internal class ColorCapture(
     private val workers: EncoderThreads,
     private val closed: Job,
     private val clock: DeviceClock,
-    private val exposures: (ColorPoses.Tracker?) -> ExposureReader,
+    private val exposures: (CameraTracker) -> ExposureReader,
 ) {
     private val width = plan.size.width
     private val height = plan.size.height
@@ -64,6 +64,7 @@ internal class ColorCapture(
     /** The samples in order of capture. [copier] bounds their number. */
     private val samples = Channel<Deferred<Sample>>(Channel.UNLIMITED)
     private val queue = SampleQueue(QUEUED_FRAMES)
+    private val odd = OddImages()
 
     suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
         launch(Dispatchers.Default) { for (sample in samples) queue.offer(sample.await()) }
@@ -88,14 +89,9 @@ internal class ColorCapture(
     }
 
     private suspend fun capture(scope: CoroutineScope, handler: Handler, poses: ColorPoses) =
-        trackerOf(poses).use { capture(scope, handler, exposures(it)) }
-
-    /** Returns null if the vendor's library fails: images are delivered without poses then. */
-    private fun trackerOf(poses: ColorPoses): ColorPoses.Tracker? =
-        try {
-            poses.open()
-        } catch (_: SourceException) {
-            null
+        CameraTracker(poses, clock).use {
+            it.open()
+            capture(scope, handler, exposures(it))
         }
 
     private suspend fun capture(scope: CoroutineScope, handler: Handler, exposures: ExposureReader) {
@@ -127,9 +123,10 @@ internal class ColorCapture(
 
     private fun sample(image: CopiedImage, exposure: Exposure, captureNanos: Long): Sample {
         val jpeg = image.jpeg
-        if (!image.encode()) {
+        val lost = encode(image)
+        if (lost != null) {
             pool.release(jpeg)
-            return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
+            return LostSamples(captureNanos, 1, lost)
         }
         return ImageSample(
             captureNanos,
@@ -143,6 +140,16 @@ internal class ColorCapture(
             CaptureSettings(exposure.exposureNanos, stampSource = exposure.stampSource),
             listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
         ) { pool.release(jpeg) }
+    }
+
+    /** Returns why there is no JPEG, or null if there is one. */
+    private fun encode(image: CopiedImage): DropReason? = try {
+        val fits = image.encode()
+        odd.addUsable()
+        if (fits) null else DropReason.NO_BUFFER
+    } catch (e: SourceException) {
+        odd.addOdd(e)
+        DropReason.UNUSABLE
     }
 
     private fun lose(reason: DropReason) {

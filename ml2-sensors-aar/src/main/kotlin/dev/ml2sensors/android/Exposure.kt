@@ -3,9 +3,7 @@ package dev.ml2sensors.android
 import android.hardware.camera2.CaptureResult
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.CaptureSettings
-import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Intrinsics
-import dev.ml2sensors.source.SourceException
 
 /**
  * The capture result of one image.
@@ -27,35 +25,26 @@ internal class Exposure(
  * the pose is the camera's at that time. Without them, or if the vendor's library fails, the time is Camera2's start of
  * exposure plus half the exposure time. If the pose is not available, the image is delivered without one.
  *
- * @param poses null if the vendor's library is not available.
  * @param toCaptureNanos converts Camera2's timestamps to the device timebase.
  */
 internal class ExposureReader(
     private val width: Int,
     private val height: Int,
     private val tags: VendorTags,
-    private val poses: ColorPoses.Tracker?,
+    private val tracker: CameraTracker,
     private val toCaptureNanos: (timestamp: Long) -> Long?,
 ) {
     fun read(result: CaptureResult, timestamp: Long): Exposure {
-        val mlTimeNanos = poses?.let { tags.exposureCentreNanos(result) }
+        val mlTimeNanos = tags.exposureCentreNanos(result)
         val exposureNanos = result.get(CaptureResult.SENSOR_EXPOSURE_TIME)
-        val centreNanos = mlTimeNanos?.let { orNull { poses.captureNanos(it) } }
+        val centreNanos = mlTimeNanos?.let { tracker.ask { poses -> poses.captureNanos(it) } }
         return Exposure(
             result.frameNumber,
             centreNanos ?: toCaptureNanos(timestamp)?.plus((exposureNanos ?: 0) / 2),
             if (centreNanos == null) CaptureSettings.SENSOR_TIMESTAMP else CaptureSettings.EXPOSURE_CENTRE,
             exposureNanos,
-            centreNanos?.let { orNull { poses.poseAt(mlTimeNanos) } },
+            centreNanos?.let { tracker.ask { poses -> poses.poseAt(mlTimeNanos) } },
             tags.intrinsics(result, width, height),
         )
     }
-
-    /** Returns null if the vendor's library fails: the image is delivered without a pose then. */
-    private inline fun <T> orNull(ask: () -> T?): T? =
-        try {
-            ask()
-        } catch (_: SourceException) {
-            null
-        }
 }

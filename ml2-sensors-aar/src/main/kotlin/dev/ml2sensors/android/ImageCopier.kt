@@ -20,7 +20,11 @@ internal interface ImageCopier {
 internal interface CopiedImage {
     val jpeg: ByteBuffer
 
-    /** Encodes, which takes long. Returns true if the JPEG fits into [jpeg]; the caller releases [jpeg] in any case. */
+    /**
+     * Encodes, which takes long. Returns true if the JPEG fits into [jpeg]; the caller releases [jpeg] in any case.
+     *
+     * @throws SourceException if the encoder fails.
+     */
     fun encode(): Boolean
 
     /** Discards the image and releases all buffers. */
@@ -30,8 +34,8 @@ internal interface CopiedImage {
 /** Copies JPEGs that the camera encoded into [pool]. */
 internal class JpegCopier(private val pool: BufferPool, private val lose: (DropReason) -> Unit) : ImageCopier {
     override fun copy(image: Image): CopiedImage? {
-        val jpeg = pool.acquire() ?: return null.also { lose(DropReason.NO_BUFFER) }
         val source = image.planes.single().buffer
+        val jpeg = pool.acquire() ?: return null.also { lose(DropReason.NO_BUFFER) }
         val fits = source.remaining() <= jpeg.remaining()
         if (fits) jpeg.put(source).flip()
         return object : CopiedImage {
@@ -70,8 +74,14 @@ internal class YuvCopier(
             lose(DropReason.NO_BUFFER)
             return null
         }
-        nv21.copy(image.planes, pixels)
-        return Encoding(pixels, jpeg)
+        val copied = Encoding(pixels, jpeg)
+        try {
+            nv21.copy(image.planes, pixels)
+        } catch (e: RuntimeException) {
+            copied.discard()
+            throw e
+        }
+        return copied
     }
 
     private inner class Encoding(private val pixels: ByteArray, override val jpeg: ByteBuffer) : CopiedImage {

@@ -370,12 +370,95 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun anEncoderThatFailsEndsTheFlow() = runBlocking {
+    fun anImageThatCannotBeReadIsLostAndEndsNothing() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        copies().test {
+            val camera = rig.awaitRunning()
+            camera.capture(unreadable(0))
+            assertLost(DropReason.UNUSABLE)
+            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            awaitImage()
+            cancel()
+        }
+    }
+
+    @Test
+    fun imagesThatCannotBeReadEndTheFlowAfterThirtyInARow() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        source.samples(StreamTable.color, values).test {
+            val camera = rig.awaitRunning()
+            repeat(29) { camera.capture(unreadable(it)) }
+            camera.capture(FakeImage.jpeg(device.monotonicNanos + 29, byteArrayOf(1)))
+            while (awaitItem() !is ImageSample) Unit
+            repeat(29) { camera.capture(unreadable(30 + it)) }
+            camera.capture(unreadable(60))
+            var failure: Throwable? = null
+            while (failure == null) failure = (awaitEvent() as? Event.Error)?.throwable
+            assertIs<IllegalArgumentException>(failure)
+        }
+    }
+
+    /** An image with three planes, where a JPEG has one. */
+    private fun unreadable(number: Int) = Picture(640, 480, Random(1)).image(device.monotonicNanos + number, Random(2))
+
+    @Test
+    fun capturesAndBuffersThatTheCameraLosesAreCounted() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        copies().test {
+            val camera = rig.awaitRunning()
+            camera.fail(wasImageCaptured = false)
+            assertLost(DropReason.UNUSABLE)
+            camera.loseBuffer()
+            assertLost(DropReason.UNUSABLE)
+            camera.fail(wasImageCaptured = true)
+            with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos - 1, byteArrayOf(1))) }
+            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
+            assertLost(DropReason.SOURCE_LATE)
+            assertContentEquals(byteArrayOf(2), awaitImage().bytes)
+            cancel()
+        }
+    }
+
+    private suspend fun ReceiveTurbine<Any>.assertLost(reason: DropReason) =
+        assertIs<LostSamples>(awaitItem()).let { assertEquals(1 to reason, it.count to it.reason) }
+
+    @Test
+    fun aTrackerThatFailsIsOpenedAgain() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        poses.isThere = true
+        copies().test {
+            val camera = rig.awaitRunning()
+            suspend fun next(): ImageSample {
+                device.monotonicNanos += SECOND / 30
+                with(rig) {
+                    camera.result(device.monotonicNanos, tags = CENTRE)
+                    camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+                }
+                return awaitImage().image
+            }
+            assertEquals(FakePoses.poseAt(200), next().pose)
+            poses.failing = "pose"
+            assertNull(next().pose)
+            poses.failing = null
+            assertNull(next().pose, "not asked again yet")
+            device.monotonicNanos += SECOND
+            assertEquals(FakePoses.poseAt(200), next().pose)
+            cancel()
+        }
+        assertEquals(listOf("open", "close", "open", "close"), poses.calls.filter { it == "open" || it == "close" })
+    }
+
+    @Test
+    fun anEncoderThatFailsCostsImagesAndEndsTheFlowAfterThirtyInARow() = runBlocking {
         rig.add("1", listOf(YUV))
         source.samples(StreamTable.color, values).test {
             val camera = rig.awaitRunning()
             encoder.fails = true
-            camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos, Random(6)))
+            repeat(29) {
+                camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + it, Random(6)))
+                assertEquals(DropReason.UNUSABLE, assertIs<LostSamples>(awaitItem()).reason)
+            }
+            camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + 29, Random(6)))
             assertEquals("Android failed to encode a JPEG", assertIs<SourceException>(awaitError()).message)
         }
     }
@@ -429,6 +512,7 @@ class Camera2SourceTest {
         const val WORKERS = 2
         val VGA = Size(640, 480)
         val JPEG = Mode(ImageFormat.JPEG, VGA, minNanos = 33_333_333)
+        val CENTRE = mapOf("com.amd.control.cvip_timestamps" to longArrayOf(0, 200, 0, 0))
         val YUV = Mode(ImageFormat.YUV_420_888, VGA, minNanos = 33_333_333)
     }
 }

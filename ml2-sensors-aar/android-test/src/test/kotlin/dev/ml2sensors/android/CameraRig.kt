@@ -5,6 +5,7 @@ import android.hardware.camera2.CameraCaptureSession
 import android.hardware.camera2.CameraCharacteristics
 import android.hardware.camera2.CameraDevice
 import android.hardware.camera2.CameraManager
+import android.hardware.camera2.CaptureFailure
 import android.hardware.camera2.CaptureRequest
 import android.hardware.camera2.CaptureResult
 import android.hardware.camera2.TotalCaptureResult
@@ -74,6 +75,17 @@ internal class CameraRig(private val manager: CameraManager) {
     ) {
         fun complete(result: TotalCaptureResult): Unit =
             handler.runAndWait { callback.onCaptureCompleted(session, request, result) }
+
+        /** Reports a capture that failed before its image was captured, or after. */
+        fun fail(wasImageCaptured: Boolean): Unit = handler.runAndWait {
+            val failure = Shadow.newInstanceOf(CaptureFailure::class.java)
+            ReflectionHelpers.setField(failure, "mDropped", !wasImageCaptured)
+            callback.onCaptureFailed(session, request, failure)
+        }
+
+        fun loseBuffer(): Unit = handler.runAndWait {
+            callback.onCaptureBufferLost(session, request, readers.single().reader.surface, 0)
+        }
     }
 
     /** Waits until a camera is asked to deliver. */

@@ -1,0 +1,20 @@
+package dev.ml2sensors.android
+
+import java.util.concurrent.atomic.AtomicInteger
+
+/** Counts images in a row that cannot be used. A few are losses; [MOST] end the run. Thread-safe. */
+internal class OddImages {
+    private val inARow = AtomicInteger()
+
+    fun addUsable(): Unit = inARow.set(0)
+
+    /** Throws [cause] if it is the cause of too many in a row. */
+    fun addOdd(cause: Exception) {
+        if (inARow.incrementAndGet() >= MOST) throw cause
+    }
+
+    companion object {
+        /** As ML2S_MOST_ODD_CAPTURES of the native library: a second of images. */
+        const val MOST = 30
+    }
+}
