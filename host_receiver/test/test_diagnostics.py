@@ -440,7 +440,28 @@ def test_without_a_connection_no_stream_runs(
 ) -> None:
     receive(statistics, *range(10))
     told = replace(told_of("gyro_left", "imu", statistics), state=state)
-    assert states(diagnostics, told, 0.0) == {"gyro_left": text}
+    told = replace(told, streams={**told.streams, "custom": StreamStatus("running")})
+    assert states(diagnostics, told, 0.0) == {"gyro_left": text, "custom": text}
+
+
+def test_a_stream_runs_although_one_of_its_topics_is_switched_off(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    receive(statistics, *range(10))
+    image, *_, confidence, _ = load_table().streams["depth"].topics
+    on, off = TopicReport(image, statistics, None), TopicReport(confidence, statistics, None)
+    told = replace(report(statistics), topics=[on, replace(off, is_running=False)])
+    told = replace(told, streams={"depth": StreamStatus("running")})
+    assert states(diagnostics, told, 0.0) == {"depth": "running"}
+
+
+def test_a_reason_of_a_running_stream_hides_no_silence(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    told = told_of("gyro_left", "imu", statistics)
+    told = replace(told, streams={"gyro_left": StreamStatus("running", "as it says")})
+    assert states(diagnostics, told, 0.0)["gyro_left"].startswith("waiting: ")
+    assert states(diagnostics, told, 9.0)["gyro_left"].startswith("silent: ")
 
 
 def test_one_silent_topic_of_a_stream_is_enough(diagnostics: Diagnostics) -> None:

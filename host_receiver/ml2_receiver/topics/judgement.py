@@ -1,22 +1,25 @@
 """Judges whether each stream delivers, by what the headset says of it and by what arrives."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ..session.report import Report, State, TopicReport
 from ..session.statistics import TopicStatistics
 from ..session.stream_state import Judgement, judged
+from ..wire.messages import StreamStatus
 
 _SHORTEST_S = 2.0
 # The first sample may take so much longer than later ones, as on the headset.
 _OPENING_S = 6.0
 _RUNNING, _PAUSED = Judgement("running"), Judgement("paused")
 _NOTHING_YET = Judgement("waiting", "no message has come yet")
-_ENDED = Judgement("paused", "the session has ended")
-_LOST = Judgement("silent", "the connection is lost")
+_WITHOUT_SESSION = {
+    State.ENDED: Judgement("paused", "the session has ended"),
+    State.LOST: Judgement("silent", "the connection is lost"),
+}
 _UNDER_WAY = Judgement("silent", "the headset produces messages, and none arrives")
-# Of a stream's topics, the one whose state comes first here decides.
-_WORST_FIRST = ("silent", "waiting", "paused", "running")
+# The state of a stream is the first of these that one of its topics has.
+_DECISIVE = ("silent", "waiting", "running", "paused")
 _STATE, _PERMISSION = "state.", "missing."
 
 
@@ -59,11 +62,7 @@ class Judge:
         for it, judgement in zip(report.topics, topics, strict=True):
             by_stream.setdefault(it.topic.stream, []).append(judgement)
         streams = {
-            id: min(
-                by_stream.get(id, []) if status.state == "running" else [],
-                key=lambda it: _WORST_FIRST.index(it.state),
-                default=judged(status),
-            )
+            id: _stream(status, by_stream.get(id, ()), report.state)
             for id, status in report.streams.items()
         }
         return Judgements(topics, streams)
@@ -71,14 +70,8 @@ class Judge:
     def _topic(self, topic: TopicReport, report: Report, now_s: float) -> Judgement:
         past = self._note(topic, now_s)
         status = report.streams.get(topic.topic.stream)
-        told = _RUNNING
-        if report.state is State.LOST:
-            told = _LOST
-        elif report.state is State.ENDED:
-            told = _ENDED
-        elif not topic.is_running:
-            told = _PAUSED
-        elif status is not None and status.state != "running":
+        told = _WITHOUT_SESSION.get(report.state, _RUNNING if topic.is_running else _PAUSED)
+        if told == _RUNNING and status is not None and status.state != "running":
             told = judged(status)
         if told != _RUNNING:
             past.began_s, past.caught_up_s, past.arrived_s = now_s, now_s, None
@@ -101,6 +94,13 @@ class Judge:
             past.caught_up_s, past.produced = now_s, produced
         past.received = statistics.received
         return past
+
+
+def _stream(status: StreamStatus, topics: Collection[Judgement], state: State) -> Judgement:
+    if status.state != "running":
+        return judged(status)
+    default = _WITHOUT_SESSION.get(state, _RUNNING)
+    return min(topics, key=lambda it: _DECISIVE.index(it.state), default=default)
 
 
 def _heard(topic: TopicReport, past: _Past, rate_hz: float | None, now_s: float) -> Judgement:
