@@ -221,12 +221,14 @@ internal class CameraRig(private val manager: CameraManager) {
         /** Those that are open. */
         val readers = CopyOnWriteArrayList<Reader>()
 
+        /** Runs [action] on the thread of this handler, unless the end of the capture has ended that. */
         private fun Handler.runAndWait(action: () -> Unit) {
             val done = CountDownLatch(1)
-            post {
+            val isPosted = post {
                 action()
                 done.countDown()
             }
+            if (!isPosted) return
             done.await()
         }
     }
