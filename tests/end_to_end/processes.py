@@ -220,8 +220,8 @@ def line_with(child: subprocess.Popen[str], words: str) -> str:
 
 
 def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
-    """Waits for the end of a subscriber and returns its result."""
-    subscriber.wait(timeout=_TIMEOUT_S)
+    """Waits for the end of a subscriber, whose full pipe would stop it, and returns its result."""
+    subscriber.communicate(timeout=_TIMEOUT_S)
     assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
     return Received(**pickle.loads((folder / "received.pickle").read_bytes()))
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import json
+import subprocess
 from pathlib import Path
 
 from capture_stamps import stamp_ns
-from processes import Received, headset_command, lines, receive, result, subscribing
+from processes import PREFIX, Received, headset_command, lines, receive, result, subscribing
 from simulation import CAMERAS, five_cameras, image_topic, one_camera
 from transforms import mounted, moving, stable_since_ns
 from waiting_receiver import WaitingReceiver, waiting_receiver
@@ -58,8 +60,7 @@ def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
         with waiting.started("headset", headset_command(waiting.address)):
             await_stable_mountings(waiting)
             subscriber = stack.enter_context(subscribing(waiting.environment, late_folder))
-            for _ in range(2):
-                assert next(lines(subscriber))
+            await_mountings_and_images(subscriber)
         late = result(subscriber, late_folder)
         received = waiting.result()
     stable_ns = stable_since_ns(received)
@@ -76,6 +77,15 @@ def await_stable_mountings(waiting: WaitingReceiver) -> None:
         if all(words in log.read_text() for words in expected):
             return
     raise AssertionError("the subscriber ended before every mounting was stable")
+
+
+def await_mountings_and_images(subscriber: subprocess.Popen[str]) -> None:
+    awaited = ["/tf_static", *(f"{PREFIX}/{image_topic(camera)}" for camera in CAMERAS)]
+    for line in lines(subscriber):
+        topics = json.loads(line)["topics"]
+        if all(topics[topic]["count"] for topic in awaited):
+            return
+    raise AssertionError(f"the subscriber ended before {', '.join(awaited)} arrived")
 
 
 def stamps_of(received: Received, camera: str) -> list[int]:

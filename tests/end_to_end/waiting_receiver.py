@@ -67,8 +67,6 @@ class WaitingReceiver:
 
     def result(self) -> Received:
         """Waits for the end of the headset and returns the subscriber's result."""
-        for _ in lines(self.subscriber):
-            pass
         return result(self.subscriber, self.folder)
 
 
