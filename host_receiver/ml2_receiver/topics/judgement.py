@@ -25,7 +25,7 @@ _STATE, _PERMISSION = "state.", "missing."
 
 @dataclass
 class _Past:
-    """What arrived of a topic up to the previous call.
+    """When messages of a topic arrived, as of the previous call.
 
     Attributes:
         began_s: the time from which on messages are expected.

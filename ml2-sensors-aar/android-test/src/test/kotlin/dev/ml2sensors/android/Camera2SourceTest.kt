@@ -102,10 +102,7 @@ class Camera2SourceTest {
                 "com.amd.control.cvip_timestamps" to longArrayOf(100, 200, 300, 400),
                 "com.amd.control.intrinsics" to FloatArray(12) { 9f } + floats,
             )
-            with(rig) {
-                camera.result(device.monotonicNanos, tags = tags)
-                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
-            }
+            camera.capture(tags)
             val sample = awaitImage().image
             assertEquals(200 + FakePoses.ML_TIME_IN_BOOT_TIME, sample.captureNanos)
             assertEquals(FakePoses.poseAt(200), sample.pose)
@@ -153,10 +150,7 @@ class Camera2SourceTest {
         copies().test {
             val camera = rig.awaitRunning()
             val tags = mapOf("com.amd.control.cvip_timestamps" to longArrayOf(0, centreNanos, 0, 0))
-            with(rig) {
-                camera.result(device.monotonicNanos, tags = tags)
-                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
-            }
+            camera.capture(tags)
             sample = awaitImage().image
             cancel()
         }
@@ -169,10 +163,7 @@ class Camera2SourceTest {
         copies().test {
             val camera = rig.awaitRunning()
             val wide = floatArrayOf(1920f, 1080f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f)
-            with(rig) {
-                camera.result(device.monotonicNanos, tags = mapOf("com.amd.control.intrinsics" to wide))
-                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
-            }
+            camera.capture(mapOf("com.amd.control.intrinsics" to wide))
             assertNull(awaitImage().image.intrinsics)
             cancel()
         }
@@ -217,11 +208,8 @@ class Camera2SourceTest {
         poses.isThere = true
         copies(StreamTable.mixedReality, values.copy(stream = 1, width = 960, height = 720)).test {
             val camera = rig.awaitRunning()
-            with(rig) {
-                val times = longArrayOf(1, 2, 3, 4)
-                camera.result(device.monotonicNanos, tags = mapOf("com.ml.control.cvip_timestamps" to times))
-                camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
-            }
+            val times = longArrayOf(1, 2, 3, 4)
+            camera.capture(mapOf("com.ml.control.cvip_timestamps" to times))
             assertEquals(2 + FakePoses.ML_TIME_IN_BOOT_TIME, awaitImage().image.captureNanos)
             cancel()
         }
@@ -430,10 +418,7 @@ class Camera2SourceTest {
             val camera = rig.awaitRunning()
             suspend fun next(): ImageSample {
                 device.monotonicNanos += SECOND / 30
-                with(rig) {
-                    camera.result(device.monotonicNanos, tags = CENTRE)
-                    camera.image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
-                }
+                camera.capture(CENTRE)
                 return awaitImage().image
             }
             assertEquals(FakePoses.poseAt(200), next().pose)
@@ -505,6 +490,12 @@ class Camera2SourceTest {
     private fun CameraRig.Running.capture(image: FakeImage) = with(rig) {
         image(image)
         result(image.timestamp)
+    }
+
+    /** Captures an image that begins now, whose result has [tags]. */
+    private fun CameraRig.Running.capture(tags: Map<String, Any>) = with(rig) {
+        result(device.monotonicNanos, tags = tags)
+        image(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
     }
 
     private companion object {
