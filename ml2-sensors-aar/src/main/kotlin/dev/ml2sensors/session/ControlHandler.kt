@@ -19,18 +19,26 @@ import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.selects.select
+import kotlinx.coroutines.sync.Mutex
+import kotlinx.coroutines.sync.withLock
 import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import kotlin.time.Duration.Companion.seconds
 import kotlin.time.TimeSource
 
-/** Handles the control connection between WELCOME and BYE: requests with their answers, and reports. */
+/**
+ * Handles the control connection between WELCOME and BYE: requests with their answers, and reports.
+ *
+ * @param stop completes when the session is to end; requests that were not begun by then are not answered.
+ */
 internal class ControlHandler(
     private val control: ControlLane,
     private val lanes: SessionLanes,
     private val streams: StreamControl,
     private val hostClock: HostClock,
+    private val stop: Deferred<*>,
 ) {
+    private val handling = Mutex()
     private val announcer = ChannelAnnouncer(streams, control)
 
     /**
@@ -42,7 +50,7 @@ internal class ControlHandler(
         val requests = Channel<Frame>(MOST_REQUESTS)
         launch {
             joining.join()
-            for (request in requests) handle(request)
+            for (request in requests) handling.withLock { if (!stop.isCompleted) handle(request) }
         }
         while (true) {
             val frame = control.read(IN_SESSION) ?: break
@@ -55,6 +63,9 @@ internal class ControlHandler(
         }
         requests.close()
     }
+
+    /** Waits after [stop] for the request that is being handled: then lanes and streams belong to the caller alone. */
+    suspend fun awaitLastRequest(): Unit = handling.withLock {}
 
     private suspend fun handle(frame: Frame) {
         when (frame.kind) {

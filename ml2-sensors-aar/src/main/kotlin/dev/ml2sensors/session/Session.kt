@@ -76,7 +76,7 @@ internal class Session(
 
     private suspend fun runParts(control: ControlLane, welcome: Welcome, stop: Deferred<String>) = coroutineScope {
         val lanes = SessionLanes(welcome, ::open, streams::lane) { launchPart(control, it) }
-        val handler = ControlHandler(control, lanes, streams, hostClock)
+        val handler = ControlHandler(control, lanes, streams, hostClock, stop)
         launchPart(control) { control.keepAlive(welcome.timeouts) }
         val joining = async { lanes.joinTime().also { lanes.join(setOf(SessionLanes.SENSORS)) } }
         val listening = launchPart(control) { handler.handleFrames(joining) }
@@ -88,6 +88,7 @@ internal class Session(
         val events = launchPart(control) { handler.reportEvents(drained) }
         val status = launchPart(control) { handler.reportStatus(drained) }
         val reason = stop.await()
+        handler.awaitLastRequest()
         streams.stopSources()
         lanes.finish(streams.drainLimit)
         drained.complete(Unit)

@@ -19,7 +19,8 @@ import kotlin.time.Duration
 import kotlin.time.Duration.Companion.seconds
 
 /**
- * The data lanes of a session, each with its connection and the job that sends through it.
+ * The data lanes of a session, each with its connection and the job that sends through it. Called by one coroutine at a
+ * time.
  *
  * @param launch runs a part of the session on a thread that may block.
  */

@@ -1,7 +1,10 @@
 package dev.ml2sensors.session
 
+import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.cancelAndJoin
+import kotlinx.coroutines.flow.first
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withTimeoutOrNull
 import kotlinx.serialization.json.JsonObject
 import kotlinx.serialization.json.jsonObject
 import kotlinx.serialization.json.jsonPrimitive
@@ -45,6 +48,33 @@ class SessionEndTest {
         session.close()
         assertNull(fixture.outcome(outcome))
         assertEquals("stopSources", fixture.streams.calls.value.last())
+    }
+
+    @Test
+    fun theRequestBeingHandledEndsBeforeTheSourcesStopAndNoneFollows() {
+        val outcome = fixture.run()
+        val session = fixture.started("color")
+        fixture.streams.configuring = CompletableDeferred()
+        session.write(HostFrame.CONFIGURE, """{"request": 2, "streams": {"depth": {}}}""")
+        session.write(HostFrame.START, """{"request": 2, "channels": 4}""")
+        fixture.await("configure [depth]")
+        fixture.stop.complete("enough")
+        val early = runBlocking {
+            withTimeoutOrNull(200.milliseconds) {
+                fixture.streams.calls.first {
+                    "stopSources" in
+                        it
+                }
+            }
+        }
+        assertNull(early, "while a request is handled")
+        fixture.streams.configuring.complete(Unit)
+        session.await(HostFrame.BYE)
+        val calls = fixture.streams.calls.value
+        assertEquals(listOf("configure [depth]", "stopSources"), calls.takeLast(2))
+        assertEquals(1, calls.count { it == "start" })
+        session.close()
+        assertNull(fixture.outcome(outcome))
     }
 
     @Test
