@@ -14,7 +14,6 @@ import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
-import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 
 /** Delivers the state of the battery when collection begins, and whenever Android reports a change. */
@@ -23,7 +22,7 @@ internal class BatterySource(
     private val clock: DeviceClock,
 ) : SensorSource {
     private val battery: BatteryManager = context.getSystemService(BatteryManager::class.java)
-    private val closed = Job()
+    private val access = SensorAccess()
 
     override val backend: String get() = "battery_manager"
 
@@ -32,7 +31,7 @@ internal class BatterySource(
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = Answer.Applied(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        callbackSamples(closed) { queue ->
+        access.callbackSamples { queue ->
             val receiver = object : BroadcastReceiver() {
                 override fun onReceive(context: Context, intent: Intent) = queue.offer(sample(intent))
             }
@@ -40,10 +39,12 @@ internal class BatterySource(
             AutoCloseable { context.unregisterReceiver(receiver) }
         }
 
+    override fun pause(): Unit = access.pause()
+
+    override fun resume(): Unit = access.resume()
+
     /** Ends all flows. */
-    override fun close() {
-        closed.complete()
-    }
+    override fun close(): Unit = access.close()
 
     private fun sample(intent: Intent) = BatterySample(
         clock.nowNanos(),

@@ -18,6 +18,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.update
@@ -42,7 +43,7 @@ internal class Camera2Source(
     private val encoder: JpegEncoder = JpegEncoder.ANDROID,
     private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),
 ) : SensorSource {
-    private val closed = Job()
+    private val access = SensorAccess()
 
     override val backend: String get() = "camera2"
 
@@ -59,7 +60,15 @@ internal class Camera2Source(
         }
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
-        if (closed.isCompleted) return@flow
+        access.use { ending -> capture(stream, values, ending, this) }
+    }
+
+    private suspend fun capture(
+        stream: StreamSpec,
+        values: StreamValues,
+        ending: Job,
+        collector: FlowCollector<Sample>,
+    ) {
         val camera = camera(stream, values)
         val plan = camera.plan(values.size, values.hz) ?: throw SourceException(camera.lacks(values.size))
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
@@ -69,19 +78,21 @@ internal class Camera2Source(
             } else {
                 TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }::captureNanos
             }
-        ColorCapture(cameraManager, camera, plan, values.hz, encoder, workers, closed, clocks.boot) { tracker ->
+        ColorCapture(cameraManager, camera, plan, values.hz, encoder, workers, ending, clocks.boot) { tracker ->
             ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
-        }.deliverTo({ emit(it.also { sample -> copyToViewers(stream, sample) }) }, poses)
+        }.deliverTo({ collector.emit(it.also { sample -> copyToViewers(stream, sample) }) }, poses)
     }
 
     private fun copyToViewers(stream: StreamSpec, sample: Sample) {
         if (sample is ImageSample) LocalFrames.copy(stream, sample)
     }
 
+    override fun pause(): Unit = access.pause()
+
+    override fun resume(): Unit = access.resume()
+
     /** Ends all flows. */
-    override fun close() {
-        closed.complete()
-    }
+    override fun close(): Unit = access.close()
 
     private fun camera(stream: StreamSpec, values: StreamValues): ColorCamera =
         try {

@@ -36,7 +36,7 @@ import java.util.concurrent.Executor
 
 /**
  * One run of a camera for one collector. A camera thread copies the images, [workers] encode them to JPEG, and the
- * collector receives them in order of capture. It ends with [closed].
+ * collector receives them in order of capture. It ends with [ended].
  */
 internal class ColorCapture(
     private val cameraManager: CameraManager,
@@ -45,7 +45,7 @@ internal class ColorCapture(
     private val rateHz: Int,
     encoder: JpegEncoder,
     private val workers: EncoderThreads,
-    private val closed: Job,
+    private val ended: Job,
     private val clock: DeviceClock,
     private val exposures: (CameraTracker) -> ExposureReader,
 ) {
@@ -97,7 +97,7 @@ internal class ColorCapture(
     private suspend fun capture(scope: CoroutineScope, handler: Handler, exposures: ExposureReader) {
         val connection = CameraConnection(cameraManager, camera.id, handler)
         val reader = ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES)
-        val ending = closed.invokeOnCompletion { connection.end.complete(Unit) }
+        val ending = ended.invokeOnCompletion { connection.end.complete(Unit) }
         val deliver = { image: CopiedImage, exposure: Exposure, captureNanos: Long ->
             samples.trySend(scope.async(workers.dispatcher) { sample(image, exposure, captureNanos) })
             Unit

@@ -9,7 +9,6 @@ import android.os.Build
 import android.os.PowerManager
 import android.provider.Settings
 import dev.ml2sensors.capture.NativeColorPoses
-import dev.ml2sensors.capture.NativeSource
 import dev.ml2sensors.pairing.DeviceKeys
 import dev.ml2sensors.pairing.PairedReceiver
 import dev.ml2sensors.pairing.PairingUri
@@ -38,9 +37,9 @@ public object Ml2Sensors {
      */
     public fun open(context: Context): AndroidHeadset {
         val app = context.applicationContext
-        val native = loadNativeSources()
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val clocks = SystemClocks()
+        val native = loadNativeSources(clocks::suspendedNanos)
         val poses = if (native == null) ColorPoses { null } else NativeColorPoses
         val sources = listOf(
             SensorManagerSource(app.getSystemService(SensorManager::class.java), clocks, bases),
@@ -51,7 +50,7 @@ public object Ml2Sensors {
             permissionsOf(app)
         }
         val power = app.getSystemService(PowerManager::class.java)
-        return AndroidHeadset(headset, native.orEmpty(), bases.asStateFlow(), power)
+        return AndroidHeadset(headset, clocks, bases.asStateFlow(), power)
     }
 
     /**
@@ -108,12 +107,14 @@ public object Ml2Sensors {
 
 /** An opened headset. Its [Headset.clock] is CLOCK_BOOTTIME. */
 public class AndroidHeadset internal constructor(
-    headset: SensorHeadset,
-    private val native: List<NativeSource>,
+    private val headset: SensorHeadset,
+    private val clocks: SystemClocks,
     private val foundBases: StateFlow<Map<StreamSpec, ClockDomain>>,
     private val power: PowerManager,
 ) : Headset by headset {
     override val timestampBases: Map<String, ClockDomain> get() = foundBases.value.mapKeys { (stream, _) -> stream.id }
+
+    override val suspendedNanos: Long get() = clocks.suspendedNanos()
 
     /** A headset that nobody wears falls asleep. */
     override val sleepReason: String?
@@ -122,9 +123,9 @@ public class AndroidHeadset internal constructor(
     /** [Thermal] has the order of Android's numbers. */
     override val thermal: Thermal? get() = Thermal.entries.getOrNull(power.currentThermalStatus)
 
-    /** Releases cameras and trackers while the app is in the background; their flows deliver nothing. */
-    public fun pause(): Unit = native.forEach(NativeSource::pause)
+    /** Releases all sensors while the app is in the background; their flows deliver nothing, and [holds] says why. */
+    public fun pause(): Unit = headset.pause()
 
-    /** Opens cameras and trackers again; a flow whose sensor cannot be opened fails. */
-    public fun resume(): Unit = native.forEach(NativeSource::resume)
+    /** Opens the sensors again; a flow whose sensor cannot be opened fails. */
+    public fun resume(): Unit = headset.resume()
 }

@@ -12,8 +12,10 @@ import dev.ml2sensors.table.StreamTable
 /**
  * Returns every sensor of libml2sensors.so with every backend, or null if the device has no such library, as on another
  * ABI.
+ *
+ * @param suspendedNanos as [dev.ml2sensors.source.Headset.suspendedNanos].
  */
-internal fun loadNativeSources(): List<NativeSource>? {
+internal fun loadNativeSources(suspendedNanos: () -> Long): List<NativeSource>? {
     try {
         NativeLibrary.load()
     } catch (_: UnsatisfiedLinkError) {
@@ -23,7 +25,9 @@ internal fun loadNativeSources(): List<NativeSource>? {
         PixelSensor.entries.filter { it != PixelSensor.COLOR || backend == NativeBackend.OPENXR }
             .map { NativePixelSource(it, backend) }
     }
-    val poses = NativeBackend.entries.flatMap { backend -> PoseSensor.entries.map { NativePoseSource(it, backend) } }
+    val poses = NativeBackend.entries.flatMap { backend ->
+        PoseSensor.entries.map { NativePoseSource(it, backend, suspendedNanos) }
+    }
     return pixels + poses
 }
 

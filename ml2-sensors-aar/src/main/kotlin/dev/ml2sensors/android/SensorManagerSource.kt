@@ -19,7 +19,6 @@ import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
-import kotlinx.coroutines.Job
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.update
@@ -40,7 +39,7 @@ internal class SensorManagerSource(
 ) : SensorSource {
     private val thread = HandlerThread("ml2s-sensors", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
     private val handler = Handler(thread.looper)
-    private val closed = Job()
+    private val access = SensorAccess()
 
     override val backend: String get() = "sensor_manager"
 
@@ -50,7 +49,7 @@ internal class SensorManagerSource(
         if (find(stream) != null) Answer.Applied(requested) else Answer.Refused(absence(stream))
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        callbackSamples(closed) { queue ->
+        access.callbackSamples { queue ->
             val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
             val timestamps = TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }
             val listener = Listener(row, timestamps, queue)
@@ -61,9 +60,13 @@ internal class SensorManagerSource(
             AutoCloseable { sensorManager.unregisterListener(listener) }
         }
 
+    override fun pause(): Unit = access.pause()
+
+    override fun resume(): Unit = access.resume()
+
     /** Ends all flows. */
     override fun close() {
-        closed.complete()
+        access.close()
         thread.quitSafely()
     }
 

@@ -8,7 +8,10 @@ import kotlin.math.abs
 internal class SystemClocks(
     val boot: DeviceClock = DeviceClock(SystemClock::elapsedRealtimeNanos),
     val monotonic: DeviceClock = DeviceClock(System::nanoTime),
-)
+) {
+    /** Returns how far [boot] is ahead of [monotonic]: how long the device was suspended, to less than a millisecond. */
+    fun suspendedNanos(): Long = boot.nowNanos() - monotonic.nowNanos()
+}
 
 /**
  * Measures how far [SystemClocks.boot] is ahead of [SystemClocks.monotonic]. The difference changes only when the

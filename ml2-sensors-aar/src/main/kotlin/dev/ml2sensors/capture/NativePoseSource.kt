@@ -14,13 +14,19 @@ import dev.ml2sensors.table.StreamTable
  *
  * A pose is null while it is not tracked. A hand always has the 26 joints of OpenXR's XrHandJointEXT, in its order;
  * joints that are not tracked are NaN.
+ *
+ * @param suspendedNanos as [dev.ml2sensors.source.Headset.suspendedNanos].
  */
-internal class NativePoseSource(private val sensor: PoseSensor, private val sensorBackend: NativeBackend) :
-    NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
+internal class NativePoseSource(
+    private val sensor: PoseSensor,
+    private val sensorBackend: NativeBackend,
+    private val suspendedNanos: () -> Long = { 0 },
+) : NativeSource(sensor.code, sensorBackend, sensor.streams, sensor.name, QUEUED_POSES) {
     /** Never conflicts: no value of a stream changes the tracker, which `tf` and `head_pose` share. */
     override fun conflict(subscription: Subscription, other: Subscription): String? = null
 
-    override fun open(subscriptions: List<Subscription>): OpenSensor = OpenTracker(sensor, sensorBackend, subscriptions)
+    override fun open(subscriptions: List<Subscription>): OpenSensor =
+        OpenTracker(sensor, sensorBackend, suspendedNanos, subscriptions)
 
     private companion object {
         /** One quarter of a second. */
@@ -32,12 +38,13 @@ internal class NativePoseSource(private val sensor: PoseSensor, private val sens
 private class OpenTracker(
     private val sensor: PoseSensor,
     private val backend: NativeBackend,
+    suspendedNanos: () -> Long,
     subscriptions: List<Subscription>,
 ) : OpenSensor {
     private val poses = PoseBlock(MAX_POSES)
     private var settings = settings(subscriptions)
     private val handle = settings.open()
-    private val schedule = PeriodicTimer(PERIOD_NANOS, Native::now)
+    private val schedule = PeriodicTimer(PERIOD_NANOS, Native::now, suspendedNanos)
 
     override fun configure(subscriptions: List<Subscription>) {
         val next = settings(subscriptions)
@@ -49,7 +56,8 @@ private class OpenTracker(
     override fun deliver(subscriptions: List<Subscription>) {
         val missed = schedule.awaitNext()
         if (missed > 0) subscriptions.forEach { it.queue.countLost(missed, DropReason.SOURCE_LATE) }
-        if (sensor == PoseSensor.HEAD && missed > HeadTrack.MAX_BRIDGED) LocalFrames.clearHead()
+        val hasGap = missed > HeadTrack.MAX_BRIDGED || schedule.wasSuspended
+        if (sensor == PoseSensor.HEAD && hasGap) LocalFrames.clearHead()
         val count = Native.pollPoses(handle, poses.memory)
         for ((number, tracked) in (0 until count).map { poses[it] }.groupBy { it.stream }) {
             val stream = StreamTable.all[number]

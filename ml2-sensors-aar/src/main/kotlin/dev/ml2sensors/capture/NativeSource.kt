@@ -60,11 +60,9 @@ internal sealed class NativeSource(
             CaptureException.PermissionDenied(message.orEmpty(), stream.permissions.firstOrNull())
         }
 
-    /** Releases the sensor at once, while the app is in the background. Flows continue and deliver nothing. */
-    fun pause(): Unit = thread.pause(true)
+    override fun pause(): Unit = thread.pause(true)
 
-    /** Opens the sensor again; if that fails, the flows fail. */
-    fun resume(): Unit = thread.pause(false)
+    override fun resume(): Unit = thread.pause(false)
 
     override fun close(): Unit = thread.close()
 

@@ -28,6 +28,9 @@ public interface Headset : AutoCloseable {
     /** The clock that was found to stamp each stream, by stream id; empty if it is not in question. */
     public val timestampBases: Map<String, ClockDomain> get() = emptyMap()
 
+    /** How long the device has been suspended since it booted, in ns, which [clock] includes; 0 if it never is. */
+    public val suspendedNanos: Long get() = 0
+
     /**
      * The reason why a running stream is held at present, by stream id; it continues by itself. Empty while no stream
      * is held.

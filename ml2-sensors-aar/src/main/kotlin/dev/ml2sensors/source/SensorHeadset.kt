@@ -13,6 +13,9 @@ internal class SensorHeadset(
     private val sources: List<SensorSource>,
     private val readPermissions: () -> Map<String, Boolean> = ::emptyMap,
 ) : Headset {
+    @Volatile
+    private var isPaused = false
+
     override val timeline: Headset.Timeline get() = Headset.Timeline.LIVE
     override val permissions: Map<String, Boolean> get() = readPermissions()
 
@@ -32,6 +35,21 @@ internal class SensorHeadset(
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         requireNotNull(source(stream, values)) { "$stream was not accepted with $values" }.samples(stream, values)
 
+    override val holds: Map<String, String>
+        get() = if (isPaused) sources.flatMap { it.streams }.associate { it.id to PAUSED } else emptyMap()
+
+    /** Releases all sensors at once, while the app is in the background. Flows continue and deliver nothing. */
+    fun pause() {
+        isPaused = true
+        sources.forEach(SensorSource::pause)
+    }
+
+    /** Opens the sensors again; a flow whose sensor cannot be opened fails. */
+    fun resume() {
+        sources.forEach(SensorSource::resume)
+        isPaused = false
+    }
+
     override fun close(): Unit = sources.forEach(SensorSource::close)
 
     private fun source(stream: StreamSpec, values: StreamValues): SensorSource? {
@@ -39,5 +57,9 @@ internal class SensorHeadset(
         return wanted.firstNotNullOfOrNull { name ->
             sources.firstOrNull { it.backend == name && stream in it.streams }
         }
+    }
+
+    private companion object {
+        const val PAUSED = "paused while the app is in the background"
     }
 }

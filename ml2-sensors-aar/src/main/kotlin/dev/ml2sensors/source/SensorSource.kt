@@ -19,4 +19,10 @@ internal interface SensorSource : AutoCloseable {
 
     /** As [Headset.samples], for one of [streams]. */
     fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample>
+
+    /** Releases its sensors at once, while the app is in the background. Flows continue and deliver nothing. */
+    fun pause() {}
+
+    /** Opens its sensors again; a flow whose sensor cannot be opened fails. */
+    fun resume() {}
 }

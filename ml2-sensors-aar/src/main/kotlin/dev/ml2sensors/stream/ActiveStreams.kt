@@ -8,6 +8,7 @@ import dev.ml2sensors.session.StreamControl
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
@@ -15,6 +16,7 @@ import dev.ml2sensors.source.defaultValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.ChannelBody
+import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CompletableDeferred
@@ -32,7 +34,11 @@ import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import java.util.concurrent.ConcurrentHashMap
 import kotlin.time.Duration
+import kotlin.time.Duration.Companion.nanoseconds
 import kotlin.time.Duration.Companion.seconds
+
+/** True if its messages have poses in the world frame. */
+private val StreamSpec.hasPoses get() = topics.any { "/Pose" in it.type }
 
 /**
  * The streams of one app instance over all its sessions: what is configured, what runs, and the counters.
@@ -58,7 +64,9 @@ internal class ActiveStreams(
     private val accepted = LinkedHashMap<StreamSpec, StreamValues>()
     private var frameIds = FrameIds()
     private val running: MutableMap<StreamSpec, Running> = ConcurrentHashMap()
-    private val tree = TransformTree(clock.stamps, isLive = !isRecording) { events.add(it) }
+    private val trackingEvents = TrackingEvents { events.add(it) }
+    private val tree = TransformTree(clock.stamps, isLive = !isRecording, trackingEvents) { events.add(it) }
+    private var headWatch: Job? = null
 
     private val local = LocalStreams(this.headset, scope, ::setState)
     private var isConfigured = false
@@ -73,6 +81,9 @@ internal class ActiveStreams(
 
     /** The state of each requested stream, by id. */
     val states: StateFlow<Map<String, StreamState>> get() = streams.flow
+
+    /** As [Headset.holds], of derived streams too. */
+    val holds: Map<String, String> get() = headset.holds
 
     override val streamStates: Map<String, Status.Stream> get() = streams.toBodies()
 
@@ -113,6 +124,7 @@ internal class ActiveStreams(
             isConfigured = true
             rechecking?.cancelAndJoin()
             local.end()
+            headWatch?.cancelAndJoin()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
             for ((id, answer) in answers) {
@@ -186,6 +198,7 @@ internal class ActiveStreams(
             clock.awaitStamps()
             if (isRecording) clock.freeze()
             changes.withLock {
+                headWatch?.cancelAndJoin()
                 // What was configured in the meantime has a START of its own
                 val new = configured.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it, and nothing that is new is said twice
@@ -194,6 +207,9 @@ internal class ActiveStreams(
                 tree.resendMountings()
                 others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
+                if (!isRecording && StreamTable.tf !in running && running.keys.any { it.hasPoses }) {
+                    headWatch = scope.launch { watchHead() }
+                }
             }
         }
     }
@@ -207,16 +223,38 @@ internal class ActiveStreams(
         running[spec] = Running(values, frameIds, scope.launch { run(spec, values, frameIds) })
     }
 
+    /** Reports changes of head tracking while poses are sent without `tf`, which reports them itself. */
+    private suspend fun watchHead() {
+        val head = StreamTable.headPose
+        val values = headset.negotiate(head, head.defaultValues()).acceptedValues ?: return
+        StreamSupervisor.of(head, headset) {}.run({ headset.samples(head, values) }) { samples ->
+            samples.collect { if (it is PoseSample) trackingEvents.add(it) }
+        }
+    }
+
     override suspend fun stopSources(): Unit =
         changes.withLock {
             isConfigured = true
             rechecking?.cancelAndJoin()
             local.end()
+            headWatch?.cancelAndJoin()
             accepted.clear()
             running.values.forEach { it.job.cancelAndJoin() }
         }
 
     override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
+
+    /** Tells as an event how long the device was suspended, whenever it was for a second or more. */
+    suspend fun reportSuspends(): Nothing {
+        var before = headset.suspendedNanos
+        while (true) {
+            delay(RECHECK_INTERVAL)
+            val suspended = (headset.suspendedNanos - before).nanoseconds.inWholeSeconds.seconds
+            if (suspended <= Duration.ZERO) continue
+            before += suspended.inWholeNanoseconds
+            events.add(Event(Event.SUSPENDED, "the headset slept for $suspended"))
+        }
+    }
 
     /** Waits until a recording has been delivered completely; returns the reason. Live sensors never end. */
     suspend fun awaitEnd(): String {

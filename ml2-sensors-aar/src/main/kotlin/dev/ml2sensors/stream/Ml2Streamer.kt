@@ -85,6 +85,9 @@ public class Ml2Streamer(
     /** Returns the current counters, as in STATUS. */
     internal fun counts(): Map<String, Status.ChannelCounts> = active.counts()
 
+    /** As [Headset.holds]. */
+    internal val holds: Map<String, String> get() = active.holds
+
     internal fun clock(): Status.Clock = hostClock.toBody(active.timestampBases)
 
     /** Starts connecting. */
@@ -94,12 +97,14 @@ public class Ml2Streamer(
         if (isWarm.compareAndSet(false, true)) active.warming = scope.launch { warmUp() }
         running = scope.launch {
             val ending = launch { stopReason.complete(active.awaitEnd()) }
+            val reporting = launch { active.reportSuspends() }
             try {
                 stayConnected()
             } catch (e: Error) {
                 fail(e)
             }
             ending.cancel()
+            reporting.cancel()
             active.stopSources()
             mutableState.value = StreamerState.Ended(stopReason.await())
         }

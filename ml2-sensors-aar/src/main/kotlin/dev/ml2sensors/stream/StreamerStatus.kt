@@ -47,7 +47,7 @@ public class StreamerStatus(
                 state.word,
                 (state as? StreamerState.Connected)?.receiverName ?: receiver,
                 state.reason,
-                streamer.streams.value.mapValues { (_, it) -> it.toStatus() },
+                streamer.streams.value.mapValues { (id, it) -> it.toStatus(streamer.holds[id]) },
                 streamer.counts(),
                 streamer.clock(),
             )
@@ -67,10 +67,14 @@ public class StreamerStatus(
                 is StreamerState.Ended -> reason
             }
 
-        private fun StreamState.toStatus() = when (this) {
-            is StreamState.Accepted -> Stream("accepted", adjusted.orEmpty(), values)
+        private fun StreamState.toStatus(held: String?) = when (this) {
+            is StreamState.Accepted ->
+                if (held == null) Stream("accepted", adjusted.orEmpty(), values) else Stream("waiting", held)
+
             is StreamState.Waiting -> Stream("waiting", reason, permission = permission)
+
             is StreamState.Refused -> Stream("refused", reason, permission = permission)
+
             is StreamState.Failed -> Stream("failed", reason)
         }
     }

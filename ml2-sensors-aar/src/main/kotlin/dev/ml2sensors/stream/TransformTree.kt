@@ -37,13 +37,13 @@ import kotlinx.coroutines.sync.withLock
 internal class TransformTree(
     private val stamps: StampMap,
     private val isLive: Boolean,
+    private val trackingEvents: TrackingEvents,
     private val report: (Event) -> Unit,
 ) {
     private class CameraPose(val spec: StreamSpec, val captureNanos: Long, val stampNanos: Long?, val pose: Transform)
 
     private val mutex = Mutex()
     private val track = HeadTrack()
-    private val trackingEvents = TrackingEvents(report)
     private val mountings = LinkedHashMap<StreamSpec, SensorMounting>()
     private val pending = ArrayDeque<CameraPose>()
     private val lastStamps = HashMap<String, RecentStamps>()

@@ -33,7 +33,7 @@ internal suspend fun warmUp(target: GatheringByteChannel = NullChannel, limit: D
         coroutineScope {
             val stamps = StampMap(DeviceClock { 0 }).apply { steerTo(offsetNanos = 0, nowNanos = 0) }
             val outgoing = TopicChannels(suspendsWhenFull = true)
-            val tree = TransformTree(stamps, isLive = true) {}
+            val tree = TransformTree(stamps, isLive = true, TrackingEvents {}) {}
             val channels = SAMPLES.keys.associateWith { outgoing.of(it, it.defaultValues()) }
             val writer = FrameWriter(target) { 0 }
             val lanes = channels.values.flatten().map { it.lane }.distinct()

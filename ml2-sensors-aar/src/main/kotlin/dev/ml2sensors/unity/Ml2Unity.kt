@@ -133,11 +133,17 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         scope.cancel()
     }
 
-    /** Releases cameras and trackers while the app is in the background; the session stays. */
-    fun pause(): Unit = headset.pause()
+    /** Releases all sensors while the app is in the background; the session stays. */
+    fun pause() {
+        headset.pause()
+        changed()
+    }
 
     /** Opens them again after [pause]; a stream whose sensor cannot be opened waits until it can. */
-    fun resume(): Unit = headset.resume()
+    fun resume() {
+        headset.resume()
+        changed()
+    }
 
     /**
      * `{"state": "connecting"|"connected"|"ended", "receiver", "reason", "insecure", "streams": {id: {"state":

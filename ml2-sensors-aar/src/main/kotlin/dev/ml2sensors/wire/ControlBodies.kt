@@ -167,6 +167,7 @@ internal class Event(val event: String, val text: String, @SerialName("age_s") v
         const val TRACKING_RECOVERED = "tracking_recovered"
         const val TRACKING_NEW_SESSION = "tracking_new_session"
         const val MOUNTING_STABLE = "mounting_stable"
+        const val SUSPENDED = "suspended"
     }
 }
 

@@ -9,6 +9,7 @@ import kotlinx.coroutines.test.runTest
 import org.junit.jupiter.api.Test
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
+import kotlin.test.assertFalse
 import kotlin.test.assertTrue
 
 class SensorHeadsetTest {
@@ -45,6 +46,16 @@ class SensorHeadsetTest {
     }
 
     @Test
+    fun aPauseIsOfAllSourcesAndHoldsTheirStreamsUntilItEnds() {
+        headset.pause()
+        assertTrue(sdk.isPaused && openxr.isPaused)
+        assertEquals(setOf("world_left", "gaze"), headset.holds.keys)
+        headset.resume()
+        assertFalse(sdk.isPaused || openxr.isPaused)
+        assertEquals(emptyMap(), headset.holds)
+    }
+
+    @Test
     fun permissionsAreReadWhenAskedFor() {
         assertEquals(mapOf("CAMERA" to false), headset.permissions)
     }
@@ -57,12 +68,22 @@ private class FakeSource(
 ) : SensorSource {
     var isClosed = false
         private set
+    var isPaused = false
+        private set
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer =
         Answer.Adjusted(requested, "by $backend")
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         flowOf(ScalarSample(captureNanos, 0.0))
+
+    override fun pause() {
+        isPaused = true
+    }
+
+    override fun resume() {
+        isPaused = false
+    }
 
     override fun close() {
         isClosed = true

@@ -57,6 +57,9 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
     /** Why streams deliver nothing. */
     @Volatile
     override var holds = emptyMap<String, String>()
+
+    @Volatile
+    override var suspendedNanos = 7_000_000_000L
     val pool = BufferPool(bufferBytes = 1 shl 16, count = 64)
     override val identity = Headset.Identity("fake-1", "Fake")
     override val clock = DeviceClock { System.nanoTime() + 5_000_000_000_000 }

@@ -23,6 +23,9 @@ import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.hours
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.minutes
 import kotlin.time.Duration.Companion.seconds
 
 @Timeout(60)
@@ -122,6 +125,26 @@ class Ml2StreamerTest {
         assertTrue("no-such-host.invalid" in "$state")
         withTimeout(StreamFixture.LIMIT) { streamer.stop() }
         assertEquals(StreamerState.Ended("stopped"), streamer.state.value)
+    }
+
+    @Test
+    fun aSuspendOfTheDeviceIsAnEvent() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("{}")
+        fixture.headset.suspendedNanos += (8.hours + 2.minutes + 300.milliseconds).inWholeNanoseconds
+        val event = session.await(HostFrame.EVENT).json
+        assertEquals("suspended", event.getValue("event").jsonPrimitive.content)
+        assertEquals("the headset slept for 8h 2m", event.getValue("text").jsonPrimitive.content)
+    }
+
+    @Test
+    fun aStreamThatIsHeldWaitsInTheStatusOfTheApp() = runBlocking<Unit> {
+        fixture.streamer.start()
+        fixture.session("""{"gyro_left": {}}""")
+        assertEquals("accepted", fixture.streamer.status().streams.getValue("gyro_left").state)
+        fixture.headset.holds = mapOf("gyro_left" to "paused")
+        val held = fixture.streamer.status().streams.getValue("gyro_left")
+        assertEquals("waiting" to "paused", held.state to held.reason)
     }
 
     @Test

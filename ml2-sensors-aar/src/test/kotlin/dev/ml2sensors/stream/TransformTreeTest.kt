@@ -37,6 +37,16 @@ class TransformTreeTest {
     fun close() = fixture.close()
 
     @Test
+    fun withoutTransformsANewWorldIsReportedWhileAPoseIsSent() = runBlocking<Unit> {
+        fixture.streamer.start()
+        val session = fixture.session("""{"gaze": {}}""")
+        fixture.headset.deliver(StreamTable.headPose, PoseSample(fixture.now, Transform.IDENTITY))
+        fixture.headset.deliver(StreamTable.headPose, PoseSample(fixture.now, Transform.IDENTITY, isInNewWorld = true))
+        val event = session.await(HostFrame.EVENT).json.getValue("event").jsonPrimitive.content
+        assertEquals("tracking_new_session", event)
+    }
+
+    @Test
     fun everyImageHasATransformOfExactlyItsStamp() = runBlocking<Unit> {
         val session = fixture.start("""{"world_left": {}, "tf": {}}""")
         val poses = List(5) { random.transform() }

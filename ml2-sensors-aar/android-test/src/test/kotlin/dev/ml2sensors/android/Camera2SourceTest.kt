@@ -29,6 +29,7 @@ import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.yield
 import org.junit.After
 import org.junit.Test
 import org.junit.runner.RunWith
@@ -462,6 +463,21 @@ class Camera2SourceTest {
         }
         assertTrue(CameraRig.opened.isClosed)
         thread.join()
+    }
+
+    @Test
+    fun aPausedSourceClosesTheCameraAndTheFlowGoesOnAfterwards() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        copies().test {
+            rig.awaitRunning()
+            val first = CameraRig.opened
+            source.pause()
+            while (!first.isClosed) yield()
+            source.resume()
+            rig.awaitRunning().capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
+            assertContentEquals(byteArrayOf(2), awaitImage().bytes)
+            cancel()
+        }
     }
 
     @Test

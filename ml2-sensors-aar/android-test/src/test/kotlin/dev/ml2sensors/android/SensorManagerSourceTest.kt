@@ -103,6 +103,25 @@ class SensorManagerSourceTest {
     }
 
     @Test
+    fun aPausedSourceReleasesItsSensorsAndTheFlowGoesOnAfterwards() = runBlocking {
+        val sensor = hub.add(Sensor.TYPE_GYROSCOPE, "Headset Left Gyroscope Sensor")
+        source.samples(StreamTable.gyroLeft, StreamValues()).test {
+            source.pause()
+            source.pause()
+            while (hub.enabled.isNotEmpty()) yield()
+            source.resume()
+            while (hub.enabled.isEmpty()) yield()
+            hub.measure(sensor, device.bootNanos - 2_000_000, 1f, 2f, 3f)
+            assertEquals(device.bootNanos - 2_000_000, awaitItem().captureNanos)
+            source.pause()
+            source.close()
+            source.resume()
+            awaitComplete()
+        }
+        assertEquals(emptySet(), hub.enabled.keys)
+    }
+
+    @Test
     fun readingsAreInSiUnits() = runBlocking {
         val pressure = hub.add(Sensor.TYPE_PRESSURE, "Headset Pressure Sensor")
         assertEquals(101_325.0, scalar(StreamTable.pressureHeadset, pressure, 1013.25f), 0.01)

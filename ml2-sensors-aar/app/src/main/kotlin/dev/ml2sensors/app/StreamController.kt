@@ -57,13 +57,14 @@ internal class StreamController(private val context: Context, private val settin
     }
 
     /**
-     * Starts to stream. Reconnects if permissions have changed since the last start.
+     * Starts to stream. Reconnects if permissions have changed since the last start, or if the last streamer ended.
      *
      * @throws IllegalStateException if the headset is paired with no receiver.
      * @throws IOException if the file of paired receivers cannot be read.
      */
     suspend fun start(): Unit = inOrder {
-        if (run?.permissions == headset.permissions) return@inOrder
+        val isAlive = run?.streamer?.state?.value.let { it != null && it !is StreamerState.Ended }
+        if (isAlive && run?.permissions == headset.permissions) return@inOrder
         disconnect()
         connect()
     }
