@@ -54,16 +54,8 @@ def header(
 
 
 def feed(parser: FrameParser, data: bytes) -> list[Frame]:
-    """Everything at once, as far as the parser's buffers take it; payloads are copied out."""
-    frames = []
-    while data:
-        buffer = parser.get_buffer()
-        count = min(len(buffer), len(data))
-        buffer[:count] = data[:count]
-        data = data[count:]
-        if frame := parser.buffer_updated(count):
-            frames.append(Frame(frame.header, bytearray(frame.payload)))
-    return frames
+    """Returns the frames of `data`, with copies of their payloads."""
+    return [Frame(it.header, bytearray(it.payload)) for it in parser.feed(memoryview(data))]
 
 
 def feed_chunks(parser: FrameParser, chunks: Iterable[bytes]) -> list[Frame]:
@@ -200,32 +192,20 @@ def test_a_large_payload_costs_little_more_than_itself() -> None:
     parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
     stream = data_frame(bytes(16 * MIB))
     tracemalloc.start()
-    (count,) = [len(frame.payload) for frame in frames_of(parser, stream)]
+    (count,) = [len(frame.payload) for frame in parser.feed(memoryview(stream))]
     _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert count == 16 * MIB
     assert peak_bytes < 20 * MIB
 
 
-def frames_of(parser: FrameParser, data: bytes) -> Iterable[Frame]:
-    """Returns the frames of feed(), without copies."""
-    view = memoryview(data)
-    while view:
-        buffer = parser.get_buffer()
-        count = min(len(buffer), len(view))
-        buffer[:count] = view[:count]
-        view = view[count:]
-        if frame := parser.buffer_updated(count):
-            yield frame
-
-
 def test_the_payload_is_one_bytearray_that_is_reused_without_allocation() -> None:
     parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
     image = data_frame(bytes(MIB))
-    (first,) = frames_of(parser, image)
+    (first,) = parser.feed(memoryview(image))
     tracemalloc.start()
     for _ in range(10):
-        (frame,) = frames_of(parser, image)
+        (frame,) = parser.feed(memoryview(image))
         assert frame.payload is first.payload
     _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()

@@ -1,13 +1,16 @@
 """The transport of a Connection."""
 
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 
 from ..transport.transport import Transport
-from ..wire.frame import FrameParser, Side
+from ..wire.frame import Frame, FrameParser, LaneKind, Side
 from .connection import Connection
 from .context import Ending
+
+_SMALL_FRAMES_BYTES = 64 * 1024
 
 
 @dataclass(eq=False)
@@ -23,6 +26,35 @@ class ConnectionIO:
     parser: FrameParser = field(default_factory=lambda: FrameParser(Side.DEVICE))
     abort_s: float | None = None
     is_aborted: bool = False
+
+    def frames(self) -> Iterator[tuple[Frame, int]]:
+        """Yields each frame with the ROS time in ns at which its last byte was received.
+
+        It ends with the input or with abort().
+
+        Raises:
+            OSError: the connection is broken.
+            ProtocolError: as FrameParser.
+        """
+        parser, receive = self.parser, self.transport.receive
+        while not self.is_aborted:
+            if parser.lane is LaneKind.SENSORS:
+                yield from self._small_frames()
+                return
+            count = receive(parser.get_buffer())
+            received_ns = time.time_ns()
+            if not count:
+                return
+            if (frame := parser.buffer_updated(count)) is not None:
+                yield frame, received_ns
+
+    def _small_frames(self) -> Iterator[tuple[Frame, int]]:
+        # Each call of the transport waits for the interpreter, beside all the threads of images
+        received = memoryview(bytearray(_SMALL_FRAMES_BYTES))
+        while not self.is_aborted and (count := self.transport.receive_available(received)):
+            received_ns = time.time_ns()
+            for frame in self.parser.feed(received[:count]):
+                yield frame, received_ns
 
     def write(self, data: bytes) -> None:
         """Sends without waiting; aborts the connection if the send buffer is full."""

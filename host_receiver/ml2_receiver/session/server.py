@@ -264,21 +264,13 @@ class Server:
         return True
 
     def _receive(self, link: ConnectionIO) -> None:
-        receive, parser = link.transport.receive, link.parser
-        while not link.is_aborted:
-            count = receive(parser.get_buffer())
-            received_ns = time.time_ns()
-            if not count:
-                return
-            try:
-                frame = parser.buffer_updated(count)
-                if frame is not None:
-                    self._dispatch(link, frame, received_ns)
-            except ProtocolError as error:
-                with self._lock:
-                    self._host.failed(link.connection, error)
-                link.transport.discard()
-                return
+        try:
+            for frame, received_ns in link.frames():
+                self._dispatch(link, frame, received_ns)
+        except ProtocolError as error:
+            with self._lock:
+                self._host.failed(link.connection, error)
+            link.transport.discard()
 
     def _dispatch(self, link: ConnectionIO, frame: Frame, received_ns: int) -> None:
         header = frame.header

@@ -66,21 +66,23 @@ class TlsTransport:
 
     def receive(self, into: memoryview) -> int:
         filled, length = 0, len(into)
-        while filled < length:
+        while filled < length and (count := self.receive_available(into[filled:])):
+            filled += count
+        return filled
+
+    def receive_available(self, into: memoryview) -> int:
+        while True:
             try:
                 with self._lock:
-                    count = 0 if self._has_ended else self._tls.recv_into(into[filled:])
+                    count = 0 if self._has_ended else self._tls.recv_into(into)
             except ssl.SSLWantReadError:
                 self._wait(self._readable)
             except ssl.SSLError as error:
                 raise OSError(error.errno, f"broken TLS: {error.reason}") from error
             else:
-                if not count:
-                    break
-                filled += count
-        if self._has_ended:
-            self.discard()
-        return filled
+                if self._has_ended:
+                    self.discard()
+                return count
 
     def _wait(self, poll: select.poll) -> None:
         if not poll.poll(self._timeout_ms):

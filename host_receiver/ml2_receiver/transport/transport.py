@@ -10,9 +10,9 @@ _SCRATCH_BYTES = 64 * 1024
 class Transport(Protocol):
     """The byte stream of one connection.
 
-    Only the reader thread calls handshake(), receive(), discard() and close(); any thread may call
-    the other methods. All but abort() and close() raise OSError if the connection is broken, or if
-    no byte moves for the time of set_timeout().
+    Only the reader thread calls handshake(), receive(), receive_available(), discard() and close();
+    any thread may call the other methods. All but abort() and close() raise OSError if the
+    connection is broken, or if no byte moves for the time of set_timeout().
     """
 
     def handshake(self) -> str | None:
@@ -32,6 +32,9 @@ class Transport(Protocol):
 
     def receive(self, into: memoryview) -> int:
         """Fills `into` and returns the number of bytes, which is less only at the end of input."""
+
+    def receive_available(self, into: memoryview) -> int:
+        """Waits for input and returns how much of it `into` has; 0 at the end of input."""
 
     def send(self, data: bytes) -> bool:
         """Sends without waiting; if it returns False, not all was sent: abort the connection."""
@@ -69,6 +72,9 @@ class PlainTransport:
 
     def receive(self, into: memoryview) -> int:
         return self._socket.recv_into(into, 0, socket.MSG_WAITALL)
+
+    def receive_available(self, into: memoryview) -> int:
+        return self._socket.recv_into(into)
 
     def send(self, data: bytes) -> bool:
         try:

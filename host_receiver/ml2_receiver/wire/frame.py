@@ -1,6 +1,7 @@
 """Frames: the 32-byte header, the kinds, and a parser without I/O."""
 
 import struct
+from collections.abc import Iterator
 from enum import Enum, Flag, IntEnum, auto
 from typing import NamedTuple, Self
 
@@ -169,7 +170,8 @@ class FrameParser:
     """A parser that turns the bytes of one connection into frames.
 
     It is used like asyncio.BufferedProtocol: receive into get_buffer(), then pass the number of
-    received bytes to buffer_updated(), which returns a completed frame or None. A frame's payload
+    received bytes to buffer_updated(), which returns a completed frame or None. Where frames are
+    small, receive many at once and pass the bytes to feed() instead. A frame's payload
     is one bytearray that is reused: it has exactly the body's length and is valid until the next
     get_buffer(). Its memory grows with the bytes that arrived, not to the length in the header, and
     is kept for the next frame.
@@ -209,6 +211,20 @@ class FrameParser:
     def is_between_frames(self) -> bool:
         """True if the bytes so far end with a complete frame."""
         return self._header is None and self._filled == 0
+
+    def feed(self, data: memoryview) -> Iterator[Frame]:
+        """Yields the frames that `data` completes; each is valid until the next one.
+
+        Raises:
+            ProtocolError: as buffer_updated().
+        """
+        while data:
+            target = self.get_buffer()
+            count = min(len(target), len(data))
+            target[:count] = data[:count]
+            data = data[count:]
+            if (frame := self.buffer_updated(count)) is not None:
+                yield frame
 
     def get_buffer(self) -> memoryview:
         """Returns the buffer for the next bytes, never empty; valid until buffer_updated()."""

@@ -7,6 +7,7 @@ import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
+import java.nio.ByteBuffer
 
 /**
  * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
@@ -69,11 +70,15 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         hasSession.first { it }
     }
 
-    /** Sends queued frames through [writer] until the lane is finished; fails when the connection does. */
+    /**
+     * Sends queued frames through [writer] until the lane is finished; fails when the connection does. Frames without
+     * pixels that wait behind each other are written together.
+     */
     suspend fun sendThrough(writer: FrameWriter) {
         hasSession.value = true
+        val sending = Sending(writer)
         try {
-            for (frame in queue) send(frame, writer)
+            for (frame in queue) sending.send(frame)
         } finally {
             hasSession.value = false
             dropQueued()
@@ -90,15 +95,56 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
     }
 
-    private suspend fun send(frame: OutgoingFrame, writer: FrameWriter) {
-        var isSent = false
-        try {
-            blockingIo {
-                writer.write(frame.head, frame.data)
-                isSent = true
+    /** What is sent at a time: an image, or small frames. */
+    private inner class Sending(private val writer: FrameWriter) {
+        private val frames = ArrayList<OutgoingFrame>()
+        private val heads = ArrayList<ByteBuffer>()
+
+        /** Sends [first], and the small frames that wait behind it. */
+        suspend fun send(first: OutgoingFrame) {
+            var next: OutgoingFrame? = first
+            while (next != null) {
+                val rest = take(next)
+                next = rest
+                try {
+                    write()
+                } catch (e: Throwable) {
+                    rest?.drop(DropReason.LINK_DOWN)
+                    throw e
+                }
             }
-        } finally {
-            if (isSent) frame.sent() else frame.drop(DropReason.LINK_DOWN)
+        }
+
+        /** Takes [first] and what can be written with it; returns the next frame if that cannot. */
+        private fun take(first: OutgoingFrame): OutgoingFrame? {
+            frames += first
+            if (first.data != null) return null
+            var bytes = first.head.remaining()
+            while (true) {
+                val next = queue.tryReceive().getOrNull() ?: return null
+                bytes += next.head.remaining()
+                if (next.data != null || bytes > FrameWriter.TOGETHER_BYTES) return next
+                frames += next
+            }
+        }
+
+        private suspend fun write() {
+            var isSent = false
+            try {
+                blockingIo {
+                    if (frames.size == 1) {
+                        writer.write(frames[0].head, frames[0].data)
+                    } else {
+                        frames.mapTo(heads) { it.head }
+                        writer.writeTogether(heads)
+                    }
+                    isSent = true
+                }
+            } finally {
+                for (frame in frames) if (isSent) frame.sent() else frame.drop(DropReason.LINK_DOWN)
+                frames.clear()
+                heads.clear()
+            }
         }
     }
 }

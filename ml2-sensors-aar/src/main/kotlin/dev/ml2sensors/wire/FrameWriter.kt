@@ -6,6 +6,7 @@ import java.nio.channels.GatheringByteChannel
 /** Writes whole frames to a blocking channel; safe for use by several threads, frames never mix. */
 internal class FrameWriter(private val target: GatheringByteChannel, private val rosNowNanos: () -> Long) {
     private val pieces = arrayOfNulls<ByteBuffer>(2)
+    private val together by lazy(LazyThreadSafetyMode.NONE) { ByteBuffer.allocateDirect(TOGETHER_BYTES) }
 
     /** Writes a control frame. */
     fun write(kind: FrameKind, body: ByteArray) {
@@ -13,6 +14,22 @@ internal class FrameWriter(private val target: GatheringByteChannel, private val
         val frame = ByteBuffer.allocate(FrameHeader.BYTES + body.size)
         FrameHeader(kind.code, body.size).writeTo(frame)
         write(frame.put(body).flip(), null)
+    }
+
+    /**
+     * Writes [frames] of at most [TOGETHER_BYTES] with one call, so that many small ones cost the kernel, TLS and the
+     * receiver as much as one.
+     */
+    @Synchronized
+    fun writeTogether(frames: List<ByteBuffer>) {
+        val now = rosNowNanos()
+        together.clear()
+        for (frame in frames) {
+            FrameHeader.patchSendNanos(frame, frame.position(), now)
+            together.put(frame)
+        }
+        together.flip()
+        while (together.hasRemaining()) target.write(together)
     }
 
     /**
@@ -30,5 +47,10 @@ internal class FrameWriter(private val target: GatheringByteChannel, private val
         pieces[1] = tail
         while (head.hasRemaining() || tail.hasRemaining()) target.write(pieces)
         pieces.fill(null)
+    }
+
+    companion object {
+        /** The most that one record of TLS takes, RFC 8446, 5.1. */
+        const val TOGETHER_BYTES: Int = 16 * 1024
     }
 }

@@ -8,9 +8,11 @@ import java.nio.channels.GatheringByteChannel
 import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.Semaphore
 
-/** The sending side of a connection that takes a frame for every permit, and blocks in between. */
+/** The sending side of a connection that takes a write for every permit, and blocks in between. */
 internal class FakeKernel(private val open: Boolean = false) {
-    val sequences = CopyOnWriteArrayList<Int>()
+    /** The sequences of the frames of each write. */
+    val writes = CopyOnWriteArrayList<List<Int>>()
+    val sequences: List<Int> get() = writes.flatten()
 
     /** Of the bodies. */
     val lengths = CopyOnWriteArrayList<Int>()
@@ -32,28 +34,46 @@ internal class FakeKernel(private val open: Boolean = false) {
     fun awaitEntered() = entered.acquire()
 
     fun awaitWrites(total: Int) {
-        while (sequences.size < total) written.acquire()
+        while (writes.size < total) written.acquire()
     }
 
     fun writer(): FrameWriter = FrameWriter(channel) { 0 }
 
     private val channel = object : GatheringByteChannel {
         override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long {
-            entered.release()
-            if (!open) permits.acquire()
-            if (isBroken) throw IOException("broken")
+            await()
             val header = FrameHeader.read(sources[0].duplicate())
             lengths += header.length
-            sequences += header.sequence
+            writes += listOf(header.sequence)
             val count = sources.sumOf { it.remaining() }
             sources.forEach { it.position(it.limit()) }
             written.release()
             return count.toLong()
         }
 
+        private fun await() {
+            entered.release()
+            if (!open) permits.acquire()
+            if (isBroken) throw IOException("broken")
+        }
+
         override fun write(sources: Array<out ByteBuffer>) = write(sources, 0, sources.size)
 
-        override fun write(source: ByteBuffer) = error("frames are written in one piece")
+        /** Frames whose bodies follow their headers. */
+        override fun write(source: ByteBuffer): Int {
+            await()
+            val count = source.remaining()
+            val sequences = ArrayList<Int>()
+            while (source.hasRemaining()) {
+                val header = FrameHeader.read(source)
+                source.position(source.position() + header.length)
+                lengths += header.length
+                sequences += header.sequence
+            }
+            writes += sequences
+            written.release()
+            return count
+        }
 
         override fun isOpen() = true
 

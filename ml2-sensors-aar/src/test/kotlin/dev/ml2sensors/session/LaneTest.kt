@@ -60,6 +60,54 @@ class LaneTest {
     }
 
     @Test
+    fun smallFramesThatWaitAreWrittenTogetherAndImagesAlone() = runBlocking<Unit> {
+        val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
+        val sender = send(long)
+        long.offer(smallFrame(8))
+        kernel.awaitEntered()
+        repeat(3) { long.offer(smallFrame(8)) }
+        long.offer(frame())
+        repeat(2) { long.offer(smallFrame(8)) }
+        kernel.open(4)
+        long.finish()
+        sender.join()
+        assertEquals(listOf(listOf(0), listOf(1, 2, 3), listOf(4), listOf(5, 6)), kernel.writes)
+        assertEquals(7, counters.snapshot().sent)
+    }
+
+    @Test
+    fun noMoreIsWrittenTogetherThanOneRecordOfTlsTakes() = runBlocking<Unit> {
+        val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
+        val sender = send(long)
+        long.offer(smallFrame(8))
+        kernel.awaitEntered()
+        repeat(9) { long.offer(smallFrame(4096 - FrameHeader.BYTES)) }
+        long.offer(smallFrame(60_000))
+        kernel.open(5)
+        long.finish()
+        sender.join()
+        assertEquals(listOf(listOf(0), (1..4).toList(), (5..8).toList(), listOf(9), listOf(10)), kernel.writes)
+    }
+
+    @Test
+    fun aConnectionThatBreaksWhileSmallFramesAreWrittenTogetherCountsThemAndTheNext() = runBlocking<Unit> {
+        val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
+        val sender = async(Dispatchers.IO, CoroutineStart.UNDISPATCHED) {
+            assertFailsWith<IOException> { long.sendThrough(kernel.writer()) }
+        }
+        long.offer(smallFrame(8))
+        kernel.awaitEntered()
+        repeat(3) { long.offer(smallFrame(8)) }
+        long.offer(frame())
+        kernel.open(1)
+        kernel.awaitEntered()
+        kernel.breakDown()
+        sender.await()
+        assertEquals(1, counters.snapshot().sent)
+        assertEquals(mapOf("link_down" to 4L), counters.snapshot().dropped)
+    }
+
+    @Test
     fun aFullQueueDropsTheOldestThatIsNotUnderWay() = runBlocking<Unit> {
         val sender = send(lane)
         lane.offer(frame())
@@ -176,6 +224,12 @@ class LaneTest {
 
     private fun CoroutineScope.send(lane: Lane) =
         launch(Dispatchers.IO, CoroutineStart.UNDISPATCHED) { lane.sendThrough(kernel.writer()) }
+
+    private fun smallFrame(bodyBytes: Int): OutgoingFrame {
+        val head = ByteBuffer.allocate(FrameHeader.BYTES + bodyBytes)
+        FrameHeader(FrameKind.DATA.code, bodyBytes, 1, counters.nextSequence()).writeTo(head)
+        return OutgoingFrame(counters, head.rewind(), data = null, sample = null)
+    }
 
     private fun frame(): OutgoingFrame {
         val memory = pool.acquireBlocking()
