@@ -50,10 +50,16 @@ internal class BatterySource(
         clock.nowNanos(),
         voltage = intent.number(BatteryManager.EXTRA_VOLTAGE) / MILLIVOLTS_PER_VOLT,
         current = currentAmperes(),
-        percentage = intent.number(BatteryManager.EXTRA_LEVEL) / intent.number(BatteryManager.EXTRA_SCALE),
+        percentage = intent.percentage(),
         status = chargeStatus(intent.getIntExtra(BatteryManager.EXTRA_STATUS, UNKNOWN)),
         temperature = intent.number(BatteryManager.EXTRA_TEMPERATURE) / TENTHS_PER_DEGREE,
     )
+
+    /** Returns the share of the scale, or not a number if level and scale give none: a level of -1 is unknown. */
+    private fun Intent.percentage(): Float {
+        val share = number(BatteryManager.EXTRA_LEVEL) / number(BatteryManager.EXTRA_SCALE)
+        return if (share in 0f..1f) share else Float.NaN
+    }
 
     private fun chargeStatus(status: Int) = when (status) {
         BatteryManager.BATTERY_STATUS_CHARGING -> ChargeStatus.CHARGING

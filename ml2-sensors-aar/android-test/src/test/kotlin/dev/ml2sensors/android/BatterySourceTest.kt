@@ -60,6 +60,21 @@ class BatterySourceTest {
     }
 
     @Test
+    fun aChargeThatIsNoShareOfTheScaleIsNotANumber() = runBlocking {
+        setCurrent(Long.MIN_VALUE)
+        for ((level, scale) in listOf(-1 to 100, 101 to 100, 50 to 0, 0 to 0, 50 to -100)) {
+            val intent = Intent(Intent.ACTION_BATTERY_CHANGED)
+                .putExtra(BatteryManager.EXTRA_LEVEL, level)
+                .putExtra(BatteryManager.EXTRA_SCALE, scale)
+            app.sendStickyBroadcast(intent)
+            source.samples(StreamTable.battery, StreamValues()).test {
+                assertEquals(Float.NaN, battery(awaitItem()).percentage, "$level of $scale")
+                cancel()
+            }
+        }
+    }
+
+    @Test
     fun whatTheChargerDoesIsToldAsAndroidTellsIt() = runBlocking {
         setCurrent(Long.MIN_VALUE)
         val told = mapOf(
