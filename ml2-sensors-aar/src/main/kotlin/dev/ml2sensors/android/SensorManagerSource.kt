@@ -95,6 +95,7 @@ internal class SensorManagerSource(
                 if (sample is VectorSample) LocalFrames.copy(row.stream, sample)
                 queue.offer(sample ?: undated())
             } catch (e: SourceException) {
+                queue.countLost(1, DropReason.SOURCE_LATE)
                 queue.close(e)
             }
         }

@@ -2,6 +2,7 @@ package dev.ml2sensors.android
 
 import android.hardware.Sensor
 import android.hardware.SensorManager
+import app.cash.turbine.Event
 import app.cash.turbine.test
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
@@ -212,6 +213,20 @@ class SensorManagerSourceTest {
         assertEquals(DropReason.SOURCE_LATE, lost.reason)
         assertEquals(1_001, lost.count + received.count { it is VectorSample })
         assertNotEquals(0, lost.count)
+    }
+
+    @Test
+    fun theReadingThatEndsARunIsCountedAsLostToo() = runBlocking {
+        val sensor = hub.add(Sensor.TYPE_LIGHT, "Ambient Light Sensor")
+        var lost = 0
+        source.samples(StreamTable.lightSensor, StreamValues()).test {
+            repeat(100) { hub.measure(sensor, timestamp = 0, 1f) }
+            while (true) {
+                val event = awaitEvent() as? Event.Item ?: break
+                lost += assertIs<LostSamples>(event.value).count
+            }
+        }
+        assertEquals(100, lost)
     }
 
     @Test
