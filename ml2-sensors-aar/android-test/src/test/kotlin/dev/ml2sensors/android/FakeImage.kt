@@ -2,7 +2,11 @@ package dev.ml2sensors.android
 
 import android.graphics.ImageFormat
 import android.media.Image
+import java.io.OutputStream
 import java.nio.ByteBuffer
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.Semaphore
+import java.util.zip.CRC32
 import kotlin.random.Random
 
 /** An image in the camera's memory, which cannot be read after it was closed and is closed once. */
@@ -88,5 +92,38 @@ internal class Picture(val width: Int, val height: Int, random: Random) {
         }
         val buffer = ByteBuffer.allocateDirect(memory.size)
         return FakePlane(buffer.put(memory).flip(), rowStride, pixelStride)
+    }
+}
+
+/** An encoder whose JPEGs are checksums of the image, and which can be held up. */
+internal class FakeEncoder : JpegEncoder {
+    @Volatile
+    private var held: ByteArray? = null
+    private val gate = CountDownLatch(1)
+    private val done = Semaphore(0)
+
+    @Volatile
+    var fails = false
+
+    /** Images that look like [nv21] are not encoded before [letGo]. */
+    fun hold(nv21: ByteArray) {
+        held = jpegOf(nv21)
+    }
+
+    fun letGo(): Unit = gate.countDown()
+
+    /** Waits until [count] more images have been encoded. */
+    fun awaitDone(count: Int): Unit = done.acquire(count)
+
+    override fun encode(nv21: ByteArray, width: Int, height: Int, target: OutputStream): Boolean {
+        val jpeg = jpegOf(nv21)
+        if (jpeg.contentEquals(held)) gate.await()
+        target.write(jpeg)
+        done.release()
+        return !fails
+    }
+
+    companion object {
+        fun jpegOf(nv21: ByteArray): ByteArray = CRC32().apply { update(nv21) }.value.toString().toByteArray()
     }
 }

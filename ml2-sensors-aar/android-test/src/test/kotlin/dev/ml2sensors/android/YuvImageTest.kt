@@ -12,6 +12,8 @@ import java.io.ByteArrayInputStream
 import java.io.OutputStream
 import java.nio.ByteBuffer
 import javax.imageio.ImageIO
+import kotlin.random.Random
+import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFalse
 import kotlin.test.assertTrue
@@ -90,5 +92,22 @@ class YuvImageTest {
     private companion object {
         const val WIDTH = 32
         const val HEIGHT = 16
+    }
+}
+
+class Nv21Test {
+    @Test
+    fun anyStridesGiveTheSamePicture() {
+        val random = Random(1)
+        repeat(500) { round ->
+            val picture = Picture(random.nextInt(1, 40), random.nextInt(1, 30), random)
+            val nv21 = Nv21(picture.width, picture.height)
+            val target = ByteArray(nv21.sizeBytes)
+            // The strides may change from one image to the next
+            repeat(2) {
+                nv21.copy(picture.planes(random), target)
+                assertContentEquals(picture.toNv21(), target, "round $round, ${picture.width}x${picture.height}")
+            }
+        }
     }
 }
