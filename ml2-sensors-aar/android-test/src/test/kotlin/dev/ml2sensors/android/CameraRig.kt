@@ -17,6 +17,7 @@ import android.media.ImageReader
 import android.os.Handler
 import android.util.Range
 import android.util.Size
+import android.view.Surface
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.withTimeout
 import org.robolectric.Shadows.shadowOf
@@ -26,6 +27,7 @@ import org.robolectric.annotation.RealObject
 import org.robolectric.shadow.api.Shadow
 import org.robolectric.shadows.ShadowCameraCaptureSessionImpl
 import org.robolectric.shadows.ShadowCameraCharacteristics
+import org.robolectric.shadows.ShadowCameraDeviceImpl
 import org.robolectric.shadows.ShadowCameraManager
 import org.robolectric.shadows.ShadowCaptureResult
 import org.robolectric.shadows.ShadowImageReader
@@ -88,8 +90,25 @@ internal class CameraRig(private val manager: CameraManager) {
         }
     }
 
+    fun remove(id: String): Unit = shadowOf(manager).removeCamera(id)
+
     /** Waits until a camera is asked to deliver. */
     suspend fun awaitRunning(): Running = withTimeout(5.seconds) { running.receive() }
+
+    /** Returns the next session that has been asked to deliver, or null if there is none. */
+    fun nextRunning(): Running? = running.tryReceive().getOrNull()
+
+    /** The number of cameras that were opened and are not closed. */
+    fun countOpen(): Int {
+        unclosed.removeIf { it.isClosed }
+        return unclosed.size
+    }
+
+    /** Answers the openings that were held. */
+    fun answerOpenings() {
+        holdsOpenings = false
+        while (true) (heldOpenings.poll() ?: return)()
+    }
 
     /** Delivers an image to the only reader, on the thread of its listener. */
     fun Running.image(image: Image) {
@@ -132,9 +151,22 @@ internal class CameraRig(private val manager: CameraManager) {
             uid: Int,
         ): CameraDevice {
             failure?.let { throw it }
-            return super.openCameraDeviceUserAsync(id, callback, executor, uid).also { device ->
-                opened = Opened(device, callback, executor)
+            val isAnswered = AtomicBoolean()
+            val answering = Executor { command ->
+                if (isAnswered.getAndSet(true)) executor.execute(command) else answer(executor, command)
             }
+            return super.openCameraDeviceUserAsync(id, callback, answering, uid).also { device ->
+                opened = Opened(device, callback, executor).also(unclosed::add)
+            }
+        }
+
+        /** Answers an opening, of which [success] tells. */
+        private fun answer(executor: Executor, success: Runnable) {
+            val error = openError
+            val answer = {
+                executor.execute { if (error == null) success.run() else opened.answer(error) }
+            }
+            if (holdsOpenings) heldOpenings += answer else answer()
         }
     }
 
@@ -148,7 +180,26 @@ internal class CameraRig(private val manager: CameraManager) {
 
         fun fail(error: Int): Unit = executor.execute { callback.onError(device, error) }
 
+        /** Tells of [error], or with [DISCONNECTED] that the camera was taken away, on the thread of the callbacks. */
+        fun answer(error: Int): Unit =
+            if (error == DISCONNECTED) callback.onDisconnected(device) else callback.onError(device, error)
+
         val isClosed: Boolean get() = ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing").get()
+    }
+
+    /** Refuses sessions as told. */
+    @Implements(className = "android.hardware.camera2.impl.CameraDeviceImpl")
+    class Device : ShadowCameraDeviceImpl() {
+        @Implementation
+        override fun createCaptureSession(
+            outputs: List<Surface>,
+            callback: CameraCaptureSession.StateCallback,
+            handler: Handler,
+        ) {
+            if (!refusesSessions) return super.createCaptureSession(outputs, callback, handler)
+            val type = Class.forName("android.hardware.camera2.impl.CameraCaptureSessionImpl")
+            handler.post { callback.onConfigureFailed(Shadow.newInstanceOf(type) as CameraCaptureSession) }
+        }
     }
 
     /** Takes the request of a session. */
@@ -163,6 +214,7 @@ internal class CameraRig(private val manager: CameraManager) {
             callback: CameraCaptureSession.CaptureCallback,
             handler: Handler,
         ): Int {
+            requestFailure?.let { throw it }
             running.trySend(Running(session, request, callback, handler))
             return 1
         }
@@ -212,7 +264,31 @@ internal class CameraRig(private val manager: CameraManager) {
         private val running = Channel<Running>(Channel.UNLIMITED)
 
         /** Why no camera can be opened. */
+        @Volatile
         var failure: Exception? = null
+
+        /** In place of an error code: the camera was taken away. */
+        const val DISCONNECTED = -1
+
+        /** The error code that answers an opening, or [DISCONNECTED]; null if a camera opens. */
+        @Volatile
+        var openError: Int? = null
+
+        /** True while openings are not answered. */
+        @Volatile
+        var holdsOpenings = false
+        private val unclosed = CopyOnWriteArrayList<Opened>()
+        private val heldOpenings = ConcurrentLinkedQueue<() -> Unit>()
+
+        @Volatile
+        var refusesSessions = false
+
+        /** Why no session can be asked to deliver. */
+        @Volatile
+        var requestFailure: Exception? = null
+
+        /** True if an opening has not been answered. */
+        val isOpeningHeld: Boolean get() = heldOpenings.isNotEmpty()
 
         /** The latest. */
         @Volatile

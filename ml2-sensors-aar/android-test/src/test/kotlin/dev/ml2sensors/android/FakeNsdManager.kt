@@ -4,11 +4,14 @@ import android.content.Context
 import android.net.nsd.INsdManager
 import android.net.nsd.NsdManager
 import android.net.nsd.NsdServiceInfo
+import android.net.wifi.WifiManager
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.trySendBlocking
 import org.robolectric.annotation.Implementation
 import org.robolectric.annotation.Implements
+import org.robolectric.shadows.ShadowWifiManager
 import java.net.InetAddress
+import java.util.concurrent.atomic.AtomicInteger
 import kotlin.test.assertEquals
 import kotlin.test.assertNull
 import kotlin.test.assertSame
@@ -55,6 +58,11 @@ class FakeNsdManager {
     /** Answers the oldest resolution, once it is asked for. */
     suspend fun resolveNext() = resolutions.receive()()
 
+    /** Answers the resolutions that were asked for. */
+    fun resolveAll() {
+        while (true) (resolutions.tryReceive().getOrNull() ?: return)()
+    }
+
     @Implementation
     @Synchronized
     fun discoverServices(serviceType: String, protocol: Int, listener: NsdManager.DiscoveryListener) {
@@ -87,6 +95,7 @@ class FakeNsdManager {
     @Synchronized
     private fun answer(service: NsdServiceInfo, listener: NsdManager.ResolveListener) {
         resolving = null
+        usedListeners -= listener
         val whole = services[service.serviceName].takeUnless { service.serviceName in unresolvable }
         if (whole == null) {
             listener.onResolveFailed(service, NsdManager.FAILURE_INTERNAL_ERROR)
@@ -96,4 +105,32 @@ class FakeNsdManager {
     }
 
     private fun unresolved(name: String) = NsdServiceInfo().also { it.serviceName = name }
+}
+
+/** Counts the locks that are held, but not their finalization, which Robolectric's own takes for a release. */
+@Implements(WifiManager.MulticastLock::class)
+class FakeMulticastLock : ShadowWifiManager.ShadowMulticastLock() {
+    private var isHeld = false
+
+    @Implementation
+    override fun acquire() {
+        if (!isHeld) held.incrementAndGet()
+        isHeld = true
+    }
+
+    @Implementation
+    override fun release() {
+        if (isHeld) held.decrementAndGet()
+        isHeld = false
+    }
+
+    /** Called only before the release of a finalized lock. */
+    @Implementation
+    override fun setReferenceCounted(isCounted: Boolean) {
+        isHeld = false
+    }
+
+    companion object {
+        val held = AtomicInteger()
+    }
 }

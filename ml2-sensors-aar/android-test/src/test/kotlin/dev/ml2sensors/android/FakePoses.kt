@@ -6,6 +6,7 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.source.ColorPoses
 import java.util.concurrent.CopyOnWriteArrayList
+import java.util.concurrent.atomic.AtomicInteger
 
 /** A tracker of the colour camera that knows every pose. */
 internal class FakePoses : ColorPoses {
@@ -17,10 +18,21 @@ internal class FakePoses : ColorPoses {
     var failing: String? = null
     val calls = CopyOnWriteArrayList<String>()
     val threads = CopyOnWriteArrayList<String>()
+    private val mutableOpen = AtomicInteger()
+
+    /** The number of trackers that are open. */
+    val open: Int get() = mutableOpen.get()
 
     override fun open(): ColorPoses.Tracker? {
         if (!isThere) return null
-        return Tracker().also { note("open") }
+        note("open")
+        mutableOpen.incrementAndGet()
+        return Tracker()
+    }
+
+    fun forgetCalls() {
+        calls.clear()
+        threads.clear()
     }
 
     private fun note(call: String) {
@@ -40,7 +52,10 @@ internal class FakePoses : ColorPoses {
             return FakePoses.poseAt(mlTimeNanos)
         }
 
-        override fun close() = note("close")
+        override fun close() {
+            mutableOpen.decrementAndGet()
+            note("close")
+        }
     }
 
     companion object {

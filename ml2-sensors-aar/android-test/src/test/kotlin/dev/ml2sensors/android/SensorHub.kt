@@ -13,8 +13,8 @@ import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
 import java.lang.ref.WeakReference
 import java.util.concurrent.ConcurrentHashMap
-import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.CountDownLatch
+import java.util.concurrent.atomic.AtomicLong
 
 /** The sensors below Android's own SensorManager: stands where its native code is. */
 internal class SensorHub(private val sensorManager: SensorManager) {
@@ -31,9 +31,23 @@ internal class SensorHub(private val sensorManager: SensorManager) {
         return sensor
     }
 
-    /** Lets [sensor] measure, on the thread its listener asked for; returns when the listener has. */
-    fun measure(sensor: Sensor, timestamp: Long, vararg values: Float) {
-        for (queue in queues.filter { sensor in it.enabled }) {
+    /** Lists [sensor] no longer; [list] does again. */
+    fun unlist(sensor: Sensor) {
+        listed -= sensor
+    }
+
+    fun list(sensor: Sensor) {
+        if (sensor !in listed) listed += sensor
+    }
+
+    private val listed: MutableList<Sensor> get() = ReflectionHelpers.getField(sensorManager, "mFullSensorsList")
+
+    /**
+     * Lets [sensor] measure, on the thread its listener asked for; returns the number of listeners when they have it.
+     */
+    fun measure(sensor: Sensor, timestamp: Long, vararg values: Float): Int {
+        val listening = queues.values.filter { sensor in it.enabled }
+        for (queue in listening) {
             val done = CountDownLatch(1)
             queue.handler.post {
                 queue.dispatch(handleOf(sensor), values, timestamp)
@@ -41,19 +55,25 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             }
             done.await()
         }
+        return listening.size
     }
 
+    /** The number of queues that listeners have, registered or not. */
+    val queueCount: Int get() = queues.size
+
     /** Those that are registered, with period and longest latency in microseconds. */
-    val enabled: Map<Sensor, Pair<Int, Int>> get() = queues.flatMap { it.enabled.entries }.associate { it.toPair() }
+    val enabled: Map<Sensor, Pair<Int, Int>> get() = queues.values.flatMap {
+        it.enabled.entries
+    }.associate { it.toPair() }
 
     /** The thread that a sensor's listener asked for. */
-    fun threadOf(sensor: Sensor): Thread = queues.single { sensor in it.enabled }.handler.looper.thread
+    fun threadOf(sensor: Sensor): Thread = queues.values.single { sensor in it.enabled }.handler.looper.thread
 
     private class Queue(private val target: Any, messages: MessageQueue) {
         val enabled: MutableMap<Sensor, Pair<Int, Int>> = ConcurrentHashMap()
         val handler = Handler(
             Thread.getAllStackTraces().keys.filterIsInstance<HandlerThread>().single {
-                it.looper.queue === messages
+                it.looper?.queue === messages
             }.looper,
         )
 
@@ -92,15 +112,16 @@ internal class SensorHub(private val sensorManager: SensorManager) {
                 mode: Int,
                 opPackageName: String,
             ): Long {
-                queues += Queue(checkNotNull(queue.get()), messages)
-                return queues.size.toLong()
+                val handle = handles.incrementAndGet()
+                queues[handle] = Queue(checkNotNull(queue.get()), messages)
+                return handle
             }
 
             @JvmStatic
             @Implementation
             fun nativeEnableSensor(queue: Long, handle: Int, periodMicros: Int, latencyMicros: Int): Int {
                 if (refuses) return FAILED
-                val it = queues[queue.toInt() - 1]
+                val it = queues.getValue(queue)
                 it.enabled[it.sensor(handle)] = periodMicros to latencyMicros
                 return 0
             }
@@ -108,8 +129,14 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @JvmStatic
             @Implementation
             fun nativeDisableSensor(queue: Long, handle: Int): Int {
-                queues[queue.toInt() - 1].let { it.enabled.remove(it.sensor(handle)) }
+                queues.getValue(queue).let { it.enabled.remove(it.sensor(handle)) }
                 return 0
+            }
+
+            @JvmStatic
+            @Implementation
+            fun nativeDestroySensorEventQueue(queue: Long) {
+                queues.remove(queue)
             }
 
             @JvmStatic
@@ -123,7 +150,8 @@ internal class SensorHub(private val sensorManager: SensorManager) {
 
     companion object {
         private const val FAILED = -1
-        private val queues = CopyOnWriteArrayList<Queue>()
+        private val handles = AtomicLong()
+        private val queues = ConcurrentHashMap<Long, Queue>()
 
         /** Whether sensors do not start. */
         var refuses = false

@@ -1,0 +1,334 @@
+package dev.ml2sensors.android
+
+import android.app.Application
+import android.os.Looper
+import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.session.Receiver
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.acceptedValues
+import dev.ml2sensors.source.defaultValues
+import dev.ml2sensors.stream.CameraPipeline
+import dev.ml2sensors.stream.FrameIds
+import dev.ml2sensors.stream.MeasurementPipeline
+import dev.ml2sensors.stream.StreamStates
+import dev.ml2sensors.stream.StreamSupervisor
+import dev.ml2sensors.stream.TopicChannels
+import dev.ml2sensors.stream.TransformTree
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.FrameWriter
+import dev.ml2sensors.wire.Status
+import kotlinx.coroutines.Job
+import kotlinx.coroutines.currentCoroutineContext
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.emitAll
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.job
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.test.TestScope
+import org.robolectric.Shadows.shadowOf
+import java.io.IOException
+import kotlin.time.Duration.Companion.milliseconds
+import kotlin.time.Duration.Companion.seconds
+import kotlin.time.TimeSource
+
+/**
+ * The product's Android sources on a [HarshPlatform], supervised and published as in an app. Time is virtual: it passes
+ * only in [tick], in which every working sensor measures and the invariants are checked. The threads of the product
+ * are awaited without sleeping.
+ */
+internal class HarshHeadset(app: Application, private val scope: TestScope) {
+    private val scheduler = scope.testScheduler
+    val platform = HarshPlatform(app)
+    val headset = platform.openHeadset()
+    private val stamps = StampMap(platform.device.clocks.boot).apply {
+        steerTo(offsetNanos = HarshPlatform.SECOND, platform.device.bootNanos)
+    }
+    private val states = StreamStates(headset)
+    private val topics = TopicChannels(suspendsWhenFull = false)
+    private val tree = TransformTree(stamps, isLive = true) {}
+    private val streams = HarshPlatform.STREAMS.associateWith(::Stream)
+    private val color = streams.getValue(StreamTable.color)
+    private val lanes = streams.values.flatMap { it.channels }.map { it.lane }.distinct()
+    private var links = emptyList<Job>()
+    private var run: Run? = null
+
+    /** True if a frame of this tick has ended a run. */
+    private var hasRunEnded = false
+    private var search: Job? = null
+    private var located: ReceiverAddress? = null
+    private val wrong = mutableListOf<String>()
+
+    /** One collection of the camera's flow. */
+    private class Run(val job: Job) {
+        var camera: CameraRig.Running? = null
+
+        @Volatile
+        var isOver = false
+    }
+
+    /** A stream, and how much of it the platform has delivered. */
+    private inner class Stream(val spec: StreamSpec) {
+        val values = checkNotNull(headset.negotiate(spec, spec.defaultValues()).acceptedValues) { "$spec is refused" }
+        val channels = topics.of(spec, values)
+        lateinit var job: Job
+        var delivered = 0L
+        var published = 0L
+        var counted = 0L
+        var countedAt = scheduler.timeSource.markNow()
+
+        val state: Status.Stream get() = states.toBodies().getValue(spec.id)
+        val counts: List<Status.ChannelCounts> get() = channels.map { it.counters.snapshot() }
+        val produced: Long get() = counts.first().produced
+
+        fun start() {
+            countedAt = scheduler.timeSource.markNow()
+            val supervisor = StreamSupervisor(
+                spec.longestPauseSeconds?.seconds,
+                isHeld = { spec.id in headset.holds },
+                sleepReason = { headset.sleepReason },
+                scheduler.timeSource,
+            ) { states.setStopped(spec.id, it) }
+            job = scope.backgroundScope.launch {
+                supervisor.run({ opened() }) { samples ->
+                    if (spec == StreamTable.color) {
+                        CameraPipeline(spec, channels, stamps, tree, FrameIds()).run(samples)
+                    } else {
+                        MeasurementPipeline(spec, values, channels.single(), stamps, FrameIds()).run(samples)
+                    }
+                }
+            }
+        }
+
+        private fun opened(): Flow<Sample> = when (spec) {
+            StreamTable.color -> observed(headset.samples(spec, values))
+
+            StreamTable.battery -> flow {
+                delivered += platform.stickyBroadcasts.size
+                emitAll(headset.samples(spec, values).onEach(::checkPercentage))
+            }
+
+            else -> headset.samples(spec, values)
+        }
+
+        private fun observed(samples: Flow<Sample>) = flow {
+            val own = Run(currentCoroutineContext().job)
+            while (platform.rig.nextRunning() != null) Unit
+            run = own
+            try {
+                emitAll(samples)
+            } finally {
+                own.isOver = true
+            }
+        }
+
+        private fun checkPercentage(sample: Sample) {
+            val percentage = (sample as? BatterySample)?.percentage ?: return
+            if (!percentage.isNaN() && percentage !in 0f..1f) wrong += "the battery is charged by $percentage"
+        }
+    }
+
+    /** Starts all streams. */
+    fun start() {
+        states.setAnswers(streams.keys.associate { it.id to headset.negotiate(it, it.defaultValues()) }, emptySet())
+        connect()
+        streams.values.forEach { it.start() }
+    }
+
+    /** Lets time pass, lets everything measure, and checks what holds at any time. */
+    fun tick() {
+        hasRunEnded = false
+        scheduler.advanceTimeBy(TICK)
+        platform.device.monotonicNanos += TICK.inWholeNanoseconds
+        settle()
+        for (stream in streams.values) if (!platform.isSilent(stream.spec)) measure(stream)
+        if (search?.isActive != true) search = scope.backgroundScope.launch { search() }
+        settle()
+        streams.values.forEach(::checkHonest)
+        streams.values.forEach(::checkCounters)
+        platform.checkImages()
+        check(wrong.isEmpty()) { wrong }
+    }
+
+    private fun measure(stream: Stream) = when (stream.spec) {
+        StreamTable.battery -> stream.delivered += platform.broadcast()
+
+        StreamTable.color -> frames()
+
+        else -> platform.measure(stream.spec) { listeners ->
+            stream.delivered += listeners
+            scheduler.runCurrent()
+        }
+    }
+
+    private fun frames() {
+        val camera = run?.takeIf { !it.isOver && it.job.isActive }?.camera ?: return
+        // That an image has no result is known when the next result arrives
+        val frames = platform.oddFrames.flatMap { if (it.isAnswered) listOf(it) else listOf(it, null) } + null
+        platform.oddFrames.clear()
+        var stamp = platform.device.monotonicNanos - HarshPlatform.SECOND / 5
+        for (frame in frames) {
+            stamp += HarshPlatform.SECOND / 1_000
+            platform.deliver(camera, frame, stamp)
+            color.delivered++
+            if (frame?.isAnswered != false && !areCounted()) return
+        }
+    }
+
+    /** Waits until the frames are counted, and returns true unless they have ended the run. */
+    private fun areCounted(): Boolean {
+        val current = checkNotNull(run)
+        await("the frames are counted") { color.produced == color.delivered || current.isOver }
+        if (!current.isOver) return true
+        val missing = color.delivered - color.produced
+        check(missing <= MOST_IN_FLIGHT) { "$missing frames are missing from the counters" }
+        color.delivered = color.produced
+        hasRunEnded = true
+        return false
+    }
+
+    private suspend fun search() {
+        located = try {
+            Receiver.discover(platform.browser, HarshPlatform.DESK).locate()
+        } catch (_: IOException) {
+            null
+        }
+    }
+
+    fun connect() {
+        links = lanes.map { scope.backgroundScope.launch { it.sendThrough(FrameWriter(Nowhere) { 0 }) } }
+    }
+
+    fun disconnect() {
+        links.forEach(Job::cancel)
+        await("the lanes are down") { links.all { it.isCompleted } }
+    }
+
+    /** Lets the camera fail with [error] if it runs, and returns when it is closed. */
+    fun loseCamera(error: Int) {
+        val current = run?.takeIf { !it.isOver && it.camera != null } ?: return
+        if (error == CameraRig.DISCONNECTED) CameraRig.opened.disconnect() else CameraRig.opened.fail(error)
+        await("the camera is closed") { current.isOver }
+    }
+
+    /** Ends and starts a stream, as a new configuration does. */
+    fun restart(spec: StreamSpec) {
+        if (spec == StreamTable.color && CameraRig.isOpeningHeld) return
+        val stream = streams.getValue(spec)
+        stream.job.cancel()
+        await("$spec stops") { stream.job.isCompleted }
+        states.setStopped(spec.id, null)
+        stream.start()
+    }
+
+    /** Waits until the threads of the product have done what there is to do at this time. */
+    private fun settle() = await("the camera has opened or closed, and the lanes are empty") {
+        isCameraSettled() && streams.values.all { stream -> stream.counts.all(::areBalanced) }
+    }
+
+    private fun isCameraSettled(): Boolean {
+        val current = run ?: return true
+        if (current.isOver || CameraRig.isOpeningHeld) return true
+        if (current.camera == null) current.camera = platform.rig.nextRunning()
+        return current.camera != null && current.job.isActive
+    }
+
+    private fun await(what: String, isSo: () -> Boolean) {
+        val start = TimeSource.Monotonic.markNow()
+        while (true) {
+            scheduler.runCurrent()
+            shadowOf(Looper.getMainLooper()).idle()
+            if (isSo()) return
+            check(start.elapsedNow() < PATIENCE) { "not within $PATIENCE: $what" }
+            Thread.yield()
+        }
+    }
+
+    /** Checks that a stream whose counters stand still says why, and that a published one says that it runs. */
+    private fun checkHonest(stream: Stream) {
+        val state = stream.state
+        val published = stream.counts.first().run { produced - dropped.values.sum() }
+        val hasStopped = stream == color && hasRunEnded
+        check(published == stream.published || hasStopped || state.state == Status.Stream.RUNNING) {
+            "${stream.spec} is published, but ${state.reason}"
+        }
+        stream.published = published
+        if (stream.produced != stream.counted) {
+            stream.counted = stream.produced
+            stream.countedAt = scheduler.timeSource.markNow()
+        }
+        val most = (stream.spec.longestPauseSeconds ?: return).seconds + OPENING + TICK * 2
+        val silence = stream.countedAt.elapsedNow()
+        check(silence <= most || (state.state == Status.Stream.WAITING && !state.reason.isNullOrEmpty())) {
+            "${stream.spec} has been silent for $silence and is '${state.state}': ${state.reason}"
+        }
+    }
+
+    /** Checks that what the platform delivered is produced, and that what is produced is sent or counted as lost. */
+    private fun checkCounters(stream: Stream) {
+        for (counts in stream.counts) {
+            check(areBalanced(counts) && counts.produced == stream.delivered) {
+                "of ${stream.spec}, ${stream.delivered} were delivered, ${counts.produced} produced, " +
+                    "${counts.sent} sent and dropped ${counts.dropped}"
+            }
+        }
+    }
+
+    private fun areBalanced(counts: Status.ChannelCounts) = counts.produced == counts.sent + counts.dropped.values.sum()
+
+    /** Ticks until every stream is published, the receiver is found and the pose tracker is open. */
+    fun recover() {
+        val start = scheduler.timeSource.markNow()
+        val before = streams.mapValues { (_, it) -> it.published }
+        located = null
+        while (true) {
+            tick()
+            val dead = streams.filter { (spec, it) ->
+                it.published == before[spec] || it.state.state != Status.Stream.RUNNING
+            }
+            if (dead.isEmpty() && located == HarshPlatform.ADDRESS && platform.poses.open == 1) return
+            check(start.elapsedNow() < RECOVERY) {
+                val reasons = dead.map { (spec, it) -> "$spec is ${it.state.state}: ${it.state.reason}" }
+                "not back after $RECOVERY: $reasons, found $located, ${platform.poses.open} pose trackers"
+            }
+        }
+    }
+
+    /** Returns the number of things that are open, by name. */
+    fun open(): Map<String, Int> {
+        search?.cancel()
+        settle()
+        await("the threads of closed cameras end") { threads("ml2s-camera") == CameraRig.readers.size }
+        return platform.open() + ("threads" to threads("ml2s-"))
+    }
+
+    private fun threads(name: String) = Thread.getAllStackTraces().keys.count { it.name.startsWith(name) }
+
+    /** Stops all streams and closes the headset. */
+    fun close() {
+        streams.values.forEach { it.job.cancel() }
+        await("all streams end") { streams.values.all { it.job.isCompleted } }
+        disconnect()
+        headset.close()
+        await("all threads end") { threads("ml2s-") == 0 }
+    }
+
+    private companion object {
+        val TICK = 250.milliseconds
+
+        /** How long a source may take to open before its stream says why it is silent. */
+        val OPENING = 6.seconds
+
+        /** The longest wait for threads of the product, in real time. */
+        val PATIENCE = 20.seconds
+
+        /** More than the longest pauses of the supervisor and of the pose tracker after a silence. */
+        val RECOVERY = 40.seconds
+
+        /** The frames that no counter includes when a run of the camera ends with them. */
+        const val MOST_IN_FLIGHT = 2
+    }
+}

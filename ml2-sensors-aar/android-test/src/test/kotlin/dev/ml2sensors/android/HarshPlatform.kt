@@ -1,0 +1,251 @@
+package dev.ml2sensors.android
+
+import android.app.Application
+import android.content.Intent
+import android.graphics.ImageFormat
+import android.hardware.SensorManager
+import android.hardware.camera2.CameraManager
+import android.net.nsd.NsdManager
+import android.net.wifi.WifiManager
+import android.os.BatteryManager
+import android.os.PowerManager
+import android.util.Size
+import dev.ml2sensors.session.ReceiverAddress
+import dev.ml2sensors.source.ClockDomain
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.SensorHeadset
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import kotlinx.coroutines.flow.MutableStateFlow
+import org.robolectric.RuntimeEnvironment
+import org.robolectric.Shadows.shadowOf
+import org.robolectric.shadow.api.Shadow
+import org.robolectric.util.ReflectionHelpers
+import java.nio.ByteBuffer
+import java.nio.channels.GatheringByteChannel
+import kotlin.random.Random
+
+/** Android and the devices below it: delivers to the product's sources when asked, and fails as told. */
+internal class HarshPlatform(private val app: Application) {
+    private val wifi = app.getSystemService(WifiManager::class.java)
+    private val cameraManager = app.getSystemService(CameraManager::class.java)
+    private val sensorManager = app.getSystemService(SensorManager::class.java)
+    private val battery = shadowOf(app.getSystemService(BatteryManager::class.java))
+    val power = shadowOf(app.getSystemService(PowerManager::class.java))
+    val device = SettableClocks(monotonicNanos = 500 * SECOND, suspendedNanos = 7_000 * SECOND)
+    val rig = CameraRig(cameraManager).apply {
+        add("1", listOf(JPEG))
+        add("0", listOf(Mode(ImageFormat.YUV_420_888, VGA, minNanos = 33_333_333)))
+    }
+    val poses = FakePoses().apply { isThere = true }
+    val encoder = FakeEncoder()
+    val hub = SensorHub(sensorManager)
+    val sensors = SensorRow.ALL.distinctBy { it.stream }.associate { it.stream to hub.add(it.type, it.name) }
+    val networks = mutableListOf<FakeNsdManager>()
+    val browser = NsdBrowser(::newNsdManager, wifi)
+
+    private val silent = mutableMapOf<StreamSpec, Int>()
+    private val refusals = mutableListOf<Exception>()
+    val jumpsNanos = mutableMapOf<StreamSpec, Long>()
+    val oddFrames = ArrayDeque<Frame>()
+
+    /** Draws the values of odd battery broadcasts; null while they are as they should be. */
+    var batteryOddity: Random? = null
+    var isOnTheNetwork = true
+
+    private val picture = Picture(VGA.width, VGA.height, Random(1)).planes(Random(2)).map { it as FakePlane }
+    private val images = mutableListOf<FakeImage>()
+
+    /** The latest intents of Robolectric, which cannot remove one and prints each that it broadcasts. */
+    val stickyBroadcasts: MutableMap<String?, Intent> by lazy {
+        val instrumentation =
+            ReflectionHelpers.callInstanceMethod<Any>(RuntimeEnvironment.getActivityThread(), "getInstrumentation")
+        ReflectionHelpers.getField(Shadow.extract(instrumentation), "stickyIntents")
+    }
+
+    /**
+     * What a camera does instead of a good frame.
+     *
+     * @property isAnswered false if the product cannot know that nothing more comes of it.
+     */
+    enum class Frame(val isAnswered: Boolean = true) {
+        BAD_IMAGE,
+        TOO_LARGE,
+        FAILED,
+        FAILED_AFTER_IMAGE(isAnswered = false),
+        BUFFER_LOST,
+        NO_RESULT(isAnswered = false),
+    }
+
+    /** Opens the product's sources, as an app does. */
+    fun openHeadset(): AndroidHeadset {
+        shadowOf(app).grantPermissions(CAMERA)
+        val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
+        val sources = listOf(
+            SensorManagerSource(sensorManager, device.clocks, bases),
+            Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(2), encoder),
+            BatterySource(app, device.clocks.boot),
+        ).map { PermissionCheckedSource(app, it) }
+        val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), device.clocks.boot, sources)
+        return AndroidHeadset(headset, emptyList(), bases, app.getSystemService(PowerManager::class.java))
+    }
+
+    fun isSilent(spec: StreamSpec): Boolean = silent.getOrDefault(spec, 0) > 0
+
+    /** Lets the sensors of [specs] measure nothing; returns what ends that. */
+    fun silence(specs: Collection<StreamSpec>): () -> Unit {
+        specs.forEach { silent.merge(it, 1, Int::plus) }
+        return { specs.forEach { silent.merge(it, -1, Int::plus) } }
+    }
+
+    /** Lets no camera open; returns what ends that. */
+    fun refuseCamera(cause: Exception): () -> Unit {
+        refusals += cause
+        CameraRig.failure = cause
+        return {
+            refusals -= cause
+            CameraRig.failure = refusals.lastOrNull()
+        }
+    }
+
+    /** Lets a sensor measure, if its time is wrong often enough to be given up; [afterEach] gets its listeners. */
+    fun measure(spec: StreamSpec, afterEach: (Int) -> Unit) {
+        val jump = jumpsNanos[spec]
+        repeat(if (jump == null) 1 else BURST) {
+            val stamp = device.bootNanos - SECOND / 10 + it + (jump ?: 0)
+            afterEach(hub.measure(sensors.getValue(spec), stamp, 1f, 2f, 3f, 4f, 5f, 6f))
+        }
+    }
+
+    /** Broadcasts the state of the battery; returns the number of receivers. */
+    fun broadcast(): Int {
+        val oddity = batteryOddity
+        val intent = Intent(Intent.ACTION_BATTERY_CHANGED)
+        for ((name, value) in BATTERY) {
+            when (oddity?.nextInt(4) ?: 0) {
+                0 -> intent.putExtra(name, value)
+                1 -> intent.putExtra(name, ODD_NUMBERS.random(checkNotNull(oddity)))
+                2 -> intent.putExtra(name, "not a number")
+            }
+        }
+        val current = if (oddity == null) -1_600_000 else listOf(Long.MIN_VALUE, 0, Long.MAX_VALUE).random(oddity)
+        battery.setLongProperty(BatteryManager.BATTERY_PROPERTY_CURRENT_NOW, current)
+        stickyBroadcasts[intent.action] = intent
+        val receivers = shadowOf(app).registeredReceivers.filter { it.intentFilter.hasAction(intent.action) }
+        receivers.forEach { it.broadcastReceiver.onReceive(app, intent) }
+        return receivers.size
+    }
+
+    /** Delivers one frame, an [odd] one if that is not null. */
+    fun deliver(running: CameraRig.Running, odd: Frame?, stamp: Long): Unit = with(rig) {
+        when (odd) {
+            Frame.FAILED -> running.fail(wasImageCaptured = false)
+
+            Frame.FAILED_AFTER_IMAGE -> {
+                running.fail(wasImageCaptured = true)
+                running.image(image(null, stamp))
+            }
+
+            Frame.NO_RESULT -> running.image(image(null, stamp))
+
+            Frame.BUFFER_LOST -> {
+                running.result(stamp, tags = tags(stamp))
+                running.loseBuffer()
+            }
+
+            else -> {
+                running.result(stamp, exposureNanos = SECOND / 100, tags = tags(stamp))
+                running.image(image(odd, stamp))
+            }
+        }
+    }
+
+    private fun image(odd: Frame?, stamp: Long): FakeImage {
+        val format = CameraRig.readers.single().reader.imageFormat
+        val image = when {
+            odd == Frame.BAD_IMAGE -> FakeImage(format, VGA.width, VGA.height, stamp, emptyList())
+            format == ImageFormat.YUV_420_888 -> FakeImage(format, VGA.width, VGA.height, stamp, picture)
+            else -> FakeImage.jpeg(stamp, if (odd == Frame.TOO_LARGE) LARGE_JPEG else SMALL_JPEG)
+        }
+        return image.also(images::add)
+    }
+
+    /** The vendor's tags, with the exposure around [monotonicNanos]. */
+    private fun tags(monotonicNanos: Long): Map<String, Any> {
+        val centre = monotonicNanos + device.suspendedNanos - FakePoses.ML_TIME_IN_BOOT_TIME
+        return mapOf(
+            "com.amd.control.cvip_timestamps" to longArrayOf(0, centre, 0, 0),
+            "com.amd.control.intrinsics" to
+                floatArrayOf(1280f, 960f, 901f, 902f, 641f, 481f, 70f, .1f, .2f, .3f, .4f, .5f),
+        )
+    }
+
+    /** Checks that the product has closed every image. */
+    fun checkImages() {
+        check(images.all { it.isClosed }) { "an image was not closed" }
+        images.clear()
+    }
+
+    private fun newNsdManager(): NsdManager = Shadow.newInstanceOf(NsdManager::class.java).also {
+        val network = Shadow.extract<FakeNsdManager>(it)
+        networks.firstOrNull()?.let { first ->
+            network.refusal = first.refusal
+            network.isSlow = first.isSlow
+            network.unresolvable += first.unresolvable
+        }
+        network.appear("robot", "fd00::7", 7756)
+        if (isOnTheNetwork) network.appear(DESK, ADDRESS.host, ADDRESS.port)
+        networks += network
+    }
+
+    /** Returns the number of things that are open, by name. */
+    fun open(): Map<String, Int> = mapOf(
+        "cameras" to rig.countOpen(),
+        "image readers" to CameraRig.readers.size,
+        "pose trackers" to poses.open,
+        "sensors" to hub.enabled.size,
+        "sensor queues" to hub.queueCount,
+        "broadcast receivers" to shadowOf(app).registeredReceivers.size,
+        "searches" to networks.count { it.isSearching },
+        "multicast locks" to FakeMulticastLock.held.get(),
+    )
+
+    companion object {
+        const val SECOND = 1_000_000_000L
+        const val CAMERA = "android.permission.CAMERA"
+        const val DESK = "desk"
+        val ADDRESS = ReceiverAddress("192.168.1.5", 7755)
+        private val VGA = Size(640, 480)
+        val JPEG = Mode(ImageFormat.JPEG, VGA, minNanos = 33_333_333)
+
+        /** All streams that Android's classes deliver but mixed reality, whose camera is of the same class. */
+        val STREAMS: Set<StreamSpec> = SensorRow.ALL.map { it.stream }.toSet() + StreamTable.color + StreamTable.battery
+        private val SMALL_JPEG = byteArrayOf(1, 2, 3)
+        private val LARGE_JPEG = ByteArray(VGA.width * VGA.height + 1)
+        private val ODD_NUMBERS = listOf(0, -1, 1, Int.MAX_VALUE, Int.MIN_VALUE)
+        private val BATTERY = mapOf(
+            BatteryManager.EXTRA_LEVEL to 80,
+            BatteryManager.EXTRA_SCALE to 100,
+            BatteryManager.EXTRA_STATUS to BatteryManager.BATTERY_STATUS_DISCHARGING,
+            BatteryManager.EXTRA_VOLTAGE to 7_700,
+            BatteryManager.EXTRA_TEMPERATURE to 310,
+        )
+
+        /** More than half of the readings after which a clock is unknown for good. */
+        private const val BURST = 60
+    }
+}
+
+/** A link that takes everything. */
+internal object Nowhere : GatheringByteChannel {
+    override fun write(source: ByteBuffer): Int = source.remaining().also { source.position(source.limit()) }
+
+    override fun write(sources: Array<out ByteBuffer>): Long = sources.sumOf { write(it).toLong() }
+
+    override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long =
+        sources.slice(offset until offset + length).sumOf { write(it).toLong() }
+
+    override fun isOpen() = true
+
+    override fun close() = Unit
+}
