@@ -4,6 +4,7 @@ SHELL := bash
 
 DURATION ?= 15
 SEED ?= 1
+FAULTS ?= 500
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
@@ -236,8 +237,12 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 
-harsh: build ## Faults of device and link at random for DURATION seconds, by SEED: does all come back? Result in build/reports/harsh.json
+harsh: harsh-android ## Faults at random, by SEED: FAULTS of Android's classes, then of device and link for DURATION seconds. Does all come back, and does nothing grow? Result in build/reports/harsh.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/end_to_end/harsh.py $(DURATION) $(SEED)
+
+harsh-android: build ## The part of harsh with Android's classes, in virtual time
+	$(maven) --quiet test $(compiled) -pl $(library),$(library)/android-test -am -Dtest=HarshTest \
+	  -Dsurefire.failIfNoSpecifiedTests=false -Dharsh.faults=$(FAULTS) -Dharsh.seed=$(SEED)
 
 validate: build ## Trajectories from images alone, against the headset's and the true ones; result in build/validate (a quarter of an hour, on an idle machine)
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/validation/validate.py

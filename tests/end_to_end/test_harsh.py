@@ -10,8 +10,6 @@ from harsh import harsh_run, write
 from simulation import SMALL
 
 DURATION_S = 30.0
-# A thread pool may grow once, by the tasks that the faults blocked.
-MOST_THREADS, MOST_FILES = 16, 8
 
 pytestmark = pytest.mark.timeout(240)
 
@@ -45,6 +43,4 @@ def test_every_message_is_received_or_counted_as_dropped(results: dict[str, Any]
 
 
 def test_nothing_grows(results: dict[str, Any]) -> None:
-    assert max(results["slopes"]["threads"].values()) <= MOST_THREADS
-    assert max(results["slopes"]["files"].values()) <= MOST_FILES
-    assert results["slopes"]["slots"] == 0
+    assert results["grown"] == [], results["slopes"]
