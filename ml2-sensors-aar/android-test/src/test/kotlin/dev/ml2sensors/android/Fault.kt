@@ -190,7 +190,7 @@ private val LIFECYCLE_FAULTS = listOf(
     },
 )
 
-/** What the clock of a sensor may be off by. */
+/** The errors of a sensor's clock. */
 private val JUMPS_NANOS = listOf(-3_600, -2, -1, 1, 2, 3_600).map { it * SECOND }
 
 private fun some(sensors: Set<StreamSpec>, random: Random) = sensors.shuffled(random).take(random.nextInt(1, 4))
