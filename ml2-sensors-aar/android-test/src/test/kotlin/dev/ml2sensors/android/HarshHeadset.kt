@@ -15,6 +15,7 @@ import dev.ml2sensors.stream.MeasurementPipeline
 import dev.ml2sensors.stream.StreamStates
 import dev.ml2sensors.stream.StreamSupervisor
 import dev.ml2sensors.stream.TopicChannels
+import dev.ml2sensors.stream.TrackingEvents
 import dev.ml2sensors.stream.TransformTree
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -49,7 +50,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     }
     private val states = StreamStates(headset)
     private val topics = TopicChannels(suspendsWhenFull = false)
-    private val tree = TransformTree(stamps, isLive = true) {}
+    private val tree = TransformTree(stamps, isLive = true, TrackingEvents {}) {}
     private val streams = HarshPlatform.STREAMS.associateWith(::Stream)
     private val color = streams.getValue(StreamTable.color)
     private val lanes = streams.values.flatMap { it.channels }.map { it.lane }.distinct()

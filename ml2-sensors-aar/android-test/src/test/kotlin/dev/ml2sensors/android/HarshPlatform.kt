@@ -87,7 +87,7 @@ internal class HarshPlatform(private val app: Application) {
             BatterySource(app, device.clocks.boot),
         ).map { PermissionCheckedSource(app, it) }
         val headset = SensorHeadset(Headset.Identity("harsh", "harsh"), device.clocks.boot, sources)
-        return AndroidHeadset(headset, emptyList(), bases, app.getSystemService(PowerManager::class.java))
+        return AndroidHeadset(headset, device.clocks, bases, app.getSystemService(PowerManager::class.java))
     }
 
     fun isSilent(spec: StreamSpec): Boolean = silent.getOrDefault(spec, 0) > 0
