@@ -64,6 +64,12 @@ class Message:
             self._float32(value)
         self._fields[name] = [json_float(value) for value in values]
 
+    def int32_sequence(self, name: str, values: Sequence[int]) -> None:
+        self._number("I", len(values))
+        for value in values:
+            self._number("i", value)
+        self._fields[name] = list(values)
+
     def float64_sequence(self, name: str, values: Sequence[float]) -> None:
         self._number("I", len(values))
         self.float64_array(name, values)

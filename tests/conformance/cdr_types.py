@@ -158,6 +158,12 @@ def fluid_pressure(m: Message) -> None:
     m.float64("variance", 0.0)
 
 
+def joy(m: Message, axes: Sequence[float], buttons: Sequence[int]) -> None:
+    header(m, "controller_frame")
+    m.float32_sequence("axes", axes)
+    m.int32_sequence("buttons", buttons)
+
+
 def battery_state(m: Message, floats: Sequence[float], cells: Sequence[float], text: str) -> None:
     header(m, "")
     m.float32("voltage", floats[0])

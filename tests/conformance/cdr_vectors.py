@@ -93,6 +93,8 @@ CASES: dict[str, tuple[str, Callable[[Message], None]]] = {
             m, [3.75, 31.5, -0.5, 2.25, 4.5, 5.0, 0.5], [3.75, 3.5, NAN], "compute_pack"
         ),
     ),
+    "Joy": ("sensor_msgs/msg/Joy", lambda m: ros.joy(m, [1.0, -0.5, 0.25, 0.75], [1, 0, 1])),
+    "JoyOfNothing": ("sensor_msgs/msg/Joy", lambda m: ros.joy(m, [], [])),
     "BatteryStateUnknown": (
         "sensor_msgs/msg/BatteryState",
         lambda m: ros.battery_state(m, [NAN] * 7, [], ""),

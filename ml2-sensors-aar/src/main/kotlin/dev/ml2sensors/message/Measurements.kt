@@ -44,6 +44,21 @@ internal class MagneticField(
 )
 
 /**
+ * State of a joystick or controller. Source: sensor_msgs/msg/Joy, Jazzy.
+ *
+ * @property header Time of the measurement.
+ * @property axes Measurements of the axes, -1 to 1.
+ * @property buttons 1 for each pressed button, otherwise 0.
+ */
+@Serializable
+@SerialName("sensor_msgs/msg/Joy")
+public data class Joy(
+    val header: Header,
+    val axes: List<Float>,
+    val buttons: List<Int>,
+)
+
+/**
  * State of a battery; NaN stands for what is not measured. The numbers of status, health and technology are those of
  * the constants in the `.msg` file, 0 being unknown in each. Source: sensor_msgs/msg/BatteryState, Jazzy.
  *

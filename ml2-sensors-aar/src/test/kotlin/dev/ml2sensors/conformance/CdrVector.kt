@@ -7,6 +7,7 @@ import dev.ml2sensors.message.CompressedImage
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.Imu
+import dev.ml2sensors.message.Joy
 import dev.ml2sensors.message.MagneticField
 import dev.ml2sensors.message.Point
 import dev.ml2sensors.message.Pose
@@ -71,6 +72,7 @@ internal val MESSAGE_SERIALIZERS: Map<String, KSerializer<*>> =
         Illuminance.serializer(),
         FluidPressure.serializer(),
         BatteryState.serializer(),
+        Joy.serializer(),
     ).associateBy { it.rosType }
 
 /** Fields of a message under their ROS names. */
