@@ -75,7 +75,7 @@ $(device_library): $(shell find native/device native/generated native/jni native
 
 $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMakeLists.txt)
 	cmake -S native -B build/native/host -G Ninja
-	cmake --build build/native/host --target ml2sim ml2sim_jni ml2sim_control ml2sim_partial scene_shots
+	cmake --build build/native/host --target ml2sim ml2sim_input ml2sim_jni ml2sim_control ml2sim_partial scene_shots
 	@touch $@
 
 $(bundle): native/sim/bundle.sh $(device_library) $(simulation)

@@ -26,6 +26,8 @@ _NAMES = {
     "pressure_": ("Barometers", ""),
     "gaze": ("Gaze", ""),
     "hand_": ("Hand joints", ""),
+    "controller_joy": ("Controller's buttons and touchpad", ""),
+    "controller": ("Controller", ""),
     "battery": ("Battery", ""),
     "tf": ("Transforms", ", and one per image"),
     "custom": ("Your app's own topics", "yours"),

@@ -358,6 +358,8 @@ def told_of(stream: str, role: str, statistics: TopicStatistics) -> Report:
         ("head_pose", "pose", 2, "60 Hz"),
         ("gaze", "pose", 2, "60 Hz"),
         ("hand_left", "poses", 2, "60 Hz"),
+        ("controller", "pose", 2, "60 Hz"),
+        ("controller_joy", "joy", 2, "60 Hz"),
         ("tf", "tf", 2, "60 Hz"),
         ("gyro_left", "imu", 2, "a message every 2 s"),
         ("magnetometer_left", "magnetic_field", 2, "a message every 2 s"),

@@ -56,6 +56,8 @@ TOPICS = {
     "gaze": POSE,
     "hand_left": "geometry_msgs/msg/PoseArray",
     "hand_right": "geometry_msgs/msg/PoseArray",
+    "controller": POSE,
+    "controller/joy": "sensor_msgs/msg/Joy",
     "battery": "sensor_msgs/msg/BatteryState",
     "/tf": "tf2_msgs/msg/TFMessage",
     "/tf_static": "tf2_msgs/msg/TFMessage",

@@ -67,6 +67,10 @@ typedef enum ml2s_stream {
     ML2S_STREAM_TF = 30,
     /** Messages that the app on the headset publishes by itself. */
     ML2S_STREAM_CUSTOM = 31,
+    /** geometry_msgs/msg/PoseStamped on controller. */
+    ML2S_STREAM_CONTROLLER = 32,
+    /** sensor_msgs/msg/Joy on controller/joy. */
+    ML2S_STREAM_CONTROLLER_JOY = 33,
     /** How many there are. */
-    ML2S_STREAM_COUNT = 32,
+    ML2S_STREAM_COUNT = 34,
 } ml2s_stream;

@@ -56,6 +56,16 @@ jintArray layout_pose(JNIEnv *env, jclass class) {
     return layout_ints(env, values, sizeof values / sizeof *values);
 }
 
+#define INPUT(field) offsetof(ml2s_input, field)
+jintArray layout_input(JNIEnv *env, jclass class) {
+    (void)class;
+    static const jint values[] = {
+        sizeof(ml2s_input), INPUT(is_connected), INPUT(capture_nanos), INPUT(trigger), INPUT(bumper),
+        INPUT(menu),        INPUT(is_touched),   INPUT(touch),         INPUT(force),
+    };
+    return layout_ints(env, values, sizeof values / sizeof *values);
+}
+
 #define SETTINGS(field) offsetof(ml2s_settings, field)
 jintArray layout_settings(JNIEnv *env, jclass class) {
     (void)class;

@@ -12,5 +12,8 @@ jintArray layout_frame(JNIEnv *env, jclass class);
 /** Returns the size of ml2s_pose and its offsets, in the order in which PoseBlock.kt reads them. */
 jintArray layout_pose(JNIEnv *env, jclass class);
 
+/** Returns the size of ml2s_input and its offsets, in the order in which InputBlock.kt reads them. */
+jintArray layout_input(JNIEnv *env, jclass class);
+
 /** Returns the size of ml2s_settings and its offsets, in the order in which NativeSettings.kt reads them. */
 jintArray layout_settings(JNIEnv *env, jclass class);

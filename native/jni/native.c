@@ -80,6 +80,16 @@ static jint poll_poses(JNIEnv *env, jclass class, jlong handle, jobject poses) {
     return failure_throw(env, result, &error) ? 0 : (jint)count;
 }
 
+static jboolean poll_input(JNIEnv *env, jclass class, jlong handle, jobject input) {
+    (void)class;
+    ERROR(error);
+    void *memory;
+    ml2s_result result = structures_in(env, input, sizeof(ml2s_input), &memory)
+                             ? ml2s_poll_input((ml2s_handle)handle, memory, &error)
+                             : ML2S_INVALID_ARGUMENT;
+    return result != ML2S_TIMEOUT && !failure_throw(env, result, &error);
+}
+
 static jboolean color_pose(JNIEnv *env, jclass class, jlong handle, jlong device_nanos, jobject pose) {
     (void)class;
     ERROR(error);
@@ -210,12 +220,14 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("boottimeOf", "(J)J", boottime_of),
         METHOD("frameLayout", "()[I", layout_frame),
         METHOD("poseLayout", "()[I", layout_pose),
+        METHOD("inputLayout", "()[I", layout_input),
         METHOD("settingsLayout", "()[I", layout_settings),
         METHOD("check", "(II)V", check),
         METHOD("open", "(Ljava/nio/ByteBuffer;)J", open),
         METHOD("configure", "(JLjava/nio/ByteBuffer;)V", configure),
         METHOD("poll", "(JJLjava/nio/ByteBuffer;)I", poll),
         METHOD("pollPoses", "(JLjava/nio/ByteBuffer;)I", poll_poses),
+        METHOD("pollInput", "(JLjava/nio/ByteBuffer;)Z", poll_input),
         METHOD("colorPose", "(JJLjava/nio/ByteBuffer;)Z", color_pose),
         METHOD("listRates", "(J)[I", list_rates),
         METHOD("close", "(J)V", close),

@@ -5,8 +5,8 @@
 
 #include "../sdk/error.h"
 #include "../sdk/lock.h"
+#include "actions.h"
 #include "future.h"
-#include "gaze.h"
 #include "loader.h"
 #include "session.h"
 
@@ -112,6 +112,8 @@ static void find_areas(PFN_xrGetInstanceProcAddr get_proc) {
     }
 }
 
+bool xr_has(enum xr_area area) { return areas_found & XR_AREA_BIT(area); }
+
 static ml2s_result require(uint32_t areas, ml2s_error *error) {
     for (uint32_t i = 0; i < XR_AREA_COUNT; i++) {
         if (areas & ~areas_found & XR_AREA_BIT(i)) {
@@ -182,7 +184,7 @@ static ml2s_result end(ml2s_error *error) {
         first = XR_CALL(error, core, xrDestroySpace, xr.world);
     }
     if (!xr.is_borrowed && xr.session) {
-        ml2s_result result = gaze_destroy(first ? NULL : error);
+        ml2s_result result = actions_destroy(first ? NULL : error);
         first = first ? first : result;
         result = session_destroy(first ? NULL : error);
         first = first ? first : result;

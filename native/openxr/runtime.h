@@ -16,6 +16,9 @@ ml2s_result xr_require(ml2s_error *error);
 ml2s_result xr_begin(uint32_t areas, ml2s_result (*make)(const ml2s_settings *settings, ml2s_error *error),
                      const ml2s_settings *settings, ml2s_error *error);
 
+/** Returns true if the session has the functions of area. Call it while a sensor is open. */
+bool xr_has(enum xr_area area);
+
 /** Releases the session after the objects of make were destroyed with result. Returns the first failure. */
 ml2s_result xr_end(ml2s_result result, ml2s_error *error);
 

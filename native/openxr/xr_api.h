@@ -28,7 +28,17 @@
     F(xrLocateSpace)                                                                                                   \
     F(xrStringToPath)                                                                                                  \
     F(xrResultToString)                                                                                                \
-    F(xrDestroyInstance)
+    F(xrDestroyInstance)                                                                                               \
+    F(xrCreateActionSet)                                                                                               \
+    F(xrDestroyActionSet)                                                                                              \
+    F(xrCreateAction)                                                                                                  \
+    F(xrDestroyAction)                                                                                                 \
+    F(xrSuggestInteractionProfileBindings)                                                                             \
+    F(xrAttachSessionActionSets)                                                                                       \
+    F(xrCreateActionSpace)                                                                                             \
+    F(xrSyncActions)                                                                                                   \
+    F(xrGetActionStateBoolean)                                                                                         \
+    F(xrGetActionStateFloat)
 
 #define XR_TIME_FUNCTIONS(F) F(xrConvertTimespecTimeToTimeKHR) F(xrConvertTimeToTimespecTimeKHR)
 
@@ -52,15 +62,8 @@
     F(xrGetPixelSensorDataML)                                                                                          \
     F(xrCreatePixelSensorSpaceML)
 
-#define XR_GAZE_FUNCTIONS(F)                                                                                           \
-    F(xrCreateActionSet)                                                                                               \
-    F(xrDestroyActionSet)                                                                                              \
-    F(xrCreateAction)                                                                                                  \
-    F(xrDestroyAction)                                                                                                 \
-    F(xrSuggestInteractionProfileBindings)                                                                             \
-    F(xrAttachSessionActionSets)                                                                                       \
-    F(xrCreateActionSpace)                                                                                             \
-    F(xrSyncActions)
+/** Actions are of the core. An extension that only adds an interaction profile has the function that names it. */
+#define XR_PROFILE_FUNCTIONS(F) F(xrSuggestInteractionProfileBindings)
 
 #define XR_HANDS_FUNCTIONS(F) F(xrCreateHandTrackerEXT) F(xrDestroyHandTrackerEXT) F(xrLocateHandJointsEXT)
 
@@ -70,7 +73,8 @@
     A(XR_TIME, time, XR_TIME_FUNCTIONS, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                   \
     A(XR_FUTURE, future, XR_FUTURE_FUNCTIONS, XR_EXT_FUTURE_EXTENSION_NAME)                                            \
     A(XR_PIXEL, pixel, XR_PIXEL_FUNCTIONS, XR_ML_PIXEL_SENSOR_EXTENSION_NAME)                                          \
-    A(XR_GAZE, gaze, XR_GAZE_FUNCTIONS, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME)                                    \
+    A(XR_GAZE, gaze, XR_PROFILE_FUNCTIONS, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME)                                 \
+    A(XR_CONTROLLER, controller, XR_PROFILE_FUNCTIONS, XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME)                \
     A(XR_HANDS, hands, XR_HANDS_FUNCTIONS, XR_EXT_HAND_TRACKING_EXTENSION_NAME)
 
 #define XR_IDENTIFIER(identifier, table, functions, extension) identifier,

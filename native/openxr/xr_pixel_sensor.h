@@ -12,6 +12,11 @@
 
 #include <openxr/openxr.h>
 
+/** Older headers of Khronos do not have the extension. */
+#ifndef XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME
+#define XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME "XR_ML_ml2_controller_interaction"
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -87,6 +87,8 @@ typedef enum ml2s_sensor {
     ML2S_SENSOR_COLOR = 5, /**< SDK: only ml2s_color_pose. OpenXR: ML2S_STREAM_COLOR or ML2S_STREAM_MIXED_REALITY. */
     ML2S_SENSOR_GAZE = 6,  /**< ML2S_STREAM_GAZE, by ml2s_poll_poses. */
     ML2S_SENSOR_HANDS = 7, /**< ML2S_STREAM_HAND_*, by ml2s_poll_poses. */
+    ML2S_SENSOR_CONTROLLER = 8,       /**< ML2S_STREAM_CONTROLLER, by ml2s_poll_poses. */
+    ML2S_SENSOR_CONTROLLER_INPUT = 9, /**< ML2S_STREAM_CONTROLLER_JOY, by ml2s_poll_input. */
 } ml2s_sensor;
 
 enum {
@@ -191,6 +193,21 @@ typedef struct ml2s_pose {
     uint32_t reserved;
 } ml2s_pose;
 
+/** Buttons, trigger and touchpad of the controller at one instant. All are 0 while it is not connected. */
+typedef struct ml2s_input {
+    uint32_t struct_size;
+    uint32_t is_connected; /**< 0: the headset has no controller. */
+    int64_t capture_nanos; /**< CLOCK_BOOTTIME at which the state was read; the device gives no time. */
+    int64_t device_nanos;  /**< The same instant as MLTime or XrTime. */
+    float trigger;         /**< 0: released, 1: pulled. */
+    uint32_t bumper;       /**< 1: pressed. */
+    uint32_t menu;         /**< 1: pressed. */
+    uint32_t is_touched;   /**< 1: a finger is on the touchpad. */
+    float touch[2];        /**< Where it is: x to the right and y away from the user, -1 to 1. 0 without a finger. */
+    float force;           /**< How hard it presses, 0 to 1. */
+    uint32_t reserved;
+} ml2s_input;
+
 /** Memory of one slot, aligned to 64 bytes. */
 typedef struct ml2s_memory {
     uint8_t *data;       /**< Owned by the caller. */
@@ -230,11 +247,14 @@ ML2S_API ml2s_result ml2s_poll(ml2s_handle handle, uint64_t timeout_nanos, ml2s_
                                uint32_t *count, ml2s_error *error);
 
 /**
- * Returns the current poses: one for HEAD and GAZE, and 26 per hand for HANDS, in the order of XrHandJointEXT. Each
- * pose can be untracked.
+ * Returns the current poses: one for HEAD, GAZE and CONTROLLER, and 26 per hand for HANDS, in the order of
+ * XrHandJointEXT. Each pose can be untracked.
  */
 ML2S_API ml2s_result ml2s_poll_poses(ml2s_handle handle, ml2s_pose *poses, uint32_t capacity, uint32_t *count,
                                      ml2s_error *error);
+
+/** Returns the current buttons, trigger and touchpad of CONTROLLER_INPUT. ML2S_TIMEOUT while the handle is paused. */
+ML2S_API ml2s_result ml2s_poll_input(ml2s_handle handle, ml2s_input *input, ml2s_error *error);
 
 /** Returns the pose of the colour camera at device_nanos. The device keeps a short history: call it for each new frame.
  */

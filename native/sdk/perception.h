@@ -1,9 +1,10 @@
 /**
- * The functions of the vendor's libperception.magicleap.so, loaded at run time. Thread-safe.
+ * The functions of the vendor's libraries, loaded at run time. Thread-safe.
  */
 #pragma once
 
 #include "ml2s.h"
+#include "ml_controller.h"
 #include "ml_depth_camera.h"
 #include "ml_eye_camera.h"
 #include "ml_eye_tracking.h"
@@ -13,25 +14,29 @@
 #include "ml_world_camera.h"
 #include "result.h"
 
-/** A(identifier, table, functions): groups of functions that a device has or lacks as a whole. */
-#define SDK_AREAS(A)                                                                                                   \
-    A(SDK_DEPTH, depth, ML_DEPTH_CAMERA_FUNCTIONS)                                                                     \
-    A(SDK_DEPTH_CAPABILITIES, depth_capabilities, ML_DEPTH_CAMERA_CAPABILITIES_FUNCTIONS)                              \
-    A(SDK_WORLD, world, ML_WORLD_CAMERA_FUNCTIONS)                                                                     \
-    A(SDK_EYE, eye, ML_EYE_CAMERA_FUNCTIONS)                                                                           \
-    A(SDK_CV, cv, ML_CV_CAMERA_FUNCTIONS)                                                                              \
-    A(SDK_HEAD, head, ML_HEAD_TRACKING_FUNCTIONS)                                                                      \
-    A(SDK_EYE_TRACKING, eye_tracking, ML_EYE_TRACKING_FUNCTIONS)                                                       \
-    A(SDK_HAND_TRACKING, hand_tracking, ML_HAND_TRACKING_FUNCTIONS)                                                    \
-    A(SDK_PERCEPTION, perception, ML_PERCEPTION_FUNCTIONS)                                                             \
-    A(SDK_SNAPSHOT, snapshot, ML_SNAPSHOT_FUNCTIONS)                                                                   \
-    A(SDK_TIME, time, ML_TIME_FUNCTIONS)
+enum sdk_library { SDK_LIBPERCEPTION, SDK_LIBINPUT, SDK_LIBRARY_COUNT };
 
-#define SDK_IDENTIFIER(identifier, table, functions) identifier,
+/** A(identifier, table, functions, library): groups of functions that a device has or lacks as a whole. */
+#define SDK_AREAS(A)                                                                                                   \
+    A(SDK_DEPTH, depth, ML_DEPTH_CAMERA_FUNCTIONS, SDK_LIBPERCEPTION)                                                  \
+    A(SDK_DEPTH_CAPABILITIES, depth_capabilities, ML_DEPTH_CAMERA_CAPABILITIES_FUNCTIONS, SDK_LIBPERCEPTION)           \
+    A(SDK_WORLD, world, ML_WORLD_CAMERA_FUNCTIONS, SDK_LIBPERCEPTION)                                                  \
+    A(SDK_EYE, eye, ML_EYE_CAMERA_FUNCTIONS, SDK_LIBPERCEPTION)                                                        \
+    A(SDK_CV, cv, ML_CV_CAMERA_FUNCTIONS, SDK_LIBPERCEPTION)                                                           \
+    A(SDK_HEAD, head, ML_HEAD_TRACKING_FUNCTIONS, SDK_LIBPERCEPTION)                                                   \
+    A(SDK_EYE_TRACKING, eye_tracking, ML_EYE_TRACKING_FUNCTIONS, SDK_LIBPERCEPTION)                                    \
+    A(SDK_HAND_TRACKING, hand_tracking, ML_HAND_TRACKING_FUNCTIONS, SDK_LIBPERCEPTION)                                 \
+    A(SDK_CONTROLLER, controller, ML_CONTROLLER_FUNCTIONS, SDK_LIBPERCEPTION)                                          \
+    A(SDK_PERCEPTION, perception, ML_PERCEPTION_FUNCTIONS, SDK_LIBPERCEPTION)                                          \
+    A(SDK_SNAPSHOT, snapshot, ML_SNAPSHOT_FUNCTIONS, SDK_LIBPERCEPTION)                                                \
+    A(SDK_TIME, time, ML_TIME_FUNCTIONS, SDK_LIBPERCEPTION)                                                            \
+    A(SDK_INPUT, input, ML_INPUT_FUNCTIONS, SDK_LIBINPUT)
+
+#define SDK_IDENTIFIER(identifier, table, functions, library) identifier,
 enum sdk_area { SDK_AREAS(SDK_IDENTIFIER) SDK_AREA_COUNT };
 
 #define SDK_POINTER(name, parameters) MLResult(*name) parameters;
-#define SDK_TABLE(identifier, table, functions)                                                                        \
+#define SDK_TABLE(identifier, table, functions, library)                                                               \
     struct {                                                                                                           \
         functions(SDK_POINTER)                                                                                         \
     } table;

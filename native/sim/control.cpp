@@ -83,6 +83,7 @@ void ml2sim_reset(void) {
     resetWorldCamera();
     resetEyeCamera();
     resetPerception();
+    resetInput();
     resetCounters();
     resetAll();
     wakeWaiters();

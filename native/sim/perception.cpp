@@ -41,6 +41,7 @@ void resetPerception() {
     resetColorTracking();
     resetEyeTracking();
     resetHandTracking();
+    resetControllerTracking();
     resetSnapshots();
 }
 
@@ -76,10 +77,12 @@ MLResult MLPerceptionShutdown(void) {
     }
     isStarted = false;
     const auto state = [](bool isOpen) { return isOpen ? "open" : "closed"; };
-    if (anyHeadTracker() || anyColorTracker() || anyEyeTracker() || anyHandTracker() || openSnapshots() > 0)
-        misuse(ML2SIM_MISUSE_UNRELEASED, "%s: trackers of head %s, colour camera %s, eyes %s, hands %s, %u snapshots",
-               __func__, state(anyHeadTracker()), state(anyColorTracker()), state(anyEyeTracker()),
-               state(anyHandTracker()), openSnapshots());
+    if (anyHeadTracker() || anyColorTracker() || anyEyeTracker() || anyHandTracker() || anyControllerTracker() ||
+        openSnapshots() > 0)
+        misuse(ML2SIM_MISUSE_UNRELEASED,
+               "%s: trackers of head %s, colour camera %s, eyes %s, hands %s, controller %s, %u snapshots", __func__,
+               state(anyHeadTracker()), state(anyColorTracker()), state(anyEyeTracker()), state(anyHandTracker()),
+               state(anyControllerTracker()), openSnapshots());
     setPerceptionStarted(false);
     return MLResult_Ok;
 }

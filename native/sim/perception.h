@@ -29,12 +29,17 @@ extern const MLCoordinateFrameUID kHeadFrame;
 /** Return the pose of a coordinate frame in the head, or none if no open tracker has the frame or it is not visible. */
 std::optional<Pose> eyesInHead(const MLCoordinateFrameUID &id, int64_t mltime);
 std::optional<Pose> handsInHead(const MLCoordinateFrameUID &id);
+std::optional<Pose> controllerInHead(const MLCoordinateFrameUID &id, int64_t mltime);
 
 bool anyHeadTracker();
 bool anyColorTracker();
 bool anyEyeTracker();
 bool anyHandTracker();
+bool anyControllerTracker();
 uint32_t openSnapshots();
+
+/** Removes all input trackers, which do not need the perception system. */
+void resetInput();
 
 /** Stops the perception system and removes all trackers and snapshots, for ml2sim_reset. */
 void resetPerception();
@@ -42,6 +47,7 @@ void resetHeadTracking();
 void resetColorTracking();
 void resetEyeTracking();
 void resetHandTracking();
+void resetControllerTracking();
 void resetSnapshots();
 
 } // namespace ml2sim

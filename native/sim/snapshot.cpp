@@ -81,6 +81,8 @@ MLResult find(const MLSnapshot &snapshot, const MLCoordinateFrameUID &id, Pose *
     if (!inHead)
         inHead = handsInHead(id);
     if (!inHead)
+        inHead = controllerInHead(id, snapshot.time);
+    if (!inHead)
         return MLResult_PoseNotFound;
     *out = compose(reportedHead(snapshot.time), *inHead);
     return MLResult_Ok;

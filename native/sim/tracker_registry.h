@@ -16,11 +16,18 @@ template <typename T> class TrackerRegistry {
   public:
     /** Creates a tracker. Returns `denied` if the fault is on, or why no tracker can be created now. */
     MLResult create(const char *function, MLHandle *out, Key fault, MLResult denied, T value = {}) {
+        if (out != nullptr)
+            *out = ML_INVALID_HANDLE;
+        if (const auto result = out == nullptr ? MLResult_Ok : canCreateTracker())
+            return result;
+        return createAnytime(function, out, fault, denied, value);
+    }
+
+    /** As create, of a tracker that does not need the perception system. */
+    MLResult createAnytime(const char *function, MLHandle *out, Key fault, MLResult denied, T value = {}) {
         if (out == nullptr)
             return refuseArgument(function, "the pointer to the handle is null");
         *out = ML_INVALID_HANDLE;
-        if (const auto result = canCreateTracker())
-            return result;
         if (isOn(fault))
             return denied;
         *out = newHandle();

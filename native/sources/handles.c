@@ -12,7 +12,7 @@
 #include "frame.h"
 #include "source.h"
 
-enum { INDEX_BITS = 4, SENSOR_BITS = 3 };
+enum { INDEX_BITS = 5, SENSOR_BITS = 4 };
 
 #define BIT(stream) ML2S_STREAM_BIT(ML2S_STREAM_##stream)
 static const struct sensor {
@@ -30,6 +30,9 @@ static const struct sensor {
     [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose, &openxr_pixels},
     [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), &source_gaze, &openxr_gaze},
     [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), &source_hands, &openxr_hands},
+    [ML2S_SENSOR_CONTROLLER] = {"controller", BIT(CONTROLLER), &source_controller, &openxr_controller},
+    [ML2S_SENSOR_CONTROLLER_INPUT] = {"controller input", BIT(CONTROLLER_JOY), &source_controller_input,
+                                      &openxr_controller_input},
 };
 
 /** One handle per sensor and backend. Only id, owner and is_taken are used by other threads than the owner. */
@@ -230,6 +233,27 @@ ml2s_result ml2s_poll_poses(ml2s_handle id, ml2s_pose *poses, uint32_t capacity,
     if (!result) {
         *count = found_count < capacity ? found_count : capacity;
         copy_out(poses, found, sizeof *found, *count);
+    }
+    return result;
+}
+
+ml2s_result ml2s_poll_input(ml2s_handle id, ml2s_input *input, ml2s_error *error) {
+    struct handle *handle;
+    ml2s_result result = find(id, &handle, error);
+    if (result) {
+        return result;
+    }
+    if (!handle->ops->poll_input || !input || input->struct_size < sizeof *input) {
+        return error_set(error, ML2S_INVALID_ARGUMENT, 0,
+                         "ml2s_poll_input: the sensor has no buttons, or input is null or too small");
+    }
+    if (handle->is_paused) {
+        return ML2S_TIMEOUT;
+    }
+    ml2s_input found;
+    result = handle->ops->poll_input(&handle->settings, &found, error);
+    if (!result) {
+        copy_out(input, &found, sizeof found, 1);
     }
     return result;
 }

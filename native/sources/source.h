@@ -35,6 +35,9 @@ struct source_ops {
     /** Returns up to SOURCE_MAX_POSES poses with all fields except struct_size. */
     ml2s_result (*poll_poses)(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error);
 
+    /** Returns all fields except struct_size. */
+    ml2s_result (*poll_input)(const ml2s_settings *settings, ml2s_input *input, ml2s_error *error);
+
     /** Returns the rates of the streams, for sensors where they depend on the place. */
     ml2s_result (*list_rates)(const ml2s_settings *settings, uint32_t *rates_hz, uint32_t capacity, uint32_t *count,
                               ml2s_error *error);
@@ -52,7 +55,8 @@ struct source_ops {
 };
 
 extern const struct source_ops source_depth, source_world, source_eye, source_head, source_color_pose, source_gaze,
-    source_hands;
+    source_hands, source_controller, source_controller_input;
 
 /** Sources of ML2S_BACKEND_OPENXR. openxr_pixels has depth, world, eye and color. */
-extern const struct source_ops openxr_pixels, openxr_head, openxr_gaze, openxr_hands;
+extern const struct source_ops openxr_pixels, openxr_head, openxr_gaze, openxr_hands, openxr_controller,
+    openxr_controller_input;

@@ -54,5 +54,7 @@ ALL_OTHERS: Topics = {
     "gaze": ("geometry_msgs/msg/PoseStamped", "magicleap_world"),
     "hand_left": ("geometry_msgs/msg/PoseArray", "magicleap_world"),
     "hand_right": ("geometry_msgs/msg/PoseArray", "magicleap_world"),
+    "controller": ("geometry_msgs/msg/PoseStamped", "magicleap_world"),
+    "controller/joy": ("sensor_msgs/msg/Joy", "controller_frame"),
     "battery": ("sensor_msgs/msg/BatteryState", "head_frame"),
 }

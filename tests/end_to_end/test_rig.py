@@ -1,4 +1,4 @@
-"""The layout "rig" of the transform tree: sensors are fixed to the head, and the head moves."""
+"""The layout "rig" of the transform tree: sensors are fixed to the head, which moves."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from simulation import CAMERAS
 from transforms import mounted, moving
 
 
-def test_in_the_rig_layout_only_the_head_moves(rig: FullLoad) -> None:
-    assert {child for child, _ in moving(rig.received)} == {"head_frame"}
+def test_in_the_rig_layout_only_head_and_controller_move(rig: FullLoad) -> None:
+    assert {child for child, _ in moving(rig.received)} == {"head_frame", "controller_frame"}
 
 
 def test_static_transforms_are_kept_for_late_subscribers(rig: FullLoad) -> None:

@@ -34,7 +34,7 @@ CONFIG = demo_config(picture_center=SMALL, **{id: {"enabled": False} for id in O
 PATIENT = ("light_sensor", "battery")
 SILENT = (
     *("world_left", "color", "depth", "eye_nasal_left"),
-    *("head_pose", "gaze", "hand_left", "hand_right", "tf"),
+    *("head_pose", "gaze", "hand_left", "hand_right", "controller", "controller_joy", "tf"),
     *("accel_left", "accel_right", "accel_compute_pack"),
     *("gyro_left", "gyro_right", "gyro_compute_pack"),
     *("magnetometer_left", "magnetometer_right", "pressure_headset", "pressure_compute_pack"),

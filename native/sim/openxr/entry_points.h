@@ -29,6 +29,8 @@
     X(xrAttachSessionActionSets, "")                                                                                   \
     X(xrCreateActionSpace, "")                                                                                         \
     X(xrSyncActions, "")                                                                                               \
+    X(xrGetActionStateBoolean, "")                                                                                     \
+    X(xrGetActionStateFloat, "")                                                                                       \
     X(xrConvertTimespecTimeToTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                     \
     X(xrConvertTimeToTimespecTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                     \
     X(xrCreateHandTrackerEXT, XR_EXT_HAND_TRACKING_EXTENSION_NAME)                                                     \
@@ -56,9 +58,13 @@ namespace ml2sim::xr {
 
 /** The extensions that the runtime offers. */
 constexpr const char *kExtensions[] = {
-    XR_MND_HEADLESS_EXTENSION_NAME,      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
-    XR_EXT_FUTURE_EXTENSION_NAME,        XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
-    XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME,
+    XR_MND_HEADLESS_EXTENSION_NAME,
+    XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+    XR_EXT_FUTURE_EXTENSION_NAME,
+    XR_ML_PIXEL_SENSOR_EXTENSION_NAME,
+    XR_EXT_HAND_TRACKING_EXTENSION_NAME,
+    XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME,
+    XR_ML_ML2_CONTROLLER_INTERACTION_EXTENSION_NAME,
 };
 
 /** The entry points. */

@@ -36,6 +36,9 @@ KeyTable declareKeys() {
     return KeyTable({
         choice("fault.extension.missing", {std::begin(kExtensions), std::end(kExtensions)},
                "an extension that is not offered, by its name"),
+        choice("fault.profile.refused",
+               {"/interaction_profiles/ext/eye_gaze_interaction", "/interaction_profiles/ml/ml2_controller"},
+               "an interaction profile whose bindings are refused"),
         choice("fault.sensor.missing", sensors, "a sensor that is not listed"),
         choice("fault.sensor.taken", sensors, "a sensor whose creation fails"),
         choice("fault.sensor.denied", sensors, "a sensor for which the app has no permission"),

@@ -52,6 +52,10 @@ TEST_F(Borrowed, GazeIsTheAppsAffair) {
     ASSERT_EQ(app.lend(), ML2S_OK);
     expectRefused(kGaze, ML2S_NOT_AVAILABLE,
                   "not available: gaze in the app's session (attaching action sets would break the app's)");
+    expectRefused(kController, ML2S_NOT_AVAILABLE,
+                  "not available: controller in the app's session (attaching action sets would break the app's)");
+    expectRefused(kControllerInput, ML2S_NOT_AVAILABLE,
+                  "not available: controller in the app's session (attaching action sets would break the app's)");
 }
 
 TEST_F(Borrowed, AnExtensionThatTheAppHasNotEnabledIsNamed) {

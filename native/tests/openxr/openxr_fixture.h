@@ -25,6 +25,9 @@ inline ml2s_settings openXrSettings(ml2s_sensor sensor, uint64_t streams, uint32
 
 inline const auto kHead = openXrSettings(ML2S_SENSOR_HEAD, ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE));
 inline const auto kGaze = openXrSettings(ML2S_SENSOR_GAZE, ML2S_STREAM_BIT(ML2S_STREAM_GAZE));
+inline const auto kController = openXrSettings(ML2S_SENSOR_CONTROLLER, ML2S_STREAM_BIT(ML2S_STREAM_CONTROLLER));
+inline const auto kControllerInput =
+    openXrSettings(ML2S_SENSOR_CONTROLLER_INPUT, ML2S_STREAM_BIT(ML2S_STREAM_CONTROLLER_JOY));
 inline const auto kHands =
     openXrSettings(ML2S_SENSOR_HANDS, ML2S_STREAM_BIT(ML2S_STREAM_HAND_LEFT) | ML2S_STREAM_BIT(ML2S_STREAM_HAND_RIGHT));
 inline const auto kWorldLeft =

@@ -197,6 +197,22 @@ TEST_F(Runtime, ASessionIsBegunWhenReadyOnly) {
     EXPECT_EQ(begin(app->session, &info), XR_SUCCESS);
 }
 
+TEST_F(Runtime, AProfileWithoutItsExtensionIsRefused) {
+    XrActionSetCreateInfo set = {XR_TYPE_ACTION_SET_CREATE_INFO, nullptr, "sensors", "Sensors", 0};
+    XrActionSet actions = XR_NULL_HANDLE;
+    EXPECT_EQ(xr<PFN_xrCreateActionSet>("xrCreateActionSet")(app->instance, &set, &actions), XR_SUCCESS);
+    XrPath profile = XR_NULL_PATH;
+    xr<PFN_xrStringToPath>("xrStringToPath")(app->instance, "/interaction_profiles/ml/ml2_controller", &profile);
+    const XrInteractionProfileSuggestedBinding suggestion = {XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
+                                                             profile, 0, nullptr};
+    EXPECT_EQ(
+        xr<PFN_xrSuggestInteractionProfileBindings>("xrSuggestInteractionProfileBindings")(app->instance, &suggestion),
+        XR_ERROR_PATH_UNSUPPORTED);
+    expectMisuse(ML2SIM_XR_MISUSE_EXTENSION,
+                 "/interaction_profiles/ml/ml2_controller without the extension that has it");
+    xr<PFN_xrDestroyActionSet>("xrDestroyActionSet")(actions);
+}
+
 TEST_F(Runtime, AnUnknownKeyOrValueIsRefusedWithWhatIsExpected) {
     EXPECT_STREQ(ml2sim_xr_set("fault.sensor.take", "1"),
                  "unknown key \"fault.sensor.take\"; the nearest is \"fault.sensor.taken\"");

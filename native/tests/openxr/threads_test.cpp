@@ -33,12 +33,13 @@ TEST_F(Threads, SensorsOfSeveralThreadsComeAndGoInOneSession) {
             release(got);
         }
     };
-    std::thread head(pollPoses, kHead), gaze(pollPoses, kGaze), eyes(pollFrames);
+    std::thread head(pollPoses, kHead), gaze(pollPoses, kGaze), controller(pollPoses, kController), eyes(pollFrames);
     head.join();
     gaze.join();
+    controller.join();
     eyes.join();
     EXPECT_EQ(frames, kRounds);
-    EXPECT_EQ(poses, 2 * kRounds * 10);
+    EXPECT_EQ(poses, 3 * kRounds * 10);
 }
 
 TEST_F(Threads, FramesAreReadWhileTheNextAreWritten) {

@@ -4,6 +4,6 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define DEFINITION(name, parameters)                                                                                   \
     MLResult name parameters { return MLResult_Ok; }
-#define DEFINITIONS(identifier, table, functions) functions(DEFINITION)
+#define DEFINITIONS(identifier, table, functions, library) functions(DEFINITION)
 
 SDK_AREAS(DEFINITIONS)

@@ -14,7 +14,7 @@ constexpr std::array kSensors = {
     std::pair{ML2S_SENSOR_DEPTH, ML2S_STREAM_DEPTH},        std::pair{ML2S_SENSOR_WORLD, ML2S_STREAM_WORLD_LEFT},
     std::pair{ML2S_SENSOR_EYE, ML2S_STREAM_EYE_NASAL_LEFT}, std::pair{ML2S_SENSOR_HEAD, ML2S_STREAM_HEAD_POSE},
     std::pair{ML2S_SENSOR_COLOR, ML2S_STREAM_COLOR},        std::pair{ML2S_SENSOR_GAZE, ML2S_STREAM_GAZE},
-    std::pair{ML2S_SENSOR_HANDS, ML2S_STREAM_HAND_LEFT}};
+    std::pair{ML2S_SENSOR_HANDS, ML2S_STREAM_HAND_LEFT},    std::pair{ML2S_SENSOR_CONTROLLER, ML2S_STREAM_CONTROLLER}};
 
 /** The message of opening a sensor, or "" when it opens. */
 std::string openAndClose(ml2s_sensor sensor, ml2s_stream stream) {
@@ -73,8 +73,16 @@ TEST(Tables, AMissingEyeSymbolTakesTheEyesOnlyAndIsNamed) {
 TEST(Tables, AMissingSnapshotSymbolTakesThePosesOnlyAndIsNamed) {
     load(SDK_WITHOUT_SNAPSHOT);
     for (const auto &[sensor, stream] : kSensors) {
-        const bool isPose = sensor == ML2S_SENSOR_HEAD || sensor == ML2S_SENSOR_GAZE || sensor == ML2S_SENSOR_HANDS;
+        const bool isPose = sensor == ML2S_SENSOR_HEAD || sensor == ML2S_SENSOR_GAZE || sensor == ML2S_SENSOR_HANDS ||
+                            sensor == ML2S_SENSOR_CONTROLLER;
         EXPECT_EQ(openAndClose(sensor, stream),
                   isPose ? "not available: libperception.magicleap.so/MLSnapshotGetTransform" : "");
     }
+}
+
+TEST(Tables, AMissingLibraryOfInputTakesTheButtonsOnlyAndIsNamed) {
+    load(COMPLETE_SDK);
+    const auto message = openAndClose(ML2S_SENSOR_CONTROLLER_INPUT, ML2S_STREAM_CONTROLLER_JOY);
+    EXPECT_EQ(message.rfind("not available: libinput.magicleap.so (", 0), 0u) << message;
+    EXPECT_EQ(openAndClose(ML2S_SENSOR_CONTROLLER, ML2S_STREAM_CONTROLLER), "");
 }

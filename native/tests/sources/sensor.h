@@ -68,6 +68,11 @@ class Sensor {
         result = ml2s_poll_poses(handle_, &pose, 1, &count, &error);
         return pose;
     }
+    ml2s_input pollInput() {
+        auto input = sized<ml2s_input>();
+        result = ml2s_poll_input(handle_, &input, &error);
+        return input;
+    }
     ml2s_pose colorPose(int64_t device_nanos) {
         auto pose = sized<ml2s_pose>();
         result = ml2s_color_pose(handle_, device_nanos, &pose, &error);

@@ -99,6 +99,12 @@ namespace Ml2Sensors
 
         /// <summary>Messages that the app on the headset publishes by itself.</summary>
         Custom = 31,
+
+        /// <summary>geometry_msgs/msg/PoseStamped on controller.</summary>
+        Controller = 32,
+
+        /// <summary>sensor_msgs/msg/Joy on controller/joy.</summary>
+        ControllerJoy = 33,
     }
 
     /// <summary>The stream table.</summary>
@@ -139,6 +145,8 @@ namespace Ml2Sensors
             new StreamRow("battery", "battery", ""),
             new StreamRow("tf", "tf", ""),
             new StreamRow("custom", "custom", ""),
+            new StreamRow("controller", "controller", ""),
+            new StreamRow("controller_joy", "controller", ""),
         };
     }
 }

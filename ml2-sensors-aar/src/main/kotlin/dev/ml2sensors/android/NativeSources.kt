@@ -1,6 +1,7 @@
 package dev.ml2sensors.android
 
 import dev.ml2sensors.capture.NativeBackend
+import dev.ml2sensors.capture.NativeInputSource
 import dev.ml2sensors.capture.NativeLibrary
 import dev.ml2sensors.capture.NativePixelSource
 import dev.ml2sensors.capture.NativePoseSource
@@ -26,7 +27,8 @@ internal fun loadNativeSources(suspendedNanos: () -> Long): List<NativeSource>? 
             .map { NativePixelSource(it, backend) }
     }
     val poses = NativeBackend.entries.flatMap { backend ->
-        PoseSensor.entries.map { NativePoseSource(it, backend, suspendedNanos) }
+        PoseSensor.entries.map { NativePoseSource(it, backend, suspendedNanos) } +
+            NativeInputSource(backend, suspendedNanos)
     }
     return pixels + poses
 }

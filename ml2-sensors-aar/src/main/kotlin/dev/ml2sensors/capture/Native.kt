@@ -24,6 +24,10 @@ internal object Native {
     @JvmStatic
     external fun poseLayout(): IntArray
 
+    /** Returns those of ml2s_input, in the order in which [InputBlock] reads them. */
+    @JvmStatic
+    external fun inputLayout(): IntArray
+
     /** Returns those of ml2s_settings, in the order in which [NativeSettings] reads them. */
     @JvmStatic
     external fun settingsLayout(): IntArray
@@ -49,6 +53,10 @@ internal object Native {
     /** Fills the ml2s_poses in [poses], a direct buffer. Returns how many were filled. */
     @JvmStatic
     external fun pollPoses(handle: Long, poses: ByteBuffer): Int
+
+    /** Fills [input], a direct buffer of one ml2s_input. Returns false while the handle is paused. */
+    @JvmStatic
+    external fun pollInput(handle: Long, input: ByteBuffer): Boolean
 
     /** Fills [pose], a direct buffer of one ml2s_pose. Returns true if the pose was known. */
     @JvmStatic

@@ -54,6 +54,9 @@ internal enum class PoseSensor(internal val code: Int, internal val streams: Set
 
     /** The joints of both hands. */
     HANDS(7, setOf(StreamTable.handLeft, StreamTable.handRight)),
+
+    /** The hand-held controller. */
+    CONTROLLER(8, setOf(StreamTable.controller)),
 }
 
 /** ml2s_stream: the number of a stream is its place in the table. */

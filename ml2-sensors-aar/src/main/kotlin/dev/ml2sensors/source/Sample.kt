@@ -58,6 +58,28 @@ public class PosesSample(override val captureNanos: Long, public val poses: List
 }
 
 /**
+ * Buttons, trigger and touchpad of the controller.
+ *
+ * @property trigger 0 released, 1 pulled.
+ * @property bumper true while it is pressed.
+ * @property menu true while the menu button is pressed.
+ * @property isTouched true while a finger is on the touchpad; otherwise [touchX], [touchY] and [force] are 0.
+ * @property touchX place of the finger, -1 left to 1 right.
+ * @property touchY place of the finger, -1 near to 1 far.
+ * @property force how hard it presses, 0 to 1.
+ */
+public class InputSample(
+    override val captureNanos: Long,
+    public val trigger: Float,
+    public val bumper: Boolean,
+    public val menu: Boolean,
+    public val isTouched: Boolean,
+    public val touchX: Float,
+    public val touchY: Float,
+    public val force: Float,
+) : Sample
+
+/**
  * State of the battery; NaN where unknown.
  *
  * @property voltage volt.

@@ -29,6 +29,7 @@ import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.delay
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.StateFlow
+import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
@@ -312,6 +313,11 @@ internal class ActiveStreams(
 
             spec.modes.isNotEmpty() ->
                 CameraPipeline(spec, channels, clock.stamps, tree, frameIds).run(samples)
+
+            spec == StreamTable.controller -> {
+                val seen = samples.onEach { if (it is PoseSample) tree.controller(it) }
+                MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(seen)
+            }
 
             else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(samples)
         }

@@ -2,7 +2,9 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.Header
+import dev.ml2sensors.message.Joy
 import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.InputSample
 import kotlinx.serialization.Serializable
 
 /**
@@ -32,3 +34,10 @@ internal fun BatterySample.toMessage(header: Header): BatteryState =
         location = "",
         serialNumber = "",
     )
+
+/** Returns the message; docs/topics.md has the order of axes and buttons. */
+internal fun InputSample.toMessage(header: Header): Joy = Joy(
+    header,
+    axes = listOf(trigger, touchX, touchY, force),
+    buttons = listOf(bumper, menu, isTouched).map { if (it) 1 else 0 },
+)

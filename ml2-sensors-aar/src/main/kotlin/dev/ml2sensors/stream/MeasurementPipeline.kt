@@ -4,6 +4,7 @@ import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Imu
+import dev.ml2sensors.message.Joy
 import dev.ml2sensors.message.MagneticField
 import dev.ml2sensors.message.PoseArray
 import dev.ml2sensors.message.PoseStamped
@@ -12,6 +13,7 @@ import dev.ml2sensors.message.toPose
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ImuUnit
 import dev.ml2sensors.source.InertialSample
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
@@ -46,6 +48,8 @@ internal class MeasurementPipeline(
                 }
 
                 is PosesSample -> publish(sample, PoseArray.serializer()) { PoseArray(it, sample.poses) }
+
+                is InputSample -> publish(sample, Joy.serializer()) { sample.toMessage(it) }
 
                 is BatterySample -> publish(sample, BatteryState.serializer()) { sample.toMessage(it) }
 

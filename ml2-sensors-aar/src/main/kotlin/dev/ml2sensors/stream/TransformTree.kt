@@ -16,6 +16,7 @@ import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.sync.Mutex
@@ -103,6 +104,14 @@ internal class TransformTree(
                 lose(1, DropReason.SOURCE_LATE)
             }
         }
+
+    /** Adds a sample of the controller, which is a child of the world in both layouts. */
+    suspend fun controller(sample: PoseSample): Unit = inSession {
+        val pose = sample.pose ?: return
+        if (stamps.isFuture(sample.captureNanos)) return lose(1, stamps.lossReason(sample.captureNanos))
+        val frames = listOf(frameIds.of(StreamTable.controllerJoy) to pose)
+        publish(sample.captureNanos, stamps.stampNanos(sample.captureNanos), frames)
+    }
 
     /**
      * Runs [block] with the lock. A recording waits for a session first, but never with the lock: a receiver that

@@ -18,7 +18,8 @@ internal class CaptureFixture : AutoCloseable {
     val depth = NativePixelSource(PixelSensor.DEPTH, NativeBackend.SDK)
     val eyes = NativePixelSource(PixelSensor.EYE, NativeBackend.SDK)
     private val poses = PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) }
-    private val sources = listOf(world, depth, eyes) + poses
+    private val input = NativeInputSource(NativeBackend.SDK)
+    private val sources = listOf(world, depth, eyes, input) + poses
     private val collected = mutableSetOf<StreamSpec>()
 
     init {
@@ -41,7 +42,7 @@ internal class CaptureFixture : AutoCloseable {
     override fun close() {
         sources.forEach(NativeSource::close)
         Simulation.assertIsLeftAsFound()
-        for (stream in collected - poses.flatMap { it.streams }.toSet()) {
+        for (stream in collected - (poses + input).flatMap { it.streams }.toSet()) {
             val leased = (0 until SlotPool.SLOTS).filter { slot ->
                 runCatching { SlotPool.release(stream, slot) }.isSuccess
             }

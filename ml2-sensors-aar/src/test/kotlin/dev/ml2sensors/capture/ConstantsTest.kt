@@ -27,6 +27,7 @@ class ConstantsTest {
     fun sensorsAndBackendsHaveTheNumbersOfTheLibrary() {
         for (sensor in PixelSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
         for (sensor in PoseSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
+        assertEquals(value("SENSOR_CONTROLLER_INPUT"), NativeInputSource.SENSOR_CODE)
         for (backend in NativeBackend.entries) assertEquals(value("BACKEND_${backend.name}"), backend.code)
     }
 

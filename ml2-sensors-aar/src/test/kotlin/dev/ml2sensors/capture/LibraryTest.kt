@@ -18,6 +18,7 @@ class LibraryTest {
             "world_left: accepted; ImageSample",
             "eye_nasal_left: accepted; ImageSample",
             "head_pose: accepted; PoseSample",
+            "controller_joy: accepted; InputSample",
         )
         assertEquals(expected, lines.filter { ": accepted" in it })
         assertFalse(lines.any { "WARNING" in it || "FATAL" in it }, lines.joinToString("\n"))
@@ -27,7 +28,7 @@ class LibraryTest {
     fun aMissingLibraryIsNamedInEveryRefusal() {
         val lines = sdk(probe(Path.of("no-such-folder")))
         assertEquals(
-            listOf("depth", "world_left", "eye_nasal_left", "head_pose"),
+            listOf("depth", "world_left", "eye_nasal_left", "head_pose", "controller_joy"),
             lines.map {
                 it.substringBefore(':')
             },
@@ -50,6 +51,7 @@ class LibraryTest {
             missing("world_left", "MLWorldCameraConnect"),
             missing("eye_nasal_left", "MLEyeCameraConnect"),
             missing("head_pose", "MLHeadTrackingCreate"),
+            missing("controller_joy", "MLTimeConvertMLTimeToSystemTime"),
         )
         assertEquals(expected, sdk(probe(Path.of("../build/native/host/tests/jni/partial"))))
     }

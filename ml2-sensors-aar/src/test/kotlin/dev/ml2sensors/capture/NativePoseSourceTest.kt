@@ -3,6 +3,7 @@ package dev.ml2sensors.capture
 import dev.ml2sensors.message.Pose
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -24,6 +25,7 @@ import org.junit.jupiter.api.Test
 import org.junit.jupiter.api.Timeout
 import kotlin.math.hypot
 import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
 import kotlin.test.assertNotNull
 import kotlin.test.assertTrue
 
@@ -97,6 +99,44 @@ class NativePoseSourceTest {
     @Test
     fun gazeIsTracked() = runBlocking<Unit> {
         fixture.samples(StreamTable.gaze).first { it is PoseSample && it.pose != null }
+    }
+
+    @Test
+    fun theControllerHasAPoseWhileItsPositionIsKnown() = runBlocking<Unit> {
+        val isTracked = mutableListOf<Boolean>()
+        fixture.samples(StreamTable.controller).filterIsInstance<PoseSample>().dropWhile { it.pose == null }.first {
+            isTracked += it.pose != null
+            if (isTracked.size == 5) Simulation.configure("fault.controller.tracking", 1)
+            if (isTracked.count { !it } == 5) Simulation.configure("fault.controller.tracking", 0)
+            false in isTracked && isTracked.last()
+        }
+        assertTrue(isTracked.indexOf(false) >= 5, "$isTracked")
+        assertTrue(isTracked.count { !it } >= 5, "$isTracked")
+    }
+
+    @Test
+    fun whatIsPressedOnTheControllerComesAt60Hz() = runBlocking<Unit> {
+        val samples = fixture.samples(StreamTable.controllerJoy).filterIsInstance<InputSample>().take(61).toList()
+        val nanos = samples.map { it.captureNanos }
+        assertEquals(nanos.sorted().distinct(), nanos)
+        assertTrue(nanos.last() - nanos.first() > 950_000_000, "60 periods took ${nanos.last() - nanos.first()} ns")
+        assertTrue(samples.all { it.bumper != it.menu })
+        assertEquals(setOf(false, true), samples.map { it.bumper }.toSet())
+        for ((first, second) in samples.zipWithNext()) assertTrue(first.trigger != second.trigger)
+        for (sample in samples) {
+            assertEquals(if (sample.isTouched) 0.5 else 0.0, hypot(sample.touchX, sample.touchY).toDouble(), 1e-6)
+            assertEquals(if (sample.isTouched) 0.25f else 0f, sample.force)
+        }
+    }
+
+    @Test
+    fun aControllerThatIsSwitchedOffIsTheReasonOfTheFailure() = runBlocking<Unit> {
+        val failure = assertFailsWith<CaptureException.NotAvailable> {
+            fixture.samples(StreamTable.controllerJoy).collect {
+                Simulation.configure("fault.input.disconnected", 1)
+            }
+        }
+        assertEquals("no controller is connected", failure.message)
     }
 
     @Test

@@ -1,6 +1,7 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
@@ -66,7 +67,7 @@ class OpenXrTest {
     }
 
     @Test
-    fun headGazeAndHandsAreTracked() = runBlocking<Unit> {
+    fun headGazeHandsAndControllerAreTracked() = runBlocking<Unit> {
         for (sensor in PoseSensor.entries) {
             NativePoseSource(sensor, NativeBackend.OPENXR).use { source ->
                 for (stream in source.streams) {
@@ -75,6 +76,14 @@ class OpenXrTest {
                     }
                 }
             }
+        }
+    }
+
+    @Test
+    fun whatIsPressedOnTheControllerIsRead() = runBlocking<Unit> {
+        NativeInputSource(NativeBackend.OPENXR).use { source ->
+            source.first(StreamTable.controllerJoy, StreamValues()) { (it as InputSample).bumper && !it.menu }
+            source.first(StreamTable.controllerJoy, StreamValues()) { (it as InputSample).menu && !it.bumper }
         }
     }
 

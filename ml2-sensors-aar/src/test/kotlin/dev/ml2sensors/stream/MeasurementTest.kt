@@ -4,6 +4,7 @@ import dev.ml2sensors.conformance.FluidPressure
 import dev.ml2sensors.conformance.Illuminance
 import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.Imu
+import dev.ml2sensors.message.Joy
 import dev.ml2sensors.message.MagneticField
 import dev.ml2sensors.message.Point
 import dev.ml2sensors.message.Pose
@@ -16,6 +17,7 @@ import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
@@ -124,6 +126,24 @@ class MeasurementTest {
         val joints = List(26) { Pose(Point(it.toDouble(), 0.0, 0.0), Quaternion.IDENTITY) }
         val hand = carry(StreamTable.handRight, "{}", PosesSample(fixture.now, joints)).message<PoseArray>()
         assertEquals(joints, hand.poses)
+    }
+
+    @Test
+    fun axesAndButtonsOfTheControllerHaveTheirPlaces() {
+        val sample = InputSample(
+            fixture.now,
+            trigger = 0.75f,
+            bumper = true,
+            menu = false,
+            isTouched = true,
+            touchX = -0.5f,
+            touchY = 0.25f,
+            force = 0.125f,
+        )
+        val joy = carry(StreamTable.controllerJoy, "{}", sample).message<Joy>()
+        assertEquals("controller_frame", joy.header.frameId)
+        assertEquals(listOf(0.75f, -0.5f, 0.25f, 0.125f), joy.axes)
+        assertEquals(listOf(1, 0, 1), joy.buttons)
     }
 
     @Test

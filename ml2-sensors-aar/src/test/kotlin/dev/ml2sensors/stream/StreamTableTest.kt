@@ -7,6 +7,7 @@ import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import dev.ml2sensors.source.Sample
@@ -68,7 +69,8 @@ class StreamTableTest {
             "pressure" in stream || "light" in stream -> ScalarSample(CAPTURE, 1.0)
             "hand" in stream -> PosesSample(CAPTURE, listOf(pose))
             stream == "battery" -> BatterySample(CAPTURE, 4f, -1f, 0.5f, ChargeStatus.DISCHARGING)
-            stream == "gaze" || stream == "head_pose" -> PoseSample(CAPTURE, Transform.IDENTITY)
+            stream == "controller_joy" -> InputSample(CAPTURE, 0f, false, false, false, 0f, 0f, 0f)
+            stream in setOf("gaze", "head_pose", "controller") -> PoseSample(CAPTURE, Transform.IDENTITY)
             else -> fixture.headset.image(CAPTURE, pose = Transform.IDENTITY, intrinsics = intrinsics)
         }
     }
@@ -135,6 +137,8 @@ class StreamTableTest {
             hand_left hand_left geometry_msgs/msg/PoseArray sensors sensor magicleap_world
             hand_right hand_right geometry_msgs/msg/PoseArray sensors sensor magicleap_world
             battery battery sensor_msgs/msg/BatteryState sensors sensor head_frame
-            tf /tf tf2_msgs/msg/TFMessage sensors tf magicleap_world"""
+            tf /tf tf2_msgs/msg/TFMessage sensors tf magicleap_world
+            controller controller geometry_msgs/msg/PoseStamped sensors sensor magicleap_world
+            controller_joy controller/joy sensor_msgs/msg/Joy sensors sensor controller_frame"""
     }
 }

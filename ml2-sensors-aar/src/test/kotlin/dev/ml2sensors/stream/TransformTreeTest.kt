@@ -66,6 +66,19 @@ class TransformTreeTest {
     }
 
     @Test
+    fun theControllerIsAChildOfTheWorldAtEachOfItsStamps() = runBlocking<Unit> {
+        val session = fixture.start("""{"controller": {}, "tf": {}}""")
+        val pose = random.transform()
+        fixture.headset.deliver(StreamTable.controller, PoseSample(fixture.now, pose))
+        val sent = session.awaitData("controller", 1).single()
+        session.awaitData("/tf", 1)
+        val transform = session.transforms().single()
+        assertEquals(sent.captureNanos, transform.header.stamp.toNanos())
+        assertEquals("magicleap_world", transform.header.frameId)
+        assertMatrix(pose.toMatrix(), session.transforms().of("controller_frame"))
+    }
+
+    @Test
     fun sensorsAreComposedWithTheHeadAtItsStamps() = runBlocking<Unit> {
         val session = fixture.start("""{"world_left": {}, "depth": {}, "tf": {}}""")
         val heads = List(4) { random.transform() }

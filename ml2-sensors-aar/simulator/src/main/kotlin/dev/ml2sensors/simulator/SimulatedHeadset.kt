@@ -2,6 +2,7 @@ package dev.ml2sensors.simulator
 
 import dev.ml2sensors.capture.NativeBackend
 import dev.ml2sensors.capture.NativeHeadsetClock
+import dev.ml2sensors.capture.NativeInputSource
 import dev.ml2sensors.capture.NativePixelSource
 import dev.ml2sensors.capture.NativePoseSource
 import dev.ml2sensors.capture.PixelSensor
@@ -111,6 +112,7 @@ private fun sources(): List<SensorSource> =
         PoseSensor.entries.map { NativePoseSource(it, NativeBackend.SDK) } +
         PixelSensor.entries.map { NativePixelSource(it, NativeBackend.OPENXR) } +
         PoseSensor.entries.map { NativePoseSource(it, NativeBackend.OPENXR) } +
+        NativeBackend.entries.map { NativeInputSource(it) } +
         SimulatedCamera2() +
         SignalSource("sensor_manager", NativeHeadsetClock, sensorManagerSignals()) +
         SignalSource("battery_manager", NativeHeadsetClock, mapOf(StreamTable.battery to battery()))

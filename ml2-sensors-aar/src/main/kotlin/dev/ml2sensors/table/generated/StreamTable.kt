@@ -891,6 +891,44 @@ public object StreamTable {
     public val custom: StreamSpec =
         StreamSpec(id = "custom", section = "custom", frameId = "", backends = listOf("app"))
 
+    /** geometry_msgs/msg/PoseStamped on controller. */
+    public val controller: StreamSpec =
+        StreamSpec(
+            id = "controller",
+            section = "controller",
+            topics = listOf(
+                TopicSpec(
+                    role = "pose",
+                    name = "controller",
+                    type = "geometry_msgs/msg/PoseStamped",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "magicleap_world",
+            backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
+        )
+
+    /** sensor_msgs/msg/Joy on controller/joy. */
+    public val controllerJoy: StreamSpec =
+        StreamSpec(
+            id = "controller_joy",
+            section = "controller",
+            topics = listOf(
+                TopicSpec(
+                    role = "joy",
+                    name = "controller/joy",
+                    type = "sensor_msgs/msg/Joy",
+                    lane = "sensors",
+                    qos = "sensor",
+                ),
+            ),
+            frameId = "controller_frame",
+            backends = listOf("sdk", "openxr"),
+            longestPauseSeconds = 2,
+        )
+
     /** The rules for topics of [custom]. */
     internal val customTopics: CustomTopicsSpec =
         CustomTopicsSpec(role = "custom", lane = "sensors", qos = "sensor", maxTopics = 32)
@@ -930,6 +968,8 @@ public object StreamTable {
             battery,
             tf,
             custom,
+            controller,
+            controllerJoy,
         )
 
     /** Returns the stream with this [id], or null if there is none. */

@@ -6,17 +6,21 @@ import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.times
 import dev.ml2sensors.message.toPose
 import dev.ml2sensors.simulator.signal.Signal
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
 import kotlin.math.PI
+import kotlin.math.cos
 import kotlin.math.sin
 
-/** Returns head, gaze and hands, all in the world frame. */
+/** Returns head, gaze, hands and controller, all in the world frame. */
 internal fun trackingSignals(trajectory: Trajectory): Map<String, Signal> = mapOf(
     "head_pose" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose) },
     "gaze" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose * gaze(it.seconds)) },
     "hand_left" to hand(trajectory, side = 1),
     "hand_right" to hand(trajectory, side = -1),
+    "controller" to Signal(60) { PoseSample(it.nanos, trajectory.at(it.seconds).pose * palm(it.seconds, side = -1)) },
+    "controller_joy" to Signal(60) { input(it.nanos, it.seconds) },
 )
 
 /** The gaze: origin between the eyes, x along the viewing direction. */
@@ -35,6 +39,18 @@ private fun hand(trajectory: Trajectory, side: Int) = Signal(30) { capture ->
         JOINTS.map { if (isTracked) (palm * mirrored(it, side)).toPose() else PosesSample.UNTRACKED },
     )
 }
+
+/** The trigger is pulled slowly, the buttons are pressed in turns, and a finger circles on the touchpad. */
+private fun input(nanos: Long, seconds: Double) = InputSample(
+    nanos,
+    trigger = (0.5 + 0.5 * sin(2 * PI * 0.5 * seconds)).toFloat(),
+    bumper = seconds % 2 < 1,
+    menu = seconds % 2 >= 1,
+    isTouched = true,
+    touchX = (0.5 * sin(2 * PI * 0.25 * seconds)).toFloat(),
+    touchY = (0.5 * cos(2 * PI * 0.25 * seconds)).toFloat(),
+    force = 0.25f,
+)
 
 private const val HAND_PERIOD_SECONDS = 10.0
 private const val HAND_TRACKED_SECONDS = 8.0

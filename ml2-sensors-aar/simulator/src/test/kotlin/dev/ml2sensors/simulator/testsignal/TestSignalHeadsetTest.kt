@@ -7,6 +7,7 @@ import dev.ml2sensors.simulator.signal.clock
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.InputSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.PosesSample
@@ -128,6 +129,20 @@ class TestSignalHeadsetTest {
         val joints = hands.map { (it as PosesSample).poses }
         assertEquals(setOf(26), joints.map { it.size }.toSet())
         assertEquals(setOf(0, 26), joints.map { hand -> hand.count { it == PosesSample.UNTRACKED } }.toSet())
+    }
+
+    @Test
+    fun everyButtonAndAxisOfTheControllerChangesWithinItsRange() = withHeadset { headset ->
+        val samples = headset.samples(StreamTable.controllerJoy, StreamValues())
+        val inputs = samples.take(300).toList().filterIsInstance<InputSample>()
+        for (axis in listOf(InputSample::touchX, InputSample::touchY)) {
+            val values = inputs.map(axis)
+            assertTrue(values.min() in -1f..-0.4f && values.max() in 0.4f..1f, "$axis")
+        }
+        assertTrue(inputs.minOf { it.trigger } in 0f..0.1f && inputs.maxOf { it.trigger } in 0.9f..1f)
+        for (button in listOf(InputSample::bumper, InputSample::menu)) {
+            assertEquals(setOf(false, true), inputs.map(button).toSet(), "$button")
+        }
     }
 
     @Test

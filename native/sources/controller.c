@@ -1,0 +1,130 @@
+// The hand-held controller: its pose at the instant of its stamp, and its buttons, trigger and touchpad.
+#include "../sdk/error.h"
+#include "../sdk/perception.h"
+#include "../sdk/snapshot.h"
+#include "conversions.h"
+#include "head_tracker.h"
+#include "source.h"
+
+static MLHandle head_tracker = ML_INVALID_HANDLE;
+static MLHandle tracker = ML_INVALID_HANDLE;
+
+static ml2s_result require(ml2s_error *error) {
+    return sdk_require(HEAD_TRACKER_AREAS | 1u << SDK_CONTROLLER | 1u << SDK_SNAPSHOT | 1u << SDK_TIME, error);
+}
+
+static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    static const MLControllerConfiguration modes = {.enable_fused6dof = true};
+    ml2s_result result = head_tracker_open(&head_tracker, error);
+    return result ? result
+                  : head_tracker_close_on_failure(SDK_CALL(error, controller, MLControllerCreateEx, &modes, &tracker),
+                                                  &tracker, &head_tracker);
+}
+
+static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (tracker == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    return head_tracker_close_after(SDK_CALL(error, controller, MLControllerDestroy, tracker), &tracker, &head_tracker,
+                                    error);
+}
+
+static ml2s_result locate(const MLCoordinateFrameUID *frame, ml2s_pose *pose, ml2s_error *error) {
+    MLSnapshot *snapshot;
+    ml2s_result result = snapshot_take(pose->device_nanos, &snapshot, error);
+    if (result) {
+        return result;
+    }
+    MLTransform transform;
+    result = SDK_CALL(error, snapshot, MLSnapshotGetTransform, snapshot, frame, &transform);
+    if (!result) {
+        pose_set(pose, &transform);
+    }
+    return snapshot_release(snapshot, result, error);
+}
+
+static ml2s_result poll_poses(const ml2s_settings *settings, ml2s_pose *poses, uint32_t *count, ml2s_error *error) {
+    (void)settings;
+    MLControllerSystemStateEx state;
+    MLControllerSystemStateExInit(&state);
+    ml2s_result result;
+    if ((result = SDK_CALL(error, controller, MLControllerGetStateEx, tracker, &state)) ||
+        (result = pose_begin(poses, ML2S_STREAM_CONTROLLER, error))) {
+        return result;
+    }
+    *count = 1;
+    // With rotation only, the position is where the controller was last seen, which a pose cannot say.
+    const MLControllerStateEx *controller = &state.controller_state[0];
+    return controller->status == MLControllerStatus_Active ? locate(&controller->coord_frame_controller, poses, error)
+                                                           : ML2S_OK;
+}
+
+const struct source_ops source_controller = {
+    .require = require, .open = begin, .poll_poses = poll_poses, .pause = end, .resume = begin, .close = end};
+
+static MLHandle input_tracker = ML_INVALID_HANDLE;
+
+static ml2s_result require_input(ml2s_error *error) { return sdk_require(1u << SDK_INPUT | 1u << SDK_TIME, error); }
+
+static ml2s_result begin_input(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    ml2s_result result = SDK_CALL(error, input, MLInputCreate, &input_tracker);
+    if (result) {
+        input_tracker = ML_INVALID_HANDLE;
+    }
+    return result;
+}
+
+static ml2s_result end_input(const ml2s_settings *settings, ml2s_error *error) {
+    (void)settings;
+    if (input_tracker == ML_INVALID_HANDLE) {
+        return ML2S_OK;
+    }
+    ml2s_result result = SDK_CALL(error, input, MLInputDestroy, input_tracker);
+    input_tracker = ML_INVALID_HANDLE;
+    return result;
+}
+
+/** Copies the state of a connected controller. Only the first touch counts: the controller tells one finger apart. */
+static ml2s_result copy_input(const MLInputControllerStateEx *from, ml2s_input *input, ml2s_error *error) {
+    const MLVec3f *touch = &from->touch_pos_and_force[0];
+    const float values[] = {from->trigger_normalized, touch->x, touch->y, touch->z};
+    if (!are_finite(values, 4)) {
+        return error_set(error, ML2S_VENDOR_FAILURE, 0,
+                         "MLInputGetControllerStateEx: trigger or touch is not a number, expected -1 to 1");
+    }
+    input->is_connected = 1;
+    input->trigger = from->trigger_normalized;
+    input->bumper = from->button_state[MLInputControllerButton_Bumper];
+    input->menu = from->button_state[MLInputControllerButton_Menu];
+    input->is_touched = from->is_touch_active[0];
+    if (input->is_touched) {
+        input->touch[0] = touch->x;
+        input->touch[1] = touch->y;
+        input->force = touch->z;
+    }
+    return ML2S_OK;
+}
+
+static ml2s_result poll_input(const ml2s_settings *settings, ml2s_input *input, ml2s_error *error) {
+    (void)settings;
+    MLInputControllerStateEx states[MLInput_MaxControllers];
+    MLInputControllerStateExInit(states);
+    *input = (ml2s_input){0};
+    ml2s_result result;
+    if ((result = SDK_CALL(error, input, MLInputGetControllerStateEx, input_tracker, states)) ||
+        (result = clock_mltime_now(&input->device_nanos, error)) ||
+        (result = clock_boottime_of_mltime(input->device_nanos, &input->capture_nanos, error))) {
+        return result;
+    }
+    return states[0].is_connected ? copy_input(&states[0], input, error) : ML2S_OK;
+}
+
+const struct source_ops source_controller_input = {.require = require_input,
+                                                   .open = begin_input,
+                                                   .poll_input = poll_input,
+                                                   .pause = end_input,
+                                                   .resume = begin_input,
+                                                   .close = end_input};
