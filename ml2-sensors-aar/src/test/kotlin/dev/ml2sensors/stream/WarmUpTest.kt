@@ -17,7 +17,7 @@ class WarmUpTest {
     @Test
     fun messagesOfEveryTopicOfACameraAnInertialUnitAndTheHeadAreWritten() = runBlocking {
         val channels = HashSet<Int>()
-        warmUp(WrittenTo { channels += FrameHeader.read(it).channel }, Duration.INFINITE)
+        warmUp(WrittenTo { buffer -> channels += headers(buffer).map { it.channel } }, Duration.INFINITE)
         val outgoing = TopicChannels(suspendsWhenFull = false)
         val streams = listOf(StreamTable.worldLeft, StreamTable.color, StreamTable.imuLeft, StreamTable.tf)
         assertEquals(streams.flatMap { outgoing.of(it, it.defaultValues()) }.map { it.id }.toSet(), channels)
@@ -38,7 +38,15 @@ class WarmUpTest {
     }
 }
 
-/** Gives each frame's first bytes to [take]. */
+/** Reads the headers of the frames in [buffer]. The last frame may go on elsewhere. */
+private fun headers(buffer: ByteBuffer): List<FrameHeader> = buildList {
+    while (buffer.hasRemaining()) {
+        val header = FrameHeader.read(buffer).also(::add)
+        buffer.position((buffer.position() + header.length).coerceAtMost(buffer.limit()))
+    }
+}
+
+/** Gives the first buffer of each write to [take]. */
 private class WrittenTo(private val take: (ByteBuffer) -> Unit) : GatheringByteChannel {
     override fun write(source: ByteBuffer): Int {
         val size = source.remaining()
