@@ -40,6 +40,7 @@ internal class CameraConnection(
         accessing { cameraManager.openCamera(id, this, handler) }
         isRequested = true
         val device = opened.await()
+        if (end.isCompleted) return
         accessing { device.createCaptureSession(listOf(surface), SessionCallback(), handler) }
         val session = configured.await()
         accessing { session.setRepeatingRequest(request(device), results, handler) }

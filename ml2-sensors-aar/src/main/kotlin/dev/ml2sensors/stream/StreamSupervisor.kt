@@ -90,7 +90,7 @@ internal class StreamSupervisor(
                     if (left > Duration.ZERO) {
                         delay(left)
                     } else if (isHeld()) {
-                        alive = time.markNow() + OPENING // As long as it takes to open again after the hold
+                        alive = time.markNow()
                     } else {
                         report(StreamState.Waiting(sleepReason() ?: failSilent(pause)))
                         alive = time.markNow()

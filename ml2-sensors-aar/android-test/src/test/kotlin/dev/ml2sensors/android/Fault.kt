@@ -156,15 +156,14 @@ private val SENSOR_FAULTS = listOf(
 
 private val LIFECYCLE_FAULTS = listOf(
     Fault("the app is in the background") {
-        headset.pause()
+        pause()
         val mend = listOf(
             platform.refuseCamera(CameraAccessException(CameraAccessException.CAMERA_DISABLED)),
             platform.silence(platform.sensors.keys),
-        )
-        loseCamera(CameraRig.DISCONNECTED);
+        );
         {
             mend.forEach { it() }
-            headset.resume()
+            resume()
         }
     },
     Fault("the headset is not worn") {

@@ -56,6 +56,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
     private val lanes = streams.values.flatMap { it.channels }.map { it.lane }.distinct()
     private var links = emptyList<Job>()
     private var run: Run? = null
+    private var isPaused = false
 
     /** True if a frame of this tick has ended a run. */
     private var hasRunEnded = false
@@ -76,6 +77,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         val values = checkNotNull(headset.negotiate(spec, spec.defaultValues()).acceptedValues) { "$spec is refused" }
         val channels = topics.of(spec, values)
         lateinit var job: Job
+        var isOpen = false
         var delivered = 0L
         var published = 0L
         var counted = 0L
@@ -108,8 +110,13 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
             StreamTable.color -> observed(headset.samples(spec, values))
 
             StreamTable.battery -> flow {
-                delivered += platform.stickyBroadcasts.size
-                emitAll(headset.samples(spec, values).onEach(::checkPercentage))
+                if (!isPaused) delivered += platform.stickyBroadcasts.size
+                isOpen = true
+                try {
+                    emitAll(headset.samples(spec, values).onEach(::checkPercentage))
+                } finally {
+                    isOpen = false
+                }
             }
 
             else -> headset.samples(spec, values)
@@ -215,6 +222,22 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         await("the camera is closed") { current.isOver }
     }
 
+    /** Pauses the headset, and returns when its camera is closed. */
+    fun pause() {
+        headset.pause()
+        isPaused = true
+        if (!CameraRig.isOpeningHeld) await("the camera is closed") { platform.rig.countOpen() == 0 }
+        run?.camera = null
+    }
+
+    fun resume() {
+        while (platform.rig.nextRunning() != null) Unit
+        isPaused = false
+        val battery = streams.getValue(StreamTable.battery)
+        if (battery.isOpen) battery.delivered += platform.stickyBroadcasts.size
+        headset.resume()
+    }
+
     /** Ends and starts a stream, as a new configuration does. */
     fun restart(spec: StreamSpec) {
         if (spec == StreamTable.color && CameraRig.isOpeningHeld) return
@@ -232,7 +255,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
 
     private fun isCameraSettled(): Boolean {
         val current = run ?: return true
-        if (current.isOver || CameraRig.isOpeningHeld) return true
+        if (current.isOver || isPaused || CameraRig.isOpeningHeld) return true
         if (current.camera == null) current.camera = platform.rig.nextRunning()
         return current.camera != null && current.job.isActive
     }
