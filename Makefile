@@ -234,6 +234,9 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 	build/audit/bin/pip install --quiet pip-audit
 	build/audit/bin/pip-audit --strict -r host_receiver/environment/requirements.txt
 
+links: build ## Everything raw over links of 300, 100, 50 and 30 Mbit/s for DURATION seconds each, as root: how late are inertial samples? Result in build/bench/links.json
+	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/end_to_end/links.py $(DURATION)
+
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/soak.py $(DURATION)
 

@@ -43,6 +43,14 @@ _STATUS_S = 1.0
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 
+@dataclass(frozen=True)
+class Host:
+    """Where a process runs: the words before its command, and its address."""
+
+    prefix: tuple[str | Path, ...] = ()
+    address: str = "127.0.0.1"
+
+
 @dataclass
 class Usage:
     """CPU time and memory of one process, sampled about once per second while messages flow."""
@@ -138,6 +146,7 @@ def load_run(
     headset_options: tuple[str, ...] = (),
     link: Callable[[str], Proxy] | None = None,
     on_snapshot: Callable[[dict[str, Any]], None] = lambda _: None,
+    hosts: tuple[Host, Host] = (Host(), Host()),
 ) -> list[Loaded]:
     """Runs one headset per name at the same time; an empty name means none.
 
@@ -147,6 +156,7 @@ def load_run(
         link: makes the proxy between headset and receiver, from the receiver's address.
         on_snapshot: is called about once per second with a subscriber's snapshot.
         source: the headsets' option --source.
+        hosts: that of receiver and subscriber, and that of the headset.
         record: the folder for a recording of the only receiver, or None.
     """
     environment = isolated_environment()
@@ -165,6 +175,7 @@ def load_run(
                 record,
                 security,
                 link,
+                hosts,
             )
             for seed, name in enumerate(names, start=1)
         ]
@@ -184,23 +195,29 @@ def _start(
     record: Path | None,
     security: Security,
     link: Callable[[str], Proxy] | None,
+    hosts: tuple[Host, Host],
 ) -> tuple[subprocess.Popen[str], dict[str, Usage]]:
     folder.mkdir(parents=True, exist_ok=True)
     options = ("--start-paused", "--name", name)
-    receive = receive_command(config, "127.0.0.1:0", *options, security=security)
+    near, far = hosts
+    receive = receive_command(config, f"{near.address}:0", *options, security=security)
     if record is not None:
         receive = [RECEIVER, "record", record, *receive[2:]]
-    receiver = stack.enter_context(process(receive, environment, folder / "receiver.log"))
+    receiver = stack.enter_context(
+        process([*near.prefix, *receive], environment, folder / "receiver.log")
+    )
     observe: list[str | Path] = [
         *(sys.executable, OBSERVER, "--prefix", f"/{name}{PREFIX}" if name else PREFIX),
         *("--qos-depths", json.dumps(dict.fromkeys(load_table().qos, _DEPTH))),
         *("--pictures", folder / "streams.png", "--receiver", name),
     ]
-    observer = stack.enter_context(process(observe, environment, folder / "observer.log"))
+    observer = stack.enter_context(
+        process([*near.prefix, *observe], environment, folder / "observer.log")
+    )
     address = listening_address(receiver)
     if link is not None:
         address = stack.enter_context(link(address)).address
-    send = headset_command(address, *headset_options, security=security)
+    send = [*far.prefix, *headset_command(address, *headset_options, security=security)]
     headset = stack.enter_context(process(send, environment, folder / "headset.log", is_read=False))
     children = {"receiver": receiver, "headset": headset, "subscriber": observer}
     return observer, {role: Usage(child.pid) for role, child in children.items()}

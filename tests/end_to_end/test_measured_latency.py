@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import links
 from processes import (
     PREFIX,
     RECEIVER,
@@ -115,3 +116,13 @@ def test_the_counts_of_messages_have_the_ratio_of_the_rates(measured: Measured) 
     gyro = measured.rows["gyro_left/imu"]
     camera = measured.rows["world_left/image_raw"]
     assert gyro.messages / camera.messages == pytest.approx(200 / 30, rel=0.2)
+
+
+def test_images_that_fill_a_link_delay_no_inertial_sample() -> None:
+    if reason := links.why_not():
+        pytest.skip(reason)
+    row = links.measure(100, "cubic", 10)
+    assert row["imu_lost"] == 0, row
+    assert row["sent_mbit"] > 50, row
+    # Half a second where nothing paces the images; the bound leaves room for a busy machine
+    assert row["imu_p50_ms"] < 25, row

@@ -70,6 +70,7 @@ class PackagesTest {
             setOf("source"),
             setOf("capture"),
             setOf("clock"),
+            setOf("pacing"),
             setOf("wire"),
             setOf("transport"),
             setOf("session"),

@@ -1,5 +1,6 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.SensorHeadset
 import java.nio.file.Path
@@ -47,4 +48,9 @@ public object NativeLibrary {
         val head = NativePoseSource(PoseSensor.HEAD, NativeBackend.SDK)
         return SensorHeadset(identity, NativeHeadsetClock, sources + head)
     }
+}
+
+/** CLOCK_BOOTTIME, read by the library that stamps frames. Thread-safe. */
+internal object NativeHeadsetClock : DeviceClock {
+    override fun nowNanos(): Long = Native.now()
 }

@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.transport.PlaintextChannel
 import dev.ml2sensors.transport.TransportChannel
 import dev.ml2sensors.transport.TransportException
@@ -32,10 +33,11 @@ import java.nio.channels.SocketChannel
 internal class Connection private constructor(
     private val channel: TransportChannel,
     val address: InetAddress,
+    pacing: ImagePacing?,
     rosNowNanos: () -> Long,
 ) : Closeable {
     private val reader = FrameReader(channel)
-    val writer: FrameWriter = FrameWriter(channel, rosNowNanos)
+    val writer: FrameWriter = FrameWriter(channel, pacing, rosNowNanos)
 
     /**
      * Waits for the next frame of one of the [allowed] kinds, and returns null at the end of the stream. Skips an ERROR
@@ -83,14 +85,19 @@ internal class Connection private constructor(
         /** What a link of 10 Mbit/s delivers in 50 ms; what waits beyond it is written together. */
         private const val URGENT_SEND_BUFFER_BYTES = 64 * 1024
 
-        /** A quarter of a raw world camera frame. */
-        private const val BULK_SEND_BUFFER_BYTES = 256 * 1024
+        /** An eighth of a raw world camera frame. */
+        private const val BULK_SEND_BUFFER_BYTES = 128 * 1024
+
+        /** A lane of 400 Mbit/s keeps so much under way for each second of round trip. */
+        private const val BULK_BYTES_PER_SECOND = 50_000_000L
+        private const val NANOS_PER_SECOND = 1_000_000_000L
 
         /**
          * Connects to the first of the receiver's addresses that answers. An [urgent] connection is marked DSCP CS6, so
          * that an access point can prefer it to images. The kernel's send buffer is small, so that nothing becomes
          * stale there.
          *
+         * @param pacing paces the images of this connection, unless it stays on this machine.
          * @param resolve returns the addresses of a host.
          * @throws TransportException when this device is not paired, or the machine that answers is not the receiver
          * that [security] and the address require.
@@ -100,6 +107,7 @@ internal class Connection private constructor(
             security: TransportSecurity,
             rosNowNanos: () -> Long,
             urgent: Boolean = true,
+            pacing: ImagePacing? = null,
             resolve: (String) -> List<InetAddress> = ::addressesOf,
         ): Connection {
             // Fails here if the device is not paired
@@ -109,16 +117,22 @@ internal class Connection private constructor(
                 try {
                     socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
                     if (urgent) socket.setOption(StandardSocketOptions.IP_TOS, CS6)
-                    val bufferBytes = if (urgent) URGENT_SEND_BUFFER_BYTES else BULK_SEND_BUFFER_BYTES
+                    val bufferBytes = if (urgent) URGENT_SEND_BUFFER_BYTES else bulkBufferBytes(pacing)
                     socket.setOption(StandardSocketOptions.SO_SNDBUF, bufferBytes)
                     socket.socket().connect(address, limitMillis)
                     val channel = client?.open(socket, "$receiver", receiver.fingerprint) ?: PlaintextChannel(socket)
-                    Connection(channel, address.address, rosNowNanos)
+                    val paced = pacing.takeUnless { address.address.isLoopbackAddress }
+                    Connection(channel, address.address, paced, rosNowNanos)
                 } catch (e: Throwable) {
                     socket.close()
                     throw e
                 }
             }
+        }
+
+        private fun bulkBufferBytes(pacing: ImagePacing?): Int {
+            val underWay = (pacing?.leastRoundTripNanos ?: 0) * BULK_BYTES_PER_SECOND / NANOS_PER_SECOND
+            return maxOf(BULK_SEND_BUFFER_BYTES, underWay.toInt())
         }
     }
 }

@@ -19,6 +19,14 @@ import java.nio.ByteBuffer
 internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenFull: Boolean) {
     private val hasSession = MutableStateFlow(false)
 
+    /** When the write that is under way began, by System.nanoTime(); 0 while there is none. */
+    @Volatile
+    private var writingSinceNanos = 0L
+
+    /** True while the network takes nothing more for now. */
+    val isBlocked: Boolean
+        get() = writingSinceNanos.let { it != 0L && System.nanoTime() - it > BLOCKED_NANOS }
+
     private val queue =
         Channel<OutgoingFrame>(spec.capacityFrames, onUndeliveredElement = { it.drop(DropReason.LINK_DOWN) })
 
@@ -131,6 +139,7 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         private suspend fun write() {
             var isSent = false
             try {
+                writingSinceNanos = System.nanoTime()
                 blockingIo {
                     if (frames.size == 1) {
                         writer.write(frames[0].head, frames[0].data)
@@ -141,10 +150,15 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
                     isSent = true
                 }
             } finally {
+                writingSinceNanos = 0
                 for (frame in frames) if (isSent) frame.sent() else frame.drop(DropReason.LINK_DOWN)
                 frames.clear()
                 heads.clear()
             }
         }
+    }
+
+    private companion object {
+        const val BLOCKED_NANOS = 10_000_000L
     }
 }

@@ -1,6 +1,7 @@
 package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.transport.TransportSecurity
 import dev.ml2sensors.wire.ControlJson
@@ -80,7 +81,7 @@ internal class Session(
         launchPart(control) { control.keepAlive(welcome.timeouts) }
         val joining = async { lanes.joinTime().also { lanes.join(setOf(SessionLanes.SENSORS)) } }
         val listening = launchPart(control) { handler.handleFrames(joining) }
-        val timeLane = TimeLane(joining.await(), deviceClock, hostClock)
+        val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
         launchPart(control) { timeLane.run() }
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }
@@ -99,11 +100,13 @@ internal class Session(
         coroutineContext.cancelChildren()
     }
 
-    private suspend fun open(urgent: Boolean): Connection = handshake("a connection to $receiver", FIRST_LIMIT) {
-        blockingIo {
-            Connection.open(receiver, security, hostClock::rosNowNanos, urgent, ::addresses).also(connections::add)
+    private suspend fun open(urgent: Boolean, pacing: ImagePacing? = null): Connection =
+        handshake("a connection to $receiver", FIRST_LIMIT) {
+            blockingIo {
+                Connection.open(receiver, security, hostClock::rosNowNanos, urgent, pacing, ::addresses)
+                    .also(connections::add)
+            }
         }
-    }
 
     /** Resolves once for all lanes: to the address that answered the control connection. */
     private fun addresses(host: String) = connections.peek()?.let { listOf(it.address) } ?: resolve(host)

@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.wire.ControlJson
 import dev.ml2sensors.wire.ErrorCode
 import dev.ml2sensors.wire.FrameKind
@@ -26,12 +27,15 @@ import kotlin.time.Duration.Companion.seconds
  */
 internal class SessionLanes(
     private val welcome: Welcome,
-    private val open: suspend (urgent: Boolean) -> Connection,
+    private val open: suspend (urgent: Boolean, pacing: ImagePacing?) -> Connection,
     private val lane: (String) -> Lane,
     private val launch: (suspend () -> Unit) -> Job,
 ) {
     private val connections = HashMap<String, Connection>()
     private val senders = HashMap<String, Job>()
+
+    /** Paces the image lanes. */
+    val pacing: ImagePacing = ImagePacing { lane(SENSORS).isBlocked }
 
     val linkTest: LinkTest = LinkTest(launch) {
         connect(LINK_TEST, urgent = false).also { launch { watch(it) } }.writer
@@ -40,11 +44,14 @@ internal class SessionLanes(
     /** Opens those of the lanes [names] that are not open yet, concurrently. */
     suspend fun join(names: Set<String>) {
         val opened = coroutineScope {
-            (names - connections.keys).map { async { it to connect(it, urgent = it == SENSORS) } }.awaitAll()
+            (names - connections.keys).map { async { it to joinData(it) } }.awaitAll()
         }
         connections += opened
         opened.forEach { (_, connection) -> launch { watch(connection) } }
     }
+
+    private suspend fun joinData(name: String) =
+        if (name == SENSORS) connect(name, urgent = true) else connect(name, urgent = false, pacing)
 
     /** Waits for an ERROR, the only frame that may arrive. Other ends of a lane are reported on the control lane. */
     private suspend fun watch(connection: Connection) {
@@ -73,6 +80,7 @@ internal class SessionLanes(
      * lanes end together: one that ends long before BYE would count as a loss too.
      */
     suspend fun finish(limit: Duration) {
+        pacing.end()
         linkTest.finish(limit)
         senders.keys.forEach { lane(it).finish() }
         withTimeoutOrNull(limit) { senders.values.joinAll() }
@@ -85,10 +93,10 @@ internal class SessionLanes(
         }
     }
 
-    private suspend fun connect(name: String, urgent: Boolean): Connection {
+    private suspend fun connect(name: String, urgent: Boolean, pacing: ImagePacing? = null): Connection {
         val ticket = welcome.tickets[name]
             ?: throw ProtocolException(ErrorCode.TICKET, "the receiver gave no ticket for lane $name")
-        val connection = open(urgent)
+        val connection = open(urgent, pacing)
         val join = ControlJson.encode(Join(welcome.session, ticket, name))
         val frame = handshake("JOINED of lane $name", welcome.timeouts.handshakeSeconds.seconds) {
             blockingIo {

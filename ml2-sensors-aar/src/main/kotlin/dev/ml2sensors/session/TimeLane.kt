@@ -2,6 +2,7 @@ package dev.ml2sensors.session
 
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.clock.TimeExchange
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.TimeBodies
@@ -9,18 +10,22 @@ import kotlinx.coroutines.delay
 import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.TimeSource
 
-/** Requests the host's time over a connection of its own: a dense burst first, then at a steady rate. */
+/**
+ * Requests the host's time over a connection of its own: a dense burst first, then at a steady rate. Its round trips
+ * show the queue of the link to [pacing].
+ */
 internal class TimeLane(
     private val connection: Connection,
     private val deviceClock: DeviceClock,
     private val hostClock: HostClock,
+    private val pacing: ImagePacing,
 ) {
     /** Runs until the connection ends or fails; the control lane reports why. */
     suspend fun run() {
         val joined = TimeSource.Monotonic.markNow()
         while (true) {
             val asked = TimeSource.Monotonic.markNow()
-            hostClock.add(blockingIo { exchange() } ?: return)
+            hostClock.add(blockingIo { pacing.measured(::exchange) } ?: return)
             val interval = if (joined.elapsedNow() < BURST) BURST_INTERVAL else STEADY_INTERVAL
             delay(interval - asked.elapsedNow())
         }
@@ -39,9 +44,9 @@ internal class TimeLane(
     private companion object {
         val REPLY = setOf(FrameKind.TIME_REPLY)
 
-        // PROTOCOL.md, Time: about 128 requests in 1.2 s, then 20 per second.
+        // PROTOCOL.md, Time: about 128 requests in 1.2 s, then 50 per second.
         val BURST = 1200.milliseconds
         val BURST_INTERVAL = BURST / 128
-        val STEADY_INTERVAL = 50.milliseconds
+        val STEADY_INTERVAL = 20.milliseconds
     }
 }

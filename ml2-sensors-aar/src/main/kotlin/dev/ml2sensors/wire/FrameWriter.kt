@@ -1,10 +1,19 @@
 package dev.ml2sensors.wire
 
+import dev.ml2sensors.pacing.ImagePacing
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
 
-/** Writes whole frames to a blocking channel; safe for use by several threads, frames never mix. */
-internal class FrameWriter(private val target: GatheringByteChannel, private val rosNowNanos: () -> Long) {
+/**
+ * Writes whole frames to a blocking channel; safe for use by several threads, frames never mix.
+ *
+ * @param pacing paces the frames that have a tail; null if nothing paces them.
+ */
+internal class FrameWriter(
+    private val target: GatheringByteChannel,
+    private val pacing: ImagePacing? = null,
+    private val rosNowNanos: () -> Long,
+) {
     private val pieces = arrayOfNulls<ByteBuffer>(2)
     private val together by lazy(LazyThreadSafetyMode.NONE) { ByteBuffer.allocateDirect(TOGETHER_BYTES) }
 
@@ -45,8 +54,23 @@ internal class FrameWriter(private val target: GatheringByteChannel, private val
         }
         pieces[0] = head
         pieces[1] = tail
-        while (head.hasRemaining() || tail.hasRemaining()) target.write(pieces)
+        if (pacing == null) writePieces(head, tail) else writePaced(pacing, head, tail)
         pieces.fill(null)
+    }
+
+    private fun writePieces(head: ByteBuffer, tail: ByteBuffer) {
+        while (head.hasRemaining() || tail.hasRemaining()) target.write(pieces)
+    }
+
+    private fun writePaced(pacing: ImagePacing, head: ByteBuffer, tail: ByteBuffer) {
+        val end = tail.limit()
+        do {
+            tail.limit(minOf(end, tail.position() + ImagePacing.SLICE_BYTES))
+            val bytes = head.remaining() + tail.remaining()
+            pacing.await(bytes)
+            writePieces(head, tail)
+            pacing.written(bytes)
+        } while (tail.position() < end)
     }
 
     companion object {

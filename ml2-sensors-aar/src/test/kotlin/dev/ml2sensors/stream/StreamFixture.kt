@@ -4,7 +4,9 @@ import dev.ml2sensors.cdr.Cdr
 import dev.ml2sensors.session.HostFrame
 import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.Intrinsics
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeout
@@ -70,3 +72,8 @@ internal data class Counters(val produced: Long, val sent: Long, val dropped: Ma
 
 @OptIn(ExperimentalSerializationApi::class)
 internal inline fun <reified T> HostFrame.message(): T = Cdr.decodeFromByteArray(body)
+
+internal object CameraFixtures {
+    fun pinhole(width: Int, height: Int) =
+        Intrinsics(width, height, 100.0, 110.0, 32.5, 16.25, Distortion.PlumbBob(0.1, -0.2, 0.001, -0.002, 0.05))
+}

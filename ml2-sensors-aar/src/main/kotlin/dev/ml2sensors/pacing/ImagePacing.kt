@@ -1,0 +1,105 @@
+package dev.ml2sensors.pacing
+
+import java.util.concurrent.locks.LockSupport
+import java.util.concurrent.locks.ReentrantLock
+
+/**
+ * Paces the image lanes of one session at a common [ImageRate], in turns of [SLICE_BYTES]. Thread-safe; image lanes wait
+ * in [await], on threads that may block.
+ *
+ * @param isUrgentBlocked returns true while small messages wait for the network: images let them pass.
+ */
+internal class ImagePacing(
+    private val nanoTime: () -> Long = System::nanoTime,
+    private val park: (nanos: Long) -> Unit = LockSupport::parkNanos,
+    private val isUrgentBlocked: () -> Boolean,
+) {
+    private val rate = ImageRate(nanoTime())
+
+    /** Of the lane whose turn it is; lanes take turns in the order in which they came. */
+    private val turn = ReentrantLock(true)
+    private var nextNanos = nanoTime()
+
+    @Volatile
+    private var isOver = false
+
+    /** When the round trip that is under way began; null while there is none. */
+    @Volatile
+    private var askedNanos: Long? = null
+
+    /** The least round trip of the last 10 s; 0 before the first. */
+    val leastRoundTripNanos: Long get() = synchronized(rate) { rate.leastRoundTripNanos }
+
+    /**
+     * Waits until [bytes] of an image may be written.
+     *
+     * @throws InterruptedException when the thread is interrupted.
+     */
+    fun await(bytes: Int) {
+        turn.lockInterruptibly()
+        try {
+            var waitNanos = waitNanos()
+            while (waitNanos > 0) {
+                park(minOf(waitNanos, LONGEST_PARK_NANOS))
+                if (Thread.interrupted()) throw InterruptedException()
+                waitNanos = waitNanos()
+            }
+            val now = nanoTime()
+            val bytesPerSecond = synchronized(rate) { rate.bytesPerSecond(now) }
+            nextNanos = maxOf(nextNanos, now - BURST_NANOS) + (bytes * NANOS_PER_SECOND / bytesPerSecond).toLong()
+        } finally {
+            turn.unlock()
+        }
+    }
+
+    /** Paces nothing any more: what is left of a session is sent at once. */
+    fun end() {
+        isOver = true
+    }
+
+    private fun waitNanos(): Long {
+        if (isOver) return 0
+        val now = nanoTime()
+        val untilTurn = nextNanos - now
+        if (untilTurn > 0) {
+            synchronized(rate) { rate.waited(now) }
+            return untilTurn
+        }
+        val isStalled = askedNanos.let { it != null && now - it > STALL_NANOS }
+        val isHeld = (isStalled || isUrgentBlocked()) && untilTurn > -LONGEST_HOLD_NANOS
+        return if (isHeld) HOLD_POLL_NANOS else 0
+    }
+
+    /** [bytes] of an image were handed to the kernel. */
+    fun written(bytes: Int): Unit = synchronized(rate) { rate.written(bytes, nanoTime()) }
+
+    /** Measures the round trip of [exchange]; called by one thread. */
+    inline fun <T> measured(exchange: () -> T): T {
+        val asked = nanoTime()
+        askedNanos = asked
+        try {
+            return exchange().also { roundTrip(nanoTime() - asked) }
+        } finally {
+            askedNanos = null
+        }
+    }
+
+    private fun roundTrip(nanos: Long): Unit = synchronized(rate) { rate.roundTrip(nanos, nanoTime()) }
+
+    companion object {
+        /** One record of TLS. */
+        const val SLICE_BYTES: Int = 16 * 1024
+        private const val NANOS_PER_SECOND = 1e9
+
+        /** What may be written at once after a pause. */
+        private const val BURST_NANOS = 1_000_000L
+        private const val LONGEST_PARK_NANOS = 5_000_000L
+        private const val HOLD_POLL_NANOS = 500_000L
+
+        /** No answer for so long means that the link stands still. */
+        private const val STALL_NANOS = 200_000_000L
+
+        /** A slice may go so often in any case: a link that small messages fill shows a picture now and then. */
+        private const val LONGEST_HOLD_NANOS = 250_000_000L
+    }
+}

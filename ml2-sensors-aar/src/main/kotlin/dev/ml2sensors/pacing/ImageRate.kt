@@ -1,0 +1,211 @@
+package dev.ml2sensors.pacing
+
+import kotlin.math.cbrt
+import kotlin.math.max
+import kotlin.math.min
+import kotlin.math.pow
+
+/**
+ * The rate at which the image lanes of a session may send together, so that the link has no queue in which a small
+ * message waits. It knows what was written, the round trips of the time lane, and when images had to wait.
+ *
+ * - The queueing delay is the round trip less the least one of the last 10 s. When two successive round trips have too
+ *   much of it, the link is congested.
+ * - Then images first go at a quarter of what the link delivered, until its queue is empty.
+ * - From [CUT] of what it delivered the rate grows in the shape of CUBIC (RFC 9438, 4.2): quickly, then slowly near the
+ *   rate at which the link was congested, then faster. It grows only while images wait for it.
+ * - A delay that several cuts do not shorten has another cause, such as a longer route or another sender, and is taken
+ *   for the path's own.
+ *
+ * Times are of one monotonic clock, in ns. Not thread-safe.
+ */
+internal class ImageRate(startNanos: Long) {
+    private class Congestion(val bytesPerSecond: Double, val delayNanos: Long, val cuts: Int)
+
+    private val roundTrips = LeastRoundTrip()
+    private val written = WrittenBytes()
+    private var lastDelayNanos = 0L
+
+    /** The rate at which the link is congested, in B/s; null before the first time. */
+    private var congestedAt: Double? = null
+    private var congestion: Congestion? = null
+    private var drainedNanos = startNanos
+    private var heldUntilNanos = startNanos
+
+    /** For how long images have waited since the end of the hold. */
+    private var grownNanos = 0L
+    private var advancedNanos = startNanos
+    private var waitedNanos = startNanos - WAITING_NANOS
+
+    /** The least round trip of the last 10 s; 0 before the first. */
+    val leastRoundTripNanos: Long get() = roundTrips.leastNanos
+
+    /** Returns the present rate in B/s. */
+    fun bytesPerSecond(nowNanos: Long): Double {
+        advance(nowNanos)
+        // Congestion shows later on a long path, so that the rate must grow more slowly
+        val seconds = grownNanos * 1e-9 / max(1.0, roundTrips.leastNanos / SHORT_PATH_NANOS)
+        val congestedAt = congestedAt ?: return min(START * 2.0.pow(seconds / START_DOUBLING_SECONDS), MOST)
+        val part = if (nowNanos < drainedNanos) DRAIN else growth(seconds)
+        return max(LEAST, min(congestedAt * part, MOST))
+    }
+
+    /** The rate in parts of the congested rate, after [seconds] of growth. */
+    private fun growth(seconds: Double): Double {
+        val beyond = seconds - PLATEAU_END_SECONDS
+        if (beyond > 0) return PLATEAU_END * 2.0.pow(beyond / DOUBLING_SECONDS)
+        return PLATEAU + (PLATEAU - CUT) * (seconds / PLATEAU_SECONDS - 1).pow(3)
+    }
+
+    /** Images wait at present because of the rate. */
+    fun waited(nowNanos: Long) {
+        advance(nowNanos)
+        waitedNanos = nowNanos
+    }
+
+    /** [bytes] of an image were handed to the kernel. */
+    fun written(bytes: Int, nowNanos: Long): Unit = written.add(bytes, nowNanos)
+
+    /** Adds a round trip of the time lane, which ended at [nowNanos]. */
+    fun roundTrip(nanos: Long, nowNanos: Long) {
+        roundTrips.add(nanos, nowNanos)
+        val delay = nanos - roundTrips.leastNanos
+        val before = lastDelayNanos
+        lastDelayNanos = delay
+        if (nowNanos < heldUntilNanos || !written.isAnyRecent(nowNanos)) return
+        if (min(delay, before) <= max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)) return
+        congested(delay + max(0, delay - before), nowNanos) // It has grown since this round trip began
+    }
+
+    private fun congested(delayNanos: Long, nowNanos: Long) {
+        val before = congestion?.takeIf { nowNanos - heldUntilNanos < RELATED_NANOS + 2 * roundTrips.leastNanos }
+        val rate = bytesPerSecond(nowNanos)
+        if (before == null) {
+            congestedAt = written.bytesPerSecond(delayNanos, nowNanos).coerceIn(rate / DEEPEST_CUT, rate)
+            congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1)
+        } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
+            roundTrips.restart(roundTrips.leastNanos + delayNanos, nowNanos)
+            congestedAt = before.bytesPerSecond
+            congestion = null
+        } else {
+            congestedAt = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
+            congestion = Congestion(before.bytesPerSecond, max(before.delayNanos, delayNanos), before.cuts + 1)
+        }
+        drainedNanos = nowNanos + DRAIN_DELAYS * delayNanos
+        // A round trip that is under way has seen the queue, the next one has not
+        heldUntilNanos = drainedNanos + 2 * roundTrips.leastNanos + SHORTEST_HOLD_NANOS
+        grownNanos = 0
+        lastDelayNanos = 0
+    }
+
+    private fun advance(nowNanos: Long) {
+        val from = max(advancedNanos, drainedNanos)
+        if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) grownNanos += nowNanos - from
+        advancedNanos = max(advancedNanos, nowNanos)
+    }
+
+    private companion object {
+        /** Measured: the queue grows to twice this until two round trips have shown it, and samples may be 15 ms late. */
+        const val TOLERATED_NANOS = 6_000_000L
+        const val TOLERATED_PART = 8
+        const val CUT = 0.85
+        const val DEEPEST_CUT = 4
+        const val FURTHER_CUT = 0.8
+        const val MOST_CUTS = 4
+        const val DRAIN = 0.25
+
+        /** So many times the delay drains the queue of a link that small messages fill to a third. */
+        const val DRAIN_DELAYS = 2
+        const val PLATEAU = 0.95
+        const val PLATEAU_SECONDS = 1.5
+        const val PLATEAU_END = 1.1
+        val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
+        const val DOUBLING_SECONDS = 0.4
+
+        /** In B/s: what a poor Wi-Fi link has left beside small messages. */
+        const val START = 10e6 / 8
+        const val START_DOUBLING_SECONDS = 0.2
+        const val MOST = 10e9 / 8
+
+        /** A picture now and then, on any link. */
+        const val LEAST = 0.5e6 / 8
+        const val WAITING_NANOS = 50_000_000L
+        const val SHORT_PATH_NANOS = 20e6
+        const val SHORTEST_HOLD_NANOS = 40_000_000L
+
+        /** Congestion so soon after a cut is the same one. */
+        const val RELATED_NANOS = 300_000_000L
+    }
+}
+
+/** The least of the round trips of the last 10 s. */
+private class LeastRoundTrip {
+    private val leastOfSecond = LongArray(SECONDS) { Long.MAX_VALUE }
+    private var second = 0L
+
+    val leastNanos: Long get() = leastOfSecond.min().let { if (it == Long.MAX_VALUE) 0 else it }
+
+    fun add(nanos: Long, nowNanos: Long) {
+        val now = nowNanos / SECOND_NANOS
+        repeat((now - second).coerceIn(0L, SECONDS.toLong()).toInt()) {
+            leastOfSecond[Math.floorMod(now - it, SECONDS)] = Long.MAX_VALUE
+        }
+        second = now
+        val index = Math.floorMod(now, SECONDS)
+        leastOfSecond[index] = min(leastOfSecond[index], nanos)
+    }
+
+    /** Forgets everything but [nanos]. */
+    fun restart(nanos: Long, nowNanos: Long) {
+        leastOfSecond.fill(Long.MAX_VALUE)
+        add(nanos, nowNanos)
+    }
+
+    private companion object {
+        const val SECONDS = 10
+        const val SECOND_NANOS = 1_000_000_000L
+    }
+}
+
+/** How many bytes were written in the last [WINDOW_NANOS]. */
+private class WrittenBytes {
+    private class Write(val bytes: Int, val atNanos: Long)
+
+    private val writes = ArrayDeque<Write>()
+    private var bytes = 0L
+
+    fun add(count: Int, nowNanos: Long) {
+        writes.addLast(Write(count, nowNanos))
+        bytes += count
+        forget(nowNanos)
+    }
+
+    /**
+     * The rate at which the link delivered, in B/s: what was written in the window arrives in the window and the
+     * [delayNanos] by which the queue has grown.
+     */
+    fun bytesPerSecond(delayNanos: Long, nowNanos: Long): Double {
+        forget(nowNanos)
+        val first = writes.firstOrNull() ?: return 0.0
+        val window = max(nowNanos - first.atNanos, SHORTEST_NANOS) + min(delayNanos, WINDOW_NANOS)
+        return bytes * 1e9 / window
+    }
+
+    fun isAnyRecent(nowNanos: Long): Boolean {
+        forget(nowNanos)
+        return writes.isNotEmpty()
+    }
+
+    private fun forget(nowNanos: Long) {
+        while (writes.isNotEmpty() &&
+            nowNanos - writes.first().atNanos > WINDOW_NANOS
+        ) {
+            bytes -= writes.removeFirst().bytes
+        }
+    }
+
+    private companion object {
+        const val WINDOW_NANOS = 200_000_000L
+        const val SHORTEST_NANOS = 20_000_000L
+    }
+}

@@ -1,0 +1,157 @@
+package dev.ml2sensors.pacing
+
+import kotlinx.serialization.SerialName
+import kotlinx.serialization.Serializable
+import kotlinx.serialization.json.Json
+import org.junit.jupiter.api.Test
+import java.nio.file.Path
+import kotlin.io.path.createDirectories
+import kotlin.io.path.writeText
+import kotlin.math.max
+import kotlin.math.min
+import kotlin.test.assertTrue
+
+/** How late small messages are, and how much of a link images use, on many links in virtual time. */
+class LinkScenarioTest {
+    @Test
+    fun smallMessagesAreOnTimeOnEveryLinkThatImagesFill() {
+        val results = listOf(30.0, 50.0, 100.0, 300.0, 1000.0).flatMap { mbit ->
+            listOf(1, 5, 20, 50, 100).flatMap { roundTripMillis ->
+                listOf(20, 50, 200, 500).map { VirtualLink(roundTripMillis, it) { mbit }.play("steady") }
+            }
+        }
+        report("pacing.json", results)
+        for (it in results) {
+            // The threshold, what the queue grows until two round trips have shown it, and an eighth of a long path
+            val limit = 13 + it.roundTripMillis * (if (it.roundTripMillis > 20) 0.3 else 0.1)
+            assertTrue(it.delayP99Millis < limit, "$it: delay")
+            assertTrue(it.use > 0.7, "$it: use")
+            assertTrue(it.settledSeconds < 5, "$it: settled")
+        }
+    }
+
+    @Test
+    fun aChangedLinkIsFollowedWithinFiveSeconds() {
+        val results = listOf(
+            VirtualLink(2, 50) { if (it.toInt() / 10 % 2 == 0) 100.0 else 20.0 }.play("100, 20, 100"),
+            VirtualLink(2, 50) { if (it % 10 in 5.0..5.5) 0.0 else 100.0 }.play("stalls"),
+            VirtualLink(2, 50, addedMillis = { if (it > 20) 40.0 else 0.0 }) { 100.0 }.play("longer route"),
+            VirtualLink(2, 50) { if (it in 10.0..20.0) 50.0 else 100.0 }.play("another sender"),
+        )
+        report("pacing_changes.json", results)
+        for (it in results) {
+            assertTrue(it.delayP99Millis < 60, "$it: delay")
+            assertTrue(it.use > 0.75, "$it: use")
+            assertTrue(it.settledSeconds < 5, "$it: settled")
+        }
+    }
+
+    private fun report(name: String, results: List<ScenarioResult>) {
+        for (it in results) println(it)
+        val file = Path.of(System.getProperty("basedir"), "..", "build", "reports", name)
+        file.parent.createDirectories()
+        file.writeText(Json { prettyPrint = true }.encodeToString(results))
+    }
+}
+
+/** A row of build/reports/pacing*.json. The delay is that of the link's queue; use is that of what images could have. */
+@Serializable
+internal class ScenarioResult(
+    val scenario: String,
+    @SerialName("link_mbit") val linkMbit: Double,
+    @SerialName("rtt_ms") val roundTripMillis: Int,
+    @SerialName("queue_ms") val queueMillis: Int,
+    @SerialName("delay_p99_ms") val delayP99Millis: Double,
+    val use: Double,
+    @SerialName("settled_s") val settledSeconds: Double,
+) {
+    override fun toString(): String = "%-16s %5.0f Mbit/s, %3d ms, queue %3d ms: p99 %6.1f ms, use %.2f, settled %.1f s"
+        .format(scenario, linkMbit, roundTripMillis, queueMillis, delayP99Millis, use, settledSeconds)
+}
+
+/**
+ * A link with one queue, as a fluid in steps of a millisecond. Images always wait. What the queue cannot take is lost,
+ * and its sender writes nothing for a round trip.
+ *
+ * @param addedMillis returns what is added to the round trip at a second.
+ * @param mbit returns the link's rate at a second.
+ */
+internal class VirtualLink(
+    private val roundTripMillis: Int,
+    private val queueMillis: Int,
+    private val addedMillis: (second: Double) -> Double = { 0.0 },
+    private val mbit: (second: Double) -> Double,
+) {
+    private val rate = ImageRate(0)
+    private var queueBytes = 0.0
+    private var askedMillis = 0
+    private var answerMillis = Double.NaN
+
+    fun play(name: String): ScenarioResult {
+        val delays = ArrayList<Double>()
+        var used = 0.0
+        var offered = 0.0
+        var unsettled = 0.0
+        for (millis in 0 until SECONDS * 1000) {
+            val second = millis / 1000.0
+            val bytesPerMilli = mbit(second) * BYTES_PER_MBIT_MILLI
+            val sensors = min(SENSORS_MBIT * BYTES_PER_MBIT_MILLI, bytesPerMilli)
+            val images = step(millis, bytesPerMilli, sensors)
+            val delay = if (bytesPerMilli == 0.0) 0.0 else queueBytes / bytesPerMilli
+            askAndAnswer(millis, delay + roundTripMillis + addedMillis(second))
+            if (bytesPerMilli == 0.0) continue
+            if (second >= SETTLING_SECONDS) delays += delay
+            used += images
+            offered += bytesPerMilli - sensors
+            val isSettled = delay < SETTLED_MILLIS + roundTripMillis / 2.0
+            if (!isSettled && second < SETTLING_SECONDS) unsettled = second
+        }
+        return ScenarioResult(
+            name,
+            mbit(0.0),
+            roundTripMillis,
+            queueMillis,
+            delays.sorted()[(delays.size * 0.99).toInt()],
+            used / offered,
+            unsettled,
+        )
+    }
+
+    /** Returns how many bytes of images are written in this millisecond. */
+    private fun step(millis: Int, bytesPerMilli: Double, sensors: Double): Double {
+        if (millis < FIRST_IMAGE_MILLIS) return 0.0
+        val now = millis * NANOS_PER_MILLI
+        rate.waited(now)
+        val limit = queueMillis * max(bytesPerMilli, 1.0)
+        queueBytes = min(queueBytes, limit)
+        val room = max(0.0, limit + bytesPerMilli - queueBytes - sensors)
+        val images = min(rate.bytesPerSecond(now) / 1000, room)
+        if (images >= 1) rate.written(images.toInt(), now)
+        queueBytes = max(0.0, queueBytes + sensors + images - bytesPerMilli)
+        return images
+    }
+
+    private fun askAndAnswer(millis: Int, roundTripMillis: Double) {
+        if (answerMillis.isNaN()) {
+            if (millis < askedMillis + ASK_MILLIS) return
+            askedMillis = millis
+            answerMillis = millis + roundTripMillis
+        }
+        if (millis < answerMillis) return
+        rate.roundTrip(((answerMillis - askedMillis) * NANOS_PER_MILLI).toLong(), millis * NANOS_PER_MILLI)
+        answerMillis = Double.NaN
+    }
+
+    private companion object {
+        const val SECONDS = 60
+        const val SETTLING_SECONDS = 3.0
+        const val SETTLED_MILLIS = 15
+        const val ASK_MILLIS = 20
+
+        /** The time lane comes first. */
+        const val FIRST_IMAGE_MILLIS = 500
+        const val SENSORS_MBIT = 9.0
+        const val BYTES_PER_MBIT_MILLI = 125.0
+        const val NANOS_PER_MILLI = 1_000_000L
+    }
+}
