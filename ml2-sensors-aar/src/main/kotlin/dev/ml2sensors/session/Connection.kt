@@ -85,8 +85,11 @@ internal class Connection private constructor(
         /** What a link of 10 Mbit/s delivers in 50 ms; what waits beyond it is written together. */
         private const val URGENT_SEND_BUFFER_BYTES = 64 * 1024
 
-        /** An eighth of a raw world camera frame. */
-        private const val BULK_SEND_BUFFER_BYTES = 128 * 1024
+        /** A quarter of a raw world camera frame. */
+        private const val BULK_SEND_BUFFER_BYTES = 256 * 1024
+
+        /** Two turns of a paced lane: what is in the kernel when the link becomes slower goes before small messages. */
+        private const val PACED_SEND_BUFFER_BYTES = 2 * ImagePacing.SLICE_BYTES
 
         /** A lane of 400 Mbit/s keeps so much under way for each second of round trip. */
         private const val BULK_BYTES_PER_SECOND = 50_000_000L
@@ -117,11 +120,15 @@ internal class Connection private constructor(
                 try {
                     socket.setOption(StandardSocketOptions.TCP_NODELAY, true)
                     if (urgent) socket.setOption(StandardSocketOptions.IP_TOS, CS6)
-                    val bufferBytes = if (urgent) URGENT_SEND_BUFFER_BYTES else bulkBufferBytes(pacing)
+                    val paced = pacing.takeUnless { address.address.isLoopbackAddress }
+                    val bufferBytes = when {
+                        urgent -> URGENT_SEND_BUFFER_BYTES
+                        paced == null -> BULK_SEND_BUFFER_BYTES
+                        else -> maxOf(PACED_SEND_BUFFER_BYTES, underWayBytes(paced))
+                    }
                     socket.setOption(StandardSocketOptions.SO_SNDBUF, bufferBytes)
                     socket.socket().connect(address, limitMillis)
                     val channel = client?.open(socket, "$receiver", receiver.fingerprint) ?: PlaintextChannel(socket)
-                    val paced = pacing.takeUnless { address.address.isLoopbackAddress }
                     Connection(channel, address.address, paced, rosNowNanos)
                 } catch (e: Throwable) {
                     socket.close()
@@ -130,10 +137,8 @@ internal class Connection private constructor(
             }
         }
 
-        private fun bulkBufferBytes(pacing: ImagePacing?): Int {
-            val underWay = (pacing?.leastRoundTripNanos ?: 0) * BULK_BYTES_PER_SECOND / NANOS_PER_SECOND
-            return maxOf(BULK_SEND_BUFFER_BYTES, underWay.toInt())
-        }
+        private fun underWayBytes(pacing: ImagePacing): Int =
+            (pacing.leastRoundTripNanos * BULK_BYTES_PER_SECOND / NANOS_PER_SECOND).toInt()
     }
 }
 
