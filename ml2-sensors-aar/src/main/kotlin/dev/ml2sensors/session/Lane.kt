@@ -137,21 +137,21 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         }
 
         private suspend fun write() {
-            var isSent = false
+            var sent = 0
             try {
                 writingSinceNanos = System.nanoTime()
                 blockingIo {
                     if (frames.size == 1) {
                         writer.write(frames[0].head, frames[0].data)
+                        sent++
                     } else {
                         frames.mapTo(heads) { it.head }
-                        writer.writeTogether(heads)
+                        writer.writeTogether(heads) { sent++ }
                     }
-                    isSent = true
                 }
             } finally {
                 writingSinceNanos = 0
-                for (frame in frames) if (isSent) frame.sent() else frame.drop(DropReason.LINK_DOWN)
+                frames.forEachIndexed { i, frame -> if (i < sent) frame.sent() else frame.drop(DropReason.LINK_DOWN) }
                 frames.clear()
                 heads.clear()
             }

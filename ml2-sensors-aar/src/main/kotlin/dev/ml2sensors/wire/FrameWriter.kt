@@ -27,18 +27,26 @@ internal class FrameWriter(
 
     /**
      * Writes [frames] of at most [TOGETHER_BYTES] with one call, so that many small ones cost the kernel, TLS and the
-     * receiver as much as one.
+     * receiver as much as one. Calls [written] for each frame that was handed over whole, also when it fails.
      */
     @Synchronized
-    fun writeTogether(frames: List<ByteBuffer>) {
+    fun writeTogether(frames: List<ByteBuffer>, written: () -> Unit) {
         val now = rosNowNanos()
         together.clear()
         for (frame in frames) {
             FrameHeader.patchSendNanos(frame, frame.position(), now)
-            together.put(frame)
+            together.put(frame.mark())
         }
         together.flip()
-        while (together.hasRemaining()) target.write(together)
+        try {
+            while (together.hasRemaining()) target.write(together)
+        } finally {
+            var end = 0
+            for (frame in frames) {
+                end += frame.position() - frame.reset().position()
+                if (end <= together.position()) written()
+            }
+        }
     }
 
     /**

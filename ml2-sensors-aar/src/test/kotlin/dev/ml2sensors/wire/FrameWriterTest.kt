@@ -2,6 +2,7 @@ package dev.ml2sensors.wire
 
 import dev.ml2sensors.cdr.hex
 import org.junit.jupiter.api.Test
+import java.io.IOException
 import java.nio.ByteBuffer
 import java.nio.channels.GatheringByteChannel
 import kotlin.concurrent.thread
@@ -80,6 +81,15 @@ class FrameWriterTest {
     }
 
     @Test
+    fun framesThatWereHandedOverBeforeAFailureAreTold() {
+        val frames = List(4) { head(prefixBytes = 68, dataBytes = 0) }
+        val target = Collected(atOnce = 50, room = 250)
+        var written = 0
+        assertFailsWith<IOException> { FrameWriter(target) { 0 }.writeTogether(frames) { written++ } }
+        assertEquals(2, written, "of 100 bytes each")
+    }
+
+    @Test
     fun bodiesAboveTheirBoundAreMisuse() {
         val writer = FrameWriter(Collected()) { 0 }
         assertFailsWith<IllegalArgumentException> { writer.write(FrameKind.PING, byteArrayOf(0)) }
@@ -93,13 +103,15 @@ class FrameWriterTest {
     }
 }
 
-/** A connection whose kernel takes at most [atOnce] bytes of each write. */
-private class Collected(private val atOnce: Int = Int.MAX_VALUE) : GatheringByteChannel {
+/** A connection whose kernel takes at most [atOnce] bytes of each write, and fails after [room] bytes. */
+private class Collected(private val atOnce: Int = Int.MAX_VALUE, private val room: Int = 1 shl 20) :
+    GatheringByteChannel {
     private val target = ByteBuffer.allocate(1 shl 20)
 
     fun bytes(): ByteArray = target.array().copyOf(target.position())
 
     override fun write(sources: Array<out ByteBuffer>, offset: Int, length: Int): Long {
+        if (target.position() >= room) throw IOException("broken")
         var left = atOnce
         for (source in sources.slice(offset until offset + length)) {
             val count = minOf(left, source.remaining())
