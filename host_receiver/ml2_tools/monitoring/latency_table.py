@@ -30,8 +30,8 @@ def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
 
 
 def _short(name: str, stream: str) -> str:
-    """Returns a topic's name without the prefix; every topic is named after its stream."""
-    return stream + name.partition(stream)[2]
+    """Returns a topic's name without the prefix; it begins with its stream's id, `/` being `_`."""
+    return name[name.replace("/", "_").index(stream) :]
 
 
 def _cells(breakdown: Breakdown | None) -> list[str]:
