@@ -33,19 +33,15 @@ internal class FrameWriter(
     fun writeTogether(frames: List<ByteBuffer>, written: () -> Unit) {
         val now = rosNowNanos()
         together.clear()
-        for (frame in frames) {
-            FrameHeader.patchSendNanos(frame, frame.position(), now)
-            together.put(frame.mark())
+        val ends = IntArray(frames.size) {
+            FrameHeader.patchSendNanos(frames[it], frames[it].position(), now)
+            together.put(frames[it]).position()
         }
         together.flip()
         try {
             while (together.hasRemaining()) target.write(together)
         } finally {
-            var end = 0
-            for (frame in frames) {
-                end += frame.position() - frame.reset().position()
-                if (end <= together.position()) written()
-            }
+            for (end in ends) if (end <= together.position()) written()
         }
     }
 
