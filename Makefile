@@ -69,7 +69,7 @@ $(packaged): $(bundle) $(kotlin_files)
 
 native: setup $(device_library) $(simulation) $(bundle) ## Build the native library as it ships, and the simulated device it runs on here
 
-$(device_library): $(shell find native/device native/generated native/jni native/openxr native/sdk native/sources -type f)
+$(device_library): $(shell find native/codecs native/device native/generated native/jni native/openxr native/sdk native/sources -type f)
 	native/device/link.sh
 	native/device/check.sh
 

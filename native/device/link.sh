@@ -19,7 +19,7 @@ for list in native/device/bionic/*.txt; do
     "${target[@]}" -fno-builtin -w -Wl,-soname,"$name" -o "$stubs/$name" -x c -
 done
 
-sources=(native/sdk/*.c native/sources/*.c native/openxr/*.c)
+sources=(native/sdk/*.c native/sources/*.c native/codecs/*.c native/openxr/*.c)
 # Khronos' header alone, without the other headers of this machine beside it.
 mkdir -p "$out/khronos"
 ln -sfn "$(pkg-config --variable=includedir openxr)/openxr" "$out/khronos/openxr"

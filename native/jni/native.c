@@ -3,6 +3,7 @@
 #include <jni.h>
 #include <stddef.h>
 
+#include "../sdk/error.h"
 #include "../sdk/memory.h"
 #include "../sources/slots.h"
 #include "failure.h"
@@ -188,6 +189,41 @@ static void release(JNIEnv *env, jclass class, jint stream, jint slot) {
     failure_throw(env, ml2s_release((uint32_t)stream, (uint32_t)slot), NULL);
 }
 
+static jint most_encoded_bytes(JNIEnv *env, jclass class, jint codec, jint width, jint height) {
+    (void)class;
+    ERROR(error);
+    ml2s_image image = {
+        .struct_size = sizeof image, .codec = (uint32_t)codec, .width = (uint32_t)width, .height = (uint32_t)height};
+    uint64_t size_bytes = 0;
+    ml2s_result result = ml2s_most_encoded_bytes(&image, &size_bytes, &error);
+    if (!result && size_bytes > INT32_MAX) {
+        result = error_set(&error, ML2S_INVALID_ARGUMENT, 0, "%d x %d pixels need more than 2 GiB", width, height);
+    }
+    return failure_throw(env, result, &error) ? 0 : (jint)size_bytes;
+}
+
+static jint encode_whole(JNIEnv *env, jclass class, jobject pixels, jint codec, jint quality, jint width, jint height,
+                         jint stride_bytes, jint stream, jint slot) {
+    (void)class;
+    ERROR(error);
+    ml2s_image image = {.struct_size = sizeof image,
+                        .codec = (uint32_t)codec,
+                        .quality = (uint32_t)quality,
+                        .width = (uint32_t)width,
+                        .height = (uint32_t)height,
+                        .stride_bytes = (uint32_t)stride_bytes,
+                        .data = (*env)->GetDirectBufferAddress(env, pixels)};
+    uint64_t size_bytes = 0;
+    ml2s_result result;
+    if (image.data) {
+        image.size_bytes = (uint64_t)(*env)->GetDirectBufferCapacity(env, pixels);
+        result = ml2s_encode(&image, slots_memory((uint32_t)stream, (uint32_t)slot), &size_bytes, &error);
+    } else {
+        result = error_set(&error, ML2S_INVALID_ARGUMENT, 0, "the image is not in a direct buffer");
+    }
+    return failure_throw(env, result, &error) ? 0 : (jint)size_bytes;
+}
+
 /** Keeps a global reference to context for the life of the process. */
 static void use_openxr(JNIEnv *env, jclass class, jstring loader_path, jobject context) {
     (void)class;
@@ -241,6 +277,8 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("publish", "(Ljava/nio/ByteBuffer;I)V", publish),
         METHOD("unpublish", "(I)V", unpublish),
         METHOD("release", "(II)V", release),
+        METHOD("mostEncodedBytes", "(III)I", most_encoded_bytes),
+        METHOD("encodeWhole", "(Ljava/nio/ByteBuffer;IIIIIII)I", encode_whole),
         METHOD("useOpenXr", "(Ljava/lang/String;Ljava/lang/Object;)V", use_openxr),
     };
     JNIEnv *env;

@@ -1,7 +1,6 @@
 #include "error.h"
 
 #include <stdarg.h>
-#include <stdbool.h>
 #include <string.h>
 
 static void append(ml2s_error *error, uint32_t *length, char character) {

@@ -8,7 +8,8 @@
  * with ml2s_provide and owns their memory. The Kotlin library uses slots that the library maps while a stream runs; a
  * leased frame keeps its memory after its stream has ended. One writer fills a slot: ml2s_poll, or a caller between
  * ml2s_take and ml2s_publish. Readers then lease it, and each ends its lease with one ml2s_release. When all slots of a
- * stream are leased, its next frame is lost and reported as lost. A slow reader never stalls a camera.
+ * stream are leased, its next frame is lost and reported as lost. A slow reader never stalls a camera. All functions of
+ * slots take `stream | ML2S_ENCODED`, too.
  *
  * **Threads.** A handle belongs to the thread that opened it. Calls from other threads return ML2S_WRONG_THREAD.
  * ml2s_poll blocks for at most its timeout. The slot functions are thread-safe and do not block.
@@ -31,6 +32,8 @@ extern "C" {
 #define ML2S_ABI_VERSION 1u
 #define ML2S_MAX_SLOTS 8u
 #define ML2S_NO_SLOT UINT32_MAX
+/** `stream | ML2S_ENCODED` names a stream's slots for encoded images, a second set beside those of its frames. */
+#define ML2S_ENCODED 64u
 /** Captures in a row without a usable frame after which ml2s_poll fails: one second of the tracking cameras. */
 #define ML2S_MOST_ODD_CAPTURES 30u
 #define ML2S_STREAM_BIT(stream) (UINT64_C(1) << (stream))
@@ -318,6 +321,43 @@ typedef struct ml2s_openxr {
  * or ML2S_BUSY after 1 s.
  */
 ML2S_API ml2s_result ml2s_use_openxr(const ml2s_openxr *openxr, ml2s_error *error);
+
+/** How ml2s_encode compresses an image. */
+typedef enum ml2s_codec {
+    /** 8-bit grey pixels to a baseline JPEG of one component; quality is 1 to 100, with libjpeg's tables. */
+    ML2S_CODEC_GREY_JPEG = 1,
+    /**
+     * 32-bit floats in metres to the data of ROS's `16UC1; compressedDepth rvl`: millimetres, rounded to the nearest; 0
+     * for NaN and for what is not nearest to one of 1 to 65535 mm. quality is 0.
+     */
+    ML2S_CODEC_DEPTH_RVL = 2,
+} ml2s_codec;
+
+/** An image to encode. */
+typedef struct ml2s_image {
+    uint32_t struct_size;
+    uint32_t codec;        /**< ml2s_codec */
+    uint32_t quality;      /**< See ml2s_codec. */
+    uint32_t width;        /**< Pixels per row, 1 to 65535. */
+    uint32_t height;       /**< Rows, 1 to 65535. */
+    uint32_t stride_bytes; /**< From one row to the next; for floats a multiple of 4. */
+    const uint8_t *data;   /**< The first row; for floats aligned to 4 bytes. Owned by the caller. */
+    uint64_t size_bytes;   /**< Of data; nothing beyond is read. */
+} ml2s_image;
+
+/**
+ * Returns a size that no image with codec, width and height of image exceeds when it is encoded, whatever it shows; the
+ * other fields are not used. It is several times the usual size. Memory that is mapped for it but never written costs
+ * no page. Thread-safe.
+ */
+ML2S_API ml2s_result ml2s_most_encoded_bytes(const ml2s_image *image, uint64_t *size_bytes, ml2s_error *error);
+
+/**
+ * Encodes an image into output and returns the number of bytes written. output must not overlap the image, has at least
+ * the size of ml2s_most_encoded_bytes and needs no alignment. Uses no other memory than these and 24 KiB of stack.
+ * Thread-safe; it does not block. After a failure, ML2S_INVALID_ARGUMENT, output is unchanged.
+ */
+ML2S_API ml2s_result ml2s_encode(const ml2s_image *image, ml2s_memory output, uint64_t *size_bytes, ml2s_error *error);
 
 #ifdef __cplusplus
 }

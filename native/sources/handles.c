@@ -51,10 +51,8 @@ static _Atomic uint64_t generation;
 
 uint32_t ml2s_abi_version(void) { return ML2S_ABI_VERSION; }
 
-static bool is_valid_error(const ml2s_error *error) { return !error || error->struct_size >= sizeof *error; }
-
 static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) {
-    if (!is_valid_error(error)) {
+    if (!error_is_valid(error)) {
         return ML2S_INVALID_ARGUMENT;
     }
     struct handle *handle = &handles[id % (1 << INDEX_BITS)];
@@ -86,13 +84,13 @@ static ml2s_result require(const struct source_ops *ops, ml2s_error *error) {
 
 ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *error) {
     const struct source_ops *ops;
-    ml2s_result result = is_valid_error(error) ? find_ops(sensor, backend, &ops, error) : ML2S_INVALID_ARGUMENT;
+    ml2s_result result = error_is_valid(error) ? find_ops(sensor, backend, &ops, error) : ML2S_INVALID_ARGUMENT;
     return result ? result : require(ops, error);
 }
 
 static ml2s_result check(const ml2s_settings *settings, const struct source_ops **ops, ml2s_error *error) {
-    if (!is_valid_error(error) || !settings || settings->struct_size < sizeof *settings) {
-        return error_set(is_valid_error(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
+    if (!error_is_valid(error) || !settings || settings->struct_size < sizeof *settings) {
+        return error_set(error_is_valid(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
                          "settings: struct_size is smaller than the structure, or settings is null");
     }
     ml2s_result result = find_ops(settings->sensor, settings->backend, ops, error);

@@ -11,7 +11,7 @@ static void unmap_other_sizes(struct pool *pool, uint64_t size_bytes) {
             if (slot->memory.size_bytes != size_bytes) {
                 memory_unmap(&slot->memory);
             }
-            ml2s_release((uint32_t)(pool - slot_pools), i);
+            slot_release(pool, i);
         }
     }
 }
@@ -28,10 +28,10 @@ static bool resize(struct pool *pool, struct slot *slot, uint64_t size_bytes) {
 }
 
 ml2s_result slots_take(uint32_t stream, uint64_t size_bytes, uint32_t *slot, ml2s_memory *memory) {
-    if (stream >= ML2S_STREAM_COUNT || !size_bytes || !slot || !memory) {
+    struct pool *pool = pool_of(stream);
+    if (!pool || !size_bytes || !slot || !memory) {
         return ML2S_INVALID_ARGUMENT;
     }
-    struct pool *pool = &slot_pools[stream];
     for (uint32_t i = 0; i < ML2S_MAX_SLOTS; i++) {
         struct slot *candidate = &pool->slots[i];
         bool is_own = slot_claim(candidate, PROVIDED | OWN);
@@ -39,7 +39,7 @@ ml2s_result slots_take(uint32_t stream, uint64_t size_bytes, uint32_t *slot, ml2
             continue;
         }
         if (is_own && !resize(pool, candidate, size_bytes)) {
-            ml2s_release(stream, i);
+            slot_release(pool, i);
             break;
         }
         *slot = i;
@@ -50,7 +50,8 @@ ml2s_result slots_take(uint32_t stream, uint64_t size_bytes, uint32_t *slot, ml2
 }
 
 ml2s_memory slots_memory(uint32_t stream, uint32_t slot) {
-    return slot_exists(stream, slot) ? slot_pools[stream].slots[slot].memory : (ml2s_memory){0, 0};
+    struct slot *leased = slot_of(stream, slot);
+    return leased ? leased->memory : (ml2s_memory){0, 0};
 }
 
 void slot_unmap(struct pool *pool, uint32_t index) {
@@ -94,10 +95,10 @@ static bool reserve_slot(struct slot *slot) {
 }
 
 ml2s_result slots_reserve(uint32_t stream) {
-    if (stream >= ML2S_STREAM_COUNT) {
+    struct pool *pool = pool_of(stream);
+    if (!pool) {
         return ML2S_INVALID_ARGUMENT;
     }
-    struct pool *pool = &slot_pools[stream];
     bool are_own = true;
     lock(&pool->changing);
     for (uint32_t i = 0; i < ML2S_MAX_SLOTS && !pool->reservations && are_own; i++) {
@@ -109,10 +110,10 @@ ml2s_result slots_reserve(uint32_t stream) {
 }
 
 ml2s_result slots_retire(uint32_t stream) {
-    if (stream >= ML2S_STREAM_COUNT) {
+    struct pool *pool = pool_of(stream);
+    if (!pool) {
         return ML2S_INVALID_ARGUMENT;
     }
-    struct pool *pool = &slot_pools[stream];
     lock(&pool->changing);
     bool was_reserved = pool->reservations;
     if (was_reserved && !--pool->reservations) {

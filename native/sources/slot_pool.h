@@ -1,5 +1,5 @@
 /**
- * The slots of every stream, as slots.c and slot_memory.c share them.
+ * The slots of every stream and of its encoded images, as slots.c and slot_memory.c share them.
  *
  * The state of a slot is one atomic word. Only the thread that took a slot writes its frame, and a frame is read only
  * under a lease, so no frame needs a lock. pool.latest only says which slot to try first: the bit LATEST of the slot's
@@ -39,14 +39,17 @@ struct pool {
     uint32_t reservations;   /**< Number of slots_reserve without slots_retire. Guarded by changing. */
 };
 
-extern struct pool slot_pools[ML2S_STREAM_COUNT];
+/** Returns the slots of a stream or of its encoded images, or null if there is no such stream. */
+struct pool *pool_of(uint32_t stream);
 
 static inline bool slot_exchange(struct slot *slot, uint32_t *seen, uint32_t state) {
     return atomic_compare_exchange_weak(&slot->state, seen, state);
 }
 
-static inline bool slot_exists(uint32_t stream, uint32_t slot) {
-    return stream < ML2S_STREAM_COUNT && slot < ML2S_MAX_SLOTS;
+/** Returns a slot of pool_of, or null if there is none. */
+static inline struct slot *slot_of(uint32_t stream, uint32_t slot) {
+    struct pool *pool = slot < ML2S_MAX_SLOTS ? pool_of(stream) : 0;
+    return pool ? &pool->slots[slot] : 0;
 }
 
 /** Takes a slot for writing if its state is idle. */
@@ -61,6 +64,9 @@ static inline void pool_set_latest(struct pool *pool, uint32_t latest) {
         atomic_fetch_and(&pool->slots[previous - 1].state, ~(uint32_t)LATEST);
     }
 }
+
+/** Ends one lease, as ml2s_release. */
+ml2s_result slot_release(struct pool *pool, uint32_t index);
 
 /** Ends the slot at index, whose state the caller has set to FREEING. */
 void slot_unmap(struct pool *pool, uint32_t index);

@@ -1,7 +1,17 @@
 // Slots: provided memory, writing, the latest frame, and leases.
 #include "slot_pool.h"
 
-struct pool slot_pools[ML2S_STREAM_COUNT];
+static struct pool frames[ML2S_STREAM_COUNT], encoded[ML2S_STREAM_COUNT];
+
+_Static_assert(ML2S_STREAM_COUNT <= ML2S_ENCODED, "the bit ML2S_ENCODED is part of a stream's number");
+
+struct pool *pool_of(uint32_t stream) {
+    uint32_t index = stream & ~ML2S_ENCODED;
+    if (index >= ML2S_STREAM_COUNT) {
+        return 0;
+    }
+    return stream & ML2S_ENCODED ? &encoded[index] : &frames[index];
+}
 
 static bool take_back(struct slot *slot, uint32_t idle) {
     return atomic_compare_exchange_strong(&slot->state, &idle, 0);
@@ -38,7 +48,8 @@ static ml2s_result take_back_all(struct pool *pool) {
 }
 
 ml2s_result ml2s_provide(uint32_t stream, const ml2s_memory *slots, uint32_t count) {
-    if (stream >= ML2S_STREAM_COUNT || count > ML2S_MAX_SLOTS || (count && !slots)) {
+    struct pool *pool = pool_of(stream);
+    if (!pool || count > ML2S_MAX_SLOTS || (count && !slots)) {
         return ML2S_INVALID_ARGUMENT;
     }
     for (uint32_t i = 0; i < count; i++) {
@@ -46,7 +57,6 @@ ml2s_result ml2s_provide(uint32_t stream, const ml2s_memory *slots, uint32_t cou
             return ML2S_INVALID_ARGUMENT;
         }
     }
-    struct pool *pool = &slot_pools[stream];
     if (atomic_flag_test_and_set(&pool->changing)) {
         return ML2S_BUSY;
     }
@@ -60,11 +70,12 @@ ml2s_result ml2s_provide(uint32_t stream, const ml2s_memory *slots, uint32_t cou
 }
 
 ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *memory) {
-    if (stream >= ML2S_STREAM_COUNT || !slot || !memory) {
+    struct pool *pool = pool_of(stream);
+    if (!pool || !slot || !memory) {
         return ML2S_INVALID_ARGUMENT;
     }
     for (uint32_t i = 0; i < ML2S_MAX_SLOTS; i++) {
-        struct slot *candidate = &slot_pools[stream].slots[i];
+        struct slot *candidate = &pool->slots[i];
         if (slot_claim(candidate, PROVIDED)) {
             *slot = i;
             *memory = candidate->memory;
@@ -75,12 +86,9 @@ ml2s_result ml2s_take(uint32_t stream, uint32_t *slot, ml2s_memory *memory) {
 }
 
 ml2s_result ml2s_publish(const ml2s_frame *frame) {
-    if (!frame || frame->struct_size < sizeof *frame || !slot_exists(frame->stream, frame->slot)) {
-        return ML2S_INVALID_ARGUMENT;
-    }
-    struct pool *pool = &slot_pools[frame->stream];
-    struct slot *slot = &pool->slots[frame->slot];
-    uint32_t seen = atomic_load(&slot->state);
+    bool is_whole = frame && frame->struct_size >= sizeof *frame;
+    struct slot *slot = is_whole ? slot_of(frame->stream, frame->slot) : 0;
+    uint32_t seen = slot ? atomic_load(&slot->state) : 0;
     if (!(seen & WRITING)) {
         return ML2S_INVALID_ARGUMENT;
     }
@@ -88,16 +96,16 @@ ml2s_result ml2s_publish(const ml2s_frame *frame) {
     slot->frame.data = slot->memory.data;
     while (!slot_exchange(slot, &seen, (seen & ~WRITING) | LATEST)) {
     }
-    pool_set_latest(pool, frame->slot + 1);
+    pool_set_latest(pool_of(frame->stream), frame->slot + 1);
     return ML2S_OK;
 }
 
 ml2s_result ml2s_unpublish(uint32_t stream) {
-    if (stream >= ML2S_STREAM_COUNT) {
+    struct pool *pool = pool_of(stream);
+    if (!pool) {
         return ML2S_INVALID_ARGUMENT;
     }
     // take_back_all relies on an unchanged latest slot
-    struct pool *pool = &slot_pools[stream];
     lock(&pool->changing);
     pool_set_latest(pool, 0);
     unlock(&pool->changing);
@@ -121,16 +129,17 @@ static struct slot *lease_latest(struct pool *pool, uint32_t *index) {
 }
 
 ml2s_result ml2s_acquire_latest(uint32_t stream, int64_t after_nanos, ml2s_frame *frame) {
-    if (stream >= ML2S_STREAM_COUNT || !frame || frame->struct_size < sizeof *frame) {
+    struct pool *pool = pool_of(stream);
+    if (!pool || !frame || frame->struct_size < sizeof *frame) {
         return ML2S_INVALID_ARGUMENT;
     }
     uint32_t index;
-    struct slot *slot = lease_latest(&slot_pools[stream], &index);
+    struct slot *slot = lease_latest(pool, &index);
     if (!slot) {
         return ML2S_TIMEOUT;
     }
     if (slot->frame.capture_nanos <= after_nanos) {
-        ml2s_release(stream, index);
+        slot_release(pool, index);
         return ML2S_TIMEOUT;
     }
     uint32_t struct_size = frame->struct_size;
@@ -140,10 +149,11 @@ ml2s_result ml2s_acquire_latest(uint32_t stream, int64_t after_nanos, ml2s_frame
 }
 
 ml2s_result ml2s_release(uint32_t stream, uint32_t slot) {
-    if (!slot_exists(stream, slot)) {
-        return ML2S_INVALID_ARGUMENT;
-    }
-    struct slot *leased = &slot_pools[stream].slots[slot];
+    return slot_of(stream, slot) ? slot_release(pool_of(stream), slot) : ML2S_INVALID_ARGUMENT;
+}
+
+ml2s_result slot_release(struct pool *pool, uint32_t index) {
+    struct slot *leased = &pool->slots[index];
     uint32_t seen = atomic_load(&leased->state);
     uint32_t next;
     do {
@@ -156,7 +166,7 @@ ml2s_result ml2s_release(uint32_t stream, uint32_t slot) {
         }
     } while (!slot_exchange(leased, &seen, next));
     if (next == FREEING) {
-        slot_unmap(&slot_pools[stream], slot);
+        slot_unmap(pool, index);
     }
     return ML2S_OK;
 }

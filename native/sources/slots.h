@@ -1,7 +1,7 @@
 /**
  * Slots with memory of the library, in addition to those of ml2s_provide. The memory of a slot is mapped when a frame
  * first needs it, in the size of the frame. It is unmapped when the stream has ended and the last lease is released.
- * All functions are thread-safe.
+ * All functions are thread-safe, and take `stream | ML2S_ENCODED`, too.
  */
 #pragma once
 

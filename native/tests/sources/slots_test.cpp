@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <optional>
@@ -5,6 +6,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 extern "C" {
 #include "../../sdk/memory.h"
@@ -502,4 +505,64 @@ TEST(ReservedSlots, ReadersKeepTheirFramesWhileStreamsEndBeginAndChangeTheirMode
     first.join();
     second.join();
     EXPECT_EQ(memory_mapped_bytes(), 0u);
+}
+
+TEST(EncodedSlots, AreBesideThoseOfTheFrames) {
+    constexpr uint32_t kEncoded = kStream | ML2S_ENCODED;
+    Reserved reserved;
+    EXPECT_EQ(slots_reserve(kEncoded), ML2S_OK);
+    const auto frame = filled(kPicture, 1);
+    EXPECT_EQ(ml2s_publish(&frame), ML2S_OK);
+    uint32_t slots[ML2S_MAX_SLOTS];
+    for (auto &slot : slots) {
+        ml2s_memory memory;
+        ASSERT_EQ(slots_take(kEncoded, 100, &slot, &memory), ML2S_OK);
+        std::memset(memory.data, 9, 100);
+    }
+    uint32_t none;
+    ml2s_memory memory;
+    EXPECT_EQ(slots_take(kEncoded, 100, &none, &memory), ML2S_ALL_SLOTS_LEASED);
+    const auto latest = acquire(0);
+    ASSERT_TRUE(latest);
+    EXPECT_EQ(latest->stream, kStream);
+    expectFilled(*latest, kPicture);
+    giveBack(*latest);
+    giveBack(frame);
+    reserved.end();
+    EXPECT_EQ(slots_memory(kEncoded, slots[3]).data[99], 9) << "the frames' slots ended, these did not";
+    EXPECT_EQ(slots_retire(kEncoded), ML2S_OK);
+    for (uint32_t slot : slots) {
+        EXPECT_EQ(ml2s_release(kEncoded, slot), ML2S_OK);
+        EXPECT_EQ(ml2s_release(kEncoded, slot), ML2S_INVALID_ARGUMENT);
+    }
+    EXPECT_EQ(memory_mapped_bytes(), 0u);
+}
+
+TEST(EncodedSlots, TakePagesOfWhatIsWrittenOnly) {
+    constexpr uint32_t kEncoded = kStream | ML2S_ENCODED;
+    constexpr uint64_t kMost = 1 << 22, kWritten = 10000;
+    const auto page = static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+    EXPECT_EQ(slots_reserve(kEncoded), ML2S_OK);
+    uint32_t slot;
+    ml2s_memory memory;
+    ASSERT_EQ(slots_take(kEncoded, kMost, &slot, &memory), ML2S_OK);
+    ASSERT_EQ(madvise(memory.data, memory.size_bytes, MADV_NOHUGEPAGE), 0);
+    std::memset(memory.data, 1, kWritten);
+    std::vector<unsigned char> isResident(kMost / page);
+    ASSERT_EQ(mincore(memory.data, kMost, isResident.data()), 0);
+    EXPECT_EQ(std::count(isResident.begin(), isResident.end(), 1), static_cast<std::ptrdiff_t>(kWritten / page + 1));
+    EXPECT_EQ(slots_retire(kEncoded), ML2S_OK);
+    EXPECT_EQ(ml2s_release(kEncoded, slot), ML2S_OK);
+}
+
+TEST(EncodedSlots, AreOfStreamsThatExist) {
+    for (uint32_t stream : {static_cast<uint32_t>(ML2S_STREAM_COUNT), ML2S_STREAM_COUNT | ML2S_ENCODED,
+                            kStream | 2 * ML2S_ENCODED, kStream | 3 * ML2S_ENCODED, UINT32_MAX}) {
+        EXPECT_EQ(slots_reserve(stream), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(slots_retire(stream), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(ml2s_release(stream, 0), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(ml2s_unpublish(stream), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(ml2s_provide(stream, nullptr, 0), ML2S_INVALID_ARGUMENT);
+        EXPECT_EQ(slots_memory(stream, 0).data, nullptr);
+    }
 }

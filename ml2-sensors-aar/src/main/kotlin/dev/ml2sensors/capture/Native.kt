@@ -110,6 +110,37 @@ internal object Native {
     @JvmStatic
     external fun release(stream: Int, slot: Int)
 
+    /** Returns a size in bytes that no image exceeds when [codec] compresses it, whatever it shows. */
+    @JvmStatic
+    external fun mostEncodedBytes(codec: Int, width: Int, height: Int): Int
+
+    /**
+     * Compresses the pixels of [image], a direct buffer, from position to limit, into a leased slot, which has at least
+     * [mostEncodedBytes]. Returns the size in bytes.
+     */
+    fun encode(
+        image: ByteBuffer,
+        codec: Int,
+        quality: Int,
+        width: Int,
+        height: Int,
+        strideBytes: Int,
+        stream: Int,
+        slot: Int,
+    ): Int = encodeWhole(image.slice(), codec, quality, width, height, strideBytes, stream, slot)
+
+    @JvmStatic
+    private external fun encodeWhole(
+        image: ByteBuffer,
+        codec: Int,
+        quality: Int,
+        width: Int,
+        height: Int,
+        strideBytes: Int,
+        stream: Int,
+        slot: Int,
+    ): Int
+
     @JvmStatic
     external fun useOpenXr(loaderPath: String, context: Any?)
 }

@@ -58,6 +58,9 @@ public class ImageSample(
         if (left == 0) giveBack()
     }
 
+    /** The planes other than the image; valid as long as the sample. */
+    internal val planesBesideImage: List<Plane> get() = planes.filter { it.role != IMAGE }
+
     /** Returns a copy of the pixels. */
     public fun copy(): ByteArray = pixels.let { source -> ByteArray(source.remaining()).also(source::get) }
 

@@ -28,7 +28,13 @@ class ConstantsTest {
         for (sensor in PixelSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
         for (sensor in PoseSensor.entries) assertEquals(value("SENSOR_${sensor.name}"), sensor.code)
         assertEquals(value("SENSOR_CONTROLLER_INPUT"), NativeInputSource.SENSOR_CODE)
+        for (codec in ImageCodec.entries) assertEquals(value("CODEC_${codec.name}"), codec.code)
         for (backend in NativeBackend.entries) assertEquals(value("BACKEND_${backend.name}"), backend.code)
+    }
+
+    @Test
+    fun slotsOfEncodedImagesHaveTheBitOfTheLibrary() {
+        assertEquals("${ImageEncoder.ENCODED}u", Regex("#define ML2S_ENCODED (.*)").find(headers)?.groupValues?.get(1))
     }
 
     @Test
