@@ -2,7 +2,14 @@
 
 from collections.abc import Iterable, Iterator
 
-from ml2_receiver.table.stream_table import Key, Section, Stream, StreamTable, Topic
+from ml2_receiver.table.stream_table import (
+    CAMERA_KEYS,
+    Key,
+    Section,
+    Stream,
+    StreamTable,
+    Topic,
+)
 from ml2_receiver.wire.json_body import Scalar
 
 _INTRODUCTION = """# Configuration
@@ -100,6 +107,8 @@ def _allowed(key: Key) -> str:
         return "a ROS 2 topic name"
     if key.allowed:
         return ", ".join(map(str, key.allowed))
+    if key.maximum is not None:
+        return f"{key.minimum} to {key.maximum}"
     return "any" if key.minimum is None else f"at least {key.minimum}"
 
 
@@ -114,9 +123,10 @@ def _switched_topics(table: StreamTable, section: Section, key: Key) -> list[str
 
 
 def _is_switched(topic: Topic, stream: Stream, key: Key) -> bool:
-    if topic.when is not None:
-        return topic.when.key == key.name
-    return key.type == "bool" and key.name in (stream.when or {})
+    if topic.when is not None and topic.when.key == key.name:
+        return True
+    is_optional = topic.when is not None and topic.when.key not in CAMERA_KEYS
+    return key.type == "bool" and key.name in (stream.when or {}) and not is_optional
 
 
 def _modes(table: StreamTable) -> Iterator[tuple[str, ...]]:
@@ -142,7 +152,9 @@ def _topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
     groups: dict[tuple[str, ...], list[str]] = {}
     for stream in table.streams.values():
         for topic in stream.topics:
-            conditions = dict([*(stream.when or {}).items(), *filter(None, [topic.when])])
+            conditions = dict(stream.when or {})
+            if topic.when is not None:
+                conditions[topic.when.key] = (topic.when.value,)
             row: tuple[str, ...] = (
                 f"`{topic.name}`",
                 topic.type,
@@ -151,7 +163,8 @@ def _topics(table: StreamTable) -> Iterator[tuple[str, ...]]:
                 f"`{stream.body_frame}`" if stream.body_frame else "",
                 str(table.qos[topic.qos].depth),
                 ", ".join(
-                    f"`{stream.section}.{key}: {_yaml(value)}`" for key, value in conditions.items()
+                    " or ".join(f"`{stream.section}.{key}: {_yaml(it)}`" for it in values)
+                    for key, values in conditions.items()
                 ),
             )
             shared = tuple(cell.replace(stream.id, "*") for cell in row)

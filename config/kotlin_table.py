@@ -99,7 +99,7 @@ def _property(table: StreamTable, stream: Stream) -> str:
         "StreamSpec",
         id=_text(stream.id),
         section=_text(stream.section),
-        topics=_list(_topic(topic) for topic in stream.topics),
+        topics=_list(_topic(topic, encodings[:1]) for topic in stream.topics),
         frameId=_text(stream.frame),
         bodyFrameId=_text(stream.body_frame),
         encoding=_text(encodings[0] if encodings else None),
@@ -113,8 +113,8 @@ def _property(table: StreamTable, stream: Stream) -> str:
     return f"{doc}\n{declaration}\n{_INDENT * 2}{spec.render(_INDENT * 2)}"
 
 
-def _topic(topic: Topic) -> Call:
-    own_encoding = None if topic.role == "image" else topic.encoding
+def _topic(topic: Topic, encodings_of_stream: list[str | None]) -> Call:
+    own_encoding = None if topic.encoding in encodings_of_stream else topic.encoding
     when = topic.when and f"{topic.when.key}={_literal(topic.when.value)}"
     return _call(
         "TopicSpec",

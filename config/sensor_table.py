@@ -54,11 +54,20 @@ def _lines(table: StreamTable) -> Iterator[str]:
         permissions = table.sections[streams[0].section].permissions
         yield _row(
             name,
-            f"`{_braced([it.topics[0].name for it in streams])}`" if first else "`custom/NAME`",
+            _topics(streams) if first else "`custom/NAME`",
             first.type.replace("/msg/", "/") if first else "any",
             f"{_rates(table, streams[0])}{note}" or "as delivered",
             ", ".join(it.rpartition(".")[2] for it in permissions),
         )
+
+
+def _topics(streams: list[Stream]) -> str:
+    """Returns the main topics, and what a camera's are called in its other formats."""
+    first, *others = streams[0].topics
+    formats = [it.name.partition("/")[2] for it in others if it.role == first.role]
+    return " or ".join(
+        [f"`{_braced([it.topics[0].name for it in streams])}`", *map("`{}`".format, formats)]
+    )
 
 
 def _row(*cells: str) -> str:
@@ -90,7 +99,7 @@ def _rates(table: StreamTable, stream: Stream) -> str:
     modes = [
         mode
         for mode in table.sections[stream.section].modes
-        if mode.stream == when.get("stream", mode.stream)
+        if mode.stream in when.get("stream", (mode.stream,))
     ]
     rates = {rate for mode in modes for rate in mode.rates if rate not in mode.delivers}
     return ", ".join(map(str, sorted(rates) or filter(None, [stream.pace.rate_hz])))

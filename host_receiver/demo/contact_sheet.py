@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 
 from ml2_receiver.topics.message_types import message_class
+from ml2_tools.images.pixels import pixels_of
 
 _TILE = (400, 300)
 _LABEL_HEIGHT = 28
@@ -40,12 +41,15 @@ def write_contact_sheet(last: dict[str, tuple[str, bytes]], path: Path) -> None:
 
 def decoded_image(message_type: str, payload: bytes) -> NDArray[Any]:
     message = deserialize_message(payload, message_class(message_type))
-    if message_type.endswith("CompressedImage"):
-        return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
-    dtype = {"mono8": np.uint8, "32FC1": np.float32, "32SC1": np.int32}[message.encoding]
-    rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
-    pixels = rows.view(dtype)[:, : message.width]
-    return cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if dtype is np.uint8 else _coloured(pixels)
+    if getattr(message, "encoding", "") == "32SC1":
+        rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)
+        return _coloured(rows.view(np.int32)[:, : message.width])
+    pixels = pixels_of(message)
+    if pixels.ndim == 3:
+        return pixels
+    return (
+        cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.dtype == np.uint8 else _coloured(pixels)
+    )
 
 
 def _coloured(values: NDArray[Any]) -> NDArray[Any]:

@@ -5,9 +5,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import cv2
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
+from compressed_depth import FORMAT, compressed_depth
 from fake_sink import FakeSink
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
@@ -27,7 +29,11 @@ TYPES = get_typestore(Stores.ROS2_JAZZY)
 PREFIX = "/magic_leap2"
 COUNT = 30
 CONFIG = '{"headset": "h", "session": "s", "streams": {}}'
-REQUEST: Request = {"world_left": {"stream": 0}, "battery": {}, "tf": {"layout": "flat"}}
+REQUEST: Request = {
+    "world_left": {"stream": 0, "format": "Grayscale"},
+    "battery": {},
+    "tf": {"layout": "flat"},
+}
 
 
 def image(number: int) -> bytes:
@@ -37,6 +43,26 @@ def image(number: int) -> bytes:
         _header(number, "world_left_optical_frame"), 48, 64, "mono8", 0, 64, pixels
     )
     return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/Image"))
+
+
+def jpeg(number: int) -> bytes:
+    """A CompressedImage of the pixels of image()."""
+    pixels = np.random.default_rng(number).integers(0, 256, (48, 64), np.uint8)
+    data = cv2.imencode(".jpg", pixels)[1].ravel()
+    return _compressed(number, "world_left_optical_frame", "mono8; jpeg compressed mono8", data)
+
+
+def depth(number: int) -> bytes:
+    """A CompressedImage of 8 x 6 pixels of random mm."""
+    mm = np.random.default_rng(number).integers(0, 5000, (6, 8)).astype(np.uint16)
+    data = np.frombuffer(compressed_depth(mm), np.uint8)
+    return _compressed(number, "depth_optical_frame", FORMAT, data)
+
+
+def _compressed(number: int, frame: str, format: str, data: Any) -> bytes:
+    type = "sensor_msgs/msg/CompressedImage"
+    message = TYPES.types[type](_header(number, frame), format, data)
+    return bytes(TYPES.serialize_cdr(message, type))
 
 
 def battery(number: int) -> bytes:
@@ -76,6 +102,17 @@ SENT: dict[str, tuple[str, Callable[[int], bytes]]] = {
 }
 
 
+# What a device sends that compresses its images.
+COMPRESSED: dict[str, tuple[str, Callable[[int], bytes]]] = {
+    "world_left/image_raw/compressed": ("sensor_msgs/msg/CompressedImage", jpeg),
+    "depth/image_raw/compressedDepth": ("sensor_msgs/msg/CompressedImage", depth),
+}
+COMPRESSED_REQUEST: Request = {
+    "world_left": {"stream": 0, "format": "jpeg"},
+    "depth": {"format": "depth16"},
+}
+
+
 def absolute(topic: str) -> str:
     return topic if topic.startswith("/") else f"{PREFIX}/{topic}"
 
@@ -89,12 +126,14 @@ def payloads(count: int) -> dict[str, list[bytes]]:
 
 
 def send(device: MockDevice, count: int) -> None:
+    announced = {topic.name for topic in device.device.announced}
     for number in range(count):
-        for name, (_, make) in SENT.items():
-            device.publish(name, make(number))
+        for name, (_, make) in (SENT | COMPRESSED).items():
+            if name in announced:
+                device.publish(name, make(number))
 
 
-def record(folder: Path, count: int, compression: str = "none") -> None:
+def record(folder: Path, count: int, compression: str = "none", request: Request = REQUEST) -> None:
     """A whole session of a device."""
     make_folder(folder, is_overwriting=False)
     failures: list[str] = []
@@ -105,7 +144,7 @@ def record(folder: Path, count: int, compression: str = "none") -> None:
         listen(("127.0.0.1", 0)),
         Everybody(),
         FanOut([sink, recorder]),
-        REQUEST,
+        request,
         ReceiverSettings("test", "test"),
     )
     try:

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from bag_scene import TYPES
+from compressed_depth import FORMAT, compressed_depth
 
 PREFIX = "/magic_leap2"
 IMAGES, INFOS = f"{PREFIX}/world_left/image_raw", f"{PREFIX}/world_left/camera_info"
@@ -100,6 +102,20 @@ def second_camera(messages: list[Message], position: tuple[float, float, float])
     ]
 
 
+def compressed(messages: list[Message], camera: str = "world_left") -> list[Message]:
+    """The same of this camera, whose headset compresses: as RVL if it is depth, else as JPEG."""
+    transport = "compressedDepth" if camera == "depth" else "compressed"
+    found = []
+    for it in messages:
+        topic, type = it.topic.replace("world_left", camera), it.type
+        if it.topic == IMAGES:
+            topic, type = f"{topic}/{transport}", "sensor_msgs/msg/CompressedImage"
+        found.append(
+            replace(it, topic=topic, type=type, frame=it.frame.replace("world_left", camera))
+        )
+    return found
+
+
 def _times(rate_hz: int) -> Iterator[int]:
     return (BEGIN_NS + n * SECOND_NS // rate_hz for n in range(DURATION_S * rate_hz))
 
@@ -119,6 +135,14 @@ def _image(it: Message) -> Any:
     return TYPES.types["sensor_msgs/msg/Image"](
         _header(it), height, width, "mono8", 0, width, shown
     )
+
+
+def _compressed(it: Message) -> Any:
+    format, data = "mono8; jpeg compressed mono8", cv2.imencode(".jpg", pixels(it))[1].ravel()
+    if it.topic.endswith("compressedDepth"):
+        mm = pixels(it).astype(np.uint16)
+        format, data = FORMAT, np.frombuffer(compressed_depth(mm), np.uint8)
+    return TYPES.types["sensor_msgs/msg/CompressedImage"](_header(it), format, data)
 
 
 def _info(it: Message) -> Any:
@@ -159,6 +183,7 @@ def _transforms(it: Message) -> Any:
 
 _MAKE = {
     "sensor_msgs/msg/Image": _image,
+    "sensor_msgs/msg/CompressedImage": _compressed,
     "sensor_msgs/msg/CameraInfo": _info,
     "std_msgs/msg/String": _metadata,
     "sensor_msgs/msg/Imu": _imu,

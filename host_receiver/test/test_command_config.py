@@ -74,7 +74,7 @@ def test_every_stream_of_the_file_is_shown_with_its_legal_values(
     assert shown.keys() == file["streams"].keys()
     assert shown["depth"]["when"] == {
         "depth_center.enabled": True,
-        "depth_center.format": "Depth32",
+        "depth_center.format": ["Depth32", "depth16"],
     }
     assert [mode["update_rates"] for mode in shown["depth"]["modes"]] == [
         [1, 5],
@@ -83,11 +83,20 @@ def test_every_stream_of_the_file_is_shown_with_its_legal_values(
     assert {mode["stream"] for mode in shown["mixed_reality"]["modes"]} == {1}
     assert shown["depth"]["keys"]["depth_center.confidence"]["type"] == "bool"
     assert shown["gyro_left"]["keys"]["imu.angular_velocity_variance"]["minimum"] == 0
+    quality = shown["world_left"]["keys"]["world_left.quality"]
+    assert (quality["minimum"], quality["maximum"]) == (1, 100)
     assert shown["world_left"]["keys"]["world_left.backend"]["allowed"] == ["sdk", "openxr"]
 
 
 def test_people_get_a_table_of_them(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["config", "show"]) == 0
     table = capsys.readouterr().out
-    for word in ("world_left", "1016x1016", "depth_center.radial", "any other runs"):
+    for word in (
+        "world_left",
+        "1 to 100",
+        "Depth32 or depth16",
+        "1016x1016",
+        "depth_center.radial",
+        "any other runs",
+    ):
         assert word in table

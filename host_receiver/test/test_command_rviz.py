@@ -58,9 +58,13 @@ def test_what_each_display_needs_is_said(
     assert said.keys() == {it["Name"] for it in manager["Displays"]} - {"Grid"}
     products = " and `ml2-receiver products --name robot1`"
     assert said["Depth points"] == f"depth_center.enabled=true{products}"
-    assert said["World, left"] == "world_left.enabled=true"
+    needed_in = "with the format {} also `ml2-receiver products --name robot1`"
+    assert said["World, left"] == f"world_left.enabled=true, {needed_in.format('jpeg')}"
+    assert said["Depth"] == f"depth_center.enabled=true, {needed_in.format('depth16')}"
+    assert said["Colour"] == "picture_center.enabled=true"
     for display in manager["Displays"]:
-        is_made = display.get("Topic", {"Value": ""})["Value"].split("/", 3)[-1] in MADE
+        topic = display.get("Topic", {"Value": ""})["Value"].split("/", 3)[-1]
+        is_made = topic in MADE and topic not in SENT
         assert (products in said.get(display["Name"], "")) == is_made
 
 

@@ -104,6 +104,8 @@ def test_sections_choose_between_streams_that_exclude_each_other() -> None:
         ).requests
     )
     assert "infra" in parse({"depth_center": {"enabled": True, "format": "DepthRaw"}}).requests
+    depth16 = parse({"depth_center": {"enabled": True, "format": "depth16"}}).requests
+    assert depth16["depth"]["format"] == "depth16"
 
 
 def test_values_of_another_section_travel_with_the_streams_that_need_them() -> None:
@@ -168,7 +170,19 @@ def test_what_ros_does_not_take_as_a_topic_is_refused(name: str) -> None:
         ("world_left: {stream: 2}", "world_left.stream", "2", "0, 1"),
         ("world_left: {stream: false}", "world_left.stream", "false", "0, 1"),
         ("gazes: {enabled: true, color: red}", "gazes", "true", "did you mean gaze?"),
-        ("world_left: {format: jpeg}", "world_left.format", "jpeg", "Grayscale"),
+        ("world_left: {format: png}", "world_left.format", "png", "Grayscale, jpeg"),
+        (
+            "depth_center: {format: jpeg}",
+            "depth_center.format",
+            "jpeg",
+            "Depth32, DepthRaw, depth16",
+        ),
+        ("picture_center: {format: depth16}", "picture_center.format", "depth16", "jpeg"),
+        ("world_left: {quality: 0}", "world_left.quality", "0", "from 1 to 100"),
+        ("eye_nasal_left: {quality: 101}", "eye_nasal_left.quality", "101", "from 1 to 100"),
+        ("world_left: {quality: 80.0}", "world_left.quality", "80.0", "from 1 to 100"),
+        ("world_left: {quality: true}", "world_left.quality", "true", "from 1 to 100"),
+        ("picture_center: {quality: 80}", "picture_center.quality", "80", "unknown key"),
         ("imu: {angular_velocity_variance: -1}", "imu.angular_velocity_variance", "-1", "least 0"),
         ("imu: {angular_velocity_variance: .nan}", "imu.angular_velocity_variance", ".nan", "0"),
         ("imu: {angular_velocity_variance: 1e999}", "imu.angular_velocity_variance", "1e999", "0"),

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import rclpy
@@ -18,7 +19,7 @@ from geometry_msgs.msg import TransformStamped
 from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.node import Node
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -40,15 +41,19 @@ def images() -> list[tuple[int, NDArray[np.uint8]]]:
 
 
 class Headset:
-    """Publishes what a receiver would."""
+    """Publishes what a receiver would, of a headset that may compress the images."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_compressed: bool) -> None:
+        self.is_compressed = is_compressed
         self.context = Context()
         rclpy.init(context=self.context)
         self.node: Node = rclpy.create_node("live_test", context=self.context)
         topic = f"{PREFIX}/{CAMERA_NAME}"
         depth = len(WALK.poses)  # so that none is overwritten on a slow machine
-        self._images = self.node.create_publisher(Image, f"{topic}/image_raw", depth)
+        name, type = f"{topic}/image_raw", Image
+        if is_compressed:
+            name, type = f"{name}/compressed", CompressedImage
+        self._images = self.node.create_publisher(type, name, depth)
         self._infos = self.node.create_publisher(CameraInfo, f"{topic}/camera_info", depth)
         self._metadata = self.node.create_publisher(String, f"{topic}/metadata", depth)
         self._transforms = self.node.create_publisher(TFMessage, "/tf", 100)
@@ -63,10 +68,16 @@ class Headset:
             self._transforms.publish(TFMessage(transforms=[_transform(header, pose)]))
             self._infos.publish(_info(header))
             self._metadata.publish(String(data=_metadata(sec, nanosec)))
-            image = Image(header=header, height=pixels.shape[0], width=pixels.shape[1])
-            image.encoding, image.step, image.data = "mono8", pixels.shape[1], pixels.tobytes()
-            self._images.publish(image)
+            self._images.publish(self._image(header, pixels))
             time.sleep(0.05)
+
+    def _image(self, header: Header, pixels: NDArray[np.uint8]) -> Any:
+        if self.is_compressed:
+            data = cv2.imencode(".jpg", pixels)[1].tobytes()
+            return CompressedImage(header=header, format="mono8; jpeg compressed mono8", data=data)
+        image = Image(header=header, height=pixels.shape[0], width=pixels.shape[1])
+        image.encoding, image.step, image.data = "mono8", pixels.shape[1], pixels.tobytes()
+        return image
 
     def close(self) -> None:
         self.node.destroy_node()
@@ -111,12 +122,13 @@ def _metadata(sec: int, nanosec: int) -> str:
 
 
 @pytest.fixture
-def headset(ros_of_children: None) -> Iterator[Headset]:
-    headset = Headset()
+def headset(request: pytest.FixtureRequest, ros_of_children: None) -> Iterator[Headset]:
+    headset = Headset(is_compressed=getattr(request, "param", False))
     yield headset
     headset.close()
 
 
+@pytest.mark.parametrize("headset", [False, True], ids=["raw", "compressed"], indirect=True)
 def test_what_arrives_until_the_end_is_recorded_and_all_of_it_can_be_evaluated(
     headset: Headset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -137,7 +149,9 @@ def test_what_arrives_until_the_end_is_recorded_and_all_of_it_can_be_evaluated(
     assert sequence.stamps_ns == WALK.stamps_ns()
     for (found_ns, found), (true_ns, true) in zip(sequence.images(), images(), strict=True):
         assert found_ns == true_ns
-        assert np.array_equal(found, true)
+        jpeg = cv2.imencode(".jpg", true)[1]
+        decoded = cv2.imdecode(jpeg, cv2.IMREAD_GRAYSCALE)
+        assert np.array_equal(found, decoded if headset.is_compressed else true)
     assert [pose[:3, 3].tolist() for _, pose in sequence.reference] == pytest.approx(
         np.array([pose[:3, 3] for pose in WALK.poses])
     )

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -9,7 +10,17 @@ from bags import write_bag
 from ml2_receiver.errors import EvaluationError
 from ml2_receiver.topics.string_message import encode_string
 from ml2_tools.evaluation.sequence import read_sequence
-from wall_walk import CAMERA, IMAGE, PREFIX, TYPES, images, recording, trajectory
+from wall_walk import (
+    CAMERA,
+    COMPRESSED,
+    IMAGE,
+    PREFIX,
+    TYPES,
+    images,
+    jpeg,
+    recording,
+    trajectory,
+)
 
 COUNT = 6
 
@@ -26,6 +37,19 @@ def test_images_come_with_their_stamps_and_pixels(bag: Path) -> None:
     assert [at for at, _ in found] == [at for at, _ in sent] == sequence.stamps_ns
     for (_, ours), (_, theirs) in zip(found, sent, strict=True):
         np.testing.assert_array_equal(ours, theirs)
+
+
+def test_images_that_the_headset_compressed_are_read_as_opencv_decodes_them(
+    tmp_path: Path,
+) -> None:
+    bag = recording(tmp_path / "bag", COUNT, images_dropped=(2,), is_compressed=True)
+    sequence = read_sequence(bag, CAMERA)
+    assert (sequence.topic, sequence.type) == (COMPRESSED, "sensor_msgs/msg/CompressedImage")
+    assert (sequence.images_sent, len(sequence.stamps_ns)) == (COUNT, COUNT - 1)
+    sent = [it for number, it in enumerate(images(COUNT)) if number != 2]
+    for (found_ns, found), (sent_ns, pixels) in zip(sequence.images(), sent, strict=True):
+        assert found_ns == sent_ns
+        np.testing.assert_array_equal(found, cv2.imdecode(jpeg(pixels), cv2.IMREAD_GRAYSCALE))
 
 
 def test_an_image_that_never_arrived_counts_as_sent(bag: Path) -> None:

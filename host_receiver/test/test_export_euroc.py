@@ -24,6 +24,7 @@ from sound_bag import (
     INFOS,
     TURN_RATE,
     Message,
+    compressed,
     config,
     pixels,
     second_camera,
@@ -86,6 +87,18 @@ def test_a_recording_is_a_euroc_folder(tmp_path: Path) -> None:
     assert {tuple(row[1:]) for row in found} == {(*TURN_RATE, *ACCELERATION)}
 
 
+def test_images_that_the_headset_compressed_are_exported_as_opencv_decodes_them(
+    tmp_path: Path,
+) -> None:
+    assert export(tmp_path, compressed(sound())) == 0
+    images = [it for it in sound() if it.topic == IMAGES]
+    files = sorted((tmp_path / "out/mav0/cam0/data").iterdir())
+    assert [it.stem for it in files] == [str(it.stamp_ns) for it in images]
+    for file, it in zip(files, images, strict=True):
+        expected = cv2.imdecode(cv2.imencode(".jpg", pixels(it))[1], cv2.IMREAD_UNCHANGED)
+        assert np.array_equal(cv2.imread(str(file), cv2.IMREAD_UNCHANGED), expected)
+
+
 def test_sensor_yaml_has_lens_and_place_as_opencv_reads_them(tmp_path: Path) -> None:
     assert export(tmp_path, two_cameras()) == 0
     for number, across_m in ((0, 0.0), (1, BASELINE_M)):
@@ -138,6 +151,15 @@ def test_open_vins_gets_an_estimator_and_an_imu(tmp_path: Path) -> None:
     assert unit.getNode("rostopic").string() == IMU
     assert {name: unit.getNode(name).real() for name in NOISE} == pytest.approx(NOISE)
     assert numbers(unit.getNode("T_i_b").at(3)) == [0, 0, 0, 1]
+
+
+def test_kalibr_yaml_names_the_image_topic_that_was_recorded(tmp_path: Path) -> None:
+    left = compressed(sound())
+    bag = written(tmp_path / "bag", [config(), *left, *second_camera(sound(), (2.0, 2.0, 3.0))])
+    assert main(["export", "--kalibr", str(tmp_path / "out"), "--bag", str(bag)]) == 0
+    chain = yaml.safe_load((tmp_path / "out/camchain.yaml").read_text())
+    assert chain["cam0"]["rostopic"] == f"{IMAGES}/compressed"
+    assert chain["cam1"]["rostopic"] == IMAGES.replace("left", "right")
 
 
 def test_kalibr_yaml_comes_from_a_recording_too(tmp_path: Path) -> None:

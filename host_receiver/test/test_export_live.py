@@ -17,7 +17,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -49,6 +49,10 @@ class RigHeadset:
             camera: self._headset.create_publisher(CameraInfo, f"{PREFIX}/{camera}/camera_info", 5)
             for camera in CAMERAS
         }
+        # The headset compresses the images of one camera.
+        self._images = self._headset.create_publisher(
+            CompressedImage, f"{PREFIX}/world_left/image_raw/compressed", 5
+        )
         self._second = 0
         self._headset.create_timer(1 / 30, self._capture)
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -117,3 +121,5 @@ def test_two_cameras_of_a_rig_are_where_tf_static_has_them(
     chain = yaml.safe_load((tmp_path / "camchain.yaml").read_text())
     right_of_left = np.array(chain["cam1"]["T_cn_cnm1"]) @ [0, 0, 0, 1]
     assert right_of_left == pytest.approx([-BASELINE_M, 0, 0, 1])
+    assert chain["cam0"]["rostopic"] == f"{PREFIX}/world_left/image_raw/compressed"
+    assert chain["cam1"]["rostopic"] == f"{PREFIX}/world_right/image_raw"

@@ -17,7 +17,7 @@ from ml2_receiver.generated.message_definitions import DEFINITIONS
 from ml2_tools.bags.bag_reader import Bag
 from ml2_tools.inspection.check import Check
 from ml2_tools.inspection.inspection import inspect
-from sound_bag import BEGIN_NS, IMAGES, IMU, INFOS, METADATA, Message, sound, written
+from sound_bag import BEGIN_NS, IMAGES, IMU, INFOS, METADATA, Message, compressed, sound, written
 
 MS = 1_000_000
 PAIRS = "pairs with camera_info"
@@ -26,6 +26,7 @@ type Damage = Callable[[int, Message], Message | None]
 
 
 def checks(tmp_path: Path, messages: list[Message]) -> dict[tuple[str, str], Check]:
+    tmp_path.mkdir(exist_ok=True)
     found = inspect(Bag(written(tmp_path / "bag", messages)))
     return {(check.topic, check.check): check for check in found}
 
@@ -65,6 +66,41 @@ def test_of_a_sound_recording_every_check_is_ok(tmp_path: Path) -> None:
     assert found[IMAGES, "transforms"].figures["exact"] == 90
     assert found[IMU, "latency"].figures["p99_ms"] == pytest.approx(10)
     assert sum(found[IMAGES, "jitter"].figures["histogram_counts"]) == 89  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("camera", "transport"), [("world_left", "compressed"), ("depth", "compressedDepth")]
+)
+def test_images_that_the_headset_compressed_are_checked_like_raw_ones(
+    tmp_path: Path, camera: str, transport: str
+) -> None:
+    found = checks(tmp_path, compressed(sound(), camera))
+    images = f"{IMAGES.replace('world_left', camera)}/{transport}"
+    assert [check for check in found.values() if check.verdict != "ok"] == []
+    assert found[images, PAIRS].figures["pairs"] == 90
+    assert found[images, "pairs with metadata"].figures["pairs"] == 90
+    assert found[images, "transforms"].figures["exact"] == 90
+    assert found[images, "rate"].figures["rate_hz"] == pytest.approx(30, abs=1e-3)
+
+
+@pytest.mark.parametrize("camera", ["world_left", "depth"])
+def test_a_compressed_image_of_another_size_or_without_a_head_is_found(
+    tmp_path: Path, camera: str
+) -> None:
+    messages = compressed(sound(), camera)
+    kind = "sensor_msgs/msg/CompressedImage"
+    resized = [replace(it, size=(9, 6)) if it.type == kind else it for it in messages]
+    (images,) = {it.topic for it in messages if it.type == kind}
+    check = checks(tmp_path / "resized", resized)[images, PAIRS]
+    assert (check.verdict, "9, 6" in check.found) == ("wrong", True)
+    message: Any = bag_scene.TYPES.deserialize_cdr(
+        next(it for it in messages if it.topic == images).encoded(), kind
+    )
+    message.data = message.data[:1]
+    cut = bytes(bag_scene.TYPES.serialize_cdr(message, kind))
+    broken = [replace(it, payload=cut) if it.topic == images else it for it in messages]
+    check = checks(tmp_path / "broken", broken)[images, "messages"]
+    assert (check.verdict, check.figures["broken"]) == ("wrong", 90)
 
 
 @pytest.mark.parametrize(

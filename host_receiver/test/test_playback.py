@@ -1,5 +1,6 @@
 """Recordings played to receivers, and files that are none."""
 
+import json
 import os
 import pty
 import re
@@ -10,12 +11,14 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import bag_scene
 from bag_readers import digest, mcap_file, with_mcap
-from bag_scene import COUNT
+from bag_scene import COMPRESSED_REQUEST, COUNT, REQUEST
 from fake_sink import FakeSink
 from ml2_receiver.cli import main
 from ml2_receiver.recording.bag_folder import make_folder
@@ -27,6 +30,7 @@ from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.sink import Sink
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.topics.fan_out import FanOut
 from ml2_receiver.transport.access import Access, Everybody, PairedOnly
 from ml2_receiver.transport.listener import listen
@@ -171,10 +175,77 @@ def test_nothing_sent_is_no_success(bag: Path, capsys: pytest.CaptureFixture[str
 
 def test_a_stream_that_was_recorded_otherwise_is_adjusted(bag: Path) -> None:
     sink = FakeSink()
-    with receiving(sink, {"world_left": {"stream": 1}}) as server:
+    with receiving(sink, {"world_left": {"stream": 1, "format": "Grayscale"}}) as server:
         play(bag, server)
     answer = sink.applied[0].streams["world_left"]
-    assert (answer.result, answer.values) == ("adjusted", {"stream": 0})
+    assert (answer.result, answer.values) == ("adjusted", REQUEST["world_left"])
+
+
+@pytest.fixture(scope="module")
+def compressed_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("compressed") / "walk"
+    bag_scene.record(folder, COUNT, request=COMPRESSED_REQUEST)
+    return folder
+
+
+def test_compressed_images_are_played_to_a_receiver_that_asks_for_them(
+    compressed_bag: Path,
+) -> None:
+    sink = FakeSink()
+    with receiving(sink, COMPRESSED_REQUEST) as server:
+        assert play(compressed_bag, server) == 0
+        sink.await_report()
+    assert sink.payloads == {
+        name: [make(number) for number in range(COUNT)]
+        for name, (_, make) in bag_scene.COMPRESSED.items()
+    }
+    assert {it.result for it in sink.applied[0].streams.values()} == {"applied"}
+    names = {topic.name for topic in sink.applied[0].topics}
+    assert not {"world_left/image_raw", "depth/image_raw"} & names
+
+
+@pytest.mark.parametrize(
+    ("recorded", "requested", "reason"),
+    [
+        ("compressed_bag", {"format": "Grayscale"}, "format jpeg, requested with Grayscale"),
+        ("bag", {"format": "jpeg"}, "format Grayscale, requested with jpeg"),
+    ],
+)
+def test_a_camera_in_another_format_is_refused_and_costs_no_other_stream(
+    request: pytest.FixtureRequest,
+    capsys: pytest.CaptureFixture[str],
+    recorded: str,
+    requested: dict[str, str],
+    reason: str,
+) -> None:
+    sink, walk = FakeSink(), request.getfixturevalue(recorded)
+    streams: Request = {"battery": {}, "depth": {"format": "depth16"}, "world_left": requested}
+    with receiving(sink, streams) as server:
+        assert play(walk, server) == 1
+        sink.await_report()
+    assert f"world_left is refused: recorded with {reason}" in capsys.readouterr().err
+    answer = sink.applied[0].streams["world_left"]
+    assert (answer.result, answer.reason) == ("refused", f"recorded with {reason}")
+    other = "depth/image_raw/compressedDepth" if recorded == "compressed_bag" else "battery"
+    assert {name: len(sent) for name, sent in sink.payloads.items()} == {other: COUNT}
+
+
+def test_of_a_recording_in_two_formats_the_requested_one_is_played() -> None:
+    text: dict[str, Any] = {"result": "applied", "reason": None, "topics": []}
+    values = {"format": "Grayscale", "stream": 1}
+    config = {"headset": "h", "session": "s", "streams": {"world_left": {**text, "values": values}}}
+    types = {
+        "/p/world_left/image_raw": "sensor_msgs/msg/Image",
+        "/p/world_left/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
+    }
+    parsed = ConfigText.parse(json.dumps(config).encode())
+    reader: Any = SimpleNamespace(prefix="/p", types=types, config=parsed)
+    repertoire = Repertoire.of(reader, load_table())
+    request: Request = {"world_left": {"format": "jpeg", "stream": 0}}
+    (topic,) = repertoire.announced(request)
+    assert topic.name == "world_left/image_raw/compressed"
+    answer = repertoire.answers(request)["world_left"]
+    assert (answer.result, answer.values) == ("adjusted", {"format": "jpeg", "stream": 1})
 
 
 def test_a_recording_of_a_playback_has_the_same_messages(bag: Path, tmp_path: Path) -> None:

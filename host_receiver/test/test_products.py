@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import cv2
@@ -10,16 +11,26 @@ import pytest
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 
+from compressed_depth import FORMAT, compressed_depth
 from ml2_tools.geometry.camera import metadata_stamp_ns
 from ml2_tools.geometry.pose import pose_of
 from ml2_tools.images.pixels import pixels_of
 from ml2_tools.monitoring.losses import Losses
+from ml2_tools.products import product
 from ml2_tools.products.captures import Captures
-from ml2_tools.products.product import Points, Registered, Shared
+from ml2_tools.products.product import Points, Raw, Rectified, Registered, Shared, all_products
 
 WIDTH, HEIGHT = 8, 6
 MS = 1_000_000
 STILL = np.eye(4)
+INTRINSICS = {
+    "width": WIDTH,
+    "height": HEIGHT,
+    "focal_length": [8.0, 8.0],
+    "principal_point": [3.5, 2.5],
+    "distortion_model": "plumb_bob",
+    "distortion": [0.0] * 5,
+}
 
 
 def header(stamp_ns: int, camera: str) -> Header:
@@ -57,6 +68,18 @@ def depth(stamp_ns: int, z: float = 2.0) -> Image:
 def jpeg(stamp_ns: int, bgr: tuple[int, int, int]) -> CompressedImage:
     data = cv2.imencode(".jpg", np.full((HEIGHT, WIDTH, 3), bgr, np.uint8))[1].tobytes()
     return CompressedImage(header=header(stamp_ns, "color"), format="jpeg", data=data)
+
+
+def depth16(stamp_ns: int, mm: int = 2000) -> CompressedImage:
+    data = compressed_depth(np.full((HEIGHT, WIDTH), mm, np.uint16))
+    return CompressedImage(header=header(stamp_ns, "depth"), format=FORMAT, data=data)
+
+
+def grey_jpeg(stamp_ns: int) -> CompressedImage:
+    pixels = np.random.default_rng(1).integers(0, 256, (HEIGHT, WIDTH), np.uint8)
+    data = cv2.imencode(".jpg", pixels)[1].tobytes()
+    format = "mono8; jpeg compressed mono8"
+    return CompressedImage(header=header(stamp_ns, "world_left"), format=format, data=data)
 
 
 def add(product: Any, camera: str, stamp_ns: int, **parts: Any) -> dict[str, Any]:
@@ -124,6 +147,86 @@ def test_radial_depth_becomes_z() -> None:
     points = cloud(made["depth/points"])
     lengths = np.sqrt(sum(points[axis] ** 2 for axis in "xyz"))
     assert np.allclose(lengths, 2, atol=1e-5)
+
+
+@pytest.mark.parametrize("is_radial", [False, True])
+def test_products_of_compressed_depth_are_those_of_plain_depth(is_radial: bool) -> None:
+    made = []
+    for image in (depth(9), depth16(9)):
+        points = Points(Shared(is_radial=is_radial))
+        messages = add(points, "depth", 9, camera_info=info(9, "depth"), image=image)
+        aligned = Registered(Shared(is_radial=is_radial), "color", ("camera_info", "transform"))
+        add(aligned, "color", 7, camera_info=info(7, "color"), transform=STILL)
+        parts = {"transform": STILL, "camera_info": info(9, "depth"), "image": image}
+        made.append(messages | add(aligned, "depth", 9, **parts))
+    assert made[0] == made[1]
+
+
+def test_a_compressed_image_is_rectified() -> None:
+    image, raw = grey_jpeg(5), image_of(grey_jpeg(5))
+    made = []
+    for each in (image, raw):
+        rectified = Rectified(Shared(), "world_left")
+        metadata = json.dumps({"intrinsics": INTRINSICS})
+        parts = {"camera_info": info(5, "world_left"), "metadata": metadata}
+        made.append(add(rectified, "world_left", 5, image=each, **parts))
+    assert made[0] == made[1]
+    assert made[0]["world_left/image_rect"].encoding == "mono8"
+
+
+def image_of(message: CompressedImage) -> Image:
+    """Decodes with OpenCV."""
+    data = np.frombuffer(message.data, np.uint8)
+    pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    size = {"width": WIDTH, "height": HEIGHT, "step": WIDTH, "encoding": "mono8"}
+    return Image(header=message.header, data=pixels.tobytes(), **size)
+
+
+@pytest.mark.parametrize(
+    ("camera", "compressed", "raw"),
+    [
+        ("world_left", grey_jpeg(5), image_of(grey_jpeg(5))),
+        ("eye_nasal_left", grey_jpeg(5), image_of(grey_jpeg(5))),
+        ("depth", depth16(5, 1234), depth(5, 1.234)),
+    ],
+)
+def test_a_compressed_image_becomes_raw(
+    camera: str, compressed: CompressedImage, raw: Image
+) -> None:
+    """Radial depth stays radial, because the raw image is what the headset publishes as Depth32."""
+    made = add(Raw(Shared(is_radial=True), camera), camera, 5, image=compressed)
+    assert made == {f"{camera}/image_raw": raw}
+
+
+def test_nothing_is_made_of_an_image_that_is_raw_already() -> None:
+    assert not add(Raw(Shared(), "depth"), "depth", 5, image=depth(5))
+
+
+def test_every_stream_that_may_be_compressed_becomes_raw() -> None:
+    raw = {topic for it in all_products(Shared()) if isinstance(it, Raw) for topic in it.types}
+    eyes = [f"eye_{place}_{side}" for place in ("nasal", "temple") for side in ("left", "right")]
+    worlds = [f"world_{place}" for place in ("left", "center", "right")]
+    assert raw == {f"{camera}/image_raw" for camera in (*eyes, *worlds, "depth")}
+
+
+def test_an_image_that_several_products_need_is_decoded_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    decoded: list[Any] = []
+
+    def decode(message: Any) -> Any:
+        decoded.append(message)
+        return pixels_of(message)
+
+    monkeypatch.setattr(product, "pixels_of", decode)
+    shared = Shared(is_radial=False)
+    points, raw = Points(shared), Raw(shared, "depth")
+    for image, other in ((depth16(5), grey_jpeg(5)), (depth16(6), grey_jpeg(6))):
+        stamp_ns = image.header.stamp.nanosec
+        assert add(points, "depth", stamp_ns, image=image, camera_info=info(stamp_ns, "depth"))
+        assert add(Raw(shared, "world_left"), "world_left", stamp_ns, image=other)
+        assert add(raw, "depth", stamp_ns, image=image)
+    assert len(decoded) == 4
 
 
 def test_registered_depth_has_the_stamp_and_camera_info_of_the_other_camera() -> None:
@@ -223,7 +326,7 @@ def test_padded_rows_are_left_out() -> None:
 @pytest.mark.parametrize("data", [b"", b"no picture", b"\xff\xd8\xff"])
 def test_what_is_no_jpeg_is_refused(data: bytes) -> None:
     with pytest.raises(ValueError, match="expected a JPEG"):
-        Shared(is_radial=False).decode(CompressedImage(data=data))
+        pixels_of(CompressedImage(data=data))
 
 
 @pytest.mark.parametrize(

@@ -35,11 +35,15 @@ TOPICS = {
     **camera("color", "image_raw/compressed", COMPRESSED),
     **camera("mixed_reality", "image_raw/compressed", COMPRESSED),
     **camera("depth", "image_raw", IMAGE),
+    "depth/image_raw/compressedDepth": COMPRESSED,
+    **{f"world_{it}/image_raw/compressed": COMPRESSED for it in ("center", "left", "right")},
     **camera("infra", "image_raw", IMAGE),
     "depth/confidence": IMAGE,
     "depth/flags": IMAGE,
     **{f"eye_{place}/image_raw": IMAGE for place in ("nasal_left", "nasal_right")},
     **{f"eye_{place}/image_raw": IMAGE for place in ("temple_left", "temple_right")},
+    **{f"eye_{it}/image_raw/compressed": COMPRESSED for it in ("nasal_left", "nasal_right")},
+    **{f"eye_{it}/image_raw/compressed": COMPRESSED for it in ("temple_left", "temple_right")},
     **{f"eye_{place}/metadata": STRING for place in ("nasal_left", "nasal_right")},
     **{f"eye_{place}/metadata": STRING for place in ("temple_left", "temple_right")},
     **{
@@ -119,7 +123,21 @@ def test_encodings_are_those_of_the_image_topics() -> None:
     assert encodings["color/image_raw/compressed"] == "rgb8; jpeg compressed bgr8"
     assert encodings["depth/image_raw"] == encodings["depth/confidence"] == "32FC1"
     assert encodings["depth/flags"] == "32SC1"
-    assert len(encodings) == 13
+    assert encodings["world_left/image_raw/compressed"] == "mono8; jpeg compressed mono8"
+    assert encodings["depth/image_raw/compressedDepth"] == "16UC1; compressedDepth rvl"
+    assert len(encodings) == 21
+
+
+def test_each_format_of_a_camera_has_one_image_topic() -> None:
+    table = load_table()
+    for stream in table.streams.values():
+        legal = {format for mode in table.sections[stream.section].modes for format in mode.formats}
+        for format in (stream.when or {}).get("format", legal):
+            images = [it for it in stream.topics if it.role == "image"]
+            published = [
+                it for it in images if it.when is None or it.when.holds({"format": format})
+            ]
+            assert len(published) == 1, (stream.id, format)
 
 
 def test_a_global_topic_has_no_prefix() -> None:

@@ -14,7 +14,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -31,6 +31,7 @@ SIZE = (320, 240)
 MATRIX = np.array([[180.0, 0, 161], [0, 181, 118], [0, 0, 1]])
 EQUIDISTANT = (0.03, -0.01, 0.004, -0.001)
 PERIOD_NS = 33_333_333
+COMPRESSED = f"{IMAGE}/compressed"
 TYPES = {
     f"{PREFIX}/config": "std_msgs/msg/String",
     IMAGE: "sensor_msgs/msg/Image",
@@ -57,13 +58,22 @@ def images(count: int) -> Iterator[tuple[int, NDArray[np.uint8]]]:
         yield stamp_ns, _rendered(pose, rays, paints)
 
 
-def recording(folder: Path, count: int, images_dropped: tuple[int, ...] = ()) -> Path:
+def recording(
+    folder: Path, count: int, images_dropped: tuple[int, ...] = (), *, is_compressed: bool = False
+) -> Path:
     """Returns the receiver's recording, without these images."""
-    write_bag(folder, TYPES, _messages(count, images_dropped))
+    types = {name: type for name, type in TYPES.items() if name != IMAGE or not is_compressed}
+    if is_compressed:
+        types[COMPRESSED] = "sensor_msgs/msg/CompressedImage"
+    write_bag(folder, types, _messages(count, images_dropped, is_compressed))
     return folder
 
 
-def _messages(count: int, images_dropped: tuple[int, ...]) -> Messages:
+def jpeg(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return cv2.imencode(".jpg", pixels)[1].ravel().astype(np.uint8, copy=False)
+
+
+def _messages(count: int, images_dropped: tuple[int, ...], is_compressed: bool) -> Messages:
     config = String(data='{"headset": "h", "session": "s", "streams": {}}')
     yield f"{PREFIX}/config", 0, serialize_message(config)
     poses = dict(trajectory(count))
@@ -79,12 +89,15 @@ def _messages(count: int, images_dropped: tuple[int, ...]) -> Messages:
             "distortion_model": "equidistant",
             "distortion": EQUIDISTANT,
         }
-        sent = {
+        sent: dict[str, Any] = {
             "/tf": TFMessage(transforms=[_transform(header, poses[stamp_ns])]),
             f"{PREFIX}/{CAMERA}/camera_info": _info(header),
             f"{PREFIX}/{CAMERA}/metadata": String(data=json.dumps(metadata)),
         }
-        if number not in images_dropped:
+        if number not in images_dropped and is_compressed:
+            format, data = "mono8; jpeg compressed mono8", jpeg(pixels).tobytes()
+            sent[COMPRESSED] = CompressedImage(header=header, format=format, data=data)
+        elif number not in images_dropped:
             image = Image(header=header, width=SIZE[0], height=SIZE[1], encoding="mono8")
             image.step, image.data = SIZE[0], pixels.tobytes()
             sent[IMAGE] = image

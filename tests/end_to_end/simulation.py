@@ -35,5 +35,19 @@ def one_camera(**changes: dict[str, Any]) -> str:
     return demo_config(**{key: {"enabled": False} for key in _OTHER_IMAGES}, **changes)
 
 
+def compressed_config(**changes: dict[str, Any]) -> str:
+    """Returns the demo's configuration with all images compressed on the headset."""
+    cameras = (*(it for it in CAMERAS if it.startswith("world")), *EYES)
+    formats = {**{it: {"format": "jpeg"} for it in cameras}, "depth_center": {"format": "depth16"}}
+    return demo_config(
+        **{it: formats.get(it, {}) | changes.get(it, {}) for it in {*formats, *changes}}
+    )
+
+
+def compressed_world_and_depth() -> str:
+    """Returns that configuration without the colour camera and the eyes."""
+    return compressed_config(**{it: {"enabled": False} for it in ("picture_center", *EYES)})
+
+
 def image_topic(camera: str) -> str:
     return f"{camera}/image_raw/compressed" if camera == "color" else f"{camera}/image_raw"

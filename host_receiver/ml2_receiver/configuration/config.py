@@ -147,7 +147,7 @@ def _calibration_file(section: str, values: Values, folder: Path) -> Path | None
 
 def _runs(stream: Stream, values: Values) -> bool:
     when = stream.when or {}
-    return all(values[f"{stream.section}.{key}"] == value for key, value in when.items())
+    return all(values[f"{stream.section}.{key}"] in legal for key, legal in when.items())
 
 
 def _request(stream: Stream, values: Values) -> Values:

@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeGuard
 
@@ -105,12 +106,15 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
         case "bool":
             return isinstance(value, bool)
         case "integer":
-            # Whether a value of a camera's mode is legal depends on the others.
-            return type(value) is int and (key.name in CAMERA_KEYS or value in key.allowed)
+            if key.name in CAMERA_KEYS:  # whether a mode has the value depends on the others
+                return type(value) is int
+            return type(value) is int and (
+                value in key.allowed if key.allowed else _is_within(value, key)
+            )
         case "number":
             if isinstance(value, bool) or not isinstance(value, int | float):
                 return False
-            return (-math.inf if key.minimum is None else key.minimum) <= value < math.inf
+            return _is_within(value, key)
         case "file":
             return isinstance(value, str) and value.isprintable()
         case "topic":
@@ -119,11 +123,18 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
             return isinstance(value, str) and value in key.allowed
 
 
+def _is_within(value: float, key: Key) -> bool:
+    least = -math.inf if key.minimum is None else key.minimum
+    return least <= value <= (sys.float_info.max if key.maximum is None else key.maximum)
+
+
 def expected(key: Key) -> str:
     """The values of a key, in words."""
     match key.type:
         case "bool":
             return "true or false"
+        case "integer" if not key.allowed:
+            return f"a whole number from {key.minimum:g} to {key.maximum:g}"
         case "number":
             return "a number" if key.minimum is None else f"a number of at least {key.minimum}"
         case "file":

@@ -6,6 +6,7 @@ from typing import Any
 from rich.table import Table
 
 from ..table.stream_table import CAMERA_KEYS, Key, Mode, Stream, StreamTable
+from ..wire.json_body import Scalar
 
 type StreamOptions = Mapping[str, Mapping[str, Any]]
 
@@ -18,7 +19,7 @@ def options_of(table: StreamTable) -> StreamOptions:
 
 def _options(stream: Stream, table: StreamTable) -> dict[str, Any]:
     section = table.sections[stream.section]
-    when = {f"{section.id}.{key}": value for key, value in (stream.when or {}).items()}
+    when = {f"{section.id}.{key}": _one_or_list(it) for key, it in (stream.when or {}).items()}
     by_name = {
         f"{s.id}.{key.name}": key for s in table.sections.values() for key in s.keys.values()
     }
@@ -38,7 +39,7 @@ def _options(stream: Stream, table: StreamTable) -> dict[str, Any]:
 
 def _is_of(mode: Mode, stream: Stream) -> bool:
     when = stream.when or {}
-    return when.get("stream", mode.stream) == mode.stream
+    return mode.stream in when.get("stream", (mode.stream,))
 
 
 def _mode(mode: Mode) -> dict[str, Any]:
@@ -51,16 +52,17 @@ def _mode(mode: Mode) -> dict[str, Any]:
 
 
 def _key(key: Key) -> dict[str, Any]:
-    limits = {"allowed": list(key.allowed)} if key.allowed else {}
-    minimum = {} if key.minimum is None else {"minimum": key.minimum}
-    return {"type": key.type, "default": key.default, **limits, **minimum}
+    limits: dict[str, Any] = {"allowed": list(key.allowed)} if key.allowed else {}
+    range = {"minimum": key.minimum, "maximum": key.maximum}
+    limits |= {name: limit for name, limit in range.items() if limit is not None}
+    return {"type": key.type, "default": key.default, **limits}
 
 
 def options_table(streams: StreamOptions) -> Table:
     """A row per stream."""
     table = Table("stream", "runs when", "legal values", show_lines=True)
     for id, options in streams.items():
-        when = "\n".join(f"{name}: {str(value).lower()}" for name, value in options["when"].items())
+        when = "\n".join(f"{name}: {_words(values)}" for name, values in options["when"].items())
         modes = [
             f"stream {mode['stream']}: {', '.join(mode['resolutions'])}"
             f" at {', '.join(map(str, mode['update_rates']))} Hz, {', '.join(mode['formats'])}"
@@ -74,6 +76,17 @@ def options_table(streams: StreamOptions) -> Table:
 def _values(key: Mapping[str, Any]) -> str:
     if "allowed" in key:
         return ", ".join(map(str, key["allowed"]))
+    if "maximum" in key:
+        return f"{key['minimum']:g} to {key['maximum']:g}"
     if "minimum" in key:
         return f"{key['type']} of at least {key['minimum']:g}"
     return "true, false" if key["type"] == "bool" else str(key["type"])
+
+
+def _one_or_list(values: tuple[Scalar, ...]) -> Scalar | list[Scalar]:
+    return values[0] if len(values) == 1 else list(values)
+
+
+def _words(values: Scalar | list[Scalar]) -> str:
+    words = values if isinstance(values, list) else [values]
+    return " or ".join(str(it).lower() if isinstance(it, bool) else str(it) for it in words)

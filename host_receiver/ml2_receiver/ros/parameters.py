@@ -165,12 +165,18 @@ def _descriptor(section: Section, key: Key) -> ParameterDescriptor:
         read_only=key.read_only,
     )
     if key.type == "integer":
-        descriptor.integer_range = [_range([int(value) for value in key.allowed])]
+        descriptor.integer_range = [_range([int(value) for value in key.allowed or _between(key)])]
     elif key.minimum is not None:
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(key.minimum), to_value=sys.float_info.max)
         ]
     return descriptor
+
+
+def _between(key: Key) -> Sequence[int]:
+    assert key.minimum is not None
+    assert key.maximum is not None
+    return range(int(key.minimum), int(key.maximum) + 1)
 
 
 def _range(allowed: Sequence[int]) -> IntegerRange:

@@ -29,7 +29,7 @@ from .stream_table import (
 
 Row = Mapping[str, Any]
 
-_KEY_TYPES = ("bool", "file", "number", "topic")
+_KEY_TYPES = ("bool", "file", "integer", "number", "topic")
 
 
 @functools.cache
@@ -152,7 +152,7 @@ def _camera_keys(modes: tuple[Mode, ...], defaults: Row) -> Iterator[Key]:
     yield mode_key("resolution_width", "integer", {width for width, _ in sizes}, "In pixels.")
     yield mode_key("resolution_height", "integer", {height for _, height in sizes}, "In pixels.")
     yield mode_key("update_rate", "integer", rates, "In Hz.")
-    yield mode_key("format", "text", formats, "What the device delivers.")
+    yield mode_key("format", "text", formats, "Of the images.")
 
 
 def _allows(mode: Mode, values: Row) -> bool:
@@ -207,10 +207,12 @@ def _backends(name: str, document: Row, section: Section) -> Mapping[str, str]:
     return MappingProxyType(backends)
 
 
-def _condition(when: Row, section: Section) -> Mapping[str, Scalar]:
+def _condition(when: Row, section: Section) -> Mapping[str, tuple[Scalar, ...]]:
     for name in when:
         _one_of("when", name, section.keys)
-    return MappingProxyType(dict(when))
+    return MappingProxyType(
+        {name: tuple(it) if isinstance(it, list) else (it,) for name, it in when.items()}
+    )
 
 
 def _custom_topics(row: Row, document: Row) -> CustomTopics:
@@ -222,7 +224,7 @@ def _custom_topics(row: Row, document: Row) -> CustomTopics:
 
 def _topic_condition(when: Row, row: Row) -> Condition:
     ((key, value),) = when.items()
-    _one_of("when", key, row.get("values", ()))
+    _one_of("when", key, [*CAMERA_KEYS, *row.get("values", ())])
     return Condition(key, value)
 
 
@@ -239,7 +241,7 @@ def _topic(stream: str, row: Row, topic: Row, document: Row) -> Topic:
         type=topic["type"],
         lane=stream if topic["lane"] == "image" else topic["lane"],
         qos=topic["qos"],
-        encoding=row.get("encoding") if topic["role"] == "image" else topic.get("encoding"),
+        encoding=topic.get("encoding", row.get("encoding") if topic["role"] == "image" else None),
         when=_topic_condition(topic["when"], row) if "when" in topic else None,
         frame=row["frame"],
         pace=Pace() if topic["qos"] == "latched" else Pace(**document["paces"][row["kind"]]),

@@ -137,8 +137,8 @@ class Mode:
 class Key:
     """One key of a section.
 
-    `type` is "bool", "file", "integer", "number", "text" or "topic". A `read_only` key cannot
-    change while the receiver runs.
+    `type` is "bool", "file", "integer", "number", "text" or "topic". A number lies between
+    `minimum` and `maximum`. A `read_only` key cannot change while the receiver runs.
     """
 
     name: str
@@ -147,6 +147,7 @@ class Key:
     doc: str
     allowed: tuple[Scalar, ...] = ()
     minimum: float | None = None
+    maximum: float | None = None
     read_only: bool = False
 
 
@@ -165,15 +166,15 @@ class Section:
 class Stream:
     """A group of topics that is configured, accepted or refused as a whole.
 
-    The stream runs if its section has all values of `when`; None means that it runs with any other
-    stream. `values` are the dotted keys that are sent to the headset, under their last word.
-    `backends` maps the interfaces of the device that can serve the stream, the most reliable first,
-    to the reason.
+    The stream runs if each key of `when` has one of its values in its section; None means that it
+    runs with any other stream. `values` are the dotted keys that are sent to the headset, under
+    their last word. `backends` maps the interfaces of the device that can serve the stream, the
+    most reliable first, to the reason.
     """
 
     id: str
     section: str
-    when: Mapping[str, Scalar] | None
+    when: Mapping[str, tuple[Scalar, ...]] | None
     values: tuple[str, ...]
     backends: Mapping[str, str]
     topics: tuple[Topic, ...]

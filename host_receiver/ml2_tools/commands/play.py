@@ -47,8 +47,9 @@ The receiver must use the same --keys folder, as all commands of one user do by 
 start both with --insecure.
 
 Messages are sent unchanged, so their stamps are those of the recording. Only streams that the
-receiver's configuration enables are sent. Exit code: 0; 1 if a stream or a topic was refused or
-nothing was sent, with the reason on stderr; 2 if the recording could not be played."""
+receiver's configuration enables are sent, and a camera only with the format of the recording.
+Exit code: 0; 1 if a stream or a topic was refused or nothing was sent, with the reason on stderr;
+2 if the recording could not be played."""
 
 
 def add_parser(subparsers: Subparsers) -> None:

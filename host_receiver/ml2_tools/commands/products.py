@@ -1,4 +1,4 @@
-"""ml2-receiver products: makes point clouds, registered depth and rectified world images."""
+"""ml2-receiver products: makes point clouds, registered depth, rectified and raw images."""
 
 import argparse
 
@@ -14,6 +14,7 @@ topic has subscribers:
   PREFIX/depth/points                    PointCloud2, coloured while the colour camera runs
   PREFIX/CAMERA/image_rect               world_left, world_center, world_right without distortion
   PREFIX/aligned_depth_to_CAMERA/image_raw, camera_info    depth in the pixels of CAMERA
+  PREFIX/CAMERA/image_raw                world, eye and depth images that the headset compresses
 
 examples:
   ml2-receiver products
@@ -26,7 +27,7 @@ Arguments after --ros-args go to ROS 2.
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "products",
-        help="make point clouds, registered depth and rectified world images",
+        help="make point clouds, registered depth, rectified and raw images",
         epilog=_EPILOG,
     )
     parser.add_argument(

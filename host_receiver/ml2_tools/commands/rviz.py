@@ -13,6 +13,8 @@ from ml2_receiver.commands.options import add_name
 from ml2_receiver.errors import ExportError
 from ml2_receiver.table.reader import load_table
 
+from ..images.image_topic import image_topics
+
 _EPILOG = """\
 An RViz display stays empty until its topic is published, so this also prints what each display
 needs. An existing file is not replaced, because RViz saves its layout in it.
@@ -71,7 +73,16 @@ def _needs(manager: Any, name: str) -> Iterator[tuple[str, str]]:
         if "Topic" not in display:
             continue
         stream, _, rest = display["Topic"]["Value"].partition("/")
-        section = load_table().streams[stream].section
-        needs = f"{section}.enabled=true"
-        yield display["Name"], f"{needs} and {products}" if rest == _PRODUCT else needs
+        needs = f"{load_table().streams[stream].section}.enabled=true"
+        if rest == _PRODUCT:
+            needs += f" and {products}"
+        elif formats := _formats_without(stream, display["Topic"]["Value"]):
+            needs += f", with the format {' or '.join(formats)} also {products}"
+        yield display["Name"], needs
     yield "TF", "head tracking: somebody wears the headset and its cameras see the surroundings"
+
+
+def _formats_without(stream: str, topic: str) -> list[str]:
+    """Returns the formats of a stream with which the headset does not publish an image topic."""
+    conditions = [it.when for it in image_topics(stream) if it.name != topic]
+    return [str(it.value) for it in conditions if it is not None]

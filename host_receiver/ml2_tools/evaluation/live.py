@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import rclpy
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from ml2_receiver.errors import EvaluationError
@@ -19,6 +20,7 @@ from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.table.stream_table import Qos
 
 from ..geometry.transform_tree import STATIC_DEPTH
+from ..images.image_topic import image_topics
 from .sequence import Parts, Sequence
 
 _IMAGES_DEPTH = 60
@@ -47,7 +49,27 @@ def record_live(
         EvaluationError: no messages arrive, or too few to evaluate.
         RosError: ROS does not start.
     """
-    parts = Parts(prefix, camera)
+    context = start_ros()
+    node = rclpy.create_node("ml2_evaluate", context=context)
+    try:
+        return _record(node, prefix, camera, folder, stopping, report)
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+
+def _record(
+    node: Node,
+    prefix: str,
+    camera: str,
+    folder: Path,
+    stopping: threading.Event,
+    report: Callable[[int], None],
+) -> Sequence:
+    names = [topic.full_name(prefix) for topic in image_topics(camera)]
+    missing = f"no camera_info and metadata of {prefix}/{camera} arrived"
+    _await(lambda: any(map(node.count_publishers, names)), missing, stopping)
+    parts = Parts(prefix, camera, node.count_publishers)
     writer = BagWriter(folder, "none")
     topics = {name: BagTopic(name, type, Qos(1)) for name, type in parts.types.items()}
     for topic in topics.values():
@@ -57,8 +79,6 @@ def record_live(
         parts.take(name, payload)
         writer.write(topics[name], time.time_ns(), payload)
 
-    context = start_ros()
-    node = rclpy.create_node("ml2_evaluate", context=context)
     taker = RawTaker(
         node,
         [
@@ -67,23 +87,21 @@ def record_live(
         ],
     )
     try:
-        _await_camera(parts, f"{prefix}/{camera}", stopping)
+        _await(lambda: parts.camera() is not None, missing, stopping)
         while not stopping.wait(_POLL_S) and taker.is_alive:
             report(parts.images_taken)
     finally:
         taker.stop()
-        node.destroy_node()
-        rclpy.shutdown(context=context)
         writer.close()
     return parts.sequence(folder)
 
 
-def _await_camera(parts: Parts, topic: str, stopping: threading.Event) -> None:
+def _await(is_there: Callable[[], bool], missing: str, stopping: threading.Event) -> None:
     deadline_s = time.monotonic() + _PATIENCE_S
-    while parts.camera() is None and not stopping.is_set():
+    while not is_there() and not stopping.is_set():
         if time.monotonic() > deadline_s:
             raise EvaluationError(
-                f"no camera_info and metadata of {topic} arrived within {_PATIENCE_S:g} s; "
+                f"{missing} within {_PATIENCE_S:g} s; "
                 "is `ml2-receiver run` running, with a headset?"
             )
         stopping.wait(_POLL_S)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from ml2_receiver.errors import EvaluationError
@@ -19,7 +18,8 @@ from ..bags.bag_reader import Bag, BagReader
 from ..bags.decoding import decoder
 from ..geometry.camera import Camera, camera_of, metadata_stamp_ns
 from ..geometry.transform_tree import Tree
-from ..images.pixels import JpegDecoder, pixels_of
+from ..images.image_topic import image_topic
+from ..images.pixels import grey_of
 from .trajectory import Images, Trajectory
 
 
@@ -65,15 +65,10 @@ def grey_images(payloads: Iterable[bytes], type: str, where: str) -> Images:
     Raises:
         EvaluationError: a message is no image, or stamps do not rise.
     """
-    jpeg, read_stamp, last_ns = JpegDecoder(), stamp_reader(type), -1
-    decode = decoder(type)
+    decode, read_stamp, last_ns = decoder(type), stamp_reader(type), -1
     for payload in payloads:
         try:
-            image, stamp_ns = decode(payload), read_stamp(payload)
-            if hasattr(image, "format"):
-                pixels = cv2.cvtColor(jpeg(image), cv2.COLOR_BGR2GRAY)
-            else:
-                pixels = pixels_of(image)
+            pixels, stamp_ns = grey_of(decode(payload)), read_stamp(payload)
             if stamp_ns <= last_ns:
                 raise ValueError(f"stamp {stamp_ns} comes after {last_ns}")
         except ValueError as error:
@@ -93,7 +88,7 @@ def read_sequence(bag: Path, camera: str) -> Sequence:
         EvaluationError: images, camera_info or poses of the camera are missing.
     """
     reader = BagReader(bag)
-    parts = Parts(reader.prefix, camera)
+    parts = Parts(reader.prefix, camera, reader.types.get)
     for message in reader.messages():
         parts.take(message.topic, message.payload)
     return parts.sequence(bag)
@@ -105,14 +100,16 @@ class Parts:
     Args:
         prefix: the prefix of the headset's topics.
         camera: the camera's stream, such as world_center.
+        exists: returns a true value for the absolute name of a topic that exists.
 
     Attributes:
         types: the message types of the needed topics, by absolute name.
         image: the name of the image topic.
     """
 
-    def __init__(self, prefix: str, camera: str) -> None:
+    def __init__(self, prefix: str, camera: str, exists: Callable[[str], object]) -> None:
         topics = {topic.role: topic for topic in load_table().streams[camera].topics}
+        topics["image"] = image_topic(camera, prefix, exists)
         self._names = {role: topic.full_name(prefix) for role, topic in topics.items()}
         self.types = {topic.full_name(prefix): topic.type for topic in topics.values()}
         self.types |= dict.fromkeys(_TRANSFORMS, _TF)

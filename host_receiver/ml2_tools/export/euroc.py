@@ -17,13 +17,13 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.bag_reader import BagReader
 from ..bags.decoding import decoder
-from ..images.pixels import JpegDecoder, pixels_of
+from ..images.pixels import pixels_of
 from .asl_yaml import asl_yaml
 from .kalibr import ImuNoise, RigCamera, distortion
 from .rig import Rig
 
 _NANOS_PER_SECOND = 1_000_000_000
-_IMAGE, _IMU = "sensor_msgs/msg/Image", "sensor_msgs/msg/Imu"
+_IMU = "sensor_msgs/msg/Imu"
 _IMU_COLUMNS = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
 _IMU_COLUMNS += "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
 # PNG level 1 of 9 takes a quarter of the default's time, for a tenth more bytes.
@@ -112,12 +112,11 @@ class _ImageFolder(_Folder):
     def __init__(self, folder: Path, type: str) -> None:
         super().__init__(folder, "#timestamp [ns],filename")
         (folder / "data").mkdir()
-        self._type, self._jpeg = type, JpegDecoder()
+        self._type = type
 
     def add(self, payload: bytes) -> None:
         message = decoder(self._type)(payload)
-        pixels = pixels_of(message) if self._type == _IMAGE else self._jpeg(message)
-        at_ns = header_stamp_ns(message.header)
+        at_ns, pixels = header_stamp_ns(message.header), pixels_of(message)
         self.row(at_ns, f"{at_ns}.png")
         is_encoded, png = cv2.imencode(".png", pixels, _COMPRESSION)
         assert is_encoded

@@ -19,10 +19,10 @@ from tf2_msgs.msg import TFMessage
 
 from ml2_receiver.errors import ExportError
 from ml2_receiver.ros.context import start_ros
-from ml2_receiver.table.reader import load_table
 
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import STATIC_DEPTH, Tree
+from ..images.image_topic import image_topic
 from .kalibr import CAMERAS, RigCamera
 from .rig import Rig, calibration_of
 
@@ -119,7 +119,8 @@ class _Observer:
         self.node.create_subscription(TFMessage, "/tf", self._take_transforms, 100)
 
     def rig(self, cameras: Sequence[str]) -> Rig:
-        topics = {camera: load_table().streams[camera].topics[0] for camera in cameras}
+        exists = self.node.count_publishers
+        topics = {camera: image_topic(camera, self._prefix, exists) for camera in cameras}
         rate_hz = None
         if self.imu_s:
             rate_hz = (len(self.imu_s) - 1) / (max(self.imu_s) - min(self.imu_s))

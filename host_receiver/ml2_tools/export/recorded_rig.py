@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from ml2_receiver.errors import ExportError
-from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.bag_reader import BagMessage, BagReader
 from ..bags.decoding import decoder
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import Tree
+from ..images.image_topic import image_topic
 from .kalibr import CAMERAS, RigCamera
 from .rig import Rig, calibration_of
 
@@ -58,7 +58,7 @@ def read_rig(reader: BagReader, cameras: Sequence[str], imu: str | None) -> Rig:
     if imu is not None and len(found.imu_ns) < 2:
         raise ExportError(f"no {reader.prefix}/{imu}/imu is in the recording")
     poses = _poses(found, cameras)
-    topics = {camera: load_table().streams[camera].topics[0] for camera in cameras}
+    topics = {it: image_topic(it, reader.prefix, reader.types.get) for it in cameras}
     rig_cameras = (
         RigCamera(topics[it].full_name(reader.prefix), calibration_of(found.infos[it]), poses[it])
         for it in cameras

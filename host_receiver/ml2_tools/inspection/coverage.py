@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ..images.image_topic import camera_namespace
 from .check import Check, verdict_on_share
 from .survey import Stamps, Survey, TopicRecord
 from .timing import IMAGES
@@ -25,7 +26,7 @@ def coverage(survey: Survey) -> Iterator[Check]:
     """Checks every image topic that has a camera_info; eye cameras have none, and no pose."""
     parents = {child: (parent, child) for parent, child in (*survey.static, *survey.transforms)}
     for name, images in survey.topics.items():
-        camera = name.removesuffix("/compressed").rpartition("/")[0]
+        camera = camera_namespace(name)
         if images.type in IMAGES and images.stamps and f"{camera}/camera_info" in survey.topics:
             for frame in images.frames:
                 yield _check_frame(name, images, frame, survey, _chain(frame, parents))

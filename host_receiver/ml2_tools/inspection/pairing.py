@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..images.image_topic import camera_namespace
 from .check import Check, verdict_on_share
 from .survey import Stamps, Survey, TopicRecord
 from .timing import IMAGES
@@ -20,7 +21,7 @@ def pairing(survey: Survey) -> Iterator[Check]:
     for name, images in survey.topics.items():
         if images.type not in IMAGES:
             continue
-        camera = name.removesuffix("/compressed").rpartition("/")[0]
+        camera = camera_namespace(name)
         for partner in _PARTNERS:
             other = survey.topics.get(f"{camera}/{partner}")
             if other is not None:

@@ -6,6 +6,7 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from ml2_receiver.topics.string_message import decode_string
 
 from ..bags.bag_reader import Bag
 from ..bags.decoding import decoder
+from ..images.size import compressed_size
 
 type Stamps = NDArray[np.int64]
 
@@ -111,8 +113,16 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
         _add_stamp(topic, header_stamp_ns(message.header), time_ns)
         if len(topic.frames) < _MOST_FRAMES:
             topic.frames[message.header.frame_id] += 1
-        if hasattr(message, "width") and len(topic.sizes) < _MOST_FRAMES:
-            topic.sizes[message.width, message.height] += 1
+        size = _size(message)
+        if size is not None and len(topic.sizes) < _MOST_FRAMES:
+            topic.sizes[size] += 1
+
+
+def _size(message: Any) -> tuple[int, int] | None:
+    """Returns width and height of an image or a camera_info; None for other messages."""
+    if hasattr(message, "format"):
+        return compressed_size(message.format, message.data)
+    return (message.width, message.height) if hasattr(message, "width") else None
 
 
 def _add_stamp(topic: TopicRecord, stamp: int, time_ns: int) -> None:

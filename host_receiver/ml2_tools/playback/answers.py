@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.session.streams import Request
-from ml2_receiver.table.stream_table import StreamTable, Topic
+from ml2_receiver.table.stream_table import Condition, StreamTable, Topic
 from ml2_receiver.topics.config_topic import StreamEntry
 from ml2_receiver.wire.messages import StreamAnswer
 
@@ -72,8 +72,18 @@ class Repertoire:
             topic
             for topic in self.topics
             if topic.stream in request
+            and not self._lacking(request, topic.stream)
             and (topic.when is None or topic.when.holds(request[topic.stream]))
         ]
+
+    def _lacking(self, request: Request, id: str) -> tuple[Condition, ...]:
+        """Returns the conditions of a stream's images, if the request meets none of them."""
+        conditions = self._conditions(id)
+        return () if any(it.holds(request[id]) for it in conditions) else conditions
+
+    def _conditions(self, id: str) -> tuple[Condition, ...]:
+        images = [it for it in self.topics if it.stream == id and it.role == "image"]
+        return tuple(it.when for it in images if it.when is not None)
 
     def _answer(self, request: Request, id: str) -> StreamAnswer:
         requested, has_topics = request[id], any(topic.stream == id for topic in self.topics)
@@ -81,10 +91,19 @@ class Repertoire:
         if not has_topics and id != self._custom:
             is_left_out = any(topic.stream == id for topic in self.recorded)
             return StreamAnswer("refused", None, LEFT_OUT if is_left_out else _MISSING)
+        # A receiver takes no topic whose condition its request does not meet.
+        if lacking := self._lacking(request, id):
+            key, value = lacking[0]
+            reason = f"recorded with {key} {value}, requested with {requested.get(key)}"
+            return StreamAnswer("refused", None, reason)
         entry = self._entries.get(id)
-        if entry is None or entry.values is None or entry.values == requested:
+        if entry is None or entry.values is None:
             return StreamAnswer("applied", requested)
-        return StreamAnswer("adjusted", entry.values, _DIFFERENT)
+        # If the format changed while it was recorded, the images of the requested one are sent.
+        values = {**entry.values, **{key: requested[key] for key, _ in self._conditions(id)}}
+        if values == requested:
+            return StreamAnswer("applied", requested)
+        return StreamAnswer("adjusted", values, _DIFFERENT)
 
 
 def _table_topics(reader: BagReader, table: StreamTable) -> list[Topic]:

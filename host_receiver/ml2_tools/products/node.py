@@ -27,7 +27,8 @@ from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..geometry.camera import metadata_stamp_ns
 from ..geometry.transform_tree import STATIC_DEPTH, Tree
-from .product import Points, Product, Shared, all_products
+from ..images.image_topic import image_topic
+from .product import Points, Product, Raw, Shared, all_products
 
 _PERIOD_S = 1.0
 _TF, _TF_STATIC = "/tf", "/tf_static"
@@ -65,6 +66,7 @@ class ProductsNode:
         self._publishers = {
             topic: self._publisher(topic, type)
             for product in self._products
+            if not isinstance(product, Raw)
             for topic, type in product.types.items()
         }
         latched = QoSProfile(
@@ -95,7 +97,28 @@ class ProductsNode:
         return [product for product in self._products if self._is_wanted(product)]
 
     def _is_wanted(self, product: Product) -> bool:
-        return any(self._publishers[topic].get_subscription_count() for topic in product.types)
+        publishers = (self._publishers.get(topic) for topic in product.types)
+        return any(it.get_subscription_count() for it in publishers if it is not None)
+
+    def _offer_raw(self) -> None:
+        """Offers a raw image only while the compressed one is published and nobody else offers it.
+
+        The raw image has the topic on which the headset publishes it in another format.
+        """
+        for product in self._products:
+            if not isinstance(product, Raw):
+                continue
+            ((topic, type),) = product.types.items()
+            is_own = topic in self._publishers
+            is_free = self._count_publishers(topic) <= is_own
+            if not (is_free and self._count_publishers(product.compressed)):
+                if is_own:
+                    self._node.destroy_publisher(self._publishers.pop(topic))
+            elif not is_own:
+                self._publishers[topic] = self._publisher(topic, type)
+
+    def _count_publishers(self, topic: str) -> int:
+        return self._node.count_publishers(f"{self._prefix}/{topic}")
 
     def _subscribe(self) -> None:
         """Subscribes to the inputs of the products that have subscribers, and to nothing else."""
@@ -125,6 +148,8 @@ class ProductsNode:
             )
 
     def _topic(self, camera: str, role: str) -> Topic:
+        if role == "image":
+            return image_topic(camera, self._prefix, self._node.count_publishers)
         return next(it for it in self._table.streams[camera].topics if it.role == role)
 
     def _subscription(self, name: str, camera: str, part: str) -> Subscription:
@@ -181,6 +206,7 @@ class ProductsNode:
             self._shared.losses.add(f"config: {type(error).__name__}: {error}")
 
     def _tick(self) -> None:
+        self._offer_raw()
         self._subscribe()
         array = DiagnosticArray(status=[self._status(topic) for topic in self._publishers])
         array.status.append(self._losses())

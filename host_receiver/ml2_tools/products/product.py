@@ -10,11 +10,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from ml2_receiver.table.reader import load_table
 
 from ..geometry.camera import camera_of
 from ..geometry.lens import Floats, Lens, z_per_distance
 from ..geometry.pose import Pose
-from ..images.pixels import JpegDecoder, pixels_of
+from ..images.image_topic import image_topics
+from ..images.pixels import encoding_of, is_compressed, pixels_of
 from ..images.rectification import rectify
 from ..monitoring.losses import Losses
 from .captures import Captures
@@ -40,7 +44,19 @@ class Shared:
 
     is_radial: bool | None = None
     losses: Losses = field(default_factory=Losses)
-    decode: JpegDecoder = field(default_factory=JpegDecoder)
+    _decoded: dict[str, tuple[Any, NDArray[Any]]] = field(default_factory=dict)
+
+    def pixels(self, camera: str, message: Any) -> NDArray[Any]:
+        """Returns the pixels of a camera's image, as pixels_of(); nobody may change them.
+
+        A message that several products need is decoded once.
+
+        Raises:
+            ValueError: the image is invalid.
+        """
+        if camera not in self._decoded or self._decoded[camera][0] is not message:
+            self._decoded[camera] = message, pixels_of(message)
+        return self._decoded[camera][1]
 
     def depth(self, capture: Capture, lens: Lens) -> Floats:
         """Returns z of a depth capture, height x width.
@@ -50,7 +66,7 @@ class Shared:
         """
         if self.is_radial is None:
             raise ValueError("whether depth is radial is not known yet: nothing came on config")
-        z: Floats = pixels_of(capture["image"])
+        z: Floats = self.pixels("depth", capture["image"])
         if not self.is_radial:
             return z
         if z.shape != (lens.height, lens.width):
@@ -108,8 +124,31 @@ class Rectified(Product):
     def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
         image = capture["image"]
         model = camera_of(capture["camera_info"], capture["metadata"])
-        pixels = rectify(pixels_of(image), model)
-        return {f"{camera}/image_rect": image_message(image.header, image.encoding, pixels)}
+        pixels = rectify(self._shared.pixels(camera, image), model)
+        return {f"{camera}/image_rect": image_message(image.header, encoding_of(pixels), pixels)}
+
+
+class Raw(Product):
+    """The raw image topic of a camera whose headset publishes the compressed one.
+
+    Attributes:
+        compressed: the name of the compressed topic, relative to the prefix.
+    """
+
+    def __init__(self, shared: Shared, camera: str) -> None:
+        super().__init__(shared, {camera: ("image",)})
+        raw, compressed = image_topics(camera)
+        self.types = {raw.name: raw.type}
+        self.compressed = compressed.name
+
+    def make(self, camera: str, stamp_ns: int, capture: Capture) -> Mapping[str, Any]:
+        image = capture["image"]
+        # A headset that has just changed the format publishes the raw image itself.
+        if not is_compressed(image):
+            return {}
+        pixels = self._shared.pixels(camera, image)
+        (topic,) = self.types
+        return {topic: image_message(image.header, encoding_of(pixels), pixels)}
 
 
 class _WithOther(Product):
@@ -162,7 +201,7 @@ class Points(_WithOther):
         near = self.nearest(stamp_ns)
         if near is not None:
             _, color = near
-            bgr = self._shared.decode(color["image"])
+            bgr = self._shared.pixels("color", color["image"])
             between = _between(capture["transform"], color["transform"])
             rgb = colours_of(points, between, camera_of(color["camera_info"]).lens, bgr)
         elif self.inputs is self._COLOURED:
@@ -213,6 +252,7 @@ def _between(source: Pose, target: Pose) -> Pose:
 
 def all_products(shared: Shared) -> list[Product]:
     """Returns all products."""
+    compressible = [it for it in load_table().streams if len(image_topics(it)) > 1]
     worlds = ("world_left", "world_center", "world_right")
     exact = ("camera_info", "metadata", "transform")
     return [
@@ -220,4 +260,5 @@ def all_products(shared: Shared) -> list[Product]:
         *(Rectified(shared, each) for each in worlds),
         Registered(shared, "color", ("camera_info", "transform")),
         *(Registered(shared, each, exact) for each in worlds),
+        *(Raw(shared, each) for each in compressible),
     ]

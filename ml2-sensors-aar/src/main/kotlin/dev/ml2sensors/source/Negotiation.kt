@@ -13,10 +13,15 @@ internal fun StreamSpec.answer(requested: StreamValues): Answer {
             return Answer.Refused("$key is $value, expected one of ${expected.joinToString()}")
         }
     }
+    if (requested.quality != null && requested.quality !in QUALITIES) {
+        return Answer.Refused("quality is ${requested.quality}, expected $QUALITIES")
+    }
     val delivered = fitting.firstOrNull()?.delivers?.get(requested.rateHz) ?: return Answer.Applied(requested)
     val reason = "update_rate ${requested.rateHz} is accepted and delivers $delivered"
     return Answer.Adjusted(requested.copy(rateHz = delivered), reason)
 }
+
+private val QUALITIES = 1..100
 
 private fun StreamValues.cameraKeys(): List<Triple<String, Any?, (Mode) -> List<Any>>> = listOf(
     Triple("stream", stream) { listOf(it.stream) },

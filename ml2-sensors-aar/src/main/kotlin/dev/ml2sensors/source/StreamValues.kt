@@ -1,6 +1,7 @@
 package dev.ml2sensors.source
 
 import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.TopicSpec
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 
@@ -12,7 +13,8 @@ import kotlinx.serialization.Serializable
  * @property width of the image in pixels.
  * @property height of the image in pixels.
  * @property rateHz captures per second.
- * @property format of the pixels, such as `Grayscale`, `jpeg` or `Depth32`.
+ * @property format of the images, such as `Grayscale`, `jpeg` or `Depth32`.
+ * @property quality of `jpeg`: 1 is the smallest image, 100 the best.
  * @property confidence true to publish the confidence image, too.
  * @property flags true to publish the image of the device's flags, too.
  * @property radial true for distances from the camera instead of z along its optical axis.
@@ -29,6 +31,7 @@ public data class StreamValues(
     @SerialName("resolution_height") val height: Int? = null,
     @SerialName("update_rate") val rateHz: Int? = null,
     val format: String? = null,
+    val quality: Int? = null,
     val confidence: Boolean? = null,
     val flags: Boolean? = null,
     val radial: Boolean? = null,
@@ -46,12 +49,24 @@ public fun StreamSpec.defaultValues(): StreamValues {
     return StreamValues(mode.stream, width, height, mode.rates.first(), mode.formats.first())
 }
 
+/** Returns the topics that [values] enable, in the order of the table; a camera without a format has its default. */
+internal fun StreamSpec.topics(values: StreamValues): List<TopicSpec> {
+    val whole = values.copy(format = values.format ?: defaultValues().format)
+    return topics.filter { whole.enables(it.condition) }
+}
+
 /** Returns true if these values enable a topic with this [condition] of the stream table. */
-internal fun StreamValues.enables(condition: String?): Boolean =
+private fun StreamValues.enables(condition: String?): Boolean =
     when (condition) {
         null -> true
+
         "confidence=true" -> confidence == true
+
         "flags=true" -> flags == true
+
         "layout=rig" -> layout == "rig"
-        else -> error("the stream table has an unknown condition $condition")
+
+        else -> format == condition.substringAfter("format=", "").ifEmpty {
+            error("the stream table has an unknown condition $condition")
+        }
     }

@@ -1,5 +1,7 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.capture.ImageCodec
+import dev.ml2sensors.capture.ImageEncoder
 import dev.ml2sensors.clock.HostClock
 import dev.ml2sensors.session.EventQueue
 import dev.ml2sensors.session.Lane
@@ -311,8 +313,10 @@ internal class ActiveStreams(
                 samples.collect(tree::head)
             }
 
-            spec.modes.isNotEmpty() ->
-                CameraPipeline(spec, channels, clock.stamps, tree, frameIds).run(samples)
+            spec.modes.isNotEmpty() -> imageEncoder(spec, channels).use { encoder ->
+                val quality = values.quality.takeIf { encoder?.codec == ImageCodec.GREY_JPEG }
+                CameraPipeline(spec, channels, clock.stamps, tree, frameIds, encoder, quality).run(samples)
+            }
 
             spec == StreamTable.controller -> {
                 val seen = samples.onEach { if (it is PoseSample) tree.controller(it) }
@@ -322,6 +326,10 @@ internal class ActiveStreams(
             else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(samples)
         }
     }
+
+    /** Returns what compresses the images of [spec], or null if the source delivers them as they are sent. */
+    private fun imageEncoder(spec: StreamSpec, channels: List<TopicChannel>): ImageEncoder? =
+        channels.firstNotNullOfOrNull { ImageCodec.of(it.topic.encoding) }?.let { ImageEncoder(spec, it) }
 
     private companion object {
         val RECHECK_INTERVAL = 1.seconds

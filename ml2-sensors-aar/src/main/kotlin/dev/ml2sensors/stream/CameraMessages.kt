@@ -47,7 +47,7 @@ private fun ImageSample.rows(plane: ByteBuffer): ByteBuffer {
     }
 }
 
-/** Returns the JPEG of this sample; [format] as image_transport has it. */
+/** Returns the compressed image of this sample; [format] as image_transport has it. */
 internal fun ImageSample.toCompressedImage(
     header: Header,
     format: String,
@@ -74,8 +74,17 @@ internal fun RosCamera.toCameraInfo(header: Header): CameraInfo =
 /**
  * Returns the metadata of this capture as JSON with a stable schema, without the values that the device does not
  * report.
+ *
+ * @param codec `jpeg` or `rvl` for an image that the headset compressed, null for one that is as the device delivers it.
+ * @param quality of [codec], null if it has none.
  */
-internal fun ImageSample.toMetadata(header: Header, camera: RosCamera?): StringMessage {
+internal fun ImageSample.toMetadata(
+    header: Header,
+    camera: RosCamera?,
+    codec: String? = null,
+    quality: Int? = null,
+): StringMessage {
+    val isCompressed = strideBytes == 0
     val metadata =
         Metadata(
             Metadata.Stamp(header.stamp.sec, header.stamp.nanosec.toLong()),
@@ -88,9 +97,15 @@ internal fun ImageSample.toMetadata(header: Header, camera: RosCamera?): StringM
             camera?.maxResidualPx,
             settings.illumination,
             settings.stampSource,
+            if (isCompressed) codec ?: JPEG else null,
+            quality.takeIf { isCompressed },
+            if (isCompressed) pixels.remaining() else null,
         )
     return StringMessage(metadataJson.encodeToString(Metadata.serializer(), metadata))
 }
+
+/** The codec of devices that deliver compressed images. */
+private const val JPEG = "jpeg"
 
 private val metadataJson = Json { explicitNulls = false }
 
@@ -98,6 +113,7 @@ private val metadataJson = Json { explicitNulls = false }
  * The schema of the metadata topics; lengths in pixels.
  *
  * @property intrinsics the device's own, also if CameraInfo cannot express their model.
+ * @property encodedBytes the size of the compressed image.
  * @property cameraInfoMaxResidualPx the largest difference of CameraInfo to them in the image; absent if there is none.
  */
 @Serializable
@@ -112,6 +128,9 @@ private class Metadata(
     @SerialName("camera_info_max_residual_px") val cameraInfoMaxResidualPx: Double?,
     val illumination: String?,
     @SerialName("stamp_source") val stampSource: String?,
+    val codec: String?,
+    val quality: Int?,
+    @SerialName("encoded_bytes") val encodedBytes: Int?,
 ) {
     @Serializable
     class Stamp(

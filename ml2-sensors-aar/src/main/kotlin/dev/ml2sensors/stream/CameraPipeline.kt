@@ -1,5 +1,6 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.capture.ImageEncoder
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
@@ -8,6 +9,7 @@ import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.rosType
+import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.RosCamera
@@ -16,9 +18,12 @@ import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.Flow
 
 /**
- * Publishes a camera stream: gives each capture one stamp and sends image, camera_info, metadata and pose.
+ * Publishes a camera stream: gives each capture one stamp, compresses the image if its topic is compressed, and sends
+ * image, camera_info, metadata and pose.
  *
  * @param channels of the enabled topics.
+ * @param encoder compresses the images of the source; null if they are sent as they are.
+ * @param quality for [encoder]; null if its codec has none.
  * @param tree receives the poses.
  */
 internal class CameraPipeline(
@@ -27,6 +32,8 @@ internal class CameraPipeline(
     private val stamps: StampMap,
     private val tree: TransformTree,
     private val frameIds: FrameIds,
+    private val encoder: ImageEncoder? = null,
+    private val quality: Int? = null,
 ) {
     private var camera: RosCamera? = null
 
@@ -35,7 +42,7 @@ internal class CameraPipeline(
         samples.collect { sample ->
             when (sample) {
                 is ImageSample -> publish(sample)
-                is LostSamples -> channels.forEach { it.counters.countLost(sample.count, sample.reason) }
+                is LostSamples -> lose(sample.count, sample.reason)
                 else -> error("$spec is a camera, but delivered $sample")
             }
         }
@@ -44,12 +51,29 @@ internal class CameraPipeline(
     private suspend fun publish(sample: ImageSample) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
         if (stampNanos == null) {
-            channels.forEach { it.counters.countLost(1, stamps.lossReason(sample.captureNanos)) }
+            lose(1, stamps.lossReason(sample.captureNanos))
+        } else if (encoder == null) {
+            publish(sample, stampNanos)
         } else {
-            val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
-            for (channel in channels) publish(channel, sample, header, stampNanos)
+            compressAndPublish(encoder, sample, stampNanos)
         }
         if (spec.bodyFrameId != null) sample.pose?.let { tree.camera(spec, sample.captureNanos, stampNanos, it) }
+    }
+
+    private fun lose(count: Int, reason: DropReason) = channels.forEach { it.counters.countLost(count, reason) }
+
+    private suspend fun compressAndPublish(encoder: ImageEncoder, sample: ImageSample, stampNanos: Long) {
+        val compressed = encoder.encode(sample, quality ?: 0) ?: return lose(1, DropReason.NO_BUFFER)
+        try {
+            publish(compressed, stampNanos)
+        } finally {
+            compressed.release()
+        }
+    }
+
+    private suspend fun publish(sample: ImageSample, stampNanos: Long) {
+        val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
+        for (channel in channels) publish(channel, sample, header, stampNanos)
     }
 
     private suspend fun publish(
@@ -59,16 +83,16 @@ internal class CameraPipeline(
         stampNanos: Long,
     ) {
         val topic = channel.topic
+        val encoding = topic.encoding ?: spec.encoding
         when (topic.type) {
             Image.serializer().rosType -> {
                 val pixels = sample.plane(topic.role) ?: return
-                val encoding = checkNotNull(topic.encoding ?: spec.encoding) { "$spec has no encoding in the table" }
-                channel.publish(Image.serializer(), sample.toImage(header, encoding, pixels), stampNanos, sample)
+                val image = sample.toImage(header, checkNotNull(encoding), pixels)
+                channel.publish(Image.serializer(), image, stampNanos, sample)
             }
 
             CompressedImage.serializer().rosType -> {
-                val format = checkNotNull(spec.encoding) { "$spec has no encoding in the table" }
-                val message = sample.toCompressedImage(header, format)
+                val message = sample.toCompressedImage(header, checkNotNull(encoding))
                 channel.publish(CompressedImage.serializer(), message, stampNanos, sample)
             }
 
@@ -78,11 +102,14 @@ internal class CameraPipeline(
             }
 
             StringMessage.serializer().rosType ->
-                channel.publish(StringMessage.serializer(), sample.toMetadata(header, camera(sample)), stampNanos)
+                channel.publish(StringMessage.serializer(), metadata(sample, header), stampNanos)
 
             else -> error("no camera publishes ${topic.type}")
         }
     }
+
+    private fun metadata(sample: ImageSample, header: Header) =
+        sample.toMetadata(header, camera(sample), encoder?.codec?.title, quality)
 
     /** Returns the camera in a ROS model; fits it only when the device's intrinsics change. */
     private fun camera(sample: ImageSample): RosCamera? {

@@ -2,7 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.source.StreamValues
-import dev.ml2sensors.source.enables
+import dev.ml2sensors.source.topics
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.table.TopicSpec
@@ -21,7 +21,7 @@ internal class TopicChannels(private val suspendsWhenFull: Boolean) {
 
     /** Returns the channels of the topics that [values] enable, in the order of the table. */
     fun of(spec: StreamSpec, values: StreamValues): List<TopicChannel> =
-        spec.topics.filter { values.enables(it.condition) }.map { topic ->
+        spec.topics(values).map { topic ->
             byTopic.computeIfAbsent(topic.name) {
                 TopicChannel(ALL_TOPICS.indexOf(topic) + 1, topic, lane(topic.lane))
             }

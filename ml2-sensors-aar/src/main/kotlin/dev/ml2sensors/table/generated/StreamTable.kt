@@ -26,6 +26,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "world_center",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "world_center/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "world_center",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "camera_info",
@@ -48,8 +58,18 @@ public object StreamTable {
             permissions = listOf("android.permission.CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
-                Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1016 to 1016),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1016 to 1016),
+                ),
             ),
             longestPauseSeconds = 4,
         )
@@ -66,6 +86,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "world_left",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "world_left/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "world_left",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "camera_info",
@@ -88,8 +118,18 @@ public object StreamTable {
             permissions = listOf("android.permission.CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
-                Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1016 to 1016),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1016 to 1016),
+                ),
             ),
             longestPauseSeconds = 4,
         )
@@ -106,6 +146,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "world_right",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "world_right/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "world_right",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "camera_info",
@@ -128,8 +178,18 @@ public object StreamTable {
             permissions = listOf("android.permission.CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
-                Mode(stream = 1, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(1016 to 1016)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1016 to 1016),
+                ),
+                Mode(
+                    stream = 1,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(1016 to 1016),
+                ),
             ),
             longestPauseSeconds = 4,
         )
@@ -270,6 +330,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "depth",
                     qos = "image",
+                    condition = "format=Depth32",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "depth/image_raw/compressedDepth",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "depth",
+                    qos = "image",
+                    encoding = "16UC1; compressedDepth rvl",
+                    condition = "format=depth16",
                 ),
                 TopicSpec(
                     role = "camera_info",
@@ -291,7 +361,6 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "depth",
                     qos = "image",
-                    encoding = "32FC1",
                     condition = "confidence=true",
                 ),
                 TopicSpec(
@@ -312,13 +381,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Depth32", "DepthRaw"),
+                    formats = listOf("Depth32", "depth16", "DepthRaw"),
                     rates = listOf(1, 5),
                     resolutions = listOf(544 to 480),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Depth32", "DepthRaw"),
+                    formats = listOf("Depth32", "depth16", "DepthRaw"),
                     rates = listOf(5, 25, 30, 50, 60),
                     resolutions = listOf(544 to 480),
                     delivers = mapOf(60 to 30),
@@ -363,13 +432,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Depth32", "DepthRaw"),
+                    formats = listOf("Depth32", "depth16", "DepthRaw"),
                     rates = listOf(1, 5),
                     resolutions = listOf(544 to 480),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Depth32", "DepthRaw"),
+                    formats = listOf("Depth32", "depth16", "DepthRaw"),
                     rates = listOf(5, 25, 30, 50, 60),
                     resolutions = listOf(544 to 480),
                     delivers = mapOf(60 to 30),
@@ -390,6 +459,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "eye_nasal_left",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "eye_nasal_left/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "eye_nasal_left",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "metadata",
@@ -404,7 +483,12 @@ public object StreamTable {
             permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(400 to 400),
+                ),
             ),
             longestPauseSeconds = 4,
         )
@@ -421,6 +505,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "eye_nasal_right",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "eye_nasal_right/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "eye_nasal_right",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "metadata",
@@ -435,7 +529,12 @@ public object StreamTable {
             permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(400 to 400),
+                ),
             ),
             longestPauseSeconds = 4,
         )
@@ -452,6 +551,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "eye_temple_left",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "eye_temple_left/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "eye_temple_left",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "metadata",
@@ -466,7 +575,12 @@ public object StreamTable {
             permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(400 to 400),
+                ),
             ),
             longestPauseSeconds = 4,
         )
@@ -483,6 +597,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/Image",
                     lane = "eye_temple_right",
                     qos = "image",
+                    condition = "format=Grayscale",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "eye_temple_right/image_raw/compressed",
+                    type = "sensor_msgs/msg/CompressedImage",
+                    lane = "eye_temple_right",
+                    qos = "image",
+                    encoding = "mono8; jpeg compressed mono8",
+                    condition = "format=jpeg",
                 ),
                 TopicSpec(
                     role = "metadata",
@@ -497,7 +621,12 @@ public object StreamTable {
             permissions = listOf("com.magicleap.permission.EYE_CAMERA"),
             backends = listOf("sdk", "openxr"),
             modes = listOf(
-                Mode(stream = 0, formats = listOf("Grayscale"), rates = listOf(30), resolutions = listOf(400 to 400)),
+                Mode(
+                    stream = 0,
+                    formats = listOf("Grayscale", "jpeg"),
+                    rates = listOf(30),
+                    resolutions = listOf(400 to 400),
+                ),
             ),
             longestPauseSeconds = 4,
         )

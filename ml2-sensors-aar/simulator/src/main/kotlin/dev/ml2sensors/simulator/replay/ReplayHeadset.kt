@@ -54,7 +54,7 @@ public class ReplayHeadset(
         if (stream !in tracks) return Answer.Refused("not in this recording")
         val camera = camera(stream) ?: return Answer.Applied(requested)
         val (width, height) = camera.intrinsics
-        val own = requested.copy(width = width, height = height, rateHz = camera.rateHz, format = "Grayscale")
+        val own = requested.copy(width = width, height = height, rateHz = camera.rateHz)
         return if (own == requested) Answer.Applied(own) else Answer.Adjusted(own, "the recording's own")
     }
 
