@@ -1,8 +1,10 @@
-"""Measures everything raw over links of known rate: `make links`. Needs root, for namespaces.
+"""Measures the streams over links of known rate: `make links`. Needs root, for namespaces.
 
-Usage: links.py SECONDS. A link is a pair of network namespaces whose headset side sends through a
-token bucket with a queue of 50 ms. Writes build/bench/links.json: links of constant rates for
-SECONDS each, and three that change, for 40 s each.
+Usage: links.py SECONDS [NAME ...]. A link is a pair of network namespaces whose headset side sends
+through a token bucket with a queue of 50 ms; a link with a round trip is delayed_link.py. Writes
+build/bench/links.json: everything raw over links of constant rates for SECONDS each and over three
+that change, for 40 s each, then compressed streams; and build/bench/long_link.json. With NAMEs it
+measures only these, and writes no file.
 """
 
 from __future__ import annotations
@@ -20,12 +22,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import delayed_link
 from load_run import Host, Loaded, load_run
 from processes import PREFIX, ROOT
+from simulation import compressed_config, compressed_world_and_depth, demo_config, one_camera
 
 RESULTS = ROOT / "build" / "bench"
-CONFIG = ROOT / "config" / "demo.yaml"
-WORLD = ("world_left", "world_center", "world_right")
+RAW = demo_config()
 _QUEUE_S = 0.05
 _BURST_BYTES = 32 * 1024
 _SINK = """
@@ -46,11 +49,12 @@ while True:
 
 @dataclass(frozen=True)
 class Link:
-    """Two namespaces, and the token bucket between them."""
+    """Two namespaces, and the token bucket or the `forwarder` between them."""
 
     receiver: Host
     headset: Host
     device: str
+    forwarder: subprocess.Popen[str] | None = None
 
     def limit(self, rate_mbit: float, queue_bytes: float | None = None) -> None:
         """Sets the rate of what the headset sends; it can be changed at any time.
@@ -66,30 +70,59 @@ class Link:
         )
 
     def dropped(self) -> int:
-        """Returns how many packets the queue has dropped."""
+        """Returns how many packets the queue has dropped; ends a forwarder."""
+        if self.forwarder is not None:
+            self.forwarder.terminate()
+            return int(self.forwarder.communicate()[0])
         show = ("tc", "-j", "-s", "qdisc", "show", "dev", self.device)
         (root, *_) = json.loads(_run(*self.headset.prefix, *show))
         return int(root["drops"])
 
 
 @contextlib.contextmanager
-def link(congestion: str) -> Iterator[Link]:
+def link(congestion: str, rate_mbit: float, rtt_ms: float = 0.0) -> Iterator[Link]:
     """Makes a link whose TCP connections use this congestion control."""
     near, far = f"ml2r{os.getpid()}", f"ml2h{os.getpid()}"
+    devices = (delayed_link.DEVICE,) * 2 if rtt_ms else (near, far)
+    execute = ("ip", "netns", "exec")
+    hosts = (Host((*execute, near), "10.77.0.1"), Host((*execute, far), "10.77.0.2"))
     with contextlib.ExitStack() as stack:
         for name in (near, far):
             _run("ip", "netns", "add", name)
             stack.callback(_run, "ip", "netns", "delete", name)
             _run("ip", "-n", name, "link", "set", "lo", "up")
-        _run("ip", "link", "add", far, "netns", far, "type", "veth", "peer", near)
-        _run("ip", "link", "set", near, "netns", near)
-        for name, address in ((near, "10.77.0.1"), (far, "10.77.0.2")):
-            _run("ip", "-n", name, "address", "add", f"{address}/30", "dev", name)
-            _run("ip", "-n", name, "link", "set", name, "up")
-            route = ("10.77.0.0/30", "dev", name, "src", address, "congctl", congestion)
+        forwarder = None
+        if rtt_ms:
+            forwarder = stack.enter_context(_forwarder(near, far, rate_mbit, rtt_ms / 2))
+        else:
+            _run("ip", "link", "add", far, "netns", far, "type", "veth", "peer", near)
+            _run("ip", "link", "set", near, "netns", near)
+        for name, device, host in zip((near, far), devices, hosts, strict=True):
+            _run("ip", "-n", name, "address", "add", f"{host.address}/30", "dev", device)
+            mtu = ("mtu", str(delayed_link.MTU)) if rtt_ms else ()
+            _run("ip", "-n", name, "link", "set", device, *mtu, "up")
+            route = ("10.77.0.0/30", "dev", device, "src", host.address, "congctl", congestion)
             _run("ip", "-n", name, "route", "replace", *route)
-        execute = ("ip", "netns", "exec")
-        yield Link(Host((*execute, near), "10.77.0.1"), Host((*execute, far), "10.77.0.2"), far)
+        made = Link(*hosts, devices[1], forwarder)
+        if forwarder is None:
+            made.limit(rate_mbit)
+        yield made
+
+
+@contextlib.contextmanager
+def _forwarder(
+    near: str, far: str, rate_mbit: float, delay_ms: float
+) -> Iterator[subprocess.Popen[str]]:
+    values = map(str, (rate_mbit, delay_ms, _QUEUE_S * 1e3))
+    command = (sys.executable, delayed_link.__file__, near, far, *values)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as forwarder:
+        try:
+            assert forwarder.stdout is not None
+            if forwarder.stdout.readline() != "ready\n":
+                raise OSError("there are no TUN devices")
+            yield forwarder
+        finally:
+            forwarder.kill()
 
 
 def _run(*command: str | Path) -> str:
@@ -101,39 +134,58 @@ def why_not() -> str | None:
     if os.geteuid() != 0:
         return "only root may make network namespaces"
     try:
-        with link("cubic") as made:
-            made.limit(100)
+        with link("cubic", 100):
+            pass
     except (OSError, subprocess.CalledProcessError) as error:
         return f"this machine makes no links: {error}"
     return None
 
 
-def measure(
-    rate_mbit: float,
-    congestion: str,
-    duration_s: float,
-    change: Callable[[Link, threading.Event], None] = lambda *_: None,
-) -> dict[str, Any]:
-    """Sends everything raw over a link; `change` may change it in a thread until its event."""
-    with link(congestion) as made:
-        made.limit(rate_mbit)
+def _unchanged(made: Link, over: threading.Event) -> None:
+    over.wait()
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is measured: `config` over a link.
+
+    `change` may change the link in a thread until its event.
+    """
+
+    name: str
+    rate_mbit: float
+    congestion: str = "cubic"
+    rtt_ms: float = 0.0
+    duration_s: float | None = None
+    config: str = RAW
+    options: tuple[str, ...] = ()
+    change: Callable[[Link, threading.Event], None] = _unchanged
+
+
+def measure(run: Run, duration_s: float) -> dict[str, Any]:
+    """Returns the row of a run, of `duration_s` if it has no duration of its own."""
+    folder = RESULTS / "links"
+    folder.mkdir(parents=True, exist_ok=True)
+    config = folder / "config.yaml"
+    config.write_text(run.config)
+    with link(run.congestion, run.rate_mbit, run.rtt_ms) as made:
         over = threading.Event()
-        changing = threading.Thread(target=change, args=[made, over])
+        changing = threading.Thread(target=run.change, args=[made, over])
         changing.start()
         try:
-            folder = RESULTS / "links"
             hosts = (made.receiver, made.headset)
-            (loaded,) = load_run(CONFIG, folder, duration_s, hosts=hosts)
+            run_s = run.duration_s or duration_s
+            (loaded,) = load_run(config, folder, run_s, headset_options=run.options, hosts=hosts)
         finally:
             over.set()
             changing.join()
-        return _row(loaded, rate_mbit, congestion) | {"packets_dropped": made.dropped()}
+        return _row(loaded, run) | {"packets_dropped": made.dropped()}
 
 
-def _row(loaded: Loaded, rate_mbit: float, congestion: str) -> dict[str, Any]:
+def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
     topics = loaded.final["topics"]
     imu = topics[f"{PREFIX}/imu_left/imu"]
-    world = [topics[f"{PREFIX}/{camera}/image_raw"] for camera in WORLD]
+    images = {name: it for name, it in topics.items() if "/image_raw" in name and it["count"]}
     drops: dict[str, int] = {}
     for seen in topics.values():
         for key, count in seen["diagnostics"].items():
@@ -141,15 +193,17 @@ def _row(loaded: Loaded, rate_mbit: float, congestion: str) -> dict[str, Any]:
                 drops[key[8:]] = drops.get(key[8:], 0) + int(count)
     sent_bytes = sum(seen["bytes"] for seen in topics.values())
     return {
-        "link_mbit": rate_mbit,
-        "rtt_ms": 0.1,
-        "congestion": congestion,
-        "config": "raw",
+        "link_mbit": run.rate_mbit,
+        "rtt_ms": run.rtt_ms,
+        "congestion": run.congestion,
+        "config": run.name,
         "imu_p50_ms": imu["latency_ms"]["p50"],
         "imu_p99_ms": imu["latency_ms"]["p99"],
         "imu_p99_after_3_s_ms": imu["phases_ms"]["steady"]["p99"],
         "imu_lost": int(imu["diagnostics"].get("produced", imu["count"])) - imu["count"],
-        "world_hz": [round(seen["rate_hz"], 1) for seen in world],
+        "world_hz": [round(it["rate_hz"], 1) for name, it in images.items() if "/world_" in name],
+        "image_hz": {name: round(it["rate_hz"], 1) for name, it in images.items()},
+        "drops_after_start": loaded.drops_after_start,
         "drops": drops,
         "sent_mbit": sent_bytes * 8e-6 / loaded.duration_s,
     }
@@ -186,26 +240,40 @@ def competes(made: Link, over: threading.Event) -> None:
         taking.kill()
 
 
-CHANGES = {"100, 20, 100": falls_and_rises, "stalls of 1 s": stalls, "another flow": competes}
+NOISY = (
+    "--simulate",
+    "image_noise=2",
+    "--simulate",
+    "depth_noise_m=0.001,depth_noise_per_m2=0.003",
+)
+LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera())
+RUNS = (
+    *(Run("raw", rate, it) for rate in (300, 100, 50, 30) for it in ("cubic", "bbr")),
+    Run("100, 20, 100", 100, duration_s=40, change=falls_and_rises),
+    Run("stalls of 1 s", 100, duration_s=40, change=stalls),
+    Run("another flow", 100, duration_s=40, change=competes),
+    Run("compressed", 300, rtt_ms=10, config=compressed_config(), options=NOISY),
+    Run("compressed world and depth", 100, config=compressed_world_and_depth(), options=NOISY),
+    LONG,
+)
 
 
-def main(duration_s: float) -> None:
+def main(duration_s: float, names: list[str]) -> None:
     if reason := why_not():
         raise SystemExit(f"{reason}: run make links as root on a machine with tc")
-    rows = []
+    rows: list[dict[str, Any]] = []
     began_s = time.monotonic()
-    runs: list[tuple[float, str, float, str]] = [
-        (rate, congestion, duration_s, "raw")
-        for rate in (300.0, 100.0, 50.0, 30.0)
-        for congestion in ("cubic", "bbr")
-    ] + [(100.0, "cubic", 40.0, name) for name in CHANGES]
-    for rate, congestion, run_s, name in runs:
-        row = measure(rate, congestion, run_s, CHANGES.get(name, lambda *_: None))
-        rows.append(row | {"config": name})
-        print(f"{time.monotonic() - began_s:4.0f} s", json.dumps(rows[-1]), flush=True)
-    RESULTS.mkdir(parents=True, exist_ok=True)
+    for run in RUNS:
+        if not names or run.name in names:
+            rows.append(measure(run, duration_s))
+            print(f"{time.monotonic() - began_s:4.0f} s", json.dumps(rows[-1]), flush=True)
+    if names:
+        return
     (RESULTS / "links.json").write_text(json.dumps(rows, indent=2) + "\n")
+    long = next(row for row in rows if row["config"] == LONG.name)
+    figures = {"raw_camera_hz": long["world_hz"][0], "imu_p99_ms": long["imu_p99_ms"]}
+    (RESULTS / "long_link.json").write_text(json.dumps(long | figures, indent=2) + "\n")
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]))
+    main(float(sys.argv[1]), sys.argv[2:])

@@ -121,7 +121,7 @@ def test_the_counts_of_messages_have_the_ratio_of_the_rates(measured: Measured) 
 def test_images_that_fill_a_link_delay_no_inertial_sample() -> None:
     if reason := links.why_not():
         pytest.skip(reason)
-    row = links.measure(100, "cubic", 10)
+    row = links.measure(links.Run("raw", 100), 10)
     assert row["imu_lost"] == 0, row
     assert row["sent_mbit"] > 50, row
     # Half a second where nothing paces the images; the bound leaves room for a busy machine
