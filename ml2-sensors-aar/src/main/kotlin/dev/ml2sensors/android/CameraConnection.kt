@@ -12,7 +12,9 @@ import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.withContext
 
-/** One camera from opening to closing. Everything runs on the thread of [handler], which outlives [close]. */
+/**
+ * One camera from opening to closing. Everything but [fail] runs on the thread of [handler], which outlives [close].
+ */
 internal class CameraConnection(
     private val cameraManager: CameraManager,
     private val id: String,
@@ -46,7 +48,7 @@ internal class CameraConnection(
         accessing { session.setRepeatingRequest(request(device), results, handler) }
     }
 
-    /** Fails everything that waits for this camera with [cause]. */
+    /** Fails everything that waits for this camera with [cause]. Thread-safe. */
     fun fail(cause: Exception) {
         opened.completeExceptionally(cause)
         configured.completeExceptionally(cause)

@@ -26,7 +26,7 @@ internal class CaptureCallbacks(
     ImageReader.OnImageAvailableListener {
     private val pairing = TimestampPairing<CopiedImage, Exposure>(::pair, ::discard)
 
-    private val odd = OddImages()
+    private val odd = OddImages(fail)
 
     override fun onImageAvailable(reader: ImageReader) = guarded {
         try {
@@ -62,6 +62,15 @@ internal class CaptureCallbacks(
         result: TotalCaptureResult,
     ) = guarded {
         result.get(CaptureResult.SENSOR_TIMESTAMP)?.let { pairing.result(it, exposures.read(result, it)) }
+    }
+
+    /** Counts the images that no callback will deliver. Called after the last callback. */
+    fun end(reader: ImageReader) {
+        pairing.end()
+        while (true) {
+            (reader.acquireNextImage() ?: return).close()
+            lost(DropReason.SOURCE_LATE)
+        }
     }
 
     private fun pair(image: CopiedImage, exposure: Exposure) {

@@ -15,19 +15,14 @@ import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
-import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.Sample
-import dev.ml2sensors.source.SourceException
-import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
-import kotlinx.coroutines.Deferred
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.NonCancellable
 import kotlinx.coroutines.asCoroutineDispatcher
-import kotlinx.coroutines.async
-import kotlinx.coroutines.cancelChildren
-import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.launch
@@ -61,19 +56,28 @@ internal class ColorCapture(
             YuvCopier(width, height, encoder, workers.count, pool, ::lose)
         }
 
-    /** The samples in order of capture. [copier] bounds their number. */
-    private val samples = Channel<Deferred<Sample>>(Channel.UNLIMITED)
     private val queue = SampleQueue(QUEUED_FRAMES)
-    private val odd = OddImages()
+    private val order = CaptureOrder(queue)
 
+    /** Not cancelled with the collector: an image that was copied is always encoded, and returns its memory. */
+    private val encoding = Job()
+
+    /** Delivers every image that the camera delivers, or counts it, also when the run fails. */
     suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
-        launch(Dispatchers.Default) { for (sample in samples) queue.offer(sample.await()) }
         launch {
-            onThreadOfItsOwn { handler -> capture(this@coroutineScope, handler, poses) }
-            queue.close(cause = null)
+            val failure = failureOf { onThreadOfItsOwn { handler -> capture(handler, poses) } }
+            queue.close(failure)
         }
         queue.deliverTo(collector)
-        coroutineContext.cancelChildren()
+    }
+
+    private inline fun failureOf(run: () -> Unit): Exception? = try {
+        run()
+        null
+    } catch (e: CancellationException) {
+        throw e
+    } catch (e: Exception) {
+        e
     }
 
     private suspend fun onThreadOfItsOwn(block: suspend (Handler) -> Unit) {
@@ -88,29 +92,35 @@ internal class ColorCapture(
         }
     }
 
-    private suspend fun capture(scope: CoroutineScope, handler: Handler, poses: ColorPoses) =
-        CameraTracker(poses, clock).use {
-            it.open()
-            capture(scope, handler, exposures(it))
-        }
+    private suspend fun capture(handler: Handler, poses: ColorPoses) = CameraTracker(poses, clock).use {
+        it.open()
+        capture(handler, exposures(it))
+    }
 
-    private suspend fun capture(scope: CoroutineScope, handler: Handler, exposures: ExposureReader) {
+    private suspend fun capture(handler: Handler, exposures: ExposureReader) {
         val connection = CameraConnection(cameraManager, camera.id, handler)
-        val reader = ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES)
         val ending = ended.invokeOnCompletion { connection.end.complete(Unit) }
+        val odd = OddImages(connection::fail)
         val deliver = { image: CopiedImage, exposure: Exposure, captureNanos: Long ->
-            samples.trySend(scope.async(workers.dispatcher) { sample(image, exposure, captureNanos) })
+            val place = order.add()
+            CoroutineScope(workers.dispatcher + encoding).launch {
+                order.put(place, sample(image, exposure, captureNanos, odd))
+            }
             Unit
         }
         val run = CaptureCallbacks(copier, exposures, deliver, ::lose, connection::fail)
-        try {
-            reader.setOnImageAvailableListener(run, handler)
-            connection.start(reader.surface, run) { request(it, reader) }
-            connection.end.await()
-        } finally {
-            ending.dispose()
-            connection.close()
-            reader.close()
+        ImageReader.newInstance(width, height, plan.format, CAMERA_IMAGES).use { reader ->
+            try {
+                reader.setOnImageAvailableListener(run, handler)
+                connection.start(reader.surface, run) { request(it, reader) }
+                connection.end.await()
+            } finally {
+                ending.dispose()
+                connection.close()
+                run.end(reader)
+                encoding.complete()
+                withContext(NonCancellable) { encoding.join() }
+            }
         }
     }
 
@@ -121,12 +131,17 @@ internal class ColorCapture(
             if (plan.format == ImageFormat.JPEG) set(CaptureRequest.JPEG_QUALITY, JpegEncoder.QUALITY.toByte())
         }.build()
 
-    private fun sample(image: CopiedImage, exposure: Exposure, captureNanos: Long): Sample {
+    /** Returns null if there is no JPEG, which is counted. */
+    private fun sample(
+        image: CopiedImage,
+        exposure: Exposure,
+        captureNanos: Long,
+        odd: OddImages,
+    ): ImageSample? {
         val jpeg = image.jpeg
-        val lost = encode(image)
-        if (lost != null) {
+        if (!isEncoded(image, odd)) {
             pool.release(jpeg)
-            return LostSamples(captureNanos, 1, lost)
+            return null
         }
         return ImageSample(
             captureNanos,
@@ -142,19 +157,18 @@ internal class ColorCapture(
         ) { pool.release(jpeg) }
     }
 
-    /** Returns why there is no JPEG, or null if there is one. */
-    private fun encode(image: CopiedImage): DropReason? = try {
+    private fun isEncoded(image: CopiedImage, odd: OddImages): Boolean = try {
         val fits = image.encode()
         odd.addUsable()
-        if (fits) null else DropReason.NO_BUFFER
-    } catch (e: SourceException) {
+        if (!fits) lose(DropReason.NO_BUFFER)
+        fits
+    } catch (e: Exception) {
         odd.addOdd(e)
-        DropReason.UNUSABLE
+        lose(DropReason.UNUSABLE)
+        false
     }
 
-    private fun lose(reason: DropReason) {
-        samples.trySend(CompletableDeferred(LostSamples(clock.nowNanos(), 1, reason)))
-    }
+    private fun lose(reason: DropReason): Unit = queue.countLost(1, reason)
 
     private companion object {
         /** One image that is copied, and those that arrive meanwhile. */
@@ -163,6 +177,23 @@ internal class ColorCapture(
 
         /** The queue of the image lane, [QUEUED_FRAMES], one that is sent and one that is encoded. */
         const val JPEGS = 8
+    }
+}
+
+/** Passes images that several threads encode to [queue] in the order of [add]. Thread-safe. */
+private class CaptureOrder(private val queue: SampleQueue) {
+    class Place(var isDone: Boolean = false, var sample: ImageSample? = null)
+
+    private val places = ArrayDeque<Place>()
+
+    /** Returns the place of the next image. */
+    fun add(): Place = Place().also { synchronized(places) { places += it } }
+
+    /** Puts [sample] at its [place]; null if there is none. */
+    fun put(place: Place, sample: ImageSample?): Unit = synchronized(places) {
+        place.sample = sample
+        place.isDone = true
+        while (places.firstOrNull()?.isDone == true) places.removeFirst().sample?.let(queue::offer)
     }
 }
 

@@ -87,8 +87,11 @@ internal class YuvCopier(
     private inner class Encoding(private val pixels: ByteArray, override val jpeg: ByteBuffer) : CopiedImage {
         override fun encode(): Boolean {
             val stream = ByteBufferOutputStream(jpeg)
-            val isEncoded = encoder.encode(pixels, width, height, stream)
-            free.add(pixels)
+            val isEncoded = try {
+                encoder.encode(pixels, width, height, stream)
+            } finally {
+                free.add(pixels)
+            }
             if (!isEncoded) throw SourceException(ENCODING_FAILED)
             jpeg.flip()
             return !stream.hasOverflowed

@@ -2,15 +2,14 @@ package dev.ml2sensors.android
 
 import java.util.concurrent.atomic.AtomicInteger
 
-/** Counts images in a row that cannot be used. A few are losses; [MOST] end the run. Thread-safe. */
-internal class OddImages {
+/** Counts images in a row that cannot be used. A few are losses; after [MOST], [fail] ends the run. Thread-safe. */
+internal class OddImages(private val fail: (Exception) -> Unit) {
     private val inARow = AtomicInteger()
 
     fun addUsable(): Unit = inARow.set(0)
 
-    /** Throws [cause] if it is the cause of too many in a row. */
     fun addOdd(cause: Exception) {
-        if (inARow.incrementAndGet() >= MOST) throw cause
+        if (inARow.incrementAndGet() >= MOST) fail(cause)
     }
 
     companion object {

@@ -22,6 +22,11 @@ internal class TimestampPairing<I, R>(private val pair: (I, R) -> Unit, private 
         match()
     }
 
+    /** Passes the images that wait for a result to [unmatched]. */
+    fun end() {
+        while (images.isNotEmpty()) unmatched(images.removeFirst().second)
+    }
+
     private fun match() {
         while (images.isNotEmpty() && results.isNotEmpty()) {
             val order = images.first().first.compareTo(results.first().first)

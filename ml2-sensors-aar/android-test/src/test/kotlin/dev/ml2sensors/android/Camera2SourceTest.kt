@@ -353,7 +353,7 @@ class Camera2SourceTest {
             val camera = rig.awaitRunning()
             val timestampOfNoClock = 42L
             repeat(100) { camera.capture(FakeImage.jpeg(timestampOfNoClock + it, byteArrayOf(1))) }
-            cancelUntilError()
+            assertIs<SourceException>(awaitLossesAndError().second)
         }
         assertTrue(CameraRig.opened.isClosed)
     }
@@ -379,11 +379,31 @@ class Camera2SourceTest {
             repeat(29) { camera.capture(unreadable(it)) }
             camera.capture(FakeImage.jpeg(device.monotonicNanos + 29, byteArrayOf(1)))
             while (awaitItem() !is ImageSample) Unit
-            repeat(29) { camera.capture(unreadable(30 + it)) }
-            camera.capture(unreadable(60))
-            var failure: Throwable? = null
-            while (failure == null) failure = (awaitEvent() as? Event.Error)?.throwable
+            repeat(30) { camera.capture(unreadable(30 + it)) }
+            val (lost, failure) = awaitLossesAndError()
+            assertEquals(mapOf(DropReason.UNUSABLE to 30), lost, "the image that ends the flow is counted, too")
             assertIs<IllegalArgumentException>(failure)
+        }
+    }
+
+    @Test
+    fun framesInFlightWhenACameraFailsAreDeliveredOrCounted() = runBlocking {
+        rig.add("1", listOf(YUV))
+        val random = Random(7)
+        val pictures = List(2) { Picture(640, 480, random) }
+        source.samples(StreamTable.color, values).test {
+            val camera = rig.awaitRunning()
+            encoder.hold(pictures.first().toNv21())
+            pictures.forEachIndexed { i, picture -> camera.capture(picture.image(device.monotonicNanos + i, random)) }
+            encoder.awaitDone(1)
+            with(rig) { camera.image(pictures.first().image(device.monotonicNanos + 2, random)) }
+            CameraRig.opened.disconnect()
+            while (!CameraRig.opened.isClosed) yield()
+            encoder.letGo()
+            val images = mutableListOf<Long>()
+            val (lost) = awaitLossesAndError { images += it.frameNumber }
+            assertEquals(listOf(0L, 1L), images)
+            assertEquals(mapOf(DropReason.SOURCE_LATE to 1), lost, "one has no result")
         }
     }
 
@@ -445,7 +465,9 @@ class Camera2SourceTest {
                 assertEquals(DropReason.UNUSABLE, assertIs<LostSamples>(awaitItem()).reason)
             }
             camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + 29, Random(6)))
-            assertEquals("Android failed to encode a JPEG", assertIs<SourceException>(awaitError()).message)
+            val (lost, failure) = awaitLossesAndError()
+            assertEquals(mapOf(DropReason.UNUSABLE to 1), lost, "the image that ends the flow is counted, too")
+            assertEquals("Android failed to encode a JPEG", assertIs<SourceException>(failure).message)
         }
     }
 
@@ -497,10 +519,19 @@ class Camera2SourceTest {
 
     private suspend fun ReceiveTurbine<Any>.awaitImage(): Copied = assertIs<Copied>(awaitItem())
 
-    private suspend fun ReceiveTurbine<Sample>.cancelUntilError() {
-        var failure: Throwable? = null
-        while (failure == null) failure = (awaitEvent() as? Event.Error)?.throwable
-        assertIs<SourceException>(failure)
+    private suspend fun ReceiveTurbine<Sample>.awaitLossesAndError(
+        image: (ImageSample) -> Unit = { error("an image") },
+    ): Pair<Map<DropReason, Int>, Throwable> {
+        val lost = mutableMapOf<DropReason, Int>()
+        while (true) {
+            val event = awaitEvent()
+            if (event is Event.Error) return lost to event.throwable
+            when (val sample = assertIs<Event.Item<Sample>>(event).value) {
+                is ImageSample -> image(sample)
+                is LostSamples -> lost.merge(sample.reason, sample.count, Int::plus)
+                else -> error("a camera delivered $sample")
+            }
+        }
     }
 
     private fun CameraRig.Running.capture(image: FakeImage) = with(rig) {

@@ -68,25 +68,49 @@ internal class CameraRig(private val manager: CameraManager) {
         shadowOf(manager).addCamera(id, camera)
     }
 
-    /** A capture session that has been asked to deliver. */
+    /**
+     * A capture session that has been asked to deliver. Each delivery happens on the thread of the callbacks, and
+     * returns false if the camera was closed before.
+     */
     class Running(
         val session: CameraCaptureSession,
         val request: CaptureRequest,
         private val callback: CameraCaptureSession.CaptureCallback,
         val handler: Handler,
     ) {
-        fun complete(result: TotalCaptureResult): Unit =
-            handler.runAndWait { callback.onCaptureCompleted(session, request, result) }
+        private val camera = opened
+
+        /** True if the product has closed the camera, for everything that it has been told so far. */
+        val isClosed: Boolean get() = !deliver {}
+
+        fun complete(result: TotalCaptureResult): Boolean =
+            deliver { callback.onCaptureCompleted(session, request, result) }
 
         /** Reports a capture that failed before its image was captured, or after. */
-        fun fail(wasImageCaptured: Boolean): Unit = handler.runAndWait {
+        fun fail(wasImageCaptured: Boolean): Boolean = deliver {
             val failure = Shadow.newInstanceOf(CaptureFailure::class.java)
             ReflectionHelpers.setField(failure, "mDropped", !wasImageCaptured)
             callback.onCaptureFailed(session, request, failure)
         }
 
-        fun loseBuffer(): Unit = handler.runAndWait {
+        fun loseBuffer(): Boolean = deliver {
             callback.onCaptureBufferLost(session, request, readers.single().reader.surface, 0)
+        }
+
+        fun deliver(image: Image): Boolean = deliver {
+            val queue = readers.single()
+            queue.images += image
+            val post = ClassParameter.from(Any::class.java, WeakReference(queue.reader))
+            ReflectionHelpers.callStaticMethod<Unit>(ImageReader::class.java, "postEventFromNative", post)
+        }
+
+        private fun deliver(callback: () -> Unit): Boolean {
+            var isDelivered = false
+            handler.runAndWait {
+                isDelivered = !camera.isClosed
+                if (isDelivered) callback()
+            }
+            return isDelivered
         }
     }
 
@@ -110,23 +134,17 @@ internal class CameraRig(private val manager: CameraManager) {
         while (true) (heldOpenings.poll() ?: return)()
     }
 
-    /** Delivers an image to the only reader, on the thread of its listener. */
-    fun Running.image(image: Image) {
-        val queue = readers.single()
-        queue.images += image
-        val post = ClassParameter.from(Any::class.java, WeakReference(queue.reader))
-        ReflectionHelpers.callStaticMethod<Unit>(ImageReader::class.java, "postEventFromNative", post)
-        handler.runAndWait {}
-    }
+    /** Delivers an image to the only reader, and waits until its listener has run. */
+    fun Running.image(image: Image): Boolean = deliver(image).also { handler.runAndWait {} }
 
     /** Delivers the result of the next frame. */
-    fun Running.result(timestamp: Long, exposureNanos: Long? = null, tags: Map<String, Any> = emptyMap()) {
+    fun Running.result(timestamp: Long, exposureNanos: Long? = null, tags: Map<String, Any> = emptyMap()): Boolean {
         val result = Shadow.newInstanceOf(TotalCaptureResult::class.java)
         ReflectionHelpers.setField(result, "mFrameNumber", frames++)
         val values =
             mapOf("android.sensor.timestamp" to timestamp, "android.sensor.exposureTime" to exposureNanos) + tags
         Shadow.extract<TaggedResult>(result).values = values
-        complete(result)
+        return complete(result)
     }
 
     private fun mapOf(modes: List<Mode>) = StreamConfigurationMap(

@@ -136,17 +136,17 @@ internal class HarshPlatform(private val app: Application) {
         return receivers.size
     }
 
-    /** Delivers one frame, an [odd] one if that is not null. */
-    fun deliver(running: CameraRig.Running, odd: Frame?, stamp: Long): Unit = with(rig) {
+    /** Delivers one frame, an [odd] one if that is not null. Returns false if the camera was closed before. */
+    fun deliver(running: CameraRig.Running, odd: Frame?, stamp: Long): Boolean = with(rig) {
         when (odd) {
             Frame.FAILED -> running.fail(wasImageCaptured = false)
 
             Frame.FAILED_AFTER_IMAGE -> {
                 running.fail(wasImageCaptured = true)
-                running.image(image(null, stamp))
+                running.deliverImage(null, stamp)
             }
 
-            Frame.NO_RESULT -> running.image(image(null, stamp))
+            Frame.NO_RESULT -> running.deliverImage(null, stamp)
 
             Frame.BUFFER_LOST -> {
                 running.result(stamp, tags = tags(stamp))
@@ -155,19 +155,19 @@ internal class HarshPlatform(private val app: Application) {
 
             else -> {
                 running.result(stamp, exposureNanos = SECOND / 100, tags = tags(stamp))
-                running.image(image(odd, stamp))
+                running.deliverImage(odd, stamp)
             }
         }
     }
 
-    private fun image(odd: Frame?, stamp: Long): FakeImage {
-        val format = CameraRig.readers.single().reader.imageFormat
+    private fun CameraRig.Running.deliverImage(odd: Frame?, stamp: Long): Boolean {
+        val format = CameraRig.readers.singleOrNull()?.reader?.imageFormat ?: return false
         val image = when {
             odd == Frame.BAD_IMAGE -> FakeImage(format, VGA.width, VGA.height, stamp, emptyList())
             format == ImageFormat.YUV_420_888 -> FakeImage(format, VGA.width, VGA.height, stamp, picture)
             else -> FakeImage.jpeg(stamp, if (odd == Frame.TOO_LARGE) LARGE_JPEG else SMALL_JPEG)
         }
-        return image.also(images::add)
+        return with(rig) { image(image) }.also { isDelivered -> if (isDelivered) images += image }
     }
 
     /** The vendor's tags, with the exposure around [monotonicNanos]. */
