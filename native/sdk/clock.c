@@ -1,7 +1,7 @@
 #include "clock.h"
 
 #include "lock.h"
-#include "perception.h"
+#include "tables.h"
 
 #define SECOND_NANOS INT64_C(1000000000)
 

@@ -77,11 +77,10 @@ static inline void MLHeadTrackingStateExInit(MLHeadTrackingStateEx *state) {
     state->version = 1;
 }
 
-/** Startup and Shutdown affect the whole process. Each snapshot needs exactly one release. */
+/** Startup affects the whole process. Each snapshot needs exactly one release. */
 #define ML_PERCEPTION_FUNCTIONS(F)                                                                                     \
     F(MLPerceptionInitSettings, (MLPerceptionSettings * out_settings))                                                 \
     F(MLPerceptionStartup, (MLPerceptionSettings * settings))                                                          \
-    F(MLPerceptionShutdown, (void))                                                                                    \
     F(MLPerceptionGetSnapshot, (MLSnapshot * *out_snapshot))                                                           \
     F(MLPerceptionReleaseSnapshot, (MLSnapshot * snapshot))
 

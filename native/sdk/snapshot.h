@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "perception.h"
+#include "tables.h"
 
 /**
  * Takes the snapshot of an instant. If the vendor has none for it, takes the latest one and logs that. Release it at

@@ -4,6 +4,7 @@
 #include "ml_perception.h"
 
 #define ML_UNUSED_FUNCTIONS(F)                                                                                         \
+    F(MLPerceptionShutdown, (void))                                                                                    \
     F(MLSnapshotGetTransformWithDerivatives, (const MLSnapshot *snapshot, const MLCoordinateFrameUID *id,              \
                                               MLTransform *out_transform, MLTransformDerivatives *out_derivatives))    \
     F(MLSnapshotGetStaticData, (MLSnapshotStaticData * out_data))                                                      \

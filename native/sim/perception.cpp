@@ -6,6 +6,7 @@
 #include "camera_connection.h"
 #include "clock.h"
 #include "counters.h"
+#include "ml_unused.h"
 
 namespace ml2sim {
 namespace {

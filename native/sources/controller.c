@@ -1,6 +1,5 @@
 // The hand-held controller: its pose at the instant of its stamp, and its buttons, trigger and touchpad.
 #include "../sdk/error.h"
-#include "../sdk/perception.h"
 #include "../sdk/snapshot.h"
 #include "conversions.h"
 #include "head_tracker.h"

@@ -54,7 +54,11 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    return perception_stop_on_failure(SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera), &camera);
+    result = SDK_CALL(error, depth, MLDepthCameraConnect, &vendor, &camera);
+    if (result) {
+        camera = ML_INVALID_HANDLE;
+    }
+    return result;
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -62,7 +66,9 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (camera == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_stop_after(SDK_CALL(error, depth, MLDepthCameraDisconnect, camera), &camera, error);
+    ml2s_result result = SDK_CALL(error, depth, MLDepthCameraDisconnect, camera);
+    camera = ML_INVALID_HANDLE;
+    return result;
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {

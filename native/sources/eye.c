@@ -41,7 +41,11 @@ static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = perception_start(error))) {
         return result;
     }
-    return perception_stop_on_failure(SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras), &cameras);
+    result = SDK_CALL(error, eye, MLEyeCameraConnect, &vendor, &cameras);
+    if (result) {
+        cameras = ML_INVALID_HANDLE;
+    }
+    return result;
 }
 
 static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
@@ -49,7 +53,9 @@ static ml2s_result end(const ml2s_settings *settings, ml2s_error *error) {
     if (cameras == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_stop_after(SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras), &cameras, error);
+    ml2s_result result = SDK_CALL(error, eye, MLEyeCameraDisconnect, cameras);
+    cameras = ML_INVALID_HANDLE;
+    return result;
 }
 
 static ml2s_result configure(const ml2s_settings *settings, ml2s_error *error) {

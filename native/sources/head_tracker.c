@@ -2,10 +2,10 @@
 
 ml2s_result head_tracker_open(MLHandle *tracker, ml2s_error *error) {
     ml2s_result result = perception_start(error);
-    if (result) {
-        return result;
+    if (result || (result = SDK_CALL(error, head, MLHeadTrackingCreate, tracker))) {
+        *tracker = ML_INVALID_HANDLE;
     }
-    return perception_stop_on_failure(SDK_CALL(error, head, MLHeadTrackingCreate, tracker), tracker);
+    return result;
 }
 
 ml2s_result head_tracker_close_on_failure(ml2s_result result, MLHandle *other, MLHandle *tracker) {
@@ -26,5 +26,7 @@ ml2s_result head_tracker_close(MLHandle *tracker, ml2s_error *error) {
     if (*tracker == ML_INVALID_HANDLE) {
         return ML2S_OK;
     }
-    return perception_stop_after(SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker), tracker, error);
+    ml2s_result result = SDK_CALL(error, head, MLHeadTrackingDestroy, *tracker);
+    *tracker = ML_INVALID_HANDLE;
+    return result;
 }

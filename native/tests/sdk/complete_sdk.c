@@ -1,5 +1,5 @@
 // A vendor's library in which everything succeeds and nothing happens. The build renames functions to remove them.
-#include "../../sdk/perception.h"
+#include "../../sdk/tables.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define DEFINITION(name, parameters)                                                                                   \

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../../sdk/perception.h"
+#include "../../sdk/tables.h"
 
 TEST(Layout, InitialisersErasePaddingAndSetTheVersionsThatTheVendorChecks) {
     MLDepthCameraSettings depth;

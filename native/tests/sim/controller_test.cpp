@@ -2,7 +2,7 @@
 #include "headset.h"
 #include "input.h"
 #include "ml_controller.h"
-#include "ml_perception.h"
+#include "ml_unused.h"
 
 class SimulatedController : public SimulatedHeadset {
   protected:

@@ -289,7 +289,6 @@ TEST_F(Depth, ACameraThatCannotBeConnectedLeavesNothingOpen) {
         EXPECT_EQ(sensor.result, ML2S_PERMISSION_DENIED);
         EXPECT_STREQ(sensor.error.message, "MLDepthCameraConnect: PermissionDenied (7)");
     }
-    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
     EXPECT_EQ(script.countOf("MLDepthCameraDisconnect"), 0);
     script.results.clear();
     const Sensor again(settingsOf(ML2S_SENSOR_DEPTH, kDepth));

@@ -17,7 +17,7 @@ class Wearer : public testing::Test {
         ml2sim_counters counters;
         ml2sim_get_counters(&counters);
         EXPECT_STREQ(counters.last_misuse, "");
-        EXPECT_EQ(counters.open_handles + counters.outstanding_snapshots + counters.is_perception_started, 0u);
+        EXPECT_EQ(counters.open_handles + counters.outstanding_snapshots, 0u);
     }
 
     static void set(const char *key, const char *value) { ASSERT_EQ(ml2sim_set(key, value), nullptr); }

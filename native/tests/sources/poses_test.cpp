@@ -131,7 +131,6 @@ TEST_F(Head, ATrackerThatCannotBeUsedLeavesNothingOpen) {
     const Sensor sensor(settings);
     EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
     EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), 1);
-    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
 }
 
 TEST_F(Head, AHeadHasNoFrames) {
@@ -184,7 +183,6 @@ TEST_F(ColorPose, ADeniedCameraLeavesNothingOpen) {
     const Sensor sensor(settings);
     EXPECT_EQ(sensor.result, ML2S_PERMISSION_DENIED);
     EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), 1);
-    EXPECT_EQ(script.countOf("MLPerceptionShutdown"), 1);
     EXPECT_EQ(script.countOf("MLCVCameraTrackingDestroy"), 0);
 }
 

@@ -97,10 +97,6 @@ MLResult MLPerceptionStartup(MLPerceptionSettings *) {
     script.isPerceptionStarted |= result == MLResult_Ok;
     return result;
 }
-MLResult MLPerceptionShutdown() {
-    script.isPerceptionStarted = false;
-    return answer(__func__);
-}
 
 MLResult MLPerceptionGetSnapshot(MLSnapshot **) {
     const auto result = answer(__func__);

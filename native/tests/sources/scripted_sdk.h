@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "../../sdk/perception.h"
+#include "../../sdk/tables.h"
 
 namespace scripted {
 

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "ml2sim.h"
+#include "ml_perception.h"
 #include "sensor.h"
 
 namespace {
@@ -36,7 +37,6 @@ class Simulated : public testing::Test {
         ml2sim_get_counters(&counters);
         EXPECT_STREQ(counters.last_misuse, "");
         EXPECT_EQ(counters.open_handles + counters.outstanding_gets + counters.outstanding_snapshots, 0u);
-        EXPECT_EQ(counters.is_perception_started, 0u);
     }
 
     const ml2s_settings head = settingsOf(ML2S_SENSOR_HEAD, bits({ML2S_STREAM_HEAD_POSE}));
@@ -363,6 +363,13 @@ TEST_F(SimulatedHead, OpensWhileThePerceptionSystemStarts) {
     Sensor sensor(head);
     EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
     EXPECT_TRUE(firstTracked(sensor).is_tracked);
+}
+
+TEST_F(SimulatedHead, LeavesThePerceptionSystemRunningForOthers) {
+    { const Sensor last(head); }
+    MLHandle other = ML_INVALID_HANDLE;
+    EXPECT_EQ(MLHeadTrackingCreate(&other), MLResult_Ok);
+    EXPECT_EQ(MLHeadTrackingDestroy(other), MLResult_Ok);
 }
 
 TEST_F(SimulatedHead, LeavesThePerceptionSystemOfTheAppAlone) {
