@@ -3,11 +3,9 @@ package dev.ml2sensors.android
 import android.hardware.camera2.CameraAccessException
 import android.hardware.camera2.CameraManager
 import android.util.Size
-import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.ColorPoses
-import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.SourceException
@@ -45,7 +43,7 @@ internal class Camera2Source(
 ) : SensorSource {
     private val access = SensorAccess()
 
-    override val backend: String get() = "camera2"
+    override val backend: String get() = BACKEND
 
     override val streams: Set<StreamSpec> get() = CAMERAS.keys
 
@@ -78,13 +76,9 @@ internal class Camera2Source(
             } else {
                 TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }::captureNanos
             }
-        ColorCapture(cameraManager, camera, plan, values.hz, encoder, workers, ending, clocks.boot) { tracker ->
+        ColorCapture(stream, cameraManager, camera, plan, values.hz, encoder, workers, ending, clocks.boot) { tracker ->
             ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
-        }.deliverTo({ collector.emit(it.also { sample -> copyToViewers(stream, sample) }) }, poses)
-    }
-
-    private fun copyToViewers(stream: StreamSpec, sample: Sample) {
-        if (sample is ImageSample) LocalFrames.copy(stream, sample)
+        }.deliverTo(collector, poses)
     }
 
     override fun pause(): Unit = access.pause()
@@ -135,11 +129,16 @@ internal class Camera2Source(
         return Answer.Adjusted(values.copy(cameraId = id.toInt()), reasons.joinToString("; "))
     }
 
-    private companion object {
+    companion object {
         /** The camera ids of each stream, the default one first. */
-        val CAMERAS = mapOf(StreamTable.color to listOf("1", "0"), StreamTable.mixedReality to listOf("3"))
-        const val COLOR_TAGS = "com.amd.control"
-        const val MIXED_REALITY_TAGS = "com.ml.control"
+        private val CAMERAS = mapOf(StreamTable.color to listOf("1", "0"), StreamTable.mixedReality to listOf("3"))
+
+        /** Returns what refuses the streams of this source without libml2sensors.so, whose slots have the JPEGs. */
+        fun absent(): UnavailableSource = UnavailableSource(BACKEND, CAMERAS.keys, "not available: libml2sensors.so")
+
+        private const val BACKEND = "camera2"
+        private const val COLOR_TAGS = "com.amd.control"
+        private const val MIXED_REALITY_TAGS = "com.ml.control"
     }
 }
 

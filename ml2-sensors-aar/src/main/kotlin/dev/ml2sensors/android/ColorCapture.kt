@@ -8,14 +8,17 @@ import android.media.ImageReader
 import android.os.Handler
 import android.os.HandlerThread
 import android.os.Process
+import dev.ml2sensors.capture.LocalFrames
 import dev.ml2sensors.capture.SampleQueue
-import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.capture.Slot
+import dev.ml2sensors.capture.SlotPool
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
@@ -32,13 +35,19 @@ import java.util.concurrent.Executor
 /**
  * One run of a camera for one collector. A camera thread copies the images, [workers] encode them to JPEG, and the
  * collector receives them in order of capture. It ends with [ended].
+ *
+ * Its memory is bounded. At most [SlotPool.SLOTS] JPEGs of one byte per pixel are outside of Java's heap, mapped when
+ * first needed; a page of them takes memory once a JPEG has reached it. If [workers] encode, [YuvCopier] has arrays of
+ * 1.5 bytes per pixel in the heap, one more than workers. The camera has [CAMERA_IMAGES] images of its own. At
+ * 4096 x 3072 with 4 workers that is 101 MB and 94 MB.
  */
 internal class ColorCapture(
+    private val stream: StreamSpec,
     private val cameraManager: CameraManager,
     private val camera: ColorCamera,
     private val plan: CapturePlan,
     private val rateHz: Int,
-    encoder: JpegEncoder,
+    private val encoder: JpegEncoder,
     private val workers: EncoderThreads,
     private val ended: Job,
     private val clock: DeviceClock,
@@ -47,15 +56,8 @@ internal class ColorCapture(
     private val width = plan.size.width
     private val height = plan.size.height
 
-    /** Buffers of one byte per pixel: at quality 90 even noise takes less. */
-    private val pool = BufferPool(bufferBytes = width * height, JPEGS)
-    private val copier =
-        if (plan.format == ImageFormat.JPEG) {
-            JpegCopier(pool, ::lose)
-        } else {
-            YuvCopier(width, height, encoder, workers.count, pool, ::lose)
-        }
-
+    /** One byte per pixel: at quality 90 even noise takes less. */
+    private val mostJpegBytes = width * height
     private val queue = SampleQueue(QUEUED_FRAMES)
     private val order = CaptureOrder(queue)
 
@@ -65,7 +67,9 @@ internal class ColorCapture(
     /** Delivers every image that the camera delivers, or counts it, also when the run fails. */
     suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
         launch {
-            val failure = failureOf { onThreadOfItsOwn { handler -> capture(handler, poses) } }
+            val failure = failureOf {
+                SlotPool(stream).use { slots -> onThreadOfItsOwn { capture(it, copier(slots), poses) } }
+            }
             queue.close(failure)
         }
         queue.deliverTo(collector)
@@ -80,6 +84,13 @@ internal class ColorCapture(
         e
     }
 
+    private fun copier(slots: SlotPool): ImageCopier =
+        if (plan.format == ImageFormat.JPEG) {
+            JpegCopier(slots, mostJpegBytes, ::lose)
+        } else {
+            YuvCopier(width, height, encoder, workers.count, slots, mostJpegBytes, ::lose)
+        }
+
     private suspend fun onThreadOfItsOwn(block: suspend (Handler) -> Unit) {
         val thread = HandlerThread("ml2s-camera-${camera.id}", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
         val handler = Handler(thread.looper)
@@ -92,19 +103,21 @@ internal class ColorCapture(
         }
     }
 
-    private suspend fun capture(handler: Handler, poses: ColorPoses) = CameraTracker(poses, clock).use {
-        it.open()
-        capture(handler, exposures(it))
-    }
+    private suspend fun capture(handler: Handler, copier: ImageCopier, poses: ColorPoses) =
+        CameraTracker(poses, clock).use {
+            it.open()
+            capture(handler, copier, exposures(it))
+        }
 
-    private suspend fun capture(handler: Handler, exposures: ExposureReader) {
+    private suspend fun capture(handler: Handler, copier: ImageCopier, exposures: ExposureReader) {
         val connection = CameraConnection(cameraManager, camera.id, handler)
         val ending = ended.invokeOnCompletion { connection.end.complete(Unit) }
         val odd = OddImages(connection::fail)
         val deliver = { image: CopiedImage, exposure: Exposure, captureNanos: Long ->
             val place = order.add()
             CoroutineScope(workers.dispatcher + encoding).launch {
-                order.put(place, sample(image, exposure, captureNanos, odd))
+                val sample = sample(image, exposure, captureNanos, odd)
+                order.put(place, sample?.let { Encoded(image.jpeg, it) })
             }
             Unit
         }
@@ -140,7 +153,7 @@ internal class ColorCapture(
     ): ImageSample? {
         val jpeg = image.jpeg
         if (!isEncoded(image, odd)) {
-            pool.release(jpeg)
+            jpeg.release()
             return null
         }
         return ImageSample(
@@ -153,8 +166,9 @@ internal class ColorCapture(
             exposure.intrinsics,
             // Android's sensitivity is no gain: what of it is analog, and over which base, it does not say
             CaptureSettings(exposure.exposureNanos, stampSource = exposure.stampSource),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
-        ) { pool.release(jpeg) }
+            listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg.bytes)),
+            giveBack = jpeg::release,
+        )
     }
 
     private fun isEncoded(image: CopiedImage, odd: OddImages): Boolean = try {
@@ -174,26 +188,30 @@ internal class ColorCapture(
         /** One image that is copied, and those that arrive meanwhile. */
         const val CAMERA_IMAGES = 3
         const val QUEUED_FRAMES = 2
-
-        /** The queue of the image lane, [QUEUED_FRAMES], one that is sent and one that is encoded. */
-        const val JPEGS = 8
     }
 }
 
-/** Passes images that several threads encode to [queue] in the order of [add]. Thread-safe. */
+/** A [sample] in its [slot]. */
+private class Encoded(val slot: Slot, val sample: ImageSample)
+
+/** Publishes images that several threads encode, and passes them to [queue], in the order of [add]. Thread-safe. */
 private class CaptureOrder(private val queue: SampleQueue) {
-    class Place(var isDone: Boolean = false, var sample: ImageSample? = null)
+    class Place(var isDone: Boolean = false, var image: Encoded? = null)
 
     private val places = ArrayDeque<Place>()
 
     /** Returns the place of the next image. */
     fun add(): Place = Place().also { synchronized(places) { places += it } }
 
-    /** Puts [sample] at its [place]; null if there is none. */
-    fun put(place: Place, sample: ImageSample?): Unit = synchronized(places) {
-        place.sample = sample
+    /** Puts [image] at its [place]; null if there is none. */
+    fun put(place: Place, image: Encoded?): Unit = synchronized(places) {
+        place.image = image
         place.isDone = true
-        while (places.firstOrNull()?.isDone == true) places.removeFirst().sample?.let(queue::offer)
+        while (places.firstOrNull()?.isDone == true) {
+            val next = places.removeFirst().image ?: continue
+            LocalFrames.publish(next.slot, next.sample)
+            queue.offer(next.sample)
+        }
     }
 }
 

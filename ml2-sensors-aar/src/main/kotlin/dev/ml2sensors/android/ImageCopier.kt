@@ -1,65 +1,74 @@
 package dev.ml2sensors.android
 
 import android.media.Image
-import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.capture.Slot
+import dev.ml2sensors.capture.SlotPool
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.SourceException
-import java.nio.ByteBuffer
 import java.util.concurrent.ArrayBlockingQueue
 
 /** Copies images out of the camera's memory, so that the camera never waits for the encoder. */
 internal interface ImageCopier {
     /**
-     * Copies [image], which the caller then closes. Returns null and reports the loss if no buffer is free. Called by
+     * Copies [image], which the caller then closes. Returns null and reports the loss if no memory is free. Called by
      * one thread only.
      */
     fun copy(image: Image): CopiedImage?
 }
 
-/** A copied image that becomes a JPEG in [jpeg], a buffer of a pool. One call of [encode] or [discard] ends it. */
+/** A copied image that becomes a JPEG in the slot [jpeg]. One call of [encode] or [discard] ends it. */
 internal interface CopiedImage {
-    val jpeg: ByteBuffer
+    val jpeg: Slot
 
     /**
-     * Encodes, which takes long. Returns true if the JPEG fits into [jpeg]; the caller releases [jpeg] in any case.
+     * Encodes, which takes long. Returns true if the JPEG fits into [jpeg], whose bytes it then is; the caller releases
+     * [jpeg] in any case.
      *
      * @throws SourceException if the encoder fails.
      */
     fun encode(): Boolean
 
-    /** Discards the image and releases all buffers. */
+    /** Discards the image and releases its memory. */
     fun discard()
 }
 
-/** Copies JPEGs that the camera encoded into [pool]. */
-internal class JpegCopier(private val pool: BufferPool, private val lose: (DropReason) -> Unit) : ImageCopier {
+/** Copies JPEGs that the camera encoded into slots of [mostBytes]. */
+internal class JpegCopier(
+    private val pool: SlotPool,
+    private val mostBytes: Int,
+    private val lose: (DropReason) -> Unit,
+) : ImageCopier {
     override fun copy(image: Image): CopiedImage? {
         val source = image.planes.single().buffer
-        val jpeg = pool.acquire() ?: return null.also { lose(DropReason.NO_BUFFER) }
-        val fits = source.remaining() <= jpeg.remaining()
-        if (fits) jpeg.put(source).flip()
+        val jpeg = pool.take(mostBytes) ?: return null.also { lose(DropReason.NO_BUFFER) }
+        val fits = source.remaining() <= mostBytes
+        if (fits) jpeg.bytes.put(source).flip()
         return object : CopiedImage {
             override val jpeg = jpeg
 
             override fun encode() = fits
 
-            override fun discard() = pool.release(jpeg)
+            override fun discard() = jpeg.release()
         }
     }
 }
 
-/** Copies YUV_420_888 images, which [encoder] encodes into [pool] on [workers] threads at a time. */
+/**
+ * Copies YUV_420_888 images, which [encoder] encodes into slots of [mostBytes] on [workers] threads at a time. The
+ * copies are in Java's heap, where Android's encoder wants them: `workers + 1` of 1.5 bytes per pixel, allocated here.
+ */
 internal class YuvCopier(
     private val width: Int,
     private val height: Int,
     private val encoder: JpegEncoder,
     workers: Int,
-    private val pool: BufferPool,
+    private val pool: SlotPool,
+    private val mostBytes: Int,
     private val lose: (DropReason) -> Unit,
 ) : ImageCopier {
     private val nv21 = Nv21(width, height)
 
-    /** One buffer for each worker, and one that waits for a worker. */
+    /** One array for each worker, and one that waits for a worker. */
     private val free = ArrayBlockingQueue<ByteArray>(workers + 1)
 
     init {
@@ -68,7 +77,7 @@ internal class YuvCopier(
 
     override fun copy(image: Image): CopiedImage? {
         val pixels = free.poll() ?: return null.also { lose(DropReason.ENCODER_BUSY) }
-        val jpeg = pool.acquire()
+        val jpeg = pool.take(mostBytes)
         if (jpeg == null) {
             free.add(pixels)
             lose(DropReason.NO_BUFFER)
@@ -84,22 +93,22 @@ internal class YuvCopier(
         return copied
     }
 
-    private inner class Encoding(private val pixels: ByteArray, override val jpeg: ByteBuffer) : CopiedImage {
+    private inner class Encoding(private val pixels: ByteArray, override val jpeg: Slot) : CopiedImage {
         override fun encode(): Boolean {
-            val stream = ByteBufferOutputStream(jpeg)
+            val stream = ByteBufferOutputStream(jpeg.bytes)
             val isEncoded = try {
                 encoder.encode(pixels, width, height, stream)
             } finally {
                 free.add(pixels)
             }
             if (!isEncoded) throw SourceException(ENCODING_FAILED)
-            jpeg.flip()
+            jpeg.bytes.flip()
             return !stream.hasOverflowed
         }
 
         override fun discard() {
             free.add(pixels)
-            pool.release(jpeg)
+            jpeg.release()
         }
     }
 }

@@ -14,7 +14,6 @@ import dev.ml2sensors.pairing.PairedReceiver
 import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.source.ClockDomain
-import dev.ml2sensors.source.ColorPoses
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.SensorHeadset
 import dev.ml2sensors.source.SensorSource
@@ -40,10 +39,10 @@ public object Ml2Sensors {
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val clocks = SystemClocks()
         val native = loadNativeSources(clocks::suspendedNanos)
-        val poses = if (native == null) ColorPoses { null } else NativeColorPoses
+        val cameraManager = app.getSystemService(CameraManager::class.java)
         val sources = listOf(
             SensorManagerSource(app.getSystemService(SensorManager::class.java), clocks, bases),
-            Camera2Source(app.getSystemService(CameraManager::class.java), poses, clocks, bases),
+            native?.let { Camera2Source(cameraManager, NativeColorPoses, clocks, bases) } ?: Camera2Source.absent(),
             BatterySource(app, clocks.boot),
         ) + (native ?: absentNativeSources())
         val headset = SensorHeadset(identityOf(app), clocks.boot, sources.map { PermissionCheckedSource(app, it) }) {

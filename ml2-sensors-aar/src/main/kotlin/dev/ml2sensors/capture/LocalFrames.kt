@@ -8,18 +8,16 @@ import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
-import java.nio.ByteBuffer
 
 /**
  * Publishes frames for native readers in the same process, such as a game engine, which lease the latest one with
- * `ml2s_acquire_latest` of native/sdk/ml2s.h. Frames of the library's own sensors are already in its slots; others are
- * copied into slots. A reader that holds its leases misses new frames, but does not block the sensor. Thread-safe.
+ * `ml2s_acquire_latest` of native/sdk/ml2s.h. Images are published in their slots; readings are copied into slots. A reader that holds its leases misses new frames, but does not block the sensor. Thread-safe.
  */
 internal object LocalFrames {
     private class View {
         var isOn = false
 
-        /** The slots for copied frames. */
+        /** The slots for readings. */
         var slots: SlotPool? = null
         val frames by lazy { FrameBlock(1) }
         val readings by lazy { LatestReadings() }
@@ -61,40 +59,36 @@ internal object LocalFrames {
     private fun headPoseAt(captureNanos: Long): MlPose? =
         (synchronized(head) { head.at(captureNanos) } as? HeadPose.Tracked)?.pose?.let(MlPose::ofBody)
 
-    /** Copies and publishes [sample], unless all slots are leased. */
-    internal fun copy(stream: StreamSpec, sample: ImageSample): Unit = ifViewed(stream) { view ->
-        copy(stream, view, sample.pixels) { fill(sample) }
+    /** Publishes [sample], whose pixels are the first bytes of [slot]. Called once for a lease. */
+    internal fun publish(slot: Slot, sample: ImageSample): Unit = ifViewed(slot.stream) { view ->
+        publish(slot, sample.pixels.remaining(), view) { fill(sample) }
     }
 
     /**
      * Adds [sample] to the latest readings of a vector sensor, which are published as one frame: see [LatestReadings].
      */
     internal fun copy(stream: StreamSpec, sample: VectorSample): Unit = ifViewed(stream) { view ->
-        copy(stream, view, view.readings.add(sample)) { fill(sample) }
-    }
-
-    private inline fun copy(
-        stream: StreamSpec,
-        view: View,
-        bytes: ByteBuffer,
-        describe: NativeFrame.() -> Unit,
-    ) {
-        if (view.slots == null) view.slots = SlotPool(stream)
-        val sizeBytes = bytes.remaining()
-        val slot = Native.take(stream.number, roomFor(sizeBytes))
-        if (slot == NativeFrame.NO_SLOT) return
+        val slots = view.slots ?: SlotPool(stream).also { view.slots = it }
+        val readings = view.readings.add(sample)
+        val sizeBytes = readings.remaining()
+        val slot = slots.take(roomFor(sizeBytes)) ?: return@ifViewed
         try {
-            SlotPool.bytes(stream, slot, 0 until sizeBytes).put(bytes)
-            view.frames[0].place(stream.number, slot, sizeBytes)
-            view.frames[0].describe()
-            view.frames[0].headPose = headPoseAt(view.frames[0].captureNanos)
-            Native.publish(view.frames.memory, 0)
+            slot.bytes.put(readings)
+            publish(slot, sizeBytes, view) { fill(sample) }
         } finally {
-            SlotPool.release(stream, slot)
+            slot.release()
         }
     }
 
-    /** Rounds up to a power of two, so that slots keep their memory although the size of JPEGs varies. */
+    private inline fun publish(slot: Slot, sizeBytes: Int, view: View, describe: NativeFrame.() -> Unit) {
+        val frame = view.frames[0]
+        frame.place(slot.stream.number, slot.index, sizeBytes)
+        frame.describe()
+        frame.headPose = headPoseAt(frame.captureNanos)
+        Native.publish(view.frames.memory, 0)
+    }
+
+    /** Rounds up to a power of two, so that slots keep their memory while the number of readings grows. */
     private fun roomFor(sizeBytes: Int) = Integer.highestOneBit(sizeBytes - 1).coerceAtLeast(LEAST_BYTES) * 2
 
     private const val LEAST_BYTES = 1 shl 11

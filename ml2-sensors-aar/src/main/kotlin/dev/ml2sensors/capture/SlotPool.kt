@@ -14,6 +14,12 @@ internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
         Native.reserve(stream.number)
     }
 
+    /** Leases a free slot for a frame of [sizeBytes] at most; returns null if all are leased, or memory is short. */
+    fun take(sizeBytes: Int): Slot? {
+        val index = Native.take(stream.number, sizeBytes)
+        return if (index == NativeFrame.NO_SLOT) null else Slot(stream, index, bytes(stream, index, 0 until sizeBytes))
+    }
+
     override fun close(): Unit = Native.retire(stream.number)
 
     companion object {
@@ -30,4 +36,14 @@ internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
         /** Ends one lease. */
         fun release(stream: StreamSpec, index: Int): Unit = Native.release(stream.number, index)
     }
+}
+
+/**
+ * A leased slot of [stream] that the caller fills.
+ *
+ * @property bytes its memory, which must not be used after [release].
+ */
+internal class Slot(val stream: StreamSpec, val index: Int, val bytes: ByteBuffer) {
+    /** Ends the lease. Called once, by any thread. */
+    fun release(): Unit = SlotPool.release(stream, index)
 }

@@ -30,9 +30,11 @@ import kotlin.test.assertTrue
 /** What readers beside Kotlin find in the slots. */
 class LocalFramesTest {
     private val fixture = CaptureFixture()
+    private val color = SlotPool(StreamTable.color)
 
     @AfterEach
     fun close() {
+        color.close()
         StreamTable.all.forEach { LocalFrames.view(it, false) }
         fixture.close()
     }
@@ -79,10 +81,10 @@ class LocalFramesTest {
     }
 
     @Test
-    fun othersImagesAreCopiedIntoASlot() {
+    fun aJpegIsReadInItsSlot() {
         LocalFrames.view(StreamTable.color, true)
         val jpeg = ByteArray(1000) { it.toByte() }
-        LocalFrames.copy(StreamTable.color, image(jpeg))
+        publish(jpeg)
         val frame = assertNotNull(LatestFrame.acquire(StreamTable.color))
         assertContentEquals(jpeg, frame.pixels)
         assertEquals(listOf(77L, 640L, 480L), listOf(frame.captureNanos, frame.width.toLong(), frame.height.toLong()))
@@ -90,7 +92,7 @@ class LocalFramesTest {
     }
 
     @Test
-    fun othersImagesComeWithPoseAndLens() {
+    fun jpegsComeWithPoseAndLens() {
         LocalFrames.view(StreamTable.color, true)
         val pose = Transform(Vector3(1.0, 2.0, 3.0), Quaternion(0.5, 0.5, -0.5, 0.5))
         for (lens in listOf(
@@ -98,13 +100,13 @@ class LocalFramesTest {
             Distortion.FisheyeTangential(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
         )) {
             val intrinsics = Intrinsics(640, 480, 500.0, 501.0, 320.0, 240.0, lens)
-            LocalFrames.copy(StreamTable.color, image(ByteArray(10), pose, intrinsics))
+            publish(ByteArray(10), pose, intrinsics)
             val frame = assertNotNull(LatestFrame.acquire(StreamTable.color))
             assertEquals(pose, frame.frame.pose?.toOptical())
             assertEquals(intrinsics, frame.frame.intrinsics)
             frame.release()
         }
-        LocalFrames.copy(StreamTable.color, image(ByteArray(10)))
+        publish(ByteArray(10))
         val without = assertNotNull(LatestFrame.acquire(StreamTable.color))
         assertNull(without.frame.pose)
         assertNull(without.frame.intrinsics)
@@ -115,20 +117,20 @@ class LocalFramesTest {
     fun framesHaveTheHeadsPoseAtTheirCapture() {
         LocalFrames.view(StreamTable.color, true)
         val pixels = ByteArray(10)
-        LocalFrames.copy(StreamTable.color, image(pixels))
+        publish(pixels)
         LatestFrame.acquire(StreamTable.color)!!.run {
             assertNull(frame.headPose)
             release()
         }
         LocalFrames.addHead(PoseSample(67, Transform(Vector3(1.0, 0.0, 4.0), Quaternion.IDENTITY)))
         LocalFrames.addHead(PoseSample(87, Transform(Vector3(3.0, 2.0, 4.0), Quaternion.IDENTITY)))
-        LocalFrames.copy(StreamTable.color, image(pixels))
+        publish(pixels)
         LatestFrame.acquire(StreamTable.color)!!.run {
             assertEquals(Transform(Vector3(2.0, 1.0, 4.0), Quaternion.IDENTITY), frame.headPose?.toBody())
             release()
         }
         LocalFrames.clearHead()
-        LocalFrames.copy(StreamTable.color, image(pixels))
+        publish(pixels)
         LatestFrame.acquire(StreamTable.color)!!.run {
             assertNull(frame.headPose)
             release()
@@ -167,19 +169,19 @@ class LocalFramesTest {
     }
 
     @Test
-    fun othersImagesAreNotCopiedUnlessTheyAreViewed() {
-        LocalFrames.copy(StreamTable.color, image(ByteArray(1000)))
+    fun jpegsAreNotPublishedUnlessTheyAreViewed() {
+        publish(ByteArray(1000))
         assertNull(LatestFrame.acquire(StreamTable.color))
     }
 
     @Test
-    fun withoutAFreeSlotACopyIsLeftOut() {
-        LocalFrames.view(StreamTable.color, true)
-        val pool = SlotPool(StreamTable.color)
-        val kept = (0 until SlotPool.SLOTS).map { Native.take(StreamTable.color.number, 64) }
-        LocalFrames.copy(StreamTable.color, image(ByteArray(10)))
-        assertNull(LatestFrame.acquire(StreamTable.color))
-        kept.forEach { SlotPool.release(StreamTable.color, it) }
+    fun withoutAFreeSlotReadingsAreLeftOut() {
+        LocalFrames.view(StreamTable.gyroLeft, true)
+        val pool = SlotPool(StreamTable.gyroLeft)
+        val kept = List(SlotPool.SLOTS) { assertNotNull(pool.take(64)) }
+        LocalFrames.copy(StreamTable.gyroLeft, VectorSample(1, 0.5, -1.0, 2.0))
+        assertNull(LatestFrame.acquire(StreamTable.gyroLeft))
+        kept.forEach { it.release() }
         pool.close()
     }
 
@@ -201,17 +203,25 @@ class LocalFramesTest {
         assertEquals(0, Native.mappedBytes())
     }
 
-    private fun image(jpeg: ByteArray, pose: Transform? = null, intrinsics: Intrinsics? = null) = ImageSample(
-        captureNanos = 77,
-        frameNumber = 1,
-        width = 640,
-        height = 480,
-        strideBytes = 0,
-        pose,
-        intrinsics,
-        CaptureSettings(),
-        listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.wrap(jpeg))),
-    ) {}
+    /** Publishes an image of the colour camera, as an encoder does. */
+    private fun publish(jpeg: ByteArray, pose: Transform? = null, intrinsics: Intrinsics? = null) {
+        val slot = assertNotNull(color.take(640 * 480))
+        slot.bytes.put(jpeg).flip()
+        val sample = ImageSample(
+            captureNanos = 77,
+            frameNumber = 1,
+            width = 640,
+            height = 480,
+            strideBytes = 0,
+            pose,
+            intrinsics,
+            CaptureSettings(),
+            listOf(ImageSample.Plane(ImageSample.IMAGE, slot.bytes)),
+            giveBack = slot::release,
+        )
+        LocalFrames.publish(slot, sample)
+        sample.release()
+    }
 }
 
 /** The lease of an ml2s_frame, as C# takes it; [release] ends it. */

@@ -1,7 +1,7 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CountedBuffers
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.FrameHeader
@@ -27,7 +27,7 @@ import kotlin.test.assertNotNull
 @Timeout(30)
 class LaneTest {
     private val counters = ChannelCounters()
-    private val pool = BufferPool(bufferBytes = 4, count = 64)
+    private val pool = CountedBuffers(bufferBytes = 4)
     private val kernel = FakeKernel()
     private val lane = Lane("test", QueueSpec(4), suspendsWhenFull = false)
     private val waitingLane = Lane("test", QueueSpec(4), suspendsWhenFull = true)
@@ -232,7 +232,7 @@ class LaneTest {
     }
 
     private fun frame(): OutgoingFrame {
-        val memory = pool.acquireBlocking()
+        val memory = pool.acquire()
         val sample = ImageSample(
             captureNanos = 0,
             frameNumber = 0,

@@ -5,11 +5,10 @@ import kotlin.concurrent.thread
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
-import kotlin.test.assertNotNull
 import kotlin.test.assertNull
 
 class ImageSampleTest {
-    private val pool = BufferPool(bufferBytes = 8, count = 2)
+    private val pool = CountedBuffers(bufferBytes = 8)
 
     @Test
     fun memoryGoesBackWithTheLastRelease() {
@@ -86,7 +85,7 @@ class ImageSampleTest {
     /** Its first byte in each plane is the plane's index; 1f at offset 4. */
     private fun sample(vararg roles: String): ImageSample {
         val planes = roles.mapIndexed { index, role ->
-            val pixels = assertNotNull(pool.acquire()).put(index.toByte()).put(ByteArray(5)).put(-128).put(63).flip()
+            val pixels = pool.acquire().put(index.toByte()).put(ByteArray(5)).put(-128).put(63).flip()
             ImageSample.Plane(role, pixels)
         }
         return ImageSample(1, 2, 2, 4, 2, pose = null, intrinsics = null, CaptureSettings(), planes) {

@@ -2,8 +2,8 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.source.Answer
-import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
+import dev.ml2sensors.source.CountedBuffers
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.ImageSample
@@ -60,7 +60,7 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
 
     @Volatile
     override var suspendedNanos = 7_000_000_000L
-    val pool = BufferPool(bufferBytes = 1 shl 16, count = 64)
+    val pool = CountedBuffers(bufferBytes = 1 shl 16)
     override val identity = Headset.Identity("fake-1", "Fake")
     override val clock = DeviceClock { System.nanoTime() + 5_000_000_000_000 }
 
@@ -147,7 +147,7 @@ internal class FakeHeadset(override val timeline: Headset.Timeline = Headset.Tim
         settings: CaptureSettings = CaptureSettings(),
     ): ImageSample {
         val planes = roles.map { role ->
-            val pixels = checkNotNull(pool.acquire()) { "the pool is empty" }
+            val pixels = pool.acquire()
             pixels.put(pattern(role, number, rowBytes * height)).flip()
             ImageSample.Plane(role, pixels)
         }

@@ -31,6 +31,7 @@ import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.yield
 import org.junit.After
+import org.junit.Before
 import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
@@ -65,10 +66,14 @@ class Camera2SourceTest {
     private val source = Camera2Source(cameraManager, poses, device.clocks, bases, EncoderThreads(WORKERS), encoder)
     private val values = StreamValues(stream = 0, width = 640, height = 480, rateHz = 30, format = "jpeg")
 
+    @Before
+    fun loadSlots() = NativeSlots.load()
+
     @After
     fun close() {
         source.close()
         assertEquals(emptyList(), CameraRig.readers, "every reader is closed")
+        assertEquals(0, NativeSlots.mappedBytes, "every image was given back")
         CameraRig.failure = null
     }
 
@@ -267,7 +272,7 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun imagesThatAreKeptTakeNoMemoryFromTheCamera() = runBlocking {
+    fun imagesThatAreKeptTakeNoMemoryFromTheCameraButSlots() = runBlocking {
         rig.add("1", listOf(JPEG))
         val kept = mutableListOf<ImageSample>()
         source.samples(StreamTable.color, values).onEach { if (it is ImageSample) kept += it.apply { retain() } }.test {
@@ -279,9 +284,10 @@ class Camera2SourceTest {
             camera.capture(FakeImage.jpeg(device.monotonicNanos + 8, byteArrayOf(8)))
             assertEquals(DropReason.NO_BUFFER, assertIs<LostSamples>(awaitItem()).reason)
             assertEquals((0..7).toList(), kept.map { it.copy().single().toInt() }, "what is kept is not written over")
+            assertEquals(8L * 640 * 480, NativeSlots.mappedBytes, "outside of the heap")
             kept.forEach(ImageSample::release)
             camera.capture(FakeImage.jpeg(device.monotonicNanos + 9, byteArrayOf(9)))
-            assertIs<ImageSample>(awaitItem())
+            assertIs<ImageSample>(awaitItem()).release()
             cancel()
         }
     }

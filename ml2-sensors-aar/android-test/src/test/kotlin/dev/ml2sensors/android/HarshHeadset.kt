@@ -336,6 +336,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         disconnect()
         headset.close()
         await("all threads end") { threads("ml2s-") == 0 }
+        check(NativeSlots.mappedBytes == 0L) { "${NativeSlots.mappedBytes} bytes of images are leased in the end" }
     }
 
     private companion object {

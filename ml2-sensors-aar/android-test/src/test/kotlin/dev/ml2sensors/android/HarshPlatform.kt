@@ -79,6 +79,7 @@ internal class HarshPlatform(private val app: Application) {
 
     /** Opens the product's sources, as an app does. */
     fun openHeadset(): AndroidHeadset {
+        NativeSlots.load()
         shadowOf(app).grantPermissions(CAMERA)
         val bases = MutableStateFlow<Map<StreamSpec, ClockDomain>>(emptyMap())
         val sources = listOf(

@@ -34,6 +34,7 @@ class Ml2SensorsTest {
             val reasons = StreamTable.all.associateWith { headset.negotiate(it, StreamValues()) as? Answer.Refused }
             assertEquals("not available: libml2sensors.so", reasons[StreamTable.worldLeft]?.reason)
             assertEquals("not available: libml2sensors.so", reasons[StreamTable.gaze]?.reason)
+            assertEquals("not available: libml2sensors.so", reasons[StreamTable.color]?.reason)
             assertEquals(
                 "this headset lists no single Headset Left Gyroscope sensor; it lists: nothing",
                 reasons[StreamTable.gyroLeft]?.reason,

@@ -4,7 +4,6 @@ import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.session.Lane
-import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.stream.TopicChannel
@@ -35,13 +34,10 @@ public open class SenderBenchmark {
         writer = FrameWriter(sink.channel) { System.nanoTime() }
         val topic = StreamTable.worldLeft.topics.first()
         channel = TopicChannel(1, topic, Lane(topic.lane, StreamTable.imageLane, suspendsWhenFull = false))
-        val pool = BufferPool(SIDE * SIDE, count = 1)
-        val pixels = checkNotNull(pool.acquire())
+        val pixels = ByteBuffer.allocateDirect(SIDE * SIDE)
         val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))
         sample =
-            ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureSettings(), planes) {
-                pool.release(pixels)
-            }
+            ImageSample(0, 0, SIDE, SIDE, SIDE, pose = null, intrinsics = null, CaptureSettings(), planes) {}
         bareHead = ByteBuffer.allocateDirect(frame().head.remaining())
         barePieces = arrayOf(bareHead, sample.pixels)
     }

@@ -1,7 +1,7 @@
 package dev.ml2sensors.simulator.replay
 
 import dev.ml2sensors.message.times
-import dev.ml2sensors.source.BufferPool
+import dev.ml2sensors.simulator.signal.BufferPool
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ImageSample
 import kotlinx.coroutines.Dispatchers

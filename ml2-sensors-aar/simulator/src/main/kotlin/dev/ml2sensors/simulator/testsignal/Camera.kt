@@ -3,9 +3,9 @@ package dev.ml2sensors.simulator.testsignal
 import dev.ml2sensors.message.OPTICAL_IN_BODY
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.times
+import dev.ml2sensors.simulator.signal.BufferPool
 import dev.ml2sensors.simulator.signal.Capture
 import dev.ml2sensors.simulator.signal.Signal
-import dev.ml2sensors.source.BufferPool
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample

@@ -1,4 +1,4 @@
-package dev.ml2sensors.source
+package dev.ml2sensors.simulator.signal
 
 import org.junit.jupiter.api.Test
 import java.nio.ByteBuffer

@@ -1,5 +1,7 @@
-package dev.ml2sensors.source
+package dev.ml2sensors.simulator.signal
 
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.LostSamples
 import java.nio.ByteBuffer
 import java.nio.ByteOrder
 import java.util.Collections
