@@ -54,15 +54,16 @@ DepthImages imagesIn(uint8_t *frame, uint32_t planes) {
 RenderPlan renderPlan(const DepthChoice &wanted) {
     const auto headPath = HeadPath::current();
     const auto sigma = static_cast<float>(number(Key::DepthNoise));
+    const auto sigmaOfSquare = static_cast<float>(number(Key::DepthNoiseOfSquare));
     const auto noiseSeed = static_cast<uint64_t>(number(Key::Seed)) * 16 + 8;
     const auto &stream = kDepthStreams[wanted.type];
     const auto rays = std::make_shared<Lazy<RayTable>>([] { return RayTable(lens); });
     const auto draw = [=](size_t index, uint8_t *frame) {
         const Pose camera = compose(headPath->atFrame(index, wanted.delivered_hz).head, mount(Camera::Depth));
         renderDepth(*HeadPath::scene(), rays->get(), camera, stream.range, imagesIn(frame, wanted.planes),
-                    {sigma, noiseSeed, index});
+                    {sigma, noiseSeed, index, sigmaOfSquare});
     };
-    const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) +
+    const auto inputs = headPath->inputs() + " noise=" + std::to_string(sigma) + "+" + std::to_string(sigmaOfSquare) +
                         " rate=" + std::to_string(wanted.delivered_hz) + " planes=" + std::to_string(wanted.planes);
     return {stream.name, inputs, planesIn(wanted.planes) * planeBytes(), headPath->frameCount(wanted.delivered_hz),
             draw};

@@ -21,6 +21,8 @@ std::vector<Row> plainRows() {
         {"tangential", Kind::Real, 1e-4, -0.01, 0.01, "p1 and p2 of the world cameras", true},
         {"image_noise", Kind::Real, 1, 0, 64, "standard deviation of pixels in grey levels", true},
         {"depth_noise_m", Kind::Real, 0.002, 0, 1, "standard deviation of depth in metres", true},
+        {"depth_noise_per_m", Kind::Real, 0, 0, 1, "what is added to depth_noise_m, times the square of the depth",
+         true},
         {"imu_bias", Kind::Real, 0, 0, 100, "constant bias; 1: up to 0.05 m/s^2 and 0.005 rad/s on each axis"},
         {"imu_noise", Kind::Real, 0, 0, 100, "noise; 1: standard deviations of 0.02 m/s^2, 0.002 rad/s and 3e-7 T"},
         {"mltime_offset_s", Kind::Real, 7654321.012345678, 0, 1e8, "MLTime minus CLOCK_MONOTONIC when that was 0"},

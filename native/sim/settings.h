@@ -15,6 +15,7 @@ enum class Key {
     Tangential,
     ImageNoise,
     DepthNoise,
+    DepthNoiseOfSquare,
     ImuBias,
     ImuNoise,
     MlTimeOffset,

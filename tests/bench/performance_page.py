@@ -100,6 +100,24 @@ SECTIONS = [
         ],
     ),
     Section(
+        "codecs",
+        "Compressed images",
+        "Images that the headset compresses: JPEG with quality 80, depth in whole millimetres. The "
+        "simulated pixels have noise of 2 grey levels, depth of 1 mm + 3 mm/m². The encoders take "
+        "turns on the same images.",
+        [
+            Measure("a world camera, JPEG", "world_jpeg80_mbit", "Mbit/s"),
+            Measure("an eye camera, JPEG", "eye_jpeg80_mbit", "Mbit/s"),
+            Measure("depth, `depth16`", "depth16_mbit", "Mbit/s"),
+            Measure("all streams", "all_mbit", "Mbit/s"),
+            Measure("a world image, 1016 x 1016", "world_jpeg_cpu_ms", "ms"),
+            Measure("the same by libjpeg-turbo", "world_libjpeg_turbo_ms", "ms"),
+            Measure("the same by libjpeg-turbo without vectors", "world_libjpeg_plain_ms", "ms"),
+            Measure("a depth image, 544 x 480", "depth16_cpu_ms", "ms"),
+            Measure("the same by a plain loop", "depth16_plain_loop_ms", "ms"),
+        ],
+    ),
+    Section(
         "lazy_resume",
         "Lazy streams",
         "The time from a new subscription to the first image of a paused stream.",

@@ -240,12 +240,8 @@ def competes(made: Link, over: threading.Event) -> None:
         taking.kill()
 
 
-NOISY = (
-    "--simulate",
-    "image_noise=2",
-    "--simulate",
-    "depth_noise_m=0.001,depth_noise_per_m2=0.003",
-)
+NOISE = ("image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")
+NOISY = tuple(word for key in NOISE for word in ("--simulate", key))
 LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera())
 RUNS = (
     *(Run("raw", rate, it) for rate in (300, 100, 50, 30) for it in ("cubic", "bbr")),

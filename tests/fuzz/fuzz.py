@@ -24,7 +24,7 @@ sys.path += [str(_ROOT / "host_receiver" / "test"), str(_ROOT / "tests" / "confo
 
 
 def main(target: str, arguments: list[str]) -> None:
-    with atheris.instrument_imports(include=["ml2_receiver"]):
+    with atheris.instrument_imports(include=["ml2_receiver", "ml2_tools"]):
         module = importlib.import_module(target + _SUFFIX)
 
     def read(data: bytes) -> None:

@@ -22,17 +22,18 @@ inline uint32_t scrambled(uint32_t n) {
 }
 
 ML2SIM_VECTORIZED
-void add(float *values, int count, float sigma, uint32_t seed, uint32_t first) {
+void add(float *values, int count, float sigma, float sigmaOfSquare, uint32_t seed, uint32_t first) {
     for (int i = 0; i < count; i++)
-        values[i] += sigma * nearlyGaussian(scrambled(scrambled(first + uint32_t(i)) ^ seed));
+        values[i] += (sigma + sigmaOfSquare * values[i] * values[i]) *
+                     nearlyGaussian(scrambled(scrambled(first + uint32_t(i)) ^ seed));
 }
 
 } // namespace
 
 void addNoise(float *values, int count, const Noise &noise, size_t first) {
-    if (noise.sigma == 0)
+    if (noise.sigma == 0 && noise.sigmaOfSquare == 0)
         return;
-    add(values, count, noise.sigma, uint32_t(mix(noise.seed ^ mix(noise.frame))), uint32_t(first));
+    add(values, count, noise.sigma, noise.sigmaOfSquare, uint32_t(mix(noise.seed ^ mix(noise.frame))), uint32_t(first));
 }
 
 } // namespace ml2sim

@@ -32,6 +32,7 @@ struct Noise {
     float sigma = 0;
     uint64_t seed = 0;
     uint64_t frame = 0;
+    float sigmaOfSquare = 0; ///< Added to sigma for each unit of the value's square.
 };
 
 /** One byte per pixel. `gain` 1 is normal exposure. `camera` is camera -> world and must be inside the room. */

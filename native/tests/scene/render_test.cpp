@@ -154,6 +154,16 @@ TEST(Depth, NoiseHasItsDeviationAndComesBackWithItsFrame) {
     EXPECT_NE(noisy.distance_m, next.distance_m);
 }
 
+TEST(Depth, NoiseGrowsWithTheSquareOfTheDistance) {
+    const DepthFrame exact(depthPose(0)), noisy(depthPose(0), kLongRange, {0.001f, 5, 3, 0.003f});
+    double squares = 0;
+    for (size_t i = 0; i < exact.distance_m.size(); i++) {
+        const double expected = 0.001 + 0.003 * std::pow(exact.distance_m[i], 2);
+        squares += std::pow((noisy.distance_m[i] - exact.distance_m[i]) / expected, 2);
+    }
+    EXPECT_NEAR(std::sqrt(squares / double(exact.count(kDepthValid))), 1, 0.05);
+}
+
 TEST(World, EqualArgumentsGiveEqualPixels) {
     const Pose camera = compose(Trajectory::looped(1, 10).at(2).head, mount(Camera::WorldLeft));
     EXPECT_EQ(worldImage(camera), worldImage(camera));
