@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
@@ -11,11 +11,12 @@ from rosbags.typesys import Stores, get_typestore
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
+from ml2_receiver.wire.json_body import Scalar
 from mock_device import MockDevice
 
 PREFIX = "/bench"
 CONFIG = f"/**: {{ros__parameters: {{general: {{topic_name: {PREFIX}}}}}}}".encode()
-REQUEST = {"world_left": {"stream": 0, "format": "Grayscale"}, "gyro_left": {}}
+REQUEST: Mapping[str, Mapping[str, Scalar]] = {"world_left": {"stream": 0, "format": "Grayscale"}, "gyro_left": {}}
 IMAGE = load_table().streams["world_left"].topics[0]
 IMU = load_table().streams["gyro_left"].topics[0]
 DEPTH = load_table().qos[IMAGE.qos].depth
