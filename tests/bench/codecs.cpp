@@ -1,7 +1,5 @@
 // Times the encoders of libml2sensors in turns with libjpeg-turbo or with a plain loop, on the same images.
 // Usage: codecs WORLD EYE DEPTH, files of raw pixels. Prints JSON.
-#include <jpeglib.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,6 +10,9 @@
 #include <iterator>
 #include <string>
 #include <vector>
+
+// Needs stdio before it.
+#include <jpeglib.h>
 
 #include "../../native/sdk/ml2s.h"
 

@@ -16,7 +16,10 @@ from mock_device import MockDevice
 
 PREFIX = "/bench"
 CONFIG = f"/**: {{ros__parameters: {{general: {{topic_name: {PREFIX}}}}}}}".encode()
-REQUEST: Mapping[str, Mapping[str, Scalar]] = {"world_left": {"stream": 0, "format": "Grayscale"}, "gyro_left": {}}
+REQUEST: Mapping[str, Mapping[str, Scalar]] = {
+    "world_left": {"stream": 0, "format": "Grayscale"},
+    "gyro_left": {},
+}
 IMAGE = load_table().streams["world_left"].topics[0]
 IMU = load_table().streams["gyro_left"].topics[0]
 DEPTH = load_table().qos[IMAGE.qos].depth
