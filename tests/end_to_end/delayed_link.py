@@ -54,7 +54,7 @@ class Direction:
     def deliver(self, now_s: float) -> float:
         """Delivers what is due; returns the time of the next packet."""
         while self._flying and self._flying[0][0] <= now_s:
-            with suppress(BlockingIOError):
+            with suppress(OSError):  # a device that is not up, or full, loses it as a link does
                 os.write(self.target, self._flying.popleft()[1])
         return self._flying[0][0] if self._flying else float("inf")
 
