@@ -80,6 +80,9 @@ internal class ActiveStreams(
 
     private val changes = Mutex()
     private val delivered = HashSet<StreamSpec>()
+
+    /** The streams of a recording that have begun and not ended, also while they are paused. */
+    private val unfinished = HashSet<StreamSpec>()
     private val isOver = CompletableDeferred<Unit>()
 
     /** The state of each requested stream, by id. */
@@ -278,10 +281,11 @@ internal class ActiveStreams(
     }
 
     /**
-     * Plays a stream of a recording. A failure is permanent. The recording is over when all its accepted streams have
-     * ended.
+     * Plays a stream of a recording. A failure is permanent. The recording is over when all its streams that are
+     * accepted or have begun have ended, so a paused stream keeps its rest.
      */
     private suspend fun playToItsEnd(spec: StreamSpec, play: suspend () -> Unit) {
+        changes.withLock { unfinished += spec }
         try {
             play()
         } catch (e: CancellationException) {
@@ -296,7 +300,8 @@ internal class ActiveStreams(
         }
         changes.withLock {
             delivered += spec
-            if (delivered.containsAll(accepted.keys)) isOver.complete(Unit)
+            unfinished -= spec
+            if (unfinished.isEmpty() && delivered.containsAll(accepted.keys)) isOver.complete(Unit)
         }
     }
 

@@ -3,6 +3,8 @@ package dev.ml2sensors.stream
 import app.cash.turbine.test
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.session.HostFrame
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
@@ -96,7 +98,7 @@ class RecordingTest {
     }
 
     @Test
-    fun aRecordingThatIsPausedIsNotOver() = runBlocking<Unit> {
+    fun aPausedStreamOfARecordingKeepsItsRestWhenTheOthersEnd() = runBlocking<Unit> {
         fixture.streamer.start()
         val session = fixture.session("""{"gyro_left": {}, "battery": {}}""")
         headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture, 0.0, 0.0, 0.0))
@@ -109,6 +111,12 @@ class RecordingTest {
         assertEquals(2, session.awaitData("gyro_left/imu", 2).size)
         assertEquals(StreamerState.Connected("scripted"), fixture.streamer.state.value)
         headset.end(StreamTable.gyroLeft, null)
+        headset.awaitStopped(StreamTable.gyroLeft)
+        session.configure(4, """{"gyro_left": {}, "battery": {}}""")
+        session.start(4)
+        headset.deliver(StreamTable.battery, BatterySample(firstCapture + 2, 4f, -1f, 0.5f, ChargeStatus.UNKNOWN))
+        session.awaitData("battery")
+        headset.end(StreamTable.battery, null)
         val bye = session.await(HostFrame.BYE)
         assertEquals("""{"reason":"the recording is over"}""", bye.body.decodeToString())
     }

@@ -8,6 +8,7 @@ import dev.ml2sensors.app.status.TEXT_LIMIT
 import dev.ml2sensors.app.status.byStream
 import dev.ml2sensors.app.thermal.ThermalHeadset
 import dev.ml2sensors.app.thermal.batteryCelsius
+import dev.ml2sensors.source.Headset
 import dev.ml2sensors.stream.Ml2Streamer
 import dev.ml2sensors.stream.StreamerState
 import kotlinx.coroutines.CoroutineScope
@@ -28,12 +29,16 @@ import java.io.IOException
  * Controls the headset and its one streamer. Thread-safe. Calls are carried out in order, even if the caller no longer
  * waits for them.
  */
-internal class StreamController(private val context: Context, private val settings: AppSettings) {
+internal class StreamController(
+    private val context: Context,
+    private val settings: AppSettings,
+    private val openHeadset: (Context) -> Headset = Ml2Sensors::open,
+) {
     private class Run(val streamer: Ml2Streamer, val permissions: Map<String, Boolean>, val watching: Job)
 
     private val scope = CoroutineScope(SupervisorJob() + Dispatchers.IO.limitedParallelism(1))
     private val mutex = Mutex()
-    private val headset by lazy { ThermalHeadset(Ml2Sensors.open(context)) { settings.pauseWhenHot } }
+    private val headset by lazy { ThermalHeadset(openHeadset(context)) { settings.pauseWhenHot } }
     private val mutableState = MutableStateFlow<StreamerState?>(null)
 
     @Volatile
