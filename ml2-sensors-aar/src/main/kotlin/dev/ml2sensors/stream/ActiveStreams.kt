@@ -320,7 +320,7 @@ internal class ActiveStreams(
 
             spec.modes.isNotEmpty() -> imageEncoder(spec, channels).use { encoder ->
                 val quality = values.quality.takeIf { encoder?.codec == ImageCodec.GREY_JPEG }
-                CameraPipeline(spec, channels, clock.stamps, tree, frameIds, encoder, quality).run(samples)
+                CameraPipeline(spec, channels, clock.stamps, tree, frameIds, encoder, quality, events::add).run(samples)
             }
 
             spec == StreamTable.controller -> {

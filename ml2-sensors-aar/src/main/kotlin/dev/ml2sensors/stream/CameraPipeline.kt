@@ -15,6 +15,8 @@ import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.RosCamera
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.flow.Flow
 
 /**
@@ -25,6 +27,8 @@ import kotlinx.coroutines.flow.Flow
  * @param encoder compresses the images of the source; null if they are sent as they are.
  * @param quality for [encoder]; null if its codec has none.
  * @param tree receives the poses.
+ * @param report receives how many colour images had no pose. The poses of other cameras end with the head's alone,
+ * which has events of its own.
  */
 internal class CameraPipeline(
     private val spec: StreamSpec,
@@ -34,17 +38,24 @@ internal class CameraPipeline(
     private val frameIds: FrameIds,
     private val encoder: ImageEncoder? = null,
     private val quality: Int? = null,
+    report: (Event) -> Unit = {},
 ) {
+    private val poseless =
+        if (spec.bodyFrameId == StreamTable.color.bodyFrameId) PoselessImages(spec, report) else null
     private var camera: RosCamera? = null
 
     /** Runs until [samples] end or fail. */
     suspend fun run(samples: Flow<Sample>) {
-        samples.collect { sample ->
-            when (sample) {
-                is ImageSample -> publish(sample)
-                is LostSamples -> lose(sample.count, sample.reason)
-                else -> error("$spec is a camera, but delivered $sample")
+        try {
+            samples.collect { sample ->
+                when (sample) {
+                    is ImageSample -> publish(sample)
+                    is LostSamples -> lose(sample.count, sample.reason)
+                    else -> error("$spec is a camera, but delivered $sample")
+                }
             }
+        } finally {
+            poseless?.end()
         }
     }
 
@@ -57,6 +68,7 @@ internal class CameraPipeline(
         } else {
             compressAndPublish(encoder, sample, stampNanos)
         }
+        poseless?.add(hasPose = sample.pose != null)
         if (spec.bodyFrameId != null) sample.pose?.let { tree.camera(spec, sample.captureNanos, stampNanos, it) }
     }
 

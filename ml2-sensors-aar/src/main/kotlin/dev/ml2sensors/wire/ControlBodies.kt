@@ -168,6 +168,7 @@ internal class Event(val event: String, val text: String, @SerialName("age_s") v
         const val TRACKING_NEW_SESSION = "tracking_new_session"
         const val MOUNTING_STABLE = "mounting_stable"
         const val SUSPENDED = "suspended"
+        const val IMAGES_WITHOUT_POSE = "images_without_pose"
     }
 }
 

@@ -36,6 +36,18 @@ class CameraTest {
     fun close() = fixture.close()
 
     @Test
+    fun colourImagesWithoutAPoseAreCountedInAnEvent() = runBlocking<Unit> {
+        val session = start("""{"color": {}, "world_left": {}}""")
+        repeat(30) {
+            headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, it.toLong()))
+            headset.deliver(StreamTable.color, headset.image(fixture.now, it.toLong()))
+        }
+        val event = session.await(HostFrame.EVENT).json
+        assertEquals("\"images_without_pose\"", "${event["event"]}")
+        assertEquals("\"30 images of color had no pose since the stream began\"", "${event["text"]}")
+    }
+
+    @Test
     fun imageInfoAndMetadataOfACaptureShareStampAndFrame() = runBlocking<Unit> {
         val session = start("""{"world_left": {}, "world_right": {}}""")
         val base = fixture.now
