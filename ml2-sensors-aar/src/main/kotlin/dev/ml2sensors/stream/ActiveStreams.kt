@@ -226,7 +226,8 @@ internal class ActiveStreams(
     ) {
         if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values), frameIds)
         val frameIds = frameIds
-        running[spec] = Running(values, frameIds, scope.launch { run(spec, values, frameIds) })
+        val outage = streams.stopped(spec.id)
+        running[spec] = Running(values, frameIds, scope.launch { run(spec, values, frameIds, outage) })
     }
 
     /** Reports changes of head tracking while poses are sent without `tf`, which reports them itself. */
@@ -272,12 +273,13 @@ internal class ActiveStreams(
         spec: StreamSpec,
         values: StreamValues,
         frameIds: FrameIds,
+        outage: StreamState?,
     ) {
         if (spec == StreamTable.custom) return custom.run()
         if (isRecording) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
-        StreamSupervisor.of(spec, headset) { setState(spec, it) }.run({ headset.samples(spec, values) }) {
-            pipeline(spec, values, frameIds, it)
-        }
+        val supervisor =
+            StreamSupervisor.of(spec, headset, clock.stamps::isFuture, outage) { setState(spec, it) }
+        supervisor.run({ headset.samples(spec, values) }) { pipeline(spec, values, frameIds, it) }
     }
 
     /**

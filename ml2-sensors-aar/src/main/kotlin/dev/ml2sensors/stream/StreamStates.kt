@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.channels.Channel
@@ -28,9 +29,15 @@ internal class StreamStates(private val headset: Headset) {
             changes.trySend(Unit)
         }
 
-    /** Sets the states to [answers]; streams that are [running] keep theirs. */
+    /**
+     * Sets the states to [answers]. Streams that are [running] keep theirs, and an accepted stream that waits does so
+     * until it delivers.
+     */
     fun setAnswers(answers: Map<String, Answer>, running: Set<StreamSpec>) {
-        stopped.keys.retainAll(running.map { it.id }.toSet())
+        val kept = running.map { it.id }.toSet()
+        stopped.entries.removeIf { (id, state) ->
+            id !in kept && (state !is StreamState.Waiting || answers[id]?.acceptedValues == null)
+        }
         available = emptySet()
         setStates(answers.mapValues { (_, answer) -> answer.toState() })
     }
@@ -39,6 +46,9 @@ internal class StreamStates(private val headset: Headset) {
         answered = states
         publish()
     }
+
+    /** Returns the state of the stream [id] if it has stopped. */
+    fun stopped(id: String): StreamState? = stopped[id]
 
     /** Sets the stopped [state] of the stream [id]; null means that it runs again. */
     fun setStopped(id: String, state: StreamState?) {

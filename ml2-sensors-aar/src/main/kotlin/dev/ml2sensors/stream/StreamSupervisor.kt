@@ -30,6 +30,8 @@ import kotlin.time.TimeSource
  * stream may be silent for any time.
  * @param isHeld returns true while the headset holds the stream, which it tells by itself.
  * @param sleepReason returns [Headset.sleepReason]; meanwhile a silent stream waits and is not opened again.
+ * @param isFuture returns true for a capture time so far ahead of the headset's clock that no message is made of it.
+ * @param outage the state of the stream before, if it had stopped.
  * @param onState receives [StreamState.Waiting] or [StreamState.Refused] when the stream stops and when the reason
  * changes, and null when a sample was processed again.
  */
@@ -38,17 +40,19 @@ internal class StreamSupervisor(
     private val isHeld: () -> Boolean = { false },
     private val sleepReason: () -> String? = { null },
     private val time: TimeSource = TimeSource.Monotonic,
+    private val isFuture: (captureNanos: Long) -> Boolean = { false },
+    outage: StreamState? = null,
     private val onState: suspend (StreamState?) -> Unit,
 ) {
     private val backOff = BackOff(time, SHORTEST, LONGEST)
     private val reporting = Mutex()
     private var deliversSince: TimeMark? = null
-    private var untrackedSince: TimeMark? = null
+    private var uselessSince: TimeMark? = null
     private var isSettled = false
 
     // Written by the collector or the watchdog, read by both
     @Volatile
-    private var outage: StreamState? = null
+    private var outage: StreamState? = outage
 
     @Volatile
     private var alive: TimeMark = time.markNow()
@@ -57,7 +61,7 @@ internal class StreamSupervisor(
     suspend fun run(open: () -> Flow<Sample>, collect: suspend (Flow<Sample>) -> Unit): Nothing {
         while (true) {
             deliversSince = null
-            untrackedSince = null
+            uselessSince = null
             isSettled = false
             backOff.begin()
             val cause = try {
@@ -111,8 +115,9 @@ internal class StreamSupervisor(
     private suspend fun delivered(sample: Sample) {
         if (sample is LostSamples) return
         alive = time.markNow()
-        if (sample is PoseSample && sample.pose == null) return untracked()
-        untrackedSince = null
+        if (sample is PoseSample && sample.pose == null) return useless(UNTRACKED)
+        if (isFuture(sample.captureNanos)) return useless(FUTURE)
+        uselessSince = null
         if (isSettled && outage == null) return
         val since = deliversSince ?: time.markNow().also { deliversSince = it }
         report(null)
@@ -121,10 +126,10 @@ internal class StreamSupervisor(
         backOff.succeeded()
     }
 
-    /** A pose that is not tracked is no message, though its source is alive. */
-    private suspend fun untracked() {
-        val since = untrackedSince ?: time.markNow().also { untrackedSince = it }
-        if (longestPause != null && since.elapsedNow() >= longestPause) report(StreamState.Waiting(UNTRACKED))
+    /** Reports that a source that is alive delivers nothing of which a message is made, once that lasts. */
+    private suspend fun useless(reason: String) {
+        val since = uselessSince ?: time.markNow().also { uselessSince = it }
+        if (longestPause != null && since.elapsedNow() >= longestPause) report(StreamState.Waiting(reason))
     }
 
     private suspend fun report(now: StreamState?): Unit = reporting.withLock {
@@ -135,19 +140,27 @@ internal class StreamSupervisor(
 
     companion object {
         /** Returns a supervisor of [stream] with the pause of its row and the holds of [headset]. */
-        fun of(stream: StreamSpec, headset: Headset, onState: suspend (StreamState?) -> Unit): StreamSupervisor =
-            StreamSupervisor(
-                stream.longestPauseSeconds?.seconds,
-                isHeld = { stream.id in headset.holds },
-                sleepReason = { headset.sleepReason },
-                onState = onState,
-            )
+        fun of(
+            stream: StreamSpec,
+            headset: Headset,
+            isFuture: (captureNanos: Long) -> Boolean = { false },
+            outage: StreamState? = null,
+            onState: suspend (StreamState?) -> Unit,
+        ): StreamSupervisor = StreamSupervisor(
+            stream.longestPauseSeconds?.seconds,
+            isHeld = { stream.id in headset.holds },
+            sleepReason = { headset.sleepReason },
+            isFuture = isFuture,
+            outage = outage,
+            onState = onState,
+        )
 
         private val SHORTEST = 200.milliseconds
         private val LONGEST = 5.seconds
 
         /** A camera of the platform may take seconds to open. */
         private val OPENING = 6.seconds
+        private const val FUTURE = "its capture times are more than a second ahead of the headset's clock"
         private const val UNTRACKED = "tracking is lost: the headset delivers no pose"
     }
 }

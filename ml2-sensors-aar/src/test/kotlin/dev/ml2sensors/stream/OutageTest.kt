@@ -55,15 +55,27 @@ class OutageTest {
     }
 
     @Test
-    fun otherValuesAreTriedAtOnceWhileItWaits() = runBlocking<Unit> {
+    fun otherValuesAreTriedAtOnceAndTheStreamWaitsUntilItDelivers() = runBlocking<Unit> {
         val session = start("""{"depth": {"update_rate": 5}}""")
         headset.end(StreamTable.depth, IOException("unplugged"))
         session.awaitState("depth", """{"state":"waiting","reason":"IOException: unplugged"}""")
         session.configure(2, """{"depth": {"update_rate": 30}}""")
-        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["depth"])
+        assertEquals(StreamState.Waiting("IOException: unplugged"), fixture.streamer.streams.value["depth"])
         session.start(2)
         headset.deliver(StreamTable.depth, headset.image(fixture.now))
         session.awaitData("depth/image_raw")
+        session.awaitState("depth", """{"state":"running"}""")
+        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["depth"])
+    }
+
+    @Test
+    fun aStreamThatIsNoLongerRequestedHasNoStateThatItKeeps() = runBlocking<Unit> {
+        val session = start("""{"depth": {}}""")
+        headset.end(StreamTable.depth, IOException("unplugged"))
+        session.awaitState("depth", """{"state":"waiting","reason":"IOException: unplugged"}""")
+        session.configure(2, "{}")
+        session.configure(3, """{"depth": {}}""")
+        assertIs<StreamState.Accepted>(fixture.streamer.streams.value["depth"])
     }
 
     @Test

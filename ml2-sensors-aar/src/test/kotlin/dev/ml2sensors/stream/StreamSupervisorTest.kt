@@ -42,6 +42,7 @@ class StreamSupervisorTest {
     private var collected = 0
     private var isHeld = false
     private var sleepReason: String? = null
+    private var isFuture = false
 
     @Test
     fun aSourceThatFailsOnceComesBack() = runTest {
@@ -255,6 +256,26 @@ class StreamSupervisorTest {
     }
 
     @Test
+    fun captureTimesInTheFutureAreToldAndTheSourceStaysOpen() = runTest {
+        isFuture = true
+        supervise(longestPause = 2.seconds) {
+            while (true) {
+                emit(SAMPLE)
+                delay(10.milliseconds)
+            }
+        }
+        advanceTimeBy(1.seconds)
+        assertEquals(emptyList(), told)
+        advanceTimeBy(10.seconds)
+        val reason = StreamState.Waiting("its capture times are more than a second ahead of the headset's clock")
+        assertEquals<List<StreamState?>>(listOf(reason), told)
+        isFuture = false
+        advanceTimeBy(1.seconds)
+        assertEquals<List<StreamState?>>(listOf(reason, null), told)
+        assertEquals(1, begins.size)
+    }
+
+    @Test
     fun stoppedWhileItWaitsItIsNotOpenedAgain() = runTest {
         val job = supervise { throw IOException("gone") }
         runCurrent()
@@ -273,7 +294,8 @@ class StreamSupervisorTest {
             begins += currentTime.milliseconds
             source(begins.size)
         }
-        StreamSupervisor(longestPause, { isHeld }, { sleepReason }, testScheduler.timeSource) { told += it }
+        val time = testScheduler.timeSource
+        StreamSupervisor(longestPause, { isHeld }, { sleepReason }, time, { isFuture }) { told += it }
             .run(::open) { samples -> samples.collect { process(it) } }
     }
 
