@@ -11,6 +11,7 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
 import org.junit.After
+import org.junit.Before
 import org.junit.Test
 import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
@@ -40,6 +41,9 @@ class ColorNegotiationTest {
         Camera2Source(cameraManager, { null }, workers = EncoderThreads(2), encoder = encoder, encoderSpeed = speed)
     }
     private val wanted = StreamValues(stream = 0, width = 1920, height = 1080, rateHz = 30, format = "jpeg")
+
+    @Before
+    fun loadSlots() = NativeSlots.load()
 
     @After
     fun close() = source.close()
