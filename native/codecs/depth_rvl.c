@@ -108,7 +108,7 @@ static uint32_t run_in_row(const uint8_t *pixels, uint32_t left, bool are_zeros)
             while (like < 4 && is_like[like]) {
                 like++;
             }
-            return i + like < left ? i + like : left;
+            return i + like; // Not beyond the row, whose missing lanes are 0.
         }
     }
     return left;

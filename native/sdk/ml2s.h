@@ -354,7 +354,7 @@ ML2S_API ml2s_result ml2s_most_encoded_bytes(const ml2s_image *image, uint64_t *
 
 /**
  * Encodes an image into output and returns the number of bytes written. output must not overlap the image, has at least
- * the size of ml2s_most_encoded_bytes and needs no alignment. Uses no other memory than these and 24 KiB of stack.
+ * the size of ml2s_most_encoded_bytes and needs no alignment. Uses no other memory than these and 4 KiB of stack.
  * Thread-safe; it does not block. After a failure, ML2S_INVALID_ARGUMENT, output is unchanged.
  */
 ML2S_API ml2s_result ml2s_encode(const ml2s_image *image, ml2s_memory output, uint64_t *size_bytes, ml2s_error *error);
