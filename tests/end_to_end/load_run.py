@@ -45,7 +45,12 @@ _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 @dataclass(frozen=True)
 class Host:
-    """Where a process runs: the words before its command, and its address."""
+    """A host that runs processes.
+
+    Attributes:
+        prefix: the words before each command, which run it on the host; empty for this machine.
+        address: the host's address, as the other host reaches it.
+    """
 
     prefix: tuple[str | Path, ...] = ()
     address: str = "127.0.0.1"

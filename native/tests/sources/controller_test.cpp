@@ -2,26 +2,15 @@
 #include <cmath>
 
 #include "eyes_and_hands.h"
-#include "ml2sim.h"
-#include "sensor.h"
+#include "leak_check.h"
 
 namespace {
 
 const auto kPose = settingsOf(ML2S_SENSOR_CONTROLLER, ML2S_STREAM_BIT(ML2S_STREAM_CONTROLLER));
 const auto kInput = settingsOf(ML2S_SENSOR_CONTROLLER_INPUT, ML2S_STREAM_BIT(ML2S_STREAM_CONTROLLER_JOY));
 
-class Controller : public testing::Test {
+class Controller : public LeakCheck {
   protected:
-    void SetUp() override { ml2sim_reset(); }
-    void TearDown() override {
-        ml2sim_counters counters;
-        ml2sim_get_counters(&counters);
-        EXPECT_STREQ(counters.last_misuse, "");
-        EXPECT_EQ(counters.open_handles + counters.outstanding_snapshots, 0u);
-    }
-
-    static void set(const char *key, const char *value) { ASSERT_EQ(ml2sim_set(key, value), nullptr); }
-
     /** Once tracking has begun. */
     static ml2s_pose tracked(Sensor &sensor) {
         auto pose = sensor.pollPose();

@@ -2,26 +2,15 @@
 #include <cmath>
 
 #include "eyes_and_hands.h"
-#include "ml2sim.h"
-#include "sensor.h"
+#include "leak_check.h"
 
 using ml2sim::Pose;
 using ml2sim::Side;
 
 namespace {
 
-class Wearer : public testing::Test {
+class Wearer : public LeakCheck {
   protected:
-    void SetUp() override { ml2sim_reset(); }
-    void TearDown() override {
-        ml2sim_counters counters;
-        ml2sim_get_counters(&counters);
-        EXPECT_STREQ(counters.last_misuse, "");
-        EXPECT_EQ(counters.open_handles + counters.outstanding_snapshots, 0u);
-    }
-
-    static void set(const char *key, const char *value) { ASSERT_EQ(ml2sim_set(key, value), nullptr); }
-
     /** Once tracking has begun. */
     static std::vector<ml2s_pose> poll(Sensor &sensor, uint32_t capacity) {
         std::vector<ml2s_pose> poses(capacity, sized<ml2s_pose>());

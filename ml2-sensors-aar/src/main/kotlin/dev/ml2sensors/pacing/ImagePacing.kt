@@ -16,7 +16,7 @@ internal class ImagePacing(
 ) {
     private val rate = ImageRate(nanoTime())
 
-    /** Of the lane whose turn it is; lanes take turns in the order in which they came. */
+    /** The lane that holds this lock writes. Lanes get it in the order in which they asked. */
     private val turn = ReentrantLock(true)
     private var nextNanos = nanoTime()
 
@@ -91,7 +91,7 @@ internal class ImagePacing(
         const val SLICE_BYTES: Int = 16 * 1024
         private const val NANOS_PER_SECOND = 1e9
 
-        /** What may be written at once after a pause. */
+        /** After a pause, a lane may write at once what the rate allows in this time. */
         private const val BURST_NANOS = 1_000_000L
         private const val LONGEST_PARK_NANOS = 5_000_000L
         private const val HOLD_POLL_NANOS = 500_000L

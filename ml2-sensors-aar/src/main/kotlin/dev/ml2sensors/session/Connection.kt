@@ -82,7 +82,7 @@ internal class Connection private constructor(
         /** DSCP 48 in the upper six bits, RFC 2474. */
         private const val CS6 = 48 shl 2
 
-        /** What a link of 10 Mbit/s delivers in 50 ms; what waits beyond it is written together. */
+        /** A link of 10 Mbit/s delivers this in 50 ms. Small frames that do not fit wait, and are written together. */
         private const val URGENT_SEND_BUFFER_BYTES = 64 * 1024
 
         /** A quarter of a raw world camera frame. */

@@ -7,7 +7,6 @@ import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
-import java.nio.ByteBuffer
 
 /**
  * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
@@ -84,12 +83,51 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
      */
     suspend fun sendThrough(writer: FrameWriter) {
         hasSession.value = true
-        val sending = Sending(writer)
+        val batch = ArrayList<OutgoingFrame>()
+        var next: OutgoingFrame? = null
         try {
-            for (frame in queue) sending.send(frame)
+            while (true) {
+                batch += next ?: queue.receiveCatching().getOrNull() ?: return
+                next = fill(batch)
+                write(batch, writer)
+            }
         } finally {
             hasSession.value = false
+            next?.drop(DropReason.LINK_DOWN)
             dropQueued()
+        }
+    }
+
+    /** Adds the waiting frames that can be written together with the one in [batch]; returns the first that cannot. */
+    private fun fill(batch: MutableList<OutgoingFrame>): OutgoingFrame? {
+        val first = batch.single()
+        if (first.data != null) return null
+        var bytes = first.head.remaining()
+        while (true) {
+            val next = queue.tryReceive().getOrNull() ?: return null
+            bytes += next.head.remaining()
+            if (next.data != null || bytes > FrameWriter.TOGETHER_BYTES) return next
+            batch += next
+        }
+    }
+
+    /** Writes the frames of [batch], counts each as sent or dropped, and empties it. */
+    private suspend fun write(batch: MutableList<OutgoingFrame>, writer: FrameWriter) {
+        var sent = 0
+        try {
+            writingSinceNanos = System.nanoTime()
+            blockingIo {
+                if (batch.size == 1) {
+                    writer.write(batch[0].head, batch[0].data)
+                    sent++
+                } else {
+                    writer.writeTogether(batch.map { it.head }) { sent++ }
+                }
+            }
+        } finally {
+            writingSinceNanos = 0
+            batch.forEachIndexed { i, frame -> if (i < sent) frame.sent() else frame.drop(DropReason.LINK_DOWN) }
+            batch.clear()
         }
     }
 
@@ -101,61 +139,6 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
     /** Drops the queued frames. */
     fun dropQueued() {
         while (true) (queue.tryReceive().getOrNull() ?: return).drop(DropReason.LINK_DOWN)
-    }
-
-    /** What is sent at a time: an image, or small frames. */
-    private inner class Sending(private val writer: FrameWriter) {
-        private val frames = ArrayList<OutgoingFrame>()
-        private val heads = ArrayList<ByteBuffer>()
-
-        /** Sends [first], and the small frames that wait behind it. */
-        suspend fun send(first: OutgoingFrame) {
-            var next: OutgoingFrame? = first
-            while (next != null) {
-                val rest = take(next)
-                next = rest
-                try {
-                    write()
-                } catch (e: Throwable) {
-                    rest?.drop(DropReason.LINK_DOWN)
-                    throw e
-                }
-            }
-        }
-
-        /** Takes [first] and what can be written with it; returns the next frame if that cannot. */
-        private fun take(first: OutgoingFrame): OutgoingFrame? {
-            frames += first
-            if (first.data != null) return null
-            var bytes = first.head.remaining()
-            while (true) {
-                val next = queue.tryReceive().getOrNull() ?: return null
-                bytes += next.head.remaining()
-                if (next.data != null || bytes > FrameWriter.TOGETHER_BYTES) return next
-                frames += next
-            }
-        }
-
-        private suspend fun write() {
-            var sent = 0
-            try {
-                writingSinceNanos = System.nanoTime()
-                blockingIo {
-                    if (frames.size == 1) {
-                        writer.write(frames[0].head, frames[0].data)
-                        sent++
-                    } else {
-                        frames.mapTo(heads) { it.head }
-                        writer.writeTogether(heads) { sent++ }
-                    }
-                }
-            } finally {
-                writingSinceNanos = 0
-                frames.forEachIndexed { i, frame -> if (i < sent) frame.sent() else frame.drop(DropReason.LINK_DOWN) }
-                frames.clear()
-                heads.clear()
-            }
-        }
     }
 
     private companion object {

@@ -1,12 +1,9 @@
 package dev.ml2sensors.clock
 
+import dev.ml2sensors.report
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
-import kotlinx.serialization.json.Json
 import org.junit.jupiter.api.Test
-import java.nio.file.Path
-import kotlin.io.path.createDirectories
-import kotlin.io.path.writeText
 import kotlin.math.abs
 import kotlin.random.Random
 import kotlin.test.assertTrue
@@ -18,7 +15,8 @@ class ClockScenarioTest {
         val results = VirtualNetwork.all.flatMap { network ->
             listOf(0, 50, -50).flatMap { ppm -> listOf(0L, 1L, -1L).map { play(network(Random(7)), ppm, it) } }
         }
-        report(results)
+        println("network                  ppm step  max us  p99 us  claimed us  claimed/true  coverage  seen after s")
+        report("clock.json", results)
         for (it in results) {
             assertTrue(it.coverage >= 0.99, "$it: within the claim")
             assertTrue(it.detectionSeconds <= 1.0, "$it: the step is seen")
@@ -66,14 +64,6 @@ class ClockScenarioTest {
             (detected - stepAt) * 1e-9,
             "half the asymmetry, 1 ms".takeIf { network.name.startsWith("asymmetric") },
         )
-    }
-
-    private fun report(results: List<ScenarioResult>) {
-        println("network                  ppm step  max us  p99 us  claimed us  claimed/true  coverage  seen after s")
-        for (it in results) println(it)
-        val file = Path.of(System.getProperty("basedir"), "..", "build", "reports", "clock.json")
-        file.parent.createDirectories()
-        file.writeText(Json { prettyPrint = true }.encodeToString(results))
     }
 
     private companion object {

@@ -1,12 +1,9 @@
 package dev.ml2sensors.pacing
 
+import dev.ml2sensors.report
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
-import kotlinx.serialization.json.Json
 import org.junit.jupiter.api.Test
-import java.nio.file.Path
-import kotlin.io.path.createDirectories
-import kotlin.io.path.writeText
 import kotlin.math.max
 import kotlin.math.min
 import kotlin.test.assertTrue
@@ -44,13 +41,6 @@ class LinkScenarioTest {
             assertTrue(it.use > 0.75, "$it: use")
             assertTrue(it.settledSeconds < 5, "$it: settled")
         }
-    }
-
-    private fun report(name: String, results: List<ScenarioResult>) {
-        for (it in results) println(it)
-        val file = Path.of(System.getProperty("basedir"), "..", "build", "reports", name)
-        file.parent.createDirectories()
-        file.writeText(Json { prettyPrint = true }.encodeToString(results))
     }
 }
 

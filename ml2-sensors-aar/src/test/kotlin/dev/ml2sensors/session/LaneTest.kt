@@ -61,31 +61,33 @@ class LaneTest {
 
     @Test
     fun smallFramesThatWaitAreWrittenTogetherAndImagesAlone() = runBlocking<Unit> {
-        val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
-        val sender = send(long)
-        long.offer(smallFrame(8))
-        kernel.awaitEntered()
-        repeat(3) { long.offer(smallFrame(8)) }
-        long.offer(frame())
-        repeat(2) { long.offer(smallFrame(8)) }
-        kernel.open(4)
-        long.finish()
-        sender.join()
+        writeBehindASmallFrame(writes = 4) { long ->
+            repeat(3) { long.offer(smallFrame(8)) }
+            long.offer(frame())
+            repeat(2) { long.offer(smallFrame(8)) }
+        }
         assertEquals(listOf(listOf(0), listOf(1, 2, 3), listOf(4), listOf(5, 6)), kernel.writes)
         assertEquals(7, counters.snapshot().sent)
     }
 
-    @Test
-    fun noMoreIsWrittenTogetherThanOneRecordOfTlsTakes() = runBlocking<Unit> {
+    /** Offers frames while a small one is being written, and returns after [writes] writes. */
+    private suspend fun CoroutineScope.writeBehindASmallFrame(writes: Int, offer: suspend (Lane) -> Unit) {
         val long = Lane("test", QueueSpec(64), suspendsWhenFull = false)
         val sender = send(long)
         long.offer(smallFrame(8))
         kernel.awaitEntered()
-        repeat(9) { long.offer(smallFrame(4096 - FrameHeader.BYTES)) }
-        long.offer(smallFrame(60_000))
-        kernel.open(5)
+        offer(long)
+        kernel.open(writes)
         long.finish()
         sender.join()
+    }
+
+    @Test
+    fun noMoreIsWrittenTogetherThanOneRecordOfTlsTakes() = runBlocking<Unit> {
+        writeBehindASmallFrame(writes = 5) { long ->
+            repeat(9) { long.offer(smallFrame(4096 - FrameHeader.BYTES)) }
+            long.offer(smallFrame(60_000))
+        }
         assertEquals(listOf(listOf(0), (1..4).toList(), (5..8).toList(), listOf(9), listOf(10)), kernel.writes)
     }
 

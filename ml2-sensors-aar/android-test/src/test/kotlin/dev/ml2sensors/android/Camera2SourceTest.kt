@@ -99,10 +99,7 @@ class Camera2SourceTest {
 
     @Test
     fun withTheVendorsTagsTimePoseAndIntrinsicsAreThoseOfTheCentreOfExposure() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        poses.isThere = true
-        copies().test {
-            val camera = rig.awaitRunning()
+        withPoses { camera ->
             val floats = floatArrayOf(1280f, 960f, 901f, 902f, 641f, 481f, 70f, .1f, .2f, .3f, .4f, .5f)
             val tags = mapOf(
                 "com.amd.control.cvip_timestamps" to longArrayOf(100, 200, 300, 400),
@@ -120,7 +117,6 @@ class Camera2SourceTest {
                 .5f.toDouble(),
             )
             assertEquals(Intrinsics(640, 480, 450.5, 451.0, 320.5, 240.5, lens), sample.intrinsics)
-            cancel()
         }
         assertEquals(setOf("ml2s-camera-1"), poses.threads.toSet(), "one thread for the tracker's life")
         assertEquals(listOf("open", "capture", "pose", "close"), poses.calls)
@@ -177,10 +173,7 @@ class Camera2SourceTest {
 
     @Test
     fun withoutTheVendorsTagsTheTimeIsThatOfCamera2AndNothingIsInvented() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        poses.isThere = true
-        copies().test {
-            val camera = rig.awaitRunning()
+        withPoses { camera ->
             with(rig) {
                 camera.image(FakeImage.jpeg(device.monotonicNanos - 20_000_000, byteArrayOf(1)))
                 camera.result(device.monotonicNanos - 20_000_000, exposureNanos = 8_000_000)
@@ -189,7 +182,6 @@ class Camera2SourceTest {
             assertEquals(device.bootNanos - 20_000_000 + 4_000_000, sample.captureNanos)
             assertNull(sample.pose)
             assertNull(sample.intrinsics)
-            cancel()
         }
         assertEquals(ClockDomain.MONOTONIC, bases.value[StreamTable.color])
     }
@@ -439,10 +431,7 @@ class Camera2SourceTest {
 
     @Test
     fun aTrackerThatFailsIsOpenedAgain() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        poses.isThere = true
-        copies().test {
-            val camera = rig.awaitRunning()
+        withPoses { camera ->
             suspend fun next(): ImageSample {
                 device.monotonicNanos += SECOND / 30
                 camera.capture(CENTRE)
@@ -455,7 +444,6 @@ class Camera2SourceTest {
             assertNull(next().pose, "not asked again yet")
             device.monotonicNanos += SECOND
             assertEquals(FakePoses.poseAt(200), next().pose)
-            cancel()
         }
         assertEquals(listOf("open", "close", "open", "close"), poses.calls.filter { it == "open" || it == "close" })
     }
@@ -518,6 +506,16 @@ class Camera2SourceTest {
         }
         assertTrue(CameraRig.opened.isClosed)
         assertEquals(emptyList(), source.samples(StreamTable.color, values).toList())
+    }
+
+    /** Runs [test] with a running camera whose images have poses. */
+    private suspend fun withPoses(test: suspend ReceiveTurbine<Any>.(CameraRig.Running) -> Unit) {
+        rig.add("1", listOf(JPEG))
+        poses.isThere = true
+        copies().test {
+            test(rig.awaitRunning())
+            cancel()
+        }
     }
 
     private fun copies(stream: StreamSpec = StreamTable.color, values: StreamValues = this.values): Flow<Any> =

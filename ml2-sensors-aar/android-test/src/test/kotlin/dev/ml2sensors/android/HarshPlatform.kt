@@ -64,7 +64,7 @@ internal class HarshPlatform(private val app: Application) {
     }
 
     /**
-     * What a camera does instead of a good frame.
+     * A bad frame: the camera delivers this in place of a good one.
      *
      * @property isAnswered false if the product cannot know that nothing more comes of it.
      */

@@ -127,7 +127,7 @@ class HarshTest {
         const val WARM_UP = 4
         const val MOST_TICKS_BETWEEN = 6
 
-        /** What only a finalizer or a cleaner reaches is free after another collection. */
+        /** An object with a finalizer or a cleaner is freed by the collection after the one that finds it. */
         const val COLLECTIONS = 3
 
         /** Ten seconds. */
