@@ -1,4 +1,5 @@
 // The controller against the simulated headset.
+#include <chrono>
 #include <cmath>
 
 #include "eyes_and_hands.h"
@@ -74,8 +75,12 @@ TEST_F(Controller, ButtonsTriggerAndTouchpadAreThoseOfTheInstant) {
     Sensor sensor(kInput);
     uint32_t polls[2] = {0, 0};
     while (!polls[0] || !polls[1]) { // half a second
+        const auto start = std::chrono::steady_clock::now();
         const auto input = sensor.pollInput();
         ASSERT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
+        if (std::chrono::steady_clock::now() - start > std::chrono::milliseconds(5)) {
+            continue; // On a busy machine, the state can be read long before the time.
+        }
         const auto truth = ml2sim::controllerInputAt(input.device_nanos);
         const auto before = ml2sim::controllerInputAt(input.device_nanos - 20000000);
         if (truth.bumper != before.bumper) {
