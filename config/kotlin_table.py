@@ -1,9 +1,9 @@
 """The stream table as Kotlin source."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from ml2_receiver.table.stream_table import CustomTopics, Mode, Stream, StreamTable, Topic
+from ml2_receiver.table.stream_table import Adaptation, CustomTopics, Mode, Stream, StreamTable, Topic
 from ml2_receiver.wire.json_body import Scalar
 from stream_summary import stream_summary
 
@@ -68,6 +68,14 @@ public object StreamTable {{
 
 {"\n\n".join(properties)}
 
+    /** The order in which images give way to the link. */
+    internal val adaptation: AdaptationSpec =
+        {_adaptation(table.adaptation).render(_INDENT * 2)}
+
+    /** The size of a JPEG by its quality, relative to that at quality 80. */
+    internal val jpegSizes: Map<Int, Double> =
+        {_sizes(table.image_sizes.jpeg_by_quality).on_one_line()}
+
     /** The rules for topics of [{_camel(custom.stream)}]. */
     internal val customTopics: CustomTopicsSpec =
         {_custom(custom)}
@@ -80,6 +88,20 @@ public object StreamTable {{
     public fun byId(id: String): StreamSpec? = all.firstOrNull {{ it.id == id }}
 }}
 """
+
+
+def _adaptation(adaptation: Adaptation) -> Call:
+    groups = (_list(map(_text, group)) for group in adaptation.streams)
+    return _call(
+        "AdaptationSpec",
+        streams=_list(groups),
+        qualities=_list(map(str, adaptation.quality)),
+        ratesHz=_list(map(str, adaptation.rate_hz)),
+    )
+
+
+def _sizes(by_quality: Mapping[int, float]) -> Call:
+    return Call("mapOf", tuple(f"{it} to {float(size)}" for it, size in by_quality.items()))
 
 
 def _custom(custom: CustomTopics) -> str:

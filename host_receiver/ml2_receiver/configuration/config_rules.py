@@ -11,6 +11,9 @@ from ..table.stream_table import CAMERA_KEYS, Key, Mode, Section
 from ..wire.json_body import Scalar
 from .parameter_file import Parameter, expected_one_of
 
+# The values of a key of type "link" beside numbers.
+LINK_WORDS = ("auto", "fixed")
+
 type Parameters = Mapping[str, Parameter]
 type Values = Mapping[str, Scalar]
 
@@ -59,6 +62,14 @@ def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict
             if _accepts(value, key):
                 values[name] = value
     return values
+
+
+def mbit_per_s(text: str) -> float | None:
+    """Returns the number in a value of type "link", which is text as a ROS parameter."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def camera_problems(section: Section, parameters: Parameters, values: Values) -> Iterator[Problem]:
@@ -115,6 +126,11 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
             if isinstance(value, bool) or not isinstance(value, int | float):
                 return False
             return _is_within(value, key)
+        case "link":
+            if isinstance(value, str) and value not in LINK_WORDS:
+                value = mbit_per_s(value)
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            return value in LINK_WORDS or (is_number and 0 < value <= sys.float_info.max)
         case "file":
             return isinstance(value, str) and value.isprintable()
         case "topic":
@@ -137,6 +153,8 @@ def expected(key: Key) -> str:
             return f"a whole number from {key.minimum:g} to {key.maximum:g}"
         case "number":
             return "a number" if key.minimum is None else f"a number of at least {key.minimum}"
+        case "link":
+            return f"{', '.join(LINK_WORDS)}, or a number of Mbit/s above 0"
         case "file":
             return "the name of a file, or nothing"
         case "topic":

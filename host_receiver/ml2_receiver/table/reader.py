@@ -13,8 +13,10 @@ from ..wire.json_body import Scalar
 from .stream_table import (
     CAMERA_KEYS,
     MESSAGE_TYPE,
+    Adaptation,
     Condition,
     CustomTopics,
+    ImageSizes,
     Key,
     Lane,
     Mode,
@@ -29,7 +31,7 @@ from .stream_table import (
 
 Row = Mapping[str, Any]
 
-_KEY_TYPES = ("bool", "file", "integer", "number", "topic")
+_KEY_TYPES = ("bool", "file", "integer", "link", "number", "topic")
 
 
 @functools.cache
@@ -66,6 +68,8 @@ def read_table(document: Row) -> StreamTable:
                 for stream in streams.values()
                 if any(topic.lane == stream.id for topic in stream.topics)
             ),
+            adaptation=_adaptation(document["adaptation"], streams),
+            image_sizes=_image_sizes(document["image_sizes"], sections),
             custom_topics=_custom_topics(document["custom_topics"], document),
             receiver_topics=tuple(ReceiverTopic(**row) for row in document["receiver_topics"]),
             world_frame=document["frames"]["world"],
@@ -220,6 +224,26 @@ def _custom_topics(row: Row, document: Row) -> CustomTopics:
     _one_of("lane", row["lane"], document["lanes"])
     _one_of("qos", row["qos"], document["qos"])
     return CustomTopics(**row)
+
+
+def _adaptation(row: Row, streams: Collection[str]) -> Adaptation:
+    groups = tuple(tuple(group) for group in row["streams"])
+    for id in (id for group in groups for id in group):
+        _one_of("adaptation", id, streams)
+    steps = {name: tuple(row[name]) for name in ("quality", "rate_hz")}
+    for name, values in steps.items():
+        if sorted(values, reverse=True) != list(values) or min(values) < 1:
+            raise ValueError(f"adaptation: expected {name} above 0 that falls, found {values}")
+    return Adaptation(groups, **steps)
+
+
+def _image_sizes(row: Row, sections: Mapping[str, Section]) -> ImageSizes:
+    bits, by_quality = row["bits_per_pixel"], row["jpeg_by_quality"]
+    sizes = ImageSizes(MappingProxyType(dict(bits)), MappingProxyType(dict(by_quality)))
+    modes = [mode for section in sections.values() for mode in section.modes]
+    for format in {format for mode in modes for format in mode.formats}:
+        _one_of("image_sizes", format, sizes.bits_per_pixel)
+    return sizes
 
 
 def _topic_condition(when: Row, row: Row) -> Condition:

@@ -111,6 +111,31 @@ class CustomTopics:
 
 
 @dataclass(frozen=True)
+class Adaptation:
+    """The order in which images give way to the link.
+
+    `quality` of JPEG is lowered in these steps, then `rate_hz`. In each of them the groups of
+    `streams` go one after another.
+    """
+
+    streams: tuple[tuple[str, ...], ...]
+    quality: tuple[int, ...]
+    rate_hz: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ImageSizes:
+    """The sizes of images, for forecasts.
+
+    `bits_per_pixel` is by format, that of JPEG at quality 80. `jpeg_by_quality` is the size of a
+    JPEG relative to that at 80, for some qualities from 1 to 100.
+    """
+
+    bits_per_pixel: Mapping[str, float]
+    jpeg_by_quality: Mapping[int, float]
+
+
+@dataclass(frozen=True)
 class ReceiverTopic:
     """A topic the receiver publishes itself; `name` is relative to the prefix."""
 
@@ -137,7 +162,7 @@ class Mode:
 class Key:
     """One key of a section.
 
-    `type` is "bool", "file", "integer", "number", "text" or "topic". A number lies between
+    `type` is "bool", "file", "integer", "link", "number", "text" or "topic". A number lies between
     `minimum` and `maximum`. A `read_only` key cannot change while the receiver runs.
     """
 
@@ -197,6 +222,8 @@ class StreamTable:
     qos: Mapping[str, Qos]
     lanes: Mapping[str, Lane]
     image_lanes: tuple[str, ...]
+    adaptation: Adaptation
+    image_sizes: ImageSizes
     custom_topics: CustomTopics
     receiver_topics: tuple[ReceiverTopic, ...]
     world_frame: str

@@ -102,6 +102,18 @@ public class Mode internal constructor(
     public val delivers: Map<Int, Int> = emptyMap(),
 )
 
+/**
+ * The order in which images give way to the link: each quality of JPEG, then each rate, and in each of these steps one
+ * group of streams after another.
+ *
+ * @property streams groups of ids.
+ */
+internal class AdaptationSpec(
+    val streams: List<List<String>>,
+    val qualities: List<Int>,
+    val ratesHz: List<Int>,
+)
+
 /** The queue of a lane: [capacityFrames] frames; a full queue drops the oldest. */
 internal class QueueSpec(
     val capacityFrames: Int,

@@ -1058,6 +1058,24 @@ public object StreamTable {
             longestPauseSeconds = 2,
         )
 
+    /** The order in which images give way to the link. */
+    internal val adaptation: AdaptationSpec =
+        AdaptationSpec(
+            streams = listOf(
+                listOf("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right"),
+                listOf("color", "mixed_reality"),
+                listOf("depth", "infra"),
+                listOf("world_center"),
+                listOf("world_left", "world_right"),
+            ),
+            qualities = listOf(60, 40),
+            ratesHz = listOf(15, 10, 1),
+        )
+
+    /** The size of a JPEG by its quality, relative to that at quality 80. */
+    internal val jpegSizes: Map<Int, Double> =
+        mapOf(1 to 0.15, 20 to 0.33, 40 to 0.5, 60 to 0.65, 80 to 1.0, 90 to 1.6, 100 to 5.0)
+
     /** The rules for topics of [custom]. */
     internal val customTopics: CustomTopicsSpec =
         CustomTopicsSpec(role = "custom", lane = "sensors", qos = "sensor", maxTopics = 32)
