@@ -114,8 +114,8 @@ class CustomTopics:
 class Adaptation:
     """The order in which images give way to the link.
 
-    `quality` of JPEG is lowered in these steps, then `rate_hz`. In each of them the groups of
-    `streams` go one after another.
+    Each `quality` of JPEG is gone through first, with each of them one group of `streams` after
+    another. Then group after group goes through each `rate_hz`.
     """
 
     streams: tuple[tuple[str, ...], ...]

@@ -27,6 +27,8 @@ internal class ImagePacing(
     @Volatile
     private var askedNanos: Long? = null
 
+    private var writtenBytes = 0L
+
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = synchronized(rate) { rate.leastRoundTripNanos }
 
@@ -65,13 +67,35 @@ internal class ImagePacing(
             synchronized(rate) { rate.waited(now) }
             return untilTurn
         }
-        val isStalled = askedNanos.let { it != null && now - it > STALL_NANOS }
-        val isHeld = (isStalled || isUrgentBlocked()) && untilTurn > -LONGEST_HOLD_NANOS
+        val isHeld = (isStalled(now) || isUrgentBlocked()) && untilTurn > -LONGEST_HOLD_NANOS
         return if (isHeld) HOLD_POLL_NANOS else 0
     }
 
+    private fun isStalled(nowNanos: Long) = askedNanos.let { it != null && nowNanos - it > STALL_NANOS }
+
     /** [bytes] of an image were handed to the kernel. */
-    fun written(bytes: Int): Unit = synchronized(rate) { rate.written(bytes, nanoTime()) }
+    fun written(bytes: Int): Unit = synchronized(rate) {
+        writtenBytes += bytes
+        rate.written(bytes, nanoTime())
+    }
+
+    /** Bounds the rate; null means that only the link does. */
+    fun limit(bytesPerSecond: Double?): Unit = synchronized(rate) {
+        rate.mostBytesPerSecond = bytesPerSecond ?: ImageRate.MOST
+    }
+
+    /** Returns what is known of the link, on which images have waited since [waitingSinceNanos]. */
+    fun link(waitingSinceNanos: Long?): LinkState {
+        val now = nanoTime()
+        return synchronized(rate) {
+            LinkState(
+                waitingSinceNanos,
+                isStalled(now) || rate.isSearching(now),
+                writtenBytes,
+                rate.bytesPerSecond(now),
+            )
+        }
+    }
 
     /** Measures the round trip of [exchange]; called by one thread. */
     inline fun <T> measured(exchange: () -> T): T {

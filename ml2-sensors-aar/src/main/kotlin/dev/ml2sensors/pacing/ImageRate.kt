@@ -40,14 +40,22 @@ internal class ImageRate(startNanos: Long) {
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = roundTrips.leastNanos
 
+    /** The bound of the rate that the user gave, in B/s. */
+    var mostBytesPerSecond: Double = MOST
+
+    /** True while images wait because the rate of the link is not known yet. */
+    fun isSearching(nowNanos: Long): Boolean =
+        congestedAt == null && nowNanos - waitedNanos < WAITING_NANOS && bytesPerSecond(nowNanos) < mostBytesPerSecond
+
     /** Returns the present rate in B/s. */
     fun bytesPerSecond(nowNanos: Long): Double {
         advance(nowNanos)
         // Congestion shows later on a long path, so that the rate must grow more slowly
         val seconds = grownNanos * 1e-9 / max(1.0, roundTrips.leastNanos / SHORT_PATH_NANOS)
-        val congestedAt = congestedAt ?: return min(START * 2.0.pow(seconds / START_DOUBLING_SECONDS), MOST)
+        val congestedAt =
+            congestedAt ?: return min(START * 2.0.pow(seconds / START_DOUBLING_SECONDS), mostBytesPerSecond)
         val part = if (nowNanos < drainedNanos) DRAIN else growth(seconds)
-        return max(LEAST, min(congestedAt * part, MOST))
+        return min(max(LEAST, congestedAt * part), mostBytesPerSecond)
     }
 
     /** The rate in parts of the congested rate, after [seconds] of growth. */
@@ -104,37 +112,39 @@ internal class ImageRate(startNanos: Long) {
         advancedNanos = max(advancedNanos, nowNanos)
     }
 
-    private companion object {
+    companion object {
+        /** More than any link has, in B/s. */
+        const val MOST: Double = 10e9 / 8
+
         /** Measured: the queue grows to twice this until two round trips have shown it, and samples may be 15 ms late. */
-        const val TOLERATED_NANOS = 6_000_000L
-        const val TOLERATED_PART = 8
-        const val CUT = 0.85
-        const val DEEPEST_CUT = 4
-        const val FURTHER_CUT = 0.8
-        const val MOST_CUTS = 4
-        const val DRAIN = 0.25
+        private const val TOLERATED_NANOS = 6_000_000L
+        private const val TOLERATED_PART = 8
+        private const val CUT = 0.85
+        private const val DEEPEST_CUT = 4
+        private const val FURTHER_CUT = 0.8
+        private const val MOST_CUTS = 4
+        private const val DRAIN = 0.25
 
         /** So many times the delay drains the queue of a link that small messages fill to a third. */
-        const val DRAIN_DELAYS = 2
-        const val PLATEAU = 0.95
-        const val PLATEAU_SECONDS = 1.5
-        const val PLATEAU_END = 1.1
-        val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
-        const val DOUBLING_SECONDS = 0.4
+        private const val DRAIN_DELAYS = 2
+        private const val PLATEAU = 0.95
+        private const val PLATEAU_SECONDS = 1.5
+        private const val PLATEAU_END = 1.1
+        private val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
+        private const val DOUBLING_SECONDS = 0.4
 
         /** In B/s: what a poor Wi-Fi link has left beside small messages. */
-        const val START = 10e6 / 8
-        const val START_DOUBLING_SECONDS = 0.2
-        const val MOST = 10e9 / 8
+        private const val START = 10e6 / 8
+        private const val START_DOUBLING_SECONDS = 0.2
 
         /** A picture now and then, on any link. */
-        const val LEAST = 0.5e6 / 8
-        const val WAITING_NANOS = 50_000_000L
-        const val SHORT_PATH_NANOS = 20e6
-        const val SHORTEST_HOLD_NANOS = 40_000_000L
+        private const val LEAST = 0.5e6 / 8
+        private const val WAITING_NANOS = 50_000_000L
+        private const val SHORT_PATH_NANOS = 20e6
+        private const val SHORTEST_HOLD_NANOS = 40_000_000L
 
         /** Congestion so soon after a cut is the same one. */
-        const val RELATED_NANOS = 300_000_000L
+        private const val RELATED_NANOS = 300_000_000L
     }
 }
 

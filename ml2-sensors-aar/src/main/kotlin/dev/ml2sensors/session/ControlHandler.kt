@@ -89,7 +89,8 @@ internal class ControlHandler(
     }
 
     private suspend fun configure(wanted: Configure) {
-        val answers = streams.configure(wanted.streams, wanted.framePrefix)
+        lanes.pacing.limit(wanted.link?.mostMbitPerSecond?.let { it * BYTES_PER_MBIT })
+        val answers = streams.configure(wanted.streams, wanted.framePrefix, adapts = wanted.link?.adapts == true)
         lanes.join(streams.channels().map { it.lane }.toSet())
         announcer.announceConfigured(wanted.request)
         control.write(FrameKind.CONFIGURED, Configured(wanted.request, answers.mapValues { (_, it) -> it.toBody() }))
@@ -143,6 +144,7 @@ internal class ControlHandler(
 
     private companion object {
         val STATUS_INTERVAL = 1.seconds
+        const val BYTES_PER_MBIT = 1e6 / 8
 
         /** If a receiver sends more requests before an answer, reading pauses. */
         const val MOST_REQUESTS = 64

@@ -22,6 +22,11 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
     @Volatile
     private var writingSinceNanos = 0L
 
+    /** Since when there has always been a frame to send, by System.nanoTime(); null while there is none. */
+    @Volatile
+    var waitingSinceNanos: Long? = null
+        private set
+
     /** True while the network takes nothing more for now. */
     val isBlocked: Boolean
         get() = writingSinceNanos.let { it != 0L && System.nanoTime() - it > BLOCKED_NANOS }
@@ -87,15 +92,23 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
         var next: OutgoingFrame? = null
         try {
             while (true) {
-                batch += next ?: queue.receiveCatching().getOrNull() ?: return
+                batch += next ?: receive() ?: return
                 next = fill(batch)
                 write(batch, writer)
             }
         } finally {
             hasSession.value = false
+            waitingSinceNanos = null
             next?.drop(DropReason.LINK_DOWN)
             dropQueued()
         }
+    }
+
+    /** Waits for the next frame; returns null when the lane is finished. */
+    private suspend fun receive(): OutgoingFrame? {
+        queue.tryReceive().getOrNull()?.let { return it }
+        waitingSinceNanos = null
+        return queue.receiveCatching().getOrNull()?.also { waitingSinceNanos = System.nanoTime() }
     }
 
     /** Adds the waiting frames that can be written together with the one in [batch]; returns the first that cannot. */

@@ -83,6 +83,7 @@ internal class Session(
         val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
         launchPart(control) { timeLane.run() }
+        launchPart(control) { streams.follow(lanes.pacing) }
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }
         val drained = CompletableDeferred<Unit>()

@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.wire.ChannelBody
@@ -31,8 +32,18 @@ internal interface StreamControl {
      */
     fun beginSession(received: Map<String, Long>?)
 
-    /** Configures the [requested] streams, with frame ids that begin with [framePrefix], and stops all others. */
-    suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer>
+    /**
+     * Configures the [requested] streams, with frame ids that begin with [framePrefix], and stops all others. Images
+     * give way to the link if [adapts].
+     */
+    suspend fun configure(
+        requested: Map<String, StreamValues>,
+        framePrefix: String,
+        adapts: Boolean,
+    ): Map<String, Answer>
+
+    /** Has images give way to the link of a session, if the configuration says so, until it is cancelled. */
+    suspend fun follow(link: ImagePacing)
 
     /** Returns the channels of all configured streams that have not failed. */
     suspend fun channels(): List<ChannelBody>

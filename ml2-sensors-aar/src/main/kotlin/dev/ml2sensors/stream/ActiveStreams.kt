@@ -1,8 +1,7 @@
 package dev.ml2sensors.stream
 
-import dev.ml2sensors.capture.ImageCodec
-import dev.ml2sensors.capture.ImageEncoder
 import dev.ml2sensors.clock.HostClock
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.session.EventQueue
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.session.SourceFailure
@@ -11,7 +10,6 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.DerivedStreamsHeadset
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.PoseSample
-import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.defaultValues
@@ -21,7 +19,6 @@ import dev.ml2sensors.wire.ChannelBody
 import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
-import kotlinx.coroutines.CompletableDeferred
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.cancelAndJoin
@@ -29,9 +26,7 @@ import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.ReceiveChannel
 import kotlinx.coroutines.delay
-import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.StateFlow
-import kotlinx.coroutines.flow.onEach
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
@@ -71,6 +66,11 @@ internal class ActiveStreams(
     private val tree = TransformTree(clock.stamps, isLive = !isRecording, trackingEvents) { events.add(it) }
     private var headWatch: Job? = null
 
+    private val adaptation = ImageAdaptation(outgoing::lane) {
+        events.add(it)
+        streams.changes.trySend(Unit)
+    }
+    private val pipelines = StreamPipelines(outgoing, clock.stamps, tree, adaptation) { events.add(it) }
     private val local = LocalStreams(this.headset, scope, ::setState)
     private var isConfigured = false
     private var rechecking: Job? = null
@@ -79,11 +79,7 @@ internal class ActiveStreams(
     var warming: Job? = null
 
     private val changes = Mutex()
-    private val delivered = HashSet<StreamSpec>()
-
-    /** The streams of a recording that have begun and not ended, also while they are paused. */
-    private val unfinished = HashSet<StreamSpec>()
-    private val isOver = CompletableDeferred<Unit>()
+    private val recordingEnd = RecordingEnd()
 
     /** The state of each requested stream, by id. */
     val states: StateFlow<Map<String, StreamState>> get() = streams.flow
@@ -91,7 +87,7 @@ internal class ActiveStreams(
     /** As [Headset.holds], of derived streams too. */
     val holds: Map<String, String> get() = headset.holds
 
-    override val streamStates: Map<String, Status.Stream> get() = streams.toBodies()
+    override val streamStates: Map<String, Status.Stream> get() = streams.toBodies(adaptation::lowered)
 
     override val stateChanges: ReceiveChannel<Unit> get() = streams.changes
 
@@ -121,7 +117,11 @@ internal class ActiveStreams(
         if (received != null) outgoing.reconcile(received)
     }
 
-    override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
+    override suspend fun configure(
+        requested: Map<String, StreamValues>,
+        framePrefix: String,
+        adapts: Boolean,
+    ): Map<String, Answer> {
         val answers = requested.mapValues { (id, values) ->
             StreamTable.byId(id)?.let { headset.negotiate(it, values) }
                 ?: Answer.Refused("this headset has no stream $id")
@@ -143,6 +143,10 @@ internal class ActiveStreams(
                 it.job.cancelAndJoin()
                 remove(spec)
             }
+            val images = accepted.mapNotNull { (spec, values) ->
+                StreamPipelines.imageSetting(spec, values)?.let { spec.id to it }
+            }
+            adaptation.configure(images.toMap(), adapts && !isRecording)
             custom.refusal = answers[StreamTable.custom.id].customRefusal()
             streams.setAnswers(answers, running.keys)
             if (!isRecording) {
@@ -152,6 +156,8 @@ internal class ActiveStreams(
         }
         return answers
     }
+
+    override suspend fun follow(link: ImagePacing): Unit = adaptation.follow(link)
 
     /**
      * Asks again once a second for [refused] streams, which a new permission may allow. Those that would be accepted
@@ -265,7 +271,7 @@ internal class ActiveStreams(
 
     /** Waits until a recording has been delivered completely; returns the reason. Live sensors never end. */
     suspend fun awaitEnd(): String {
-        isOver.await()
+        recordingEnd.await()
         return "the recording is over"
     }
 
@@ -276,18 +282,19 @@ internal class ActiveStreams(
         outage: StreamState?,
     ) {
         if (spec == StreamTable.custom) return custom.run()
-        if (isRecording) return playToItsEnd(spec) { pipeline(spec, values, frameIds, headset.samples(spec, values)) }
+        if (isRecording) {
+            return playToItsEnd(spec) {
+                pipelines.run(spec, values, frameIds, headset.samples(spec, values))
+            }
+        }
         val supervisor =
             StreamSupervisor.of(spec, headset, clock.stamps::isFuture, outage) { setState(spec, it) }
-        supervisor.run({ headset.samples(spec, values) }) { pipeline(spec, values, frameIds, it) }
+        supervisor.run({ headset.samples(spec, values) }) { pipelines.run(spec, values, frameIds, it) }
     }
 
-    /**
-     * Plays a stream of a recording. A failure is permanent. The recording is over when all its streams that are
-     * accepted or have begun have ended, so a paused stream keeps its rest.
-     */
+    /** Plays a stream of a recording. A failure is permanent. */
     private suspend fun playToItsEnd(spec: StreamSpec, play: suspend () -> Unit) {
-        changes.withLock { unfinished += spec }
+        changes.withLock { recordingEnd.begin(spec) }
         try {
             play()
         } catch (e: CancellationException) {
@@ -300,43 +307,8 @@ internal class ActiveStreams(
             }
             failures.send(SourceFailure(spec.id, e.words()))
         }
-        changes.withLock {
-            delivered += spec
-            unfinished -= spec
-            if (unfinished.isEmpty() && delivered.containsAll(accepted.keys)) isOver.complete(Unit)
-        }
+        changes.withLock { recordingEnd.end(spec, accepted.keys) }
     }
-
-    private suspend fun pipeline(
-        spec: StreamSpec,
-        values: StreamValues,
-        frameIds: FrameIds,
-        samples: Flow<Sample>,
-    ) {
-        val channels = outgoing.of(spec, values)
-        when {
-            spec == StreamTable.tf -> {
-                tree.beginTrack()
-                samples.collect(tree::head)
-            }
-
-            spec.modes.isNotEmpty() -> imageEncoder(spec, channels).use { encoder ->
-                val quality = values.quality.takeIf { encoder?.codec == ImageCodec.GREY_JPEG }
-                CameraPipeline(spec, channels, clock.stamps, tree, frameIds, encoder, quality, events::add).run(samples)
-            }
-
-            spec == StreamTable.controller -> {
-                val seen = samples.onEach { if (it is PoseSample) tree.controller(it) }
-                MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(seen)
-            }
-
-            else -> MeasurementPipeline(spec, values, channels.single(), clock.stamps, frameIds).run(samples)
-        }
-    }
-
-    /** Returns what compresses the images of [spec], or null if the source delivers them as they are sent. */
-    private fun imageEncoder(spec: StreamSpec, channels: List<TopicChannel>): ImageEncoder? =
-        channels.firstNotNullOfOrNull { ImageCodec.of(it.topic.encoding) }?.let { ImageEncoder(spec, it) }
 
     private companion object {
         val RECHECK_INTERVAL = 1.seconds

@@ -9,6 +9,8 @@ import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.message.Time
 import dev.ml2sensors.message.rosType
+import dev.ml2sensors.pacing.AdaptedStream
+import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
@@ -24,9 +26,9 @@ import kotlinx.coroutines.flow.Flow
  * image, camera_info, metadata and pose.
  *
  * @param channels of the enabled topics.
- * @param encoder compresses the images of the source; null if they are sent as they are.
- * @param quality for [encoder]; null if its codec has none.
  * @param tree receives the poses.
+ * @param images says which captures are published, and with what quality.
+ * @param encoder compresses the images of the source; null if they are sent as they are.
  * @param report receives how many colour images had no pose. The poses of other cameras end with the head's alone,
  * which has events of its own.
  */
@@ -36,8 +38,8 @@ internal class CameraPipeline(
     private val stamps: StampMap,
     private val tree: TransformTree,
     private val frameIds: FrameIds,
+    private val images: AdaptedStream,
     private val encoder: ImageEncoder? = null,
-    private val quality: Int? = null,
     report: (Event) -> Unit = {},
 ) {
     private val poseless =
@@ -61,12 +63,11 @@ internal class CameraPipeline(
 
     private suspend fun publish(sample: ImageSample) {
         val stampNanos = stamps.stampNanos(sample.captureNanos)
+        val setting = images.present
         if (stampNanos == null) {
             lose(1, stamps.lossReason(sample.captureNanos))
-        } else if (encoder == null) {
-            publish(sample, stampNanos)
-        } else {
-            compressAndPublish(encoder, sample, stampNanos)
+        } else if (images.admits(sample.captureNanos)) {
+            if (encoder == null) publish(sample, stampNanos, setting) else publish(encoder, sample, stampNanos, setting)
         }
         poseless?.add(hasPose = sample.pose != null)
         if (spec.bodyFrameId != null) sample.pose?.let { tree.camera(spec, sample.captureNanos, stampNanos, it) }
@@ -74,18 +75,24 @@ internal class CameraPipeline(
 
     private fun lose(count: Int, reason: DropReason) = channels.forEach { it.counters.countLost(count, reason) }
 
-    private suspend fun compressAndPublish(encoder: ImageEncoder, sample: ImageSample, stampNanos: Long) {
-        val compressed = encoder.encode(sample, quality ?: 0) ?: return lose(1, DropReason.NO_BUFFER)
+    private suspend fun publish(
+        encoder: ImageEncoder,
+        sample: ImageSample,
+        stampNanos: Long,
+        setting: ImageSetting,
+    ) {
+        val compressed = encoder.encode(sample, setting.quality ?: 0) ?: return lose(1, DropReason.NO_BUFFER)
         try {
-            publish(compressed, stampNanos)
+            publish(compressed, stampNanos, setting)
         } finally {
             compressed.release()
         }
     }
 
-    private suspend fun publish(sample: ImageSample, stampNanos: Long) {
+    private suspend fun publish(sample: ImageSample, stampNanos: Long, setting: ImageSetting) {
         val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
-        for (channel in channels) publish(channel, sample, header, stampNanos)
+        images.published(channels.sumOf { sample.plane(it.topic.role)?.remaining() ?: 0 }, setting)
+        for (channel in channels) publish(channel, sample, header, stampNanos, setting.quality)
     }
 
     private suspend fun publish(
@@ -93,6 +100,7 @@ internal class CameraPipeline(
         sample: ImageSample,
         header: Header,
         stampNanos: Long,
+        quality: Int?,
     ) {
         val topic = channel.topic
         val encoding = topic.encoding ?: spec.encoding
@@ -114,13 +122,13 @@ internal class CameraPipeline(
             }
 
             StringMessage.serializer().rosType ->
-                channel.publish(StringMessage.serializer(), metadata(sample, header), stampNanos)
+                channel.publish(StringMessage.serializer(), metadata(sample, header, quality), stampNanos)
 
             else -> error("no camera publishes ${topic.type}")
         }
     }
 
-    private fun metadata(sample: ImageSample, header: Header) =
+    private fun metadata(sample: ImageSample, header: Header, quality: Int?) =
         sample.toMetadata(header, camera(sample), encoder?.codec?.title, quality)
 
     /** Returns the camera in a ROS model; fits it only when the device's intrinsics change. */

@@ -1,5 +1,6 @@
 package dev.ml2sensors.stream
 
+import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.acceptedValues
@@ -61,10 +62,13 @@ internal class StreamStates(private val headset: Headset) {
         mutableFlow.value = answered + stopped
     }
 
-    /** Returns the states as in STATUS. */
-    fun toBodies(): Map<String, Status.Stream> {
+    /** Returns the states as in STATUS; [lowered] returns what of a stream's images is lowered, null if nothing is. */
+    fun toBodies(lowered: (String) -> ImageSetting?): Map<String, Status.Stream> {
         val held = headset.holds
-        return mutableFlow.value.mapValues { (id, state) -> state.toBody(held[id], id in available) }
+        return mutableFlow.value.mapValues { (id, state) ->
+            val body = state.toBody(held[id], id in available)
+            lowered(id)?.let { body.lowered(it.quality, it.rateHz) } ?: body
+        }
     }
 }
 

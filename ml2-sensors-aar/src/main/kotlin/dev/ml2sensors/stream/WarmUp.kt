@@ -2,6 +2,8 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.Transform
+import dev.ml2sensors.pacing.AdaptedStream
+import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Distortion
@@ -45,7 +47,11 @@ internal suspend fun warmUp(target: GatheringByteChannel = NullChannel, limit: D
                 when {
                     spec == StreamTable.tf -> samples.collect(tree::head)
 
-                    spec.modes.isNotEmpty() -> CameraPipeline(spec, topics, stamps, tree, FrameIds()).run(samples)
+                    spec.modes.isNotEmpty() -> {
+                        val images =
+                            AdaptedStream(spec.id, ImageSetting(spec.modes.first().rates.first(), quality = null))
+                        CameraPipeline(spec, topics, stamps, tree, FrameIds(), images).run(samples)
+                    }
 
                     else -> MeasurementPipeline(
                         spec,

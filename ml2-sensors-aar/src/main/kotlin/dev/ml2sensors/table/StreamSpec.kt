@@ -103,8 +103,8 @@ public class Mode internal constructor(
 )
 
 /**
- * The order in which images give way to the link: each quality of JPEG, then each rate, and in each of these steps one
- * group of streams after another.
+ * The order in which images give way to the link: each quality of JPEG, with each of them one group of streams after
+ * another; then group after group, with each of them one rate after another.
  *
  * @property streams groups of ids.
  */

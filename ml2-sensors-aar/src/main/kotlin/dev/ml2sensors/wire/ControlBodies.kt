@@ -53,9 +53,19 @@ internal class Configure(
     val request: Long,
     val streams: Map<String, StreamValues>,
     @SerialName("frame_prefix") val framePrefix: String = "",
+    val link: Link? = null,
 ) {
     init {
         require(FRAME_PREFIX.matches(framePrefix)) { "frame_prefix: expected $FRAME_PREFIX" }
+    }
+
+    @Serializable
+    class Link(val adapts: Boolean, @SerialName("most_mbit_per_s") val mostMbitPerSecond: Double? = null) {
+        init {
+            require(mostMbitPerSecond == null || mostMbitPerSecond > 0) {
+                "most_mbit_per_s: expected a number above 0, found $mostMbitPerSecond"
+            }
+        }
     }
 }
 
@@ -114,7 +124,12 @@ public class Status internal constructor(
         val state: String,
         val reason: String? = null,
         val permission: String? = null,
+        val quality: Int? = null,
+        @SerialName("rate_hz") val rateHz: Int? = null,
     ) {
+        /** Returns this state of a stream whose images have a lower [quality] or rate; null means as configured. */
+        fun lowered(quality: Int?, rateHz: Int?): Stream = Stream(state, reason, permission, quality, rateHz)
+
         companion object {
             const val RUNNING = "running"
             const val WAITING = "waiting"
@@ -167,6 +182,7 @@ internal class Event(val event: String, val text: String, @SerialName("age_s") v
         const val TRACKING_RECOVERED = "tracking_recovered"
         const val TRACKING_NEW_SESSION = "tracking_new_session"
         const val MOUNTING_STABLE = "mounting_stable"
+        const val ADAPTED = "adapted"
         const val SUSPENDED = "suspended"
         const val IMAGES_WITHOUT_POSE = "images_without_pose"
     }

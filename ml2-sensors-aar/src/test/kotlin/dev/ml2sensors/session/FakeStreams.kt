@@ -1,5 +1,6 @@
 package dev.ml2sensors.session
 
+import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.QueueSpec
@@ -8,6 +9,7 @@ import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CompletableDeferred
+import kotlinx.coroutines.awaitCancellation
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.update
@@ -51,7 +53,11 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
         if (received != null) countersByTopic.forEach { (topic, counters) -> counters.reconcile(received[topic] ?: 0) }
     }
 
-    override suspend fun configure(requested: Map<String, StreamValues>, framePrefix: String): Map<String, Answer> {
+    override suspend fun configure(
+        requested: Map<String, StreamValues>,
+        framePrefix: String,
+        adapts: Boolean,
+    ): Map<String, Answer> {
         call("configure ${requested.keys}")
         configuring.await()
         accepted.clear()
@@ -60,6 +66,8 @@ internal class FakeStreams(override val drainLimit: Duration = 2.seconds) : Stre
             if (id == "absent") Answer.Refused("not there") else Answer.Adjusted(values.copy(rateHz = 5), "5 Hz is all")
         }
     }
+
+    override suspend fun follow(link: ImagePacing): Unit = awaitCancellation()
 
     fun call(what: String) = calls.update { it + what }
 

@@ -3,6 +3,8 @@ package dev.ml2sensors.android
 import android.app.Application
 import android.os.Looper
 import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.pacing.AdaptedStream
+import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.session.ReceiverAddress
 import dev.ml2sensors.source.BatterySample
@@ -83,7 +85,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         var counted = 0L
         var countedAt = scheduler.timeSource.markNow()
 
-        val state: Status.Stream get() = states.toBodies().getValue(spec.id)
+        val state: Status.Stream get() = states.toBodies { null }.getValue(spec.id)
         val counts: List<Status.ChannelCounts> get() = channels.map { it.counters.snapshot() }
         val produced: Long get() = counts.first().produced
 
@@ -98,7 +100,8 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
             job = scope.backgroundScope.launch {
                 supervisor.run({ opened() }) { samples ->
                     if (spec == StreamTable.color) {
-                        CameraPipeline(spec, channels, stamps, tree, FrameIds()).run(samples)
+                        val images = AdaptedStream(spec.id, ImageSetting(checkNotNull(values.rateHz), quality = null))
+                        CameraPipeline(spec, channels, stamps, tree, FrameIds(), images).run(samples)
                     } else {
                         MeasurementPipeline(spec, values, channels.single(), stamps, FrameIds()).run(samples)
                     }

@@ -1,0 +1,74 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.pacing.AdaptedStream
+import dev.ml2sensors.pacing.ImagePacing
+import dev.ml2sensors.pacing.ImageSetting
+import dev.ml2sensors.pacing.LinkAdaptation
+import dev.ml2sensors.session.Lane
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.Event
+import kotlinx.coroutines.delay
+import kotlin.time.Duration.Companion.milliseconds
+
+/**
+ * Has the images of all streams give way to the link. Thread-safe.
+ *
+ * @param lane returns the lane of a stream.
+ * @param report receives an event for each change.
+ */
+internal class ImageAdaptation(private val lane: (String) -> Lane, private val report: (Event) -> Unit) {
+    private val streams = LinkedHashMap<String, AdaptedStream>()
+
+    /** Null while nothing adapts. */
+    private var adaptation: LinkAdaptation? = null
+
+    /** Returns what is lowered of the stream [id]; null if nothing is. */
+    fun lowered(id: String): ImageSetting? = synchronized(streams) { streams[id] }?.lowered()
+
+    private fun AdaptedStream.lowered() = present.takeIf { it != configured }
+
+    /** Configures all streams; those with the same setting go on as they are. */
+    fun configure(configured: Map<String, ImageSetting>, adapts: Boolean): Unit = synchronized(streams) {
+        val isSame = configured == streams.mapValues { it.value.configured }
+        if (isSame && adapts == (adaptation != null)) return
+        streams.entries.removeIf { (id, it) -> configured[id] != it.configured }
+        configured.forEach { (id, setting) -> streams.getOrPut(id) { AdaptedStream(id, setting) } }
+        adaptation = if (adapts) adaptationOf(streams.values.toList()) else null
+        if (adapts || streams.values.all { it.lowered() == null }) return
+        streams.values.forEach { it.present = it.configured }
+        reportLowered()
+    }
+
+    private fun adaptationOf(streams: List<AdaptedStream>) =
+        LinkAdaptation(streams, StreamTable.adaptation, System.nanoTime())
+
+    /** Returns the configured stream [id]. */
+    fun stream(id: String): AdaptedStream = synchronized(streams) { streams.getValue(id) }
+
+    /** Follows a link until it is cancelled. */
+    suspend fun follow(link: ImagePacing): Nothing {
+        while (true) {
+            delay(INTERVAL)
+            synchronized(streams) {
+                val waitingSince = streams.keys.mapNotNull { lane(it).waitingSinceNanos }.minOrNull()
+                if (adaptation?.follow(link.link(waitingSince), System.nanoTime()) == true) reportLowered()
+            }
+        }
+    }
+
+    private fun reportLowered() {
+        val alike = streams.values.groupBy({ it.lowered()?.let { setting -> words(it, setting) } }, { it.id })
+        val words = alike.entries.mapNotNull { (setting, ids) -> setting?.let { "${ids.joinToString()}: $it" } }
+        val text = if (words.isEmpty()) "all images are as configured" else words.joinToString("; ")
+        report(Event(Event.ADAPTED, "images give way to the link: $text".takeIf { words.isNotEmpty() } ?: text))
+    }
+
+    private fun words(stream: AdaptedStream, setting: ImageSetting): String = listOfNotNull(
+        setting.quality?.takeIf { it != stream.configured.quality }?.let { "quality $it" },
+        setting.rateHz.takeIf { it != stream.configured.rateHz }?.let { "$it Hz" },
+    ).joinToString()
+
+    private companion object {
+        val INTERVAL = 100.milliseconds
+    }
+}

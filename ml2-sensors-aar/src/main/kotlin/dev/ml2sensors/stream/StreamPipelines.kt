@@ -1,0 +1,65 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.capture.ImageCodec
+import dev.ml2sensors.capture.ImageEncoder
+import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.pacing.ImageSetting
+import dev.ml2sensors.source.PoseSample
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.topics
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.wire.Event
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.onEach
+
+/** Publishes the samples of streams on their channels. */
+internal class StreamPipelines(
+    private val outgoing: TopicChannels,
+    private val stamps: StampMap,
+    private val tree: TransformTree,
+    private val adaptation: ImageAdaptation,
+    private val report: (Event) -> Unit,
+) {
+    /** Publishes [samples] of the stream [spec] until they end or fail. */
+    suspend fun run(
+        spec: StreamSpec,
+        values: StreamValues,
+        frameIds: FrameIds,
+        samples: Flow<Sample>,
+    ) {
+        val channels = outgoing.of(spec, values)
+        when {
+            spec == StreamTable.tf -> {
+                tree.beginTrack()
+                samples.collect(tree::head)
+            }
+
+            spec.modes.isNotEmpty() -> codec(spec, values)?.let { ImageEncoder(spec, it) }.use { encoder ->
+                val images = adaptation.stream(spec.id)
+                CameraPipeline(spec, channels, stamps, tree, frameIds, images, encoder, report).run(samples)
+            }
+
+            spec == StreamTable.controller -> {
+                val seen = samples.onEach { if (it is PoseSample) tree.controller(it) }
+                MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(seen)
+            }
+
+            else -> MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(samples)
+        }
+    }
+
+    companion object {
+        /** Returns what the images of a camera have by [values]; null for other streams. */
+        fun imageSetting(spec: StreamSpec, values: StreamValues): ImageSetting? {
+            if (spec.modes.isEmpty()) return null
+            val rateHz = values.rateHz ?: spec.modes.first().rates.first()
+            return ImageSetting(rateHz, values.quality.takeIf { codec(spec, values) == ImageCodec.GREY_JPEG })
+        }
+
+        /** Returns what compresses the images of [spec]; null if the source delivers them as they are sent. */
+        private fun codec(spec: StreamSpec, values: StreamValues): ImageCodec? =
+            spec.topics(values).firstNotNullOfOrNull { ImageCodec.of(it.encoding) }
+    }
+}

@@ -1,0 +1,86 @@
+package dev.ml2sensors.pacing
+
+import dev.ml2sensors.table.StreamTable
+import kotlin.math.pow
+import kotlin.random.Random
+
+/**
+ * Streams that send over a link in virtual time, with a queue of four images for each stream. Images have other sizes
+ * than the stream table says, and the pacing knows the link's rate roughly.
+ *
+ * @param spread by which part the sizes of images, and how they fall with the quality, are random.
+ * @param onChange receives the streams after each change.
+ */
+internal class AdaptationScenario(
+    val streams: List<AdaptedStream>,
+    seed: Int,
+    spread: Double = 0.3,
+    private val onChange: (List<AdaptedStream>) -> Unit = {},
+) {
+    class Change(val atNanos: Long, val level: Int)
+
+    var nowNanos = 1_000_000_000_000L
+        private set
+    val adaptation = LinkAdaptation(streams, StreamTable.adaptation, nowNanos)
+    val changes = ArrayList<Change>()
+
+    private val random = Random(seed)
+
+    /** How much smaller a JPEG gets by each 20 less of quality. */
+    private val falls = 0.72 * any(spread)
+    private val bytesOfImage = streams.associateWith { configuredBytes(it) * any(spread) }
+    private var sentBytes = 0.0
+    private var queuedBytes = 0.0
+    private var waitingSince: Long? = null
+    private var pacedMbit = 1.0
+
+    val neededMbit: Double get() = streams.sumOf { bytes(it) * it.present.rateHz } * 8e-6
+
+    /** Goes on over a link with [mbit] for images; 0 stands still. */
+    fun run(mbit: Double, seconds: Int) = repeat(seconds * TICKS) { tick(mbit) }
+
+    private fun tick(mbit: Double) {
+        nowNanos += SECOND / TICKS
+        for (stream in streams) {
+            val images = stream.present.rateHz / TICKS.toDouble()
+            if (random.nextDouble() < images) stream.published((bytes(stream) * any(0.05)).toInt(), stream.present)
+        }
+        // A rate that is not used grows until it delays something
+        pacedMbit = if (waitingSince != null) mbit * (0.85 + 0.25 * random.nextDouble()) else pacedMbit * 1.3
+        pacedMbit = pacedMbit.coerceIn(0.5, if (neededMbit > mbit) 1.1 * mbit + 0.5 else 1000.0)
+        val offered = neededMbit / 8e-6 / TICKS * any(0.05)
+        val room = minOf(mbit, pacedMbit) / 8e-6 / TICKS
+        val most = streams.sumOf { QUEUE_IMAGES * bytes(it) }
+        val waits = queuedBytes + offered
+        val delivered = minOf(waits, room)
+        sentBytes += delivered
+        queuedBytes = minOf(waits - delivered, most)
+        waitingSince = if (queuedBytes > 0) waitingSince ?: nowNanos else null
+        val link = LinkState(waitingSince, isUnsettled = mbit == 0.0, sentBytes.toLong(), pacedMbit / 8e-6)
+        if (adaptation.follow(link, nowNanos)) {
+            changes += Change(nowNanos, adaptation.level)
+            onChange(streams)
+        }
+    }
+
+    private fun bytes(stream: AdaptedStream): Double {
+        val lowered = (stream.configured.quality ?: 0) - (stream.present.quality ?: 0)
+        return bytesOfImage.getValue(stream) * falls.pow(lowered / 20.0)
+    }
+
+    private fun any(spread: Double) = 1 + spread * (2 * random.nextDouble() - 1)
+
+    /** As measured on the simulated headset. */
+    private fun configuredBytes(stream: AdaptedStream): Double = when {
+        "world" in stream.id -> if (stream.configured.quality == null) 1_032_000.0 else 139_000.0
+        "eye" in stream.id -> if (stream.configured.quality == null) 160_000.0 else 14_600.0
+        stream.id == "depth" -> 95_000.0
+        else -> 250_000.0
+    }
+
+    private companion object {
+        const val SECOND = 1_000_000_000L
+        const val TICKS = 10
+        const val QUEUE_IMAGES = 4
+    }
+}

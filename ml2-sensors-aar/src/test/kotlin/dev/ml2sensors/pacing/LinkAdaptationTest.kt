@@ -1,0 +1,132 @@
+package dev.ml2sensors.pacing
+
+import dev.ml2sensors.table.StreamTable
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.params.ParameterizedTest
+import org.junit.jupiter.params.provider.ValueSource
+import kotlin.random.Random
+import kotlin.test.assertEquals
+import kotlin.test.assertNotEquals
+import kotlin.test.assertTrue
+
+class LinkAdaptationTest {
+    @ParameterizedTest
+    @ValueSource(ints = [260, 500, 1000])
+    fun aLinkThatCarriesEverythingChangesNothing(mbit: Int) {
+        val scenario = AdaptationScenario(compressed(), seed = mbit)
+        repeat(600) { scenario.run(mbit.toDouble(), seconds = 1) }
+        assertEquals(emptyList(), scenario.changes)
+    }
+
+    @Test
+    fun atHundredMbitTheWorldCamerasKeepTheirRate() {
+        val scenario = AdaptationScenario(compressed(), seed = 1, spread = 0.0)
+        scenario.run(mbit = 90.0, seconds = 60)
+        assertEquals(listOf(30, 30, 30), scenario.streams.filter { "world" in it.id }.map { it.present.rateHz })
+        assertNotEquals(0, scenario.changes.size)
+    }
+
+    @Test
+    fun atThirtyMbitTheFirstCamerasHaveTenImagesPerSecond() {
+        val scenario = AdaptationScenario(compressed(), seed = 2, spread = 0.0)
+        scenario.run(mbit = 20.0, seconds = 60)
+        val first = scenario.streams.filter { it.id == "world_left" || it.id == "world_right" }
+        assertTrue(first.all { it.present.rateHz >= 10 }, "${first.map { it.present }}")
+    }
+
+    @Test
+    fun aConstantLinkIsNeverOscillatedOn() {
+        repeat(200) { seed ->
+            val random = Random(seed)
+            val mbit = 5 * Math.pow(100.0, random.nextDouble())
+            val scenario = AdaptationScenario(anyStreams(random), seed)
+            scenario.run(mbit, seconds = 30)
+            repeat(MINUTES) { minute ->
+                val before = scenario.changes.size
+                scenario.run(mbit, seconds = 60)
+                val steps = scenario.changes.size - before
+                // While the link has room, steps up settle it; there are no more than the ladder has
+                val isSettled = minute >= 3
+                assertTrue(!isSettled || steps <= 4, "seed $seed, $mbit Mbit/s, minute $minute: $steps steps")
+            }
+        }
+    }
+
+    @Test
+    fun noStreamGivesWayBeforeOneOfLowerRank() {
+        repeat(200) { seed ->
+            val random = Random(seed)
+            val scenario = AdaptationScenario(anyStreams(random), seed) { it.requireOrder() }
+            repeat(20) { scenario.run(mbit = 5 * Math.pow(100.0, random.nextDouble()), seconds = 10) }
+        }
+    }
+
+    @Test
+    fun aLinkThatGetsWorseIsFollowedWithinSecondsAndBackWithinAMinute() {
+        val scenario = AdaptationScenario(compressed(), seed = 3)
+        scenario.run(mbit = 250.0, seconds = 20)
+        assertEquals(0, scenario.adaptation.level)
+        val fell = scenario.nowNanos
+        scenario.run(mbit = 20.0, seconds = 10)
+        assertTrue(scenario.changes.last().atNanos - fell < 5 * SECOND, "still changes after 5 s")
+        assertTrue(scenario.neededMbit < 20, "${scenario.neededMbit} Mbit/s are sent")
+        scenario.run(mbit = 250.0, seconds = 60)
+        assertEquals(0, scenario.adaptation.level)
+    }
+
+    @Test
+    fun aLinkThatStandsStillChangesNothing() {
+        val scenario = AdaptationScenario(compressed(), seed = 4)
+        scenario.run(mbit = 250.0, seconds = 10)
+        scenario.run(mbit = 0.0, seconds = 5)
+        scenario.run(mbit = 250.0, seconds = 60)
+        assertEquals(emptyList(), scenario.changes)
+    }
+
+    @Test
+    fun newStreamsBeginAsLowAsTheOthersAre() {
+        val scenario = AdaptationScenario(compressed(), seed = 5)
+        scenario.run(mbit = 30.0, seconds = 20)
+        val kept = scenario.streams.filter { "world" in it.id }
+        val eyes = compressed().filter { "eye" in it.id }
+        val before = kept.map { it.present }
+        LinkAdaptation(kept + eyes, StreamTable.adaptation, scenario.nowNanos)
+        assertEquals(before, kept.map { it.present })
+        assertTrue(eyes.all { it.present.quality == 40 }, "${eyes.map { it.present }}")
+    }
+
+    /** Asserts that nothing is lowered as long as a stream that gives way earlier has more. */
+    private fun List<AdaptedStream>.requireOrder() {
+        val rank = { it: AdaptedStream -> StreamTable.adaptation.streams.indexOfFirst { group -> it.id in group } }
+        for (high in this) {
+            for (low in filter { rank(it) < rank(high) }) {
+                val isRateLow = high.present.rateHz < high.configured.rateHz
+                if (isRateLow) assertEquals(1, low.present.rateHz, "${high.id} before ${low.id}")
+                val isQualityLow = high.present.quality != high.configured.quality
+                val lowQuality = low.present.quality
+                if (isQualityLow && lowQuality != null) assertTrue(lowQuality <= checkNotNull(high.present.quality))
+            }
+            if (high.present.rateHz < high.configured.rateHz) {
+                assertTrue(all { (it.present.quality ?: 0) <= 40 }, "a rate was lowered before a quality")
+            }
+        }
+    }
+
+    private companion object {
+        const val SECOND = 1_000_000_000L
+        const val MINUTES = 10
+        val WORLD = listOf("world_center", "world_left", "world_right")
+        val EYES = listOf("eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+
+        fun jpeg(id: String) = AdaptedStream(id, ImageSetting(rateHz = 30, quality = 80))
+
+        /** All cameras, compressed. */
+        fun compressed(): List<AdaptedStream> = WORLD.map(::jpeg) + EYES.map(::jpeg) +
+            listOf("color", "depth").map { AdaptedStream(it, ImageSetting(rateHz = 30, quality = null)) }
+
+        fun anyStreams(random: Random): List<AdaptedStream> = compressed()
+            .filter { random.nextInt(4) > 0 }
+            .map { AdaptedStream(it.id, if (random.nextBoolean()) it.configured else ImageSetting(30, null)) }
+            .ifEmpty { listOf(jpeg("world_left")) }
+    }
+}
