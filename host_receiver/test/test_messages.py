@@ -23,11 +23,13 @@ from ml2_receiver.wire.messages import (
     Hello,
     Join,
     Joined,
+    Link,
     LinkTest,
     PeerLimits,
     Start,
     Status,
     StreamAnswer,
+    StreamStatus,
     Timeouts,
     Welcome,
 )
@@ -39,6 +41,7 @@ BODIES: list[JsonBody] = [
     Join("s", "t", "time"),
     Joined("time"),
     Configure(1, {"tf": {"layout": "flat"}, "depth": {"radial": True, "x": 1, "y": 0.5}}),
+    Configure(2, {}, "robot1/", Link(adapts=True, most_mbit_per_s=0.5)),
     Configured(
         1,
         {
@@ -59,6 +62,7 @@ BODIES: list[JsonBody] = [
         0.5,
         {},
         ClockStatus("holdover", -1, 2, 3, -49.5, 1, 2, {"color": "monotonic", "tf": "boottime"}),
+        streams={"world_left": StreamStatus("running", quality=60, rate_hz=15)},
     ),
     Event("tracking_lost", "the head"),
     Error("busy", "later", fatal=True),
@@ -90,6 +94,21 @@ def parse_status(**changes: Any) -> Status:
     return Status.parse(json.dumps(STATUS | changes).encode())
 
 
+def stream(**lowered: Any) -> dict[str, Any]:
+    return {"streams": {"color": {"state": "running"} | lowered}}
+
+
+@pytest.mark.parametrize("most", [0, -1, -0.5])
+def test_a_bound_of_the_link_is_above_0(most: float) -> None:
+    body = json.dumps({"request": 1, "streams": {}, "link": link(most)}).encode()
+    with pytest.raises(ProtocolError, match="most_mbit_per_s: expected a number above 0"):
+        Configure.parse(body)
+
+
+def link(most_mbit_per_s: float) -> dict[str, Any]:
+    return {"adapts": True, "most_mbit_per_s": most_mbit_per_s}
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -109,6 +128,12 @@ def parse_status(**changes: Any) -> Status:
         ({"channels": {"/tf": {"produced": 1, "sent": 1, "dropped": {"x": -1}}}}, "not negative"),
         ({"channels": {"/tf": {"produced": -1, "sent": 1, "dropped": {}}}}, "not negative"),
         ({"thermal": "hot"}, "body.thermal: expected"),
+        (stream(quality=0), "quality: expected 1 to 100, found 0"),
+        (stream(quality=101), "quality: expected 1 to 100, found 101"),
+        (stream(quality=60.0), "streams.color.quality: expected"),
+        (stream(rate_hz=0), "rate_hz: expected at least 1, found 0"),
+        (stream(rate_hz=-1), "rate_hz: expected at least 1, found -1"),
+        (stream(rate_hz="15"), "streams.color.rate_hz: expected"),
         ({"channels": [1]}, "body.channels: expected dict, found list$"),
     ],
 )

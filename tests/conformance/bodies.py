@@ -148,6 +148,14 @@ STREAM_STATES: Body = {
     "color": {"state": "failed", "reason": "x" * 200},
 }
 
+# The same, of streams that give way to the link.
+ADAPTED_STREAMS: Body = {
+    "world_left": {"state": "running", "quality": 40, "rate_hz": 1},
+    "world_right": {"state": "running", "quality": 1},
+    "eye_nasal_left": {"state": "running", "quality": 100},
+    "depth": {"state": "running", "rate_hz": 15},
+}
+
 LINK_TEST: Body = {"bytes": 64 * 1024 * 1024}
 
 EVENT: Body = {

@@ -170,6 +170,9 @@ def others() -> dict[str, Case]:
     def status(why: str, **other: Any) -> Case:
         return Case("streaming", "control", json_frame("STATUS", STATUS | other), MALFORMED, why)
 
+    def stream(why: str, **lowered: Any) -> Case:
+        return status(why, streams={"world_left": {"state": "running"} | lowered})
+
     counts = {"produced": 1, "sent": 1, "dropped": {}}
     return {
         "TimeRequestShort": Case(
@@ -221,6 +224,12 @@ def others() -> dict[str, Case]:
             "It is shown in a command.",
             streams={"battery": {"state": "waiting", "permission": "a\nb"}},
         ),
+        "StatusStreamQualityZero": stream("At least 1.", quality=0),
+        "StatusStreamQualityTooLarge": stream("At most 100.", quality=101),
+        "StatusStreamQualityFraction": stream("It is an integer.", quality=60.5),
+        "StatusStreamRateZero": stream("At least 1.", rate_hz=0),
+        "StatusStreamRateNegative": stream("At least 1.", rate_hz=-15),
+        "StatusStreamRateText": stream("It is a number.", rate_hz="15"),
         "StatusUnknownClockState": status(
             "Not a state.", clock=STATUS["clock"] | {"state": "guessed"}
         ),

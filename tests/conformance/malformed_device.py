@@ -15,6 +15,7 @@ from bodies import (
     STATUS,
     STRING_PAYLOAD,
     WELCOME,
+    Body,
 )
 from frame_bytes import BOUNDS, KINDS, UNKNOWN_BOUND, frame, header, json_bytes, json_frame, pascal
 from malformed_case import Case, body_frame, error, key_cases, over_bound
@@ -186,6 +187,9 @@ def bodies() -> dict[str, Case]:
         sent = body_frame("CONFIGURE", {"request": 1, "streams": streams} | other)
         return Case("joined", "control", sent, MALFORMED, why)
 
+    def bound(most_mbit_per_s: Any) -> Body:
+        return {"adapts": True, "most_mbit_per_s": most_mbit_per_s}
+
     def start_channels(why: str, channels: Any) -> Case:
         sent = json_frame("START", START | {"channels": channels})
         return Case("configured", "control", sent, MALFORMED, why)
@@ -222,6 +226,12 @@ def bodies() -> dict[str, Case]:
         "ConfigureFramePrefixNumber": configure("It is a string.", {}, frame_prefix=1),
         "ConfigureFramePrefixSpace": configure("No frame id.", {}, frame_prefix="robot 1/"),
         "ConfigureFramePrefixLong": configure("At most 64.", {}, frame_prefix="a" * 65),
+        "ConfigureLinkText": configure("It is an object.", {}, link="auto"),
+        "ConfigureLinkEmpty": configure("It says whether the device adapts.", {}, link={}),
+        "ConfigureLinkAdaptsNumber": configure("It is a boolean.", {}, link={"adapts": 1}),
+        "ConfigureLinkBoundZero": configure("Nothing could be sent.", {}, link=bound(0)),
+        "ConfigureLinkBoundNegative": configure("Not a throughput.", {}, link=bound(-1)),
+        "ConfigureLinkBoundText": configure("It is a number.", {}, link=bound("100")),
         "StartChannelsText": start_channels("It is a number.", "5"),
         "StartChannelsFraction": start_channels("It counts.", 1.5),
         "StartChannelsNegative": start_channels("Counts are not negative.", -1),

@@ -4,6 +4,7 @@ import struct
 from typing import Any
 
 from bodies import (
+    ADAPTED_STREAMS,
     BYE,
     CHANNEL,
     CLOCK_DETAILS,
@@ -132,6 +133,34 @@ def kinds() -> dict[str, Case]:
             "Frame ids of several headsets told apart.",
             [read("CONFIGURE", json=CONFIGURE | {"frame_prefix": "robot1/"})],
         ),
+        "ConfigureLink": (
+            "receiver",
+            "control",
+            "Images give way to the link.",
+            [read("CONFIGURE", json=CONFIGURE | {"link": {"adapts": True}})],
+        ),
+        "ConfigureLinkBound": (
+            "receiver",
+            "control",
+            "Images give way to a bound, which is not a whole number.",
+            [
+                read(
+                    "CONFIGURE",
+                    json=CONFIGURE | {"link": {"adapts": True, "most_mbit_per_s": 0.5}},
+                )
+            ],
+        ),
+        "ConfigureLinkFixed": (
+            "receiver",
+            "control",
+            "Images do not give way, and never send more than the bound.",
+            [
+                read(
+                    "CONFIGURE",
+                    json=CONFIGURE | {"link": {"adapts": False, "most_mbit_per_s": 100}},
+                )
+            ],
+        ),
         "ChannelCustom": (
             "device",
             "control",
@@ -195,6 +224,12 @@ def kinds() -> dict[str, Case]:
             "control",
             "Every state that a stream can have.",
             [read("STATUS", json=STATUS | {"streams": STREAM_STATES})],
+        ),
+        "StatusAdapted": (
+            "device",
+            "control",
+            "Streams whose quality, rate or both are lowered.",
+            [read("STATUS", json=STATUS | {"streams": ADAPTED_STREAMS})],
         ),
         "StatusFinal": (
             "device",

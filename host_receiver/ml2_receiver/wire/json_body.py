@@ -105,6 +105,8 @@ def _hints(kind: Any) -> dict[str, Any]:
 
 def _read_union(kinds: tuple[Any, ...], value: Any, path: str) -> Any:
     for kind in kinds:
+        if kind is types.NoneType and value is not None:
+            continue  # its error would hide what is wrong in the value
         try:
             return _read(kind, value, path)
         except ValueError as error:

@@ -9,6 +9,7 @@ from .json_body import JsonBody, Scalar
 _NAME_CHARACTERS = 64
 _ID_CHARACTERS = 128
 _REASON_CHARACTERS = 200
+_BEST_QUALITY = 100
 MAX_LINK_TEST_BYTES = 64 << 20
 
 ClockState = Literal["waiting", "synchronised", "holdover", "frozen"]
@@ -75,10 +76,22 @@ class Joined(JsonBody):
 
 
 @dataclass(frozen=True)
+class Link:
+    adapts: bool
+    most_mbit_per_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.most_mbit_per_s is not None and self.most_mbit_per_s <= 0:
+            found = self.most_mbit_per_s
+            raise ValueError(f"most_mbit_per_s: expected a number above 0, found {found}")
+
+
+@dataclass(frozen=True)
 class Configure(JsonBody):
     request: int
     streams: Mapping[str, Mapping[str, Scalar]]
     frame_prefix: str | None = None
+    link: Link | None = None
 
 
 @dataclass(frozen=True)
@@ -168,12 +181,18 @@ class StreamStatus:
     state: StreamState
     reason: str | None = None
     permission: str | None = None
+    quality: int | None = None
+    rate_hz: int | None = None
 
     def __post_init__(self) -> None:
         if self.reason is not None and len(self.reason) > _REASON_CHARACTERS:
             raise ValueError(f"reason: expected at most {_REASON_CHARACTERS} characters")
         if self.permission is not None:
             _check_text("permission", self.permission, _ID_CHARACTERS)
+        if self.quality is not None and not 1 <= self.quality <= _BEST_QUALITY:
+            raise ValueError(f"quality: expected 1 to {_BEST_QUALITY}, found {self.quality}")
+        if self.rate_hz is not None and self.rate_hz < 1:
+            raise ValueError(f"rate_hz: expected at least 1, found {self.rate_hz}")
 
 
 @dataclass(frozen=True)
