@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
+from ml2_receiver.configuration.config_rules import LINK_WORDS
 from ml2_receiver.table.stream_table import (
     CAMERA_KEYS,
     Key,
@@ -103,6 +104,8 @@ def _allowed(key: Key) -> str:
         return "true, false"
     if key.type == "file":
         return "the name of a file, or nothing"
+    if key.type == "link":
+        return f"{', '.join(LINK_WORDS)}, or Mbit/s above 0"
     if key.type == "topic":
         return "a ROS 2 topic name"
     if key.allowed:

@@ -3,7 +3,14 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from ml2_receiver.table.stream_table import Adaptation, CustomTopics, Mode, Stream, StreamTable, Topic
+from ml2_receiver.table.stream_table import (
+    Adaptation,
+    CustomTopics,
+    Mode,
+    Stream,
+    StreamTable,
+    Topic,
+)
 from ml2_receiver.wire.json_body import Scalar
 from stream_summary import stream_summary
 

@@ -189,15 +189,17 @@ class MockDevice:
 
     def configure(self, refused: dict[str, str] | None = None) -> int:
         """Everything up to CONFIGURED; `refused` has the reasons by stream."""
-        return self._answer(self.reach_configure(), refused or {})
+        return self.answer(self.reach_configure(), refused)
 
     def reconfigure(self, refused: dict[str, str] | None = None) -> Configure:
         """The next CONFIGURE, answered."""
         asked = Configure.parse(self.wires["control"].expect(Kind.CONFIGURE))
-        self._answer(asked, refused or {})
+        self.answer(asked, refused)
         return asked
 
-    def _answer(self, asked: Configure, refused: dict[str, str]) -> int:
+    def answer(self, asked: Configure, refused: dict[str, str] | None = None) -> int:
+        """CHANNELs and CONFIGURED; `refused` has the reasons by stream."""
+        refused = refused or {}
         wanted = {
             topic.name: topic
             for stream, values in asked.streams.items()

@@ -22,6 +22,7 @@ from ml2_receiver.wire.messages import (
     Error,
     Hello,
     Join,
+    Link,
     Start,
     StreamAnswer,
     Welcome,
@@ -72,6 +73,7 @@ class Scene:
         *,
         is_paused: bool = False,
         excluded: Mapping[str, str] = MappingProxyType({}),
+        link: Link | None = None,
     ) -> None:
         self.now_s = 100.0
         self.idle: set[str] = set()
@@ -85,7 +87,7 @@ class Scene:
             lambda: self.now_s,
             lambda: self.idle,
         )
-        self.host = Host(context, REQUEST, is_paused=is_paused)
+        self.host = Host(context, REQUEST, link=link, is_paused=is_paused)
         self.welcome: Welcome
         self.control: Connection
         self.lanes: dict[str, Connection] = {}

@@ -10,6 +10,7 @@ from ml2_receiver.session.report import Report
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.transport.access import Protection
+from ml2_receiver.wire.messages import Link
 from mock_device import MockDevice
 from ros_processes import Client
 from waiting import LIMIT_S
@@ -44,7 +45,7 @@ class FailingControl:
     def pause(self) -> None:
         pass
 
-    def request(self, request: Request) -> None:
+    def request(self, request: Request, link: Link | None = None) -> None:
         pass
 
     def test_link(self) -> None:

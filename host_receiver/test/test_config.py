@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from ml2_receiver.configuration.config import Config, load_config, parse_config
 from ml2_receiver.errors import ConfigError, Problem
+from ml2_receiver.wire.messages import Link
 
 ROOT = Path(__file__).resolve().parents[2]
 THESIS = Path(__file__).parent / "data/thesis_config.yaml"
@@ -146,8 +147,44 @@ def test_what_ros_does_not_take_as_a_topic_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("value", "link"),
+    [
+        ("auto", Link(adapts=True)),
+        ("fixed", None),
+        (100, Link(adapts=True, most_mbit_per_s=100.0)),
+        (0.5, Link(adapts=True, most_mbit_per_s=0.5)),
+        ("100", Link(adapts=True, most_mbit_per_s=100.0)),
+        ("2.5", Link(adapts=True, most_mbit_per_s=2.5)),
+    ],
+)
+def test_the_link_is_a_word_or_a_number_of_mbit_per_s(
+    value: str | float, link: Link | None
+) -> None:
+    assert parse({"general": {"link": value}}).link == link
+
+
+def test_images_give_way_to_the_link_unless_told_otherwise() -> None:
+    assert parse({"gaze": {"enabled": True}}).link == Link(adapts=True)
+    assert load_config(THESIS).link == Link(adapts=True)
+
+
+LINK = "general.link"
+LINKS = "auto, fixed, or a number of Mbit/s above 0"
+
+
+@pytest.mark.parametrize(
     ("section", "key", "value", "allowed"),
     [
+        ("general: {link: fast}", LINK, "fast", LINKS),
+        ("general: {link: 0}", LINK, "0", LINKS),
+        ("general: {link: -1}", LINK, "-1", LINKS),
+        ("general: {link: .inf}", LINK, ".inf", LINKS),
+        ('general: {link: "nan"}', LINK, '"nan"', LINKS),
+        ('general: {link: "1e999"}', LINK, '"1e999"', LINKS),
+        ('general: {link: "0"}', LINK, '"0"', LINKS),
+        ("general: {link: true}", LINK, "true", LINKS),
+        ("general: {link: }", LINK, "nothing", LINKS),
+        ("general: {link: [100]}", LINK, "a list", LINKS),
         ('gaze: {enabled: "true"}', "gaze.enabled", '"true"', "true or false"),
         ("gaze: {enabled: 1}", "gaze.enabled", "1", "true or false"),
         ("gaze: {enabled: }", "gaze.enabled", "nothing", "true or false"),
@@ -353,7 +390,10 @@ def test_a_depth_mode_is_accepted_exactly_when_the_device_has_it(stream: int, ra
 
 SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8)
 NAMES = (
-    st.sampled_from(["gaze", "imu", "tf", "depth_center", "enabled", "stream", "a.b"]) | st.text()
+    st.sampled_from(
+        ["gaze", "imu", "general", "link", "tf", "depth_center", "enabled", "stream", "a.b"]
+    )
+    | st.text()
 )
 TREES = st.recursive(
     SCALARS, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=4)

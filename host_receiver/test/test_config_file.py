@@ -39,6 +39,14 @@ def test_only_values_that_changed_are_written(file: Path) -> None:
     assert load_config(file) == config
 
 
+def test_a_number_for_the_link_stays_as_the_user_wrote_it(file: Path) -> None:
+    file.write_text(TEXT + "    general: {link: 100.0}\n")
+    ConfigFile(file).save(changed(file, general__link="100", battery__enabled=True))
+    assert "{link: 100.0}" in file.read_text()
+    ConfigFile(file).save(changed(file, general__link="50"))
+    assert "{link: 50}" in file.read_text()
+
+
 def test_a_file_of_one_without_any_begins_as_the_packaged_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

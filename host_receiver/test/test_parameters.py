@@ -7,6 +7,7 @@ import pytest
 
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.wire.messages import Link
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver, Subscriber
 
@@ -27,6 +28,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"world_left.enabled": [True]}, "found a list"),
     ({"world_left.enable": True}, "did you mean enabled?"),
     ({"general.topic_name": "/other"}, "read-only"),
+    ({"general.link": "fast"}, 'expected auto, fixed, or a number of Mbit/s above 0, found "fast"'),
+    ({"general.link": 0}, "a number of Mbit/s above 0, found 0"),
     ({"qos_overrides./magic_leap2/log.publisher.depth": 3}, "read-only"),
     ({f"{COLOR}.update_rate": 45}, "one of 15, 30, 60 with stream 0, 1920x1080, found 45"),
     ({f"{COLOR}.resolution_width": 1280, "battery.enabled": True}, "found 1280x1080"),
@@ -65,6 +68,29 @@ def test_a_parameter_renegotiates(client: Client, device: MockDevice) -> None:
         assert subscriber.publisher["reliability"] == "RELIABLE"
     assert client.ask("enable", "battery", False) == [True, ""]
     assert "battery" not in device.reconfigure().streams
+
+
+def test_the_link_is_text_and_changes_alone(
+    client: Client, device: MockDevice, config: Path
+) -> None:
+    assert client.ask("get", "general.link") == ["auto"]
+    for value, text, link in (
+        ("100", "100", Link(adapts=True, most_mbit_per_s=100.0)),
+        ("fixed", "fixed", None),
+        (50, "50", Link(adapts=True, most_mbit_per_s=50.0)),
+        (2.5, "2.5", Link(adapts=True, most_mbit_per_s=2.5)),
+    ):
+        assert client.ask("set", {"general.link": value}) == [[True, ""]]
+        asked = device.reconfigure()
+        assert (asked.link, set(asked.streams)) == (link, {"world_left", "color", "tf"})
+        device.expect_start(asked.request)
+        assert client.ask("get", "general.link") == [text]
+    assert client.ask("trigger", "save_config")[0]
+    assert "link: 2.5" in config.read_text()
+    config.write_text(config.read_text().replace("link: 2.5", "link: 7"))
+    assert client.ask("trigger", "reload") == [True, ""]
+    assert device.reconfigure().link == Link(adapts=True, most_mbit_per_s=7.0)
+    assert client.ask("get", "general.link") == ["7"]
 
 
 def test_values_legal_only_together_wait_or_come_together(
@@ -135,17 +161,25 @@ def test_parameters_given_to_ros_go_before_the_file_even_when_it_is_reloaded(
 ) -> None:
     file = tmp_path / "more.yaml"
     file.write_text("/ml2_receiver: {ros__parameters: {imu: {angular_velocity_variance: 0.5}}}")
-    given = ("-p", "world_left.enabled:=false", "-p", "general.topic_name:=other")
-    options = ("--ros-args", *given, "--params-file", str(file))
+    given = ("world_left.enabled:=false", "general.topic_name:=other", "general.link:=100")
+    options = (
+        "--ros-args",
+        *(word for it in given for word in ("-p", it)),
+        "--params-file",
+        str(file),
+    )
     with (
         Receiver(config, *options) as receiver,
         Client() as client,
         MockDevice(receiver.address, says_ping=True) as device,
     ):
-        device.start()
+        asked = device.reach_configure()
+        assert asked.link == Link(adapts=True, most_mbit_per_s=100.0)
+        device.answer(asked)
+        device.expect_start(asked.request)
         assert client.ask("trigger", "reload") == [True, ""]
         names = ("world_left.enabled", "imu.angular_velocity_variance", f"{COLOR}.enabled")
-        assert client.ask("get", *names) == [False, 0.5, True]
+        assert client.ask("get", "general.link", *names) == ["100", False, 0.5, True]
         with Subscriber("/other/color/camera_info", "sensor_msgs/msg/CameraInfo"):
             pass
 

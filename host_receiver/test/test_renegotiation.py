@@ -2,11 +2,19 @@
 
 from ml2_receiver.session.streams import Request
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import ChannelEnd, Configure, Configured, Start, StreamAnswer
+from ml2_receiver.wire.messages import (
+    ChannelEnd,
+    Configure,
+    Configured,
+    Link,
+    Start,
+    StreamAnswer,
+)
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene
 
 FASTER: Request = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 5}}
 SLOWER: Request = {**REQUEST, "world_left": {**REQUEST["world_left"], "update_rate": 1}}
+AUTO, BOUNDED = Link(adapts=True), Link(adapts=True, most_mbit_per_s=100.0)
 WITHOUT_CAMERA = {id: values for id, values in REQUEST.items() if id != "world_left"}
 
 
@@ -188,3 +196,66 @@ def test_only_withheld_streams_leave_nothing_to_ask_for() -> None:
     scene = Scene(excluded=dict.fromkeys(REQUEST, "not here"))
     scene.configure()
     assert streams(scene) == [{}]
+
+
+def links(scene: Scene) -> list[tuple[Request, Link | None]]:
+    return [(asked.streams, asked.link) for asked in scene.asked()]
+
+
+def test_a_headset_is_told_how_images_give_way_whenever_it_is_asked() -> None:
+    scene = Scene(link=BOUNDED)
+    scene.start()
+    scene.host.request(FASTER, BOUNDED)
+    assert links(scene) == [(REQUEST, BOUNDED), (FASTER, BOUNDED)]
+
+
+def test_another_link_alone_is_asked_for_with_the_same_streams() -> None:
+    scene = Scene(link=AUTO)
+    scene.start()
+    for link in (BOUNDED, None, AUTO):
+        scene.host.request(REQUEST, link)
+        assert links(scene)[-1] == (REQUEST, link)
+        scene.comply()
+        assert scene.sent(scene.control)[-1] == (Kind.START, Start(scene.asked()[-1].request))
+    assert len(scene.asked()) == 4
+    assert scene.sink.applied[-1].topics == TOPICS
+
+
+def test_the_same_link_is_not_asked_for_again() -> None:
+    scene = Scene(link=AUTO)
+    scene.start()
+    scene.host.request(REQUEST, Link(adapts=True))
+    assert links(scene) == [(REQUEST, AUTO)]
+
+
+def test_while_an_answer_is_outstanding_the_newest_link_waits_for_it() -> None:
+    scene = started()
+    scene.host.request(FASTER)
+    scene.host.request(FASTER, BOUNDED)
+    scene.host.request(FASTER, AUTO)
+    assert links(scene)[1:] == [(FASTER, None)]
+    scene.comply()
+    assert links(scene)[1:] == [(FASTER, None), (FASTER, AUTO)]
+
+
+def test_another_link_starts_neither_paused_nor_idle_streams() -> None:
+    scene = started()
+    scene.host.pause()
+    scene.comply()
+    scene.host.request(REQUEST, AUTO)
+    assert links(scene)[-1] == ({}, AUTO)
+    scene.comply()
+    scene.idle = {"world_left"}
+    scene.host.begin()
+    scene.comply()
+    scene.host.request(REQUEST, BOUNDED)
+    assert links(scene)[-1] == (WITHOUT_CAMERA, BOUNDED)
+
+
+def test_another_link_in_a_pause_before_the_first_start_starts_nothing() -> None:
+    scene = Scene(is_paused=True)
+    scene.answer()
+    scene.host.request(REQUEST, AUTO)
+    scene.comply()
+    assert links(scene) == [(REQUEST, None), (REQUEST, AUTO)]
+    assert Kind.START not in scene.kinds(scene.control)

@@ -7,6 +7,7 @@ import pytest
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.settings import Settings
 from ml2_receiver.errors import ConfigError
+from ml2_receiver.wire.messages import Link
 
 COLOR = "picture_center"
 
@@ -68,9 +69,19 @@ def test_values_that_are_set_together_do_not_wait(settings: Settings) -> None:
     assert "mixed_reality" in settings.changed(both).config.requests
 
 
+@pytest.mark.parametrize("value", ["100", 100, 100.0, "1e2"])
+def test_a_number_for_the_link_is_the_same_as_text(settings: Settings, value: object) -> None:
+    settings = settings.changed({"general.link": value}, may_wait=True)
+    assert str(settings.values["general.link"]) == "100"
+    assert settings.config.link == Link(adapts=True, most_mbit_per_s=100.0)
+    assert settings.changed({"general.link": "fixed"}).config.link is None
+
+
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
+        ("general.link", "slow", 'expected auto, fixed, or a number .* above 0, found "slow"'),
+        ("general.link", "-1", 'expected auto, fixed, or a number .* above 0, found "-1"'),
         ("world_left.enabled", 1, "expected true or false, found 1"),
         ("world_left.enabled", "yes", 'expected true or false, found "yes"'),
         ("world_left.enabled", None, "expected true or false, found nothing"),

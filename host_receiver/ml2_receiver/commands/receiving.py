@@ -101,6 +101,7 @@ def serving(
         ReceiverSettings(
             endpoint.name, f"ml2-receiver {VERSION}", config.frame_prefix, endpoint.excluded
         ),
+        link=config.link,
         is_paused=is_paused,
         idle=idle,
         access_changed=lambda: endpoint.follow(server),

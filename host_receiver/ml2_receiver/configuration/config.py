@@ -8,6 +8,7 @@ from pathlib import Path
 from ..errors import CalibrationError, ConfigError, Problem
 from ..table.reader import load_table
 from ..table.stream_table import Stream
+from ..wire.messages import Link
 from .calibration import Calibration, load_calibration
 from .config_rules import Values, camera_problems, key_problems, read_values
 from .parameter_file import MAX_BYTES, read_parameters
@@ -48,6 +49,17 @@ class Config:
         if running:
             running += [stream for stream in streams if stream.when is None]
         return {stream.id: _request(stream, self.values) for stream in running}
+
+    @property
+    def link(self) -> Link | None:
+        """The `link` of CONFIGURE; None means that images do not give way to the link."""
+        match self.values["general.link"]:
+            case "auto":
+                return Link(adapts=True)
+            case "fixed":
+                return None
+            case mbit_per_s:
+                return Link(adapts=True, most_mbit_per_s=float(mbit_per_s))
 
     @property
     def calibrations(self) -> Mapping[str, Calibration]:

@@ -53,23 +53,28 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
 
 
 def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict[str, Scalar]:
-    """All values by "section.key", defaults included; those the key cannot have are left out."""
+    """All values by "section.key", defaults included; those the key cannot have are left out.
+
+    A number of a key of type "link" is a number, even if it is given as text.
+    """
     values: dict[str, Scalar] = {}
     for section in sections.values():
         for key in section.keys.values():
             name = f"{section.id}.{key.name}"
             value: object = parameters[name].value if name in parameters else key.default
             if _accepts(value, key):
-                values[name] = value
+                values[name] = _mbit_per_s(value) if key.type == "link" else value
     return values
 
 
-def mbit_per_s(text: str) -> float | None:
-    """Returns the number in a value of type "link", which is text as a ROS parameter."""
+def _mbit_per_s(value: Scalar) -> Scalar:
+    """Returns the number in a text, which a ROS parameter is; everything else as it is."""
     try:
-        return float(text)
+        number = float(value) if isinstance(value, str) else value
     except ValueError:
-        return None
+        return value
+    is_whole = isinstance(number, float) and number.is_integer()
+    return int(number) if is_whole else number
 
 
 def camera_problems(section: Section, parameters: Parameters, values: Values) -> Iterator[Problem]:
@@ -127,16 +132,22 @@ def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
                 return False
             return _is_within(value, key)
         case "link":
-            if isinstance(value, str) and value not in LINK_WORDS:
-                value = mbit_per_s(value)
-            is_number = isinstance(value, int | float) and not isinstance(value, bool)
-            return value in LINK_WORDS or (is_number and 0 < value <= sys.float_info.max)
+            return _is_link(value)
         case "file":
             return isinstance(value, str) and value.isprintable()
         case "topic":
             return isinstance(value, str) and _TOPIC.fullmatch(value) is not None
         case _:
             return isinstance(value, str) and value in key.allowed
+
+
+def _is_link(value: object) -> bool:
+    if not isinstance(value, int | float | str) or isinstance(value, bool):
+        return False
+    number = _mbit_per_s(value)
+    if isinstance(number, str):
+        return number in LINK_WORDS
+    return 0 < number <= sys.float_info.max
 
 
 def _is_within(value: float, key: Key) -> bool:

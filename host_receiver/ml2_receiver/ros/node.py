@@ -156,7 +156,7 @@ class RosNode:
             self.event(f"{problem.located_in('')}: waiting")
         self._calibrate(settings.config.calibrations)
         if self._control is not None:
-            self._control.request(settings.config.requests)
+            self._control.request(settings.config.requests, settings.config.link)
 
     def _report(self, report: Report | None) -> None:
         with self._reporting:

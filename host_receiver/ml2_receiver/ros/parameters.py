@@ -129,7 +129,12 @@ class ParameterNode(Node):
 
     def _parameter(self, name: str, value: Scalar) -> Parameter:
         type = self._types.get(name, Parameter.Type.STRING)
-        return Parameter(name, type, float(value) if type is Parameter.Type.DOUBLE else value)
+        match type:
+            case Parameter.Type.DOUBLE:
+                value = float(value)
+            case Parameter.Type.STRING:  # which a number of the key `link` is as a parameter
+                value = str(value)
+        return Parameter(name, type, value)
 
 
 def _sections() -> Sequence[Section]:

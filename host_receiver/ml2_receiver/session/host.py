@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import VERSION, Frame, Kind
-from ..wire.messages import Bye, Hello, Join
+from ..wire.messages import Bye, Hello, Join, Link
 from .connection import Connection
 from .context import Close, Context, Ending, Send, close, error_body
 from .event_limit import EventLimit, OncePerAddress
@@ -24,13 +24,22 @@ class Host:
     Args:
         request: the streams and values that every headset is asked for, until request() changes
             them.
+        link: how images give way to the link, until request() changes it; None means that they
+            do not.
         is_paused: True delays START until begin().
     """
 
-    def __init__(self, context: Context, request: Request, *, is_paused: bool = False) -> None:
+    def __init__(
+        self,
+        context: Context,
+        request: Request,
+        *,
+        link: Link | None = None,
+        is_paused: bool = False,
+    ) -> None:
         self.session: Session | None = None
         self._context = context
-        self._request = request
+        self._request, self._link = request, link
         self._is_paused = is_paused
         self._pending: list[Connection] = []
         self._is_reported = False
@@ -187,9 +196,12 @@ class Host:
             self.session.tick()
         self._replace_ended_session()
 
-    def request(self, request: Request) -> None:
-        """Requests other streams or values; streams whose values stay the same keep running."""
-        self._request = request
+    def request(self, request: Request, link: Link | None = None) -> None:
+        """Requests other streams, values or `link`.
+
+        Streams whose values stay the same keep running.
+        """
+        self._request, self._link = request, link
         self.update()
 
     def begin(self) -> None:
@@ -216,7 +228,8 @@ class Host:
         """Requests the desired streams, which depend on Context.idle, if they have changed."""
         if self.session is not None:
             idle, excluded = self._context.idle(), self._context.settings.excluded
-            self.session.advance(DesiredStreams(self._request, self._is_paused, idle, excluded))
+            desired = DesiredStreams(self._request, self._is_paused, idle, excluded, self._link)
+            self.session.advance(desired)
 
     def expel(self, is_allowed: Callable[[str | None], bool]) -> None:
         """Ends the connections and the session of peers that are not allowed any more."""

@@ -12,6 +12,7 @@ from ..errors import ErrorCode, KeysError, ProtocolError
 from ..transport.access import Access, Protection
 from ..transport.listener import listen, peer_host, text
 from ..wire.frame import Frame, Kind, LaneKind, encode_frame
+from ..wire.messages import Link
 from .admission import Admission
 from .connection import Connection
 from .connection_io import ConnectionIO
@@ -41,6 +42,8 @@ class Server:
         sink: takes topics, messages and events.
         request: the streams and values that every headset is asked for, until request() changes
             them.
+        link: how images give way to the link, until request() changes it; None means that they
+            do not.
         is_paused: True starts no stream before begin().
         idle: returns the streams that are not needed at present; called under the lock.
         access_changed: called in a thread of its own when the paired devices have changed.
@@ -54,13 +57,14 @@ class Server:
         request: Request,
         settings: ReceiverSettings,
         *,
+        link: Link | None = None,
         is_paused: bool = False,
         idle: Callable[[], Collection[str]] = tuple,
         access_changed: Callable[[], None] = lambda: None,
     ) -> None:
         clock, limits = time.monotonic, settings.limits
         context = Context(settings, sink, self._act, clock, idle)
-        self._host = Host(context, request, is_paused=is_paused)
+        self._host = Host(context, request, link=link, is_paused=is_paused)
         self._access, self._access_changed = access, access_changed
         self._admission = Admission(limits, clock)
         self._turned_away = EventLimit(sink.event, clock, per_second=1)
@@ -112,10 +116,10 @@ class Server:
         with self._lock:
             self._host.pause()
 
-    def request(self, request: Request) -> None:
-        """Requests other streams or values; streams whose values stay the same keep running."""
+    def request(self, request: Request, link: Link | None = None) -> None:
+        """Requests other streams, values or `link`, as Host.request() does."""
         with self._lock:
-            self._host.request(request)
+            self._host.request(request, link)
 
     def update(self) -> None:
         """Reads which streams are idle, and requests the change from the headset."""

@@ -7,7 +7,7 @@ from enum import Enum, auto
 from ..errors import ErrorCode, ProtocolError
 from ..table.stream_table import StreamTable, Topic
 from ..wire.json_body import Scalar
-from ..wire.messages import Channel, ChannelEnd, Configure, Configured, Start, StreamAnswer
+from ..wire.messages import Channel, ChannelEnd, Configure, Configured, Link, Start, StreamAnswer
 from .connection import Route
 
 type Request = Mapping[str, Mapping[str, Scalar]]
@@ -22,12 +22,14 @@ class DesiredStreams:
         is_paused: True stops all streams and starts none.
         idle: streams that are not needed at present.
         excluded: streams that the headset is never asked for, with the reasons.
+        link: how images give way to the link; None means that they do not.
     """
 
     request: Request
     is_paused: bool = False
     idle: Collection[str] = ()
     excluded: Mapping[str, str] = field(default_factory=dict)
+    link: Link | None = None
 
     def requested(self) -> Request:
         """Returns the request as the headset sees it."""
@@ -96,6 +98,7 @@ class Streams:
         self._requested: Request = {}
         self._requested_before: Request = {}
         self._negotiated: Request | None = None
+        self._link: Link | None = None
         self._refusals: Mapping[str, StreamAnswer] = {}
         self._offered: list[Topic] = []
         self._has_started = self._is_streaming = False
@@ -135,10 +138,10 @@ class Streams:
         requested, refusals = desired.requested(), desired.refusals()
         if (self._negotiated, self._refusals) != (requested, refusals):
             self._negotiated, self._refusals = requested, refusals
-            return self._configure(requested)
+            return self._configure(requested, desired.link)
         needed = self._needed(desired)
-        if needed != self._requested:
-            return self._configure(needed)
+        if (needed, desired.link) != (self._requested, self._link):
+            return self._configure(needed, desired.link)
         is_idle = not needed and self._negotiated
         if desired.is_paused or is_idle or self.phase is Phase.STARTED:
             return None
@@ -149,12 +152,13 @@ class Streams:
             return {} if self._is_streaming else self._requested
         return {id: values for id, values in desired.requested().items() if id not in desired.idle}
 
-    def _configure(self, streams: Request) -> Configure:
+    def _configure(self, streams: Request, link: Link | None) -> Configure:
         self._request += 1
         self._requested_before, self._requested = self._requested, streams
+        self._link = link
         self._is_streaming = self._is_streaming and bool(streams)
         self.phase = Phase.CONFIGURING
-        return Configure(self._request, streams, self._frame_prefix)
+        return Configure(self._request, streams, self._frame_prefix, link)
 
     def _start(self) -> Start:
         for channel, (lane, route) in self._unrouted.items():

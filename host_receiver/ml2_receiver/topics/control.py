@@ -5,6 +5,7 @@ from typing import Protocol
 from ..session.report import Report
 from ..session.streams import Request
 from ..transport.access import Protection
+from ..wire.messages import Link
 
 
 class Control(Protocol):
@@ -22,8 +23,8 @@ class Control(Protocol):
     def pause(self) -> None:
         """Stops all streams until begin(); the headset stays connected."""
 
-    def request(self, request: Request) -> None:
-        """Requests other streams or values; streams with unchanged values continue."""
+    def request(self, request: Request, link: Link | None = None) -> None:
+        """Requests other streams, values or `link`; streams with unchanged values continue."""
 
     def test_link(self) -> None:
         """Measures the link to the headset for about 2 s; report() has the result.
