@@ -28,7 +28,8 @@ from processes import PREFIX, ROOT
 from simulation import compressed_config, compressed_world_and_depth, demo_config, one_camera
 
 RESULTS = ROOT / "build" / "bench"
-RAW = demo_config()
+FIXED = {"general": {"link": "fixed"}}
+RAW = demo_config(**FIXED)
 _QUEUE_S = 0.05
 _BURST_BYTES = 32 * 1024
 _SINK = """
@@ -179,7 +180,13 @@ def measure(run: Run, duration_s: float) -> dict[str, Any]:
         finally:
             over.set()
             changing.join()
-        return _row(loaded, run) | {"packets_dropped": made.dropped()}
+        steps = adaptations(folder / "one" / "receiver.log")
+        return _row(loaded, run) | {"packets_dropped": made.dropped(), "steps": steps}
+
+
+def adaptations(log: Path) -> list[str]:
+    """Returns what a receiver's log says of images that gave way to the link."""
+    return [line.strip() for line in log.read_text().splitlines() if "images" in line]
 
 
 def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
@@ -242,15 +249,24 @@ def competes(made: Link, over: threading.Event) -> None:
 
 NOISE = ("image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")
 NOISY = tuple(word for key in NOISE for word in ("--simulate", key))
-LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera())
+LONG = Run("one raw camera", 400, rtt_ms=20, config=one_camera(**FIXED))
+AUTO: dict[str, Any] = {"config": compressed_config(), "options": NOISY, "duration_s": 60}
 RUNS = (
     *(Run("raw", rate, it) for rate in (300, 100, 50, 30) for it in ("cubic", "bbr")),
     Run("100, 20, 100", 100, duration_s=40, change=falls_and_rises),
     Run("stalls of 1 s", 100, duration_s=40, change=stalls),
     Run("another flow", 100, duration_s=40, change=competes),
-    Run("compressed", 300, rtt_ms=10, config=compressed_config(), options=NOISY),
-    Run("compressed world and depth", 100, config=compressed_world_and_depth(), options=NOISY),
+    Run("compressed", 300, rtt_ms=10, config=compressed_config(**FIXED), options=NOISY),
+    Run(
+        *("compressed world and depth", 100),
+        config=compressed_world_and_depth(**FIXED),
+        options=NOISY,
+    ),
     LONG,
+    Run("auto", 300, rtt_ms=10, **AUTO),
+    *(Run("auto", rate, **AUTO) for rate in (100, 30)),
+    Run("auto, 100, 20, 100", 100, change=falls_and_rises, **AUTO),
+    Run("auto, another flow", 100, change=competes, **AUTO),
 )
 
 

@@ -44,9 +44,12 @@ def compressed_config(**changes: dict[str, Any]) -> str:
     )
 
 
-def compressed_world_and_depth() -> str:
+def compressed_world_and_depth(**changes: dict[str, Any]) -> str:
     """Returns that configuration without the colour camera and the eyes."""
-    return compressed_config(**{it: {"enabled": False} for it in ("picture_center", *EYES)})
+    off: dict[str, dict[str, Any]] = {
+        it: {"enabled": False} for it in ("picture_center", *EYES)
+    }
+    return compressed_config(**off, **changes)
 
 
 def image_topic(camera: str) -> str:

@@ -84,17 +84,11 @@ internal class ImagePacing(
         rate.mostBytesPerSecond = bytesPerSecond ?: ImageRate.MOST
     }
 
-    /** Returns what is known of the link, on which images have waited since [waitingSinceNanos]. */
-    fun link(waitingSinceNanos: Long?): LinkState {
+    /** Returns what is known of the link; the arguments are as in [LinkState]. */
+    fun link(waitingSinceNanos: Long?, droppedImages: Long): LinkState = synchronized(rate) {
         val now = nanoTime()
-        return synchronized(rate) {
-            LinkState(
-                waitingSinceNanos,
-                isStalled(now) || rate.isSearching(now),
-                writtenBytes,
-                rate.bytesPerSecond(now),
-            )
-        }
+        val isUnsettled = isStalled(now) || rate.isSearching(now)
+        LinkState(waitingSinceNanos, isUnsettled, droppedImages, writtenBytes, rate.bytesPerSecond(now))
     }
 
     /** Measures the round trip of [exchange]; called by one thread. */

@@ -82,14 +82,23 @@ internal class ImageRate(startNanos: Long) {
         lastDelayNanos = delay
         if (nowNanos < heldUntilNanos || !written.isAnyRecent(nowNanos)) return
         if (min(delay, before) <= max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)) return
-        congested(delay + max(0, delay - before), nowNanos) // It has grown since this round trip began
+        val grownDelay = delay + max(0, delay - before) // It has grown since this round trip began
+        val delivered = max(
+            written.bytesPerSecond(delay, nowNanos - nanos),
+            written.bytesPerSecond(grownDelay, nowNanos),
+        )
+        congested(delivered, grownDelay, nowNanos)
     }
 
-    private fun congested(delayNanos: Long, nowNanos: Long) {
+    private fun congested(
+        delivered: Double,
+        delayNanos: Long,
+        nowNanos: Long,
+    ) {
         val before = congestion?.takeIf { nowNanos - heldUntilNanos < RELATED_NANOS + 2 * roundTrips.leastNanos }
         val rate = bytesPerSecond(nowNanos)
         if (before == null) {
-            congestedAt = written.bytesPerSecond(delayNanos, nowNanos).coerceIn(rate / DEEPEST_CUT, rate)
+            congestedAt = delivered.coerceIn(rate / DEEPEST_CUT, rate)
             congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1)
         } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
             roundTrips.restart(roundTrips.leastNanos + delayNanos, nowNanos)
@@ -177,45 +186,40 @@ private class LeastRoundTrip {
     }
 }
 
-/** How many bytes were written in the last [WINDOW_NANOS]. */
+/** What was written in the last [WINDOW_NANOS]. */
 private class WrittenBytes {
     private class Write(val bytes: Int, val atNanos: Long)
 
     private val writes = ArrayDeque<Write>()
-    private var bytes = 0L
 
     fun add(count: Int, nowNanos: Long) {
         writes.addLast(Write(count, nowNanos))
-        bytes += count
-        forget(nowNanos)
+        while (nowNanos - writes.first().atNanos > WINDOW_NANOS) writes.removeFirst()
     }
 
     /**
-     * The rate at which the link delivered, in B/s: what was written in the window arrives in the window and the
-     * [delayNanos] by which the queue has grown.
+     * The rate at which the link delivered, in B/s, or a lower one: what was written in any time until [untilNanos]
+     * arrives in this time and the [delayNanos] that the queue then had. Images come in bursts, so the greatest of these
+     * rates is the nearest.
      */
-    fun bytesPerSecond(delayNanos: Long, nowNanos: Long): Double {
-        forget(nowNanos)
-        val first = writes.firstOrNull() ?: return 0.0
-        val window = max(nowNanos - first.atNanos, SHORTEST_NANOS) + min(delayNanos, WINDOW_NANOS)
-        return bytes * 1e9 / window
-    }
-
-    fun isAnyRecent(nowNanos: Long): Boolean {
-        forget(nowNanos)
-        return writes.isNotEmpty()
-    }
-
-    private fun forget(nowNanos: Long) {
-        while (writes.isNotEmpty() &&
-            nowNanos - writes.first().atNanos > WINDOW_NANOS
-        ) {
-            bytes -= writes.removeFirst().bytes
+    fun bytesPerSecond(delayNanos: Long, untilNanos: Long): Double {
+        val delay = min(delayNanos, LONGEST_DELAY_NANOS)
+        var bytes = 0L
+        var most = 0.0
+        for (write in writes.asReversed()) {
+            if (write.atNanos > untilNanos) continue
+            bytes += write.bytes
+            most = max(most, bytes * 1e9 / (max(untilNanos - write.atNanos, SHORTEST_NANOS) + delay))
         }
+        return most
     }
+
+    fun isAnyRecent(nowNanos: Long): Boolean = writes.isNotEmpty() && nowNanos - writes.last().atNanos <= RECENT_NANOS
 
     private companion object {
-        const val WINDOW_NANOS = 200_000_000L
+        const val WINDOW_NANOS = 400_000_000L
+        const val RECENT_NANOS = 200_000_000L
+        const val LONGEST_DELAY_NANOS = 200_000_000L
         const val SHORTEST_NANOS = 20_000_000L
     }
 }

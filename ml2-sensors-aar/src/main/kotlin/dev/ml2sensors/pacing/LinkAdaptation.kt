@@ -10,12 +10,14 @@ internal class AdaptationStep(val streams: Set<AdaptedStream>, val quality: Int?
  *
  * @property waitingSinceNanos since when an image lane has always had something to send; null if all have pauses.
  * @property isUnsettled true while the link stands still, or while the pacing does not know its rate yet.
+ * @property droppedImages how many images were dropped so far because newer ones came before the link took them.
  * @property sentBytes what all image lanes have sent so far.
  * @property allowedBytesPerSecond the rate of the pacing.
  */
 internal class LinkState(
     val waitingSinceNanos: Long?,
     val isUnsettled: Boolean,
+    val droppedImages: Long,
     val sentBytes: Long,
     val allowedBytesPerSecond: Double,
 )
@@ -24,11 +26,12 @@ internal class LinkState(
  * Lowers what images need when the link carries less, and raises it again: a state machine over [steps], of which the
  * first [level] are in force.
  *
- * - Down: images have waited for half a second, and the link has not delivered what they need. The next level needs at
- *   most [DOWN_TARGET] of what it delivered, but not less than half of before. A second passes between two such steps.
+ * - Down: images have waited for half a second, and some were dropped. The next level needs at most [DOWN_TARGET] of
+ *   what the link delivered, but not less than a third of before. 1.5 s pass between two such steps.
  * - Up: images have not waited for 5 s, and the pacing allows what the next level needs. Where it does not, one step is
  *   tried after 30 s, since only images that wait show what a link has.
- * - A step up that had to be taken back makes the next wait longer: 30 s, then twice as long each time, to 4 min.
+ * - A step up after which images are dropped again is taken back. The next wait is longer: 30 s, then twice as long
+ *   each time, to 4 min.
  *
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
@@ -39,16 +42,17 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     var level: Int = (0..steps.size).first { level -> streams.all { setting(it, level).isWithin(it.present) } }
         private set
 
+    /** A step up; a trial is one that the pacing did not allow. */
+    private class Raise(val from: Int, val atNanos: Long, val isTrial: Boolean, var isTakenBack: Boolean = false)
+
     private val deliveries = Deliveries()
     private var steadySinceNanos = nowNanos
     private var calmSinceNanos = nowNanos
-    private var raisedNanos: Long? = null
-    private var isTakenBack = false
+    private var raised: Raise? = null
     private var patienceNanos = PATIENCE_NANOS
 
-    /** What the link last delivered of images while they waited, in B/s; null before the first time. */
-    var deliveredBytesPerSecond: Double? = null
-        private set
+    /** The pacing does not allow the next step up. */
+    private var isTrial = false
 
     init {
         apply()
@@ -56,49 +60,53 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
 
     /** Follows the [link], several times a second; returns true if the level has changed. */
     fun follow(link: LinkState, nowNanos: Long): Boolean {
-        deliveries.add(link.sentBytes, nowNanos)
+        deliveries.add(link.sentBytes, link.droppedImages, nowNanos)
         if (link.isUnsettled) steadySinceNanos = nowNanos
         val waitingSince = link.waitingSinceNanos?.coerceAtLeast(steadySinceNanos)
         val isPressed = waitingSince != null && nowNanos - waitingSince >= PRESSURE_NANOS
         if (isPressed || link.isUnsettled) calmSinceNanos = nowNanos
-        val next = if (isPressed) lower() else raise(link.allowedBytesPerSecond, nowNanos)
+        val next = if (isPressed) lower(nowNanos) else raise(link.allowedBytesPerSecond, nowNanos)
         if (next == level) return false
-        noteStep(isUp = next < level, nowNanos)
+        noteStep(next, nowNanos)
         level = next
         apply()
         return true
     }
 
-    private fun lower(): Int {
+    private fun lower(nowNanos: Long): Int {
         val delivered = deliveries.bytesPerSecond() ?: return level
+        if (!deliveries.hasDrops) return level
+        raised?.let { if (!it.isTakenBack && nowNanos - it.atNanos < RELATED_NANOS) return it.from }
         val needed = needed(level)
-        if (delivered >= needed * KEEPING_UP) return level
-        deliveredBytesPerSecond = delivered
-        val target = maxOf(DOWN_TARGET * delivered, needed / 2)
+        val target = maxOf(DOWN_TARGET * delivered, needed / DEEPEST_STEP)
         return (level + 1..steps.size).firstOrNull { needed(it) <= target } ?: steps.size
     }
 
     private fun raise(allowed: Double, nowNanos: Long): Int {
         val calmNanos = nowNanos - maxOf(calmSinceNanos, steadySinceNanos)
+        val isProven = raised?.let { !it.isTakenBack && nowNanos - it.atNanos > PROOF_NANOS } == true
+        if (isProven) patienceNanos = PATIENCE_NANOS
         if (level == 0 || calmNanos < patienceNanos) return level
+        // The pacing is not believed soon after it was found wrong
+        val isBelieved = raised?.let { it.isTrial && nowNanos - it.atNanos < TRIAL_NANOS } != true
         val target = minOf(UP_TARGET * allowed, 2 * needed(level))
-        val fitting = (0 until level).firstOrNull { needed(it) <= target }
+        val fitting = (0 until level).firstOrNull { isBelieved && needed(it) <= target }
+        isTrial = fitting == null
         return fitting ?: if (calmNanos >= maxOf(patienceNanos, TRIAL_NANOS)) level - 1 else level
     }
 
-    private fun noteStep(isUp: Boolean, nowNanos: Long) {
-        val sinceRaised = raisedNanos?.let { nowNanos - it }
-        if (isUp) {
-            val isProven = !isTakenBack && sinceRaised != null && sinceRaised > PROOF_NANOS
-            if (isProven) patienceNanos = PATIENCE_NANOS
-            raisedNanos = nowNanos
-            isTakenBack = false
-        } else if (sinceRaised == null || sinceRaised > RELATED_NANOS) {
-            patienceNanos = PATIENCE_NANOS
-        } else if (!isTakenBack) {
+    private fun noteStep(next: Int, nowNanos: Long) {
+        val before = raised
+        if (next < level) {
+            raised = Raise(level, nowNanos, isTrial)
+        } else if (before == null || nowNanos - before.atNanos > RELATED_NANOS) {
+            patienceNanos = maxOf(PATIENCE_NANOS, patienceNanos / 2)
+            raised = null
+        } else if (!before.isTakenBack) {
             patienceNanos = (2 * patienceNanos).coerceIn(TRIAL_NANOS, MOST_PATIENCE_NANOS)
-            isTakenBack = true
+            before.isTakenBack = true
         }
+        // What waited before a step is still to be sent
         steadySinceNanos = nowNanos + SETTLING_NANOS
     }
 
@@ -112,7 +120,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
 
     private companion object {
         const val PRESSURE_NANOS = 500_000_000L
-        const val SETTLING_NANOS = 500_000_000L
+        const val SETTLING_NANOS = 1_000_000_000L
         const val PATIENCE_NANOS = 5_000_000_000L
         const val TRIAL_NANOS = 30_000_000_000L
         const val MOST_PATIENCE_NANOS = 240_000_000_000L
@@ -126,9 +134,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         /** The pacing goes down to this part of the link's rate: images that need more wait again. */
         const val DOWN_TARGET = 0.85
         const val UP_TARGET = 0.8
-
-        /** A link that delivers this much of what is needed has no less than that: images catch up. */
-        const val KEEPING_UP = 1.02
+        const val DEEPEST_STEP = 3
 
         fun steps(streams: List<AdaptedStream>, order: AdaptationSpec): List<AdaptationStep> {
             val groups = order.streams.map { ids -> streams.filter { it.id in ids } }
@@ -149,14 +155,16 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     }
 }
 
-/** What was sent in the last half second. */
+/** What was sent, and dropped, in the last half second. */
 private class Deliveries {
-    private class Total(val bytes: Long, val atNanos: Long)
+    private class Total(val bytes: Long, val drops: Long, val atNanos: Long)
 
     private val totals = ArrayDeque<Total>()
 
-    fun add(bytes: Long, nowNanos: Long) {
-        totals.addLast(Total(bytes, nowNanos))
+    val hasDrops: Boolean get() = totals.last().drops > totals.first().drops
+
+    fun add(bytes: Long, drops: Long, nowNanos: Long) {
+        totals.addLast(Total(bytes, drops, nowNanos))
         while (totals.size > 2 && nowNanos - totals[1].atNanos >= WINDOW_NANOS) totals.removeFirst()
     }
 

@@ -7,6 +7,7 @@ import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
+import java.util.concurrent.atomic.AtomicLong
 
 /**
  * A bounded queue of frames that are sent in order over a connection of their own. It outlives connections: each
@@ -26,6 +27,10 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
     @Volatile
     var waitingSinceNanos: Long? = null
         private set
+
+    /** How many frames were dropped because the queue was full. */
+    val overflows: Long get() = overflowCount.get()
+    private val overflowCount = AtomicLong()
 
     /** True while the network takes nothing more for now. */
     val isBlocked: Boolean
@@ -62,8 +67,13 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
             val result = queue.trySend(frame)
             when {
                 result.isSuccess -> return
+
                 result.isClosed -> return frame.drop(DropReason.LINK_DOWN)
-                else -> queue.tryReceive().getOrNull()?.drop(DropReason.QUEUE_FULL)
+
+                else -> queue.tryReceive().getOrNull()?.let {
+                    overflowCount.incrementAndGet()
+                    it.drop(DropReason.QUEUE_FULL)
+                }
             }
         }
     }

@@ -50,8 +50,10 @@ internal class ImageAdaptation(private val lane: (String) -> Lane, private val r
         while (true) {
             delay(INTERVAL)
             synchronized(streams) {
-                val waitingSince = streams.keys.mapNotNull { lane(it).waitingSinceNanos }.minOrNull()
-                if (adaptation?.follow(link.link(waitingSince), System.nanoTime()) == true) reportLowered()
+                val lanes = streams.keys.map(lane)
+                val waitingSince = lanes.mapNotNull { it.waitingSinceNanos }.minOrNull()
+                val state = link.link(waitingSince, lanes.sumOf { it.overflows })
+                if (adaptation?.follow(state, System.nanoTime()) == true) reportLowered()
             }
         }
     }

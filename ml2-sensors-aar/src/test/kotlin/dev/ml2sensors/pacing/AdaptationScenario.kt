@@ -31,6 +31,7 @@ internal class AdaptationScenario(
     private val bytesOfImage = streams.associateWith { configuredBytes(it) * any(spread) }
     private var sentBytes = 0.0
     private var queuedBytes = 0.0
+    private var droppedImages = 0L
     private var waitingSince: Long? = null
     private var pacedMbit = 1.0
 
@@ -45,18 +46,19 @@ internal class AdaptationScenario(
             val images = stream.present.rateHz / TICKS.toDouble()
             if (random.nextDouble() < images) stream.published((bytes(stream) * any(0.05)).toInt(), stream.present)
         }
-        // A rate that is not used grows until it delays something
+        // Images that wait show the rate; few of them together fit a fast link's queue at any rate
         pacedMbit = if (waitingSince != null) mbit * (0.85 + 0.25 * random.nextDouble()) else pacedMbit * 1.3
-        pacedMbit = pacedMbit.coerceIn(0.5, if (neededMbit > mbit) 1.1 * mbit + 0.5 else 1000.0)
+        pacedMbit = pacedMbit.coerceIn(0.5, if (neededMbit > 0.2 * mbit) 1.2 * mbit + 0.5 else 1000.0)
         val offered = neededMbit / 8e-6 / TICKS * any(0.05)
         val room = minOf(mbit, pacedMbit) / 8e-6 / TICKS
         val most = streams.sumOf { QUEUE_IMAGES * bytes(it) }
         val waits = queuedBytes + offered
         val delivered = minOf(waits, room)
         sentBytes += delivered
+        if (waits - delivered > most) droppedImages++
         queuedBytes = minOf(waits - delivered, most)
         waitingSince = if (queuedBytes > 0) waitingSince ?: nowNanos else null
-        val link = LinkState(waitingSince, isUnsettled = mbit == 0.0, sentBytes.toLong(), pacedMbit / 8e-6)
+        val link = LinkState(waitingSince, mbit == 0.0, droppedImages, sentBytes.toLong(), pacedMbit / 8e-6)
         if (adaptation.follow(link, nowNanos)) {
             changes += Change(nowNanos, adaptation.level)
             onChange(streams)

@@ -28,6 +28,20 @@ class LinkScenarioTest {
     }
 
     @Test
+    fun imagesThatTheLinkCarriesAreNotHeldBack() {
+        val results = listOf(2, 10, 20).flatMap { roundTripMillis ->
+            listOf(300.0, 500.0, 1000.0).map { mbit ->
+                VirtualLink(roundTripMillis, queueMillis = 50, imagesMbit = 204.0) { mbit }.play("204 Mbit/s of images")
+            }
+        }
+        report("pacing_images.json", results)
+        for (it in results) {
+            assertTrue(it.delayP99Millis < 20, "$it: delay")
+            assertTrue(it.imagesP99Millis < 100, "$it: a queue of four images is full after 133 ms")
+        }
+    }
+
+    @Test
     fun aChangedLinkIsFollowedWithinFiveSeconds() {
         val results = listOf(
             VirtualLink(2, 50) { if (it.toInt() / 10 % 2 == 0) 100.0 else 20.0 }.play("100, 20, 100"),
@@ -52,33 +66,49 @@ internal class ScenarioResult(
     @SerialName("rtt_ms") val roundTripMillis: Int,
     @SerialName("queue_ms") val queueMillis: Int,
     @SerialName("delay_p99_ms") val delayP99Millis: Double,
+    @SerialName("images_p99_ms") val imagesP99Millis: Double,
     val use: Double,
     @SerialName("settled_s") val settledSeconds: Double,
 ) {
-    override fun toString(): String = "%-16s %5.0f Mbit/s, %3d ms, queue %3d ms: p99 %6.1f ms, use %.2f, settled %.1f s"
-        .format(scenario, linkMbit, roundTripMillis, queueMillis, delayP99Millis, use, settledSeconds)
+    override fun toString(): String = "%-16s %5.0f Mbit/s, %3d ms, queue %3d ms: p99 %6.1f ms, images %.0f ms, use %.2f, settled %.1f s"
+        .format(
+            scenario,
+            linkMbit,
+            roundTripMillis,
+            queueMillis,
+            delayP99Millis,
+            imagesP99Millis,
+            use,
+            settledSeconds,
+        )
 }
 
 /**
- * A link with one queue, as a fluid in steps of a millisecond. Images always wait. What the queue cannot take is lost,
+ * A link with one queue, as a fluid in steps of a millisecond. What the queue cannot take is lost,
  * and its sender writes nothing for a round trip.
  *
+ * @param imagesMbit what the images need, which come together 30 times a second; if infinite, images always wait.
  * @param addedMillis returns what is added to the round trip at a second.
  * @param mbit returns the link's rate at a second.
  */
 internal class VirtualLink(
     private val roundTripMillis: Int,
     private val queueMillis: Int,
+    private val imagesMbit: Double = Double.POSITIVE_INFINITY,
     private val addedMillis: (second: Double) -> Double = { 0.0 },
     private val mbit: (second: Double) -> Double,
 ) {
     private val rate = ImageRate(0)
     private var queueBytes = 0.0
+
+    /** Of images that were not written yet. */
+    private var waitingBytes = 0.0
     private var askedMillis = 0
     private var answerMillis = Double.NaN
 
     fun play(name: String): ScenarioResult {
         val delays = ArrayList<Double>()
+        val imageDelays = ArrayList<Double>()
         var used = 0.0
         var offered = 0.0
         var unsettled = 0.0
@@ -90,7 +120,10 @@ internal class VirtualLink(
             val delay = if (bytesPerMilli == 0.0) 0.0 else queueBytes / bytesPerMilli
             askAndAnswer(millis, delay + roundTripMillis + addedMillis(second))
             if (bytesPerMilli == 0.0) continue
-            if (second >= SETTLING_SECONDS) delays += delay
+            if (second >= SETTLING_SECONDS) {
+                delays += delay
+                imageDelays += waitingBytes / (imagesMbit * BYTES_PER_MBIT_MILLI)
+            }
             used += images
             offered += bytesPerMilli - sensors
             val isSettled = delay < SETTLED_MILLIS + roundTripMillis / 2.0
@@ -101,22 +134,29 @@ internal class VirtualLink(
             mbit(0.0),
             roundTripMillis,
             queueMillis,
-            delays.sorted()[(delays.size * 0.99).toInt()],
+            delays.p99(),
+            if (imagesMbit.isFinite()) imageDelays.p99() else 0.0,
             used / offered,
             unsettled,
         )
     }
 
+    private fun List<Double>.p99() = sorted()[(size * 0.99).toInt()]
+
     /** Returns how many bytes of images are written in this millisecond. */
     private fun step(millis: Int, bytesPerMilli: Double, sensors: Double): Double {
         if (millis < FIRST_IMAGE_MILLIS) return 0.0
         val now = millis * NANOS_PER_MILLI
-        rate.waited(now)
+        if (!imagesMbit.isFinite()) waitingBytes = Double.MAX_VALUE
+        val isBurst = millis % FRAME_MILLIS == 0
+        if (isBurst) waitingBytes += imagesMbit.coerceAtMost(1e6) * BYTES_PER_MBIT_MILLI * FRAME_MILLIS
         val limit = queueMillis * max(bytesPerMilli, 1.0)
         queueBytes = min(queueBytes, limit)
         val room = max(0.0, limit + bytesPerMilli - queueBytes - sensors)
-        val images = min(rate.bytesPerSecond(now) / 1000, room)
+        val images = min(waitingBytes, min(rate.bytesPerSecond(now) / 1000, room))
         if (images >= 1) rate.written(images.toInt(), now)
+        waitingBytes -= images
+        if (waitingBytes > 0) rate.waited(now)
         queueBytes = max(0.0, queueBytes + sensors + images - bytesPerMilli)
         return images
     }
@@ -136,6 +176,7 @@ internal class VirtualLink(
         const val SECONDS = 60
         const val SETTLING_SECONDS = 3.0
         const val SETTLED_MILLIS = 15
+        const val FRAME_MILLIS = 33
         const val ASK_MILLIS = 20
 
         /** The time lane comes first. */
