@@ -5,6 +5,7 @@ import ssl
 import struct
 import threading
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
@@ -27,6 +28,7 @@ from ml2_receiver.wire.messages import (
     LinkTest,
     Start,
     StreamAnswer,
+    StreamStatus,
     Welcome,
 )
 from ml2_tools.playback.device import KINDS, Device, Reply
@@ -246,10 +248,12 @@ class MockDevice:
         header = self.device.data_header(row, captured_ns, send_ns, skip)
         self.wires[row.lane].send(Kind.DATA, payload, **header)
 
-    def status(self, *, is_final: bool = False) -> None:
+    def status(
+        self, *, is_final: bool = False, streams: Mapping[str, StreamStatus] | None = None
+    ) -> None:
         clock = ClockStatus("synchronised", -5, 6, 7)
         status = self.device.status(1.5, clock, is_final=is_final)
-        self.wires["control"].send(Kind.STATUS, status)
+        self.wires["control"].send(Kind.STATUS, replace(status, streams=streams))
 
     def exchange_time(self, t1: int) -> tuple[int, int, int]:
         self.wires["time"].send(Kind.TIME_REQUEST, struct.pack("<q", t1))

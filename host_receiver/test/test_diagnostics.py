@@ -54,7 +54,7 @@ def receive(statistics: TopicStatistics, *sequences: int) -> None:
 
 
 def topic_row(diagnostics: Diagnostics, report: Report, now_s: float) -> Row:
-    _, _, row = diagnostics.rows(report, now_s)
+    *_, row = diagnostics.rows(report, now_s)
     return row
 
 
@@ -94,7 +94,7 @@ FULL_CLOCK = ClockStatus(
 
 
 def clock_row(clock: ClockStatus) -> Row:
-    _, row, _ = Diagnostics("/prefix").rows(replace(report(TopicStatistics()), clock=clock), 0.0)
+    _, row, *_ = Diagnostics("/prefix").rows(replace(report(TopicStatistics()), clock=clock), 0.0)
     return row
 
 
@@ -290,7 +290,7 @@ def test_the_session_tells_what_the_headset_can_and_may_and_answered(
         permissions={"android.permission.CAMERA": False},
         answers=answers,
     )
-    session, _, topic = diagnostics.rows(told, 0.0)
+    session, *_, topic = diagnostics.rows(told, 0.0)
     assert session.values["software"] == "app 1"
     assert session.values["capabilities"] == "world_left gaze"
     assert session.values["permission.android.permission.CAMERA"] == "false"
@@ -315,7 +315,7 @@ def test_a_stream_that_does_not_run_is_never_ok(
     diagnostics: Diagnostics, statistics: TopicStatistics, status: StreamStatus, level: Level
 ) -> None:
     told = replace(report(statistics, SENT_ALL), answers=AT_30_HZ, streams={"world_left": status})
-    session, _, topic = diagnostics.rows(told, 0.0)
+    session, *_, topic = diagnostics.rows(told, 0.0)
     assert (session.level, topic.level) == (Level.WARN, level)
     assert session.values["state.world_left"] == f"{status.state}: {status.reason}"
     assert session.values.get("missing.world_left") == status.permission
@@ -341,6 +341,80 @@ def test_a_camera_that_sends_nothing_any_more_is_an_error(
     levels = [topic_row(diagnostics, told, float(second)).level for second in range(5)]
     assert levels == [Level.OK] * 3 + [Level.ERROR] * 2
     assert "expected 30 Hz" in topic_row(diagnostics, told, 5.0).message
+
+
+def lowered(statistics: TopicStatistics, **streams: StreamStatus) -> Report:
+    return replace(report(statistics, SENT_ALL), answers=AT_30_HZ, streams=streams)
+
+
+LOWERED = StreamStatus("running", quality=60, rate_hz=15)
+
+
+@pytest.mark.parametrize(
+    ("streams", "level", "message", "values"),
+    [
+        ({}, Level.OK, "nothing is lowered", {}),
+        ({"depth": StreamStatus("running")}, Level.OK, "nothing is lowered", {}),
+        (
+            {
+                "world_left": LOWERED,
+                "depth": StreamStatus("running", rate_hz=10),
+                "battery": StreamStatus("running"),
+                "eye_nasal_left": StreamStatus("running", quality=40),
+            },
+            Level.WARN,
+            "the link carries less than asked: world_left quality 60, 15 Hz; depth 10 Hz;"
+            " eye_nasal_left quality 40",
+            {
+                "world_left.quality": "60",
+                "world_left.rate_hz": "15",
+                "depth.rate_hz": "10",
+                "eye_nasal_left.quality": "40",
+            },
+        ),
+    ],
+)
+def test_what_gives_way_to_the_link_has_a_row(
+    statistics: TopicStatistics,
+    streams: dict[str, StreamStatus],
+    level: Level,
+    message: str,
+    values: dict[str, str],
+) -> None:
+    rows = Diagnostics("").rows(lowered(statistics, **streams), 0.0)
+    (row,) = [row for row in rows if row.name == "adaptation"]
+    assert (row.level, row.message, row.values) == (level, message, values)
+
+
+@pytest.mark.parametrize("state", [State.ENDED, State.LOST])
+def test_without_a_connection_nothing_gives_way(
+    diagnostics: Diagnostics, statistics: TopicStatistics, state: State
+) -> None:
+    told = replace(lowered(statistics, world_left=LOWERED), state=state)
+    assert "adaptation" not in [row.name for row in diagnostics.rows(told, 0.0)]
+
+
+def test_a_lowered_rate_is_what_a_camera_is_judged_by(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    slow = lowered(statistics, world_left=StreamStatus("running", rate_hz=1))
+    receive(statistics, *range(10))
+    row = topic_row(diagnostics, slow, 0.0)
+    assert (row.level, row.values["expected_hz"]) == (Level.OK, "1")
+    session, *_, topic = diagnostics.rows(slow, 3.0)
+    assert (session.level, topic.level) == (Level.WARN, Level.ERROR)
+    assert topic.message == "silent: nothing has come for 3 s, expected 1 Hz"
+    back = lowered(statistics, world_left=StreamStatus("running", quality=60))
+    assert topic_row(diagnostics, back, 3.0).values["expected_hz"] == "30"
+
+
+def test_a_stream_that_gives_way_is_well(
+    diagnostics: Diagnostics, statistics: TopicStatistics
+) -> None:
+    receive(statistics, *range(10))
+    session, *_, topic = diagnostics.rows(lowered(statistics, world_left=LOWERED), 0.0)
+    assert (session.level, topic.level) == (Level.OK, Level.OK)
+    assert session.values["state.world_left"] == "running"
 
 
 def told_of(stream: str, role: str, statistics: TopicStatistics) -> Report:
@@ -380,7 +454,7 @@ def test_a_stream_is_silent_after_its_longest_pause(
     told = told_of(stream, role, statistics)
     assert topic_row(diagnostics, told, 0.0).level == Level.OK
     assert topic_row(diagnostics, told, float(pause_s)).level == Level.OK
-    session, _, topic = diagnostics.rows(told, pause_s + 1.0)
+    session, *_, topic = diagnostics.rows(told, pause_s + 1.0)
     words = f"nothing has come for {pause_s + 1} s, expected {expected}"
     assert (topic.level, topic.message) == (Level.ERROR, f"silent: {words}")
     assert session.level == Level.WARN
@@ -389,7 +463,7 @@ def test_a_stream_is_silent_after_its_longest_pause(
     assert device is not None
     assert DeviceStream(stream, "silent", words) in device.streams
     receive(statistics, *range(10, 20))
-    session, _, topic = diagnostics.rows(told_of(stream, role, statistics), pause_s + 2.0)
+    session, *_, topic = diagnostics.rows(told_of(stream, role, statistics), pause_s + 2.0)
     assert (session.level, topic.level) == (Level.OK, Level.OK)
 
 

@@ -9,7 +9,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import Error, Start
+from ml2_receiver.wire.messages import Error, Start, StreamStatus
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver, Subscriber
 
@@ -172,6 +172,32 @@ def test_diagnostics_have_the_session_and_each_topic(device: MockDevice) -> None
     left = found[IMAGE]
     assert (left["level"], left["received"], left["gaps"]) == (1, "2", "2")
     assert (left["produced"], left["subscribers"]) == ("4", "0")
+
+
+def test_what_gives_way_to_the_link_is_in_diagnostics_and_configuration(
+    device: MockDevice,
+) -> None:
+    with (
+        Subscriber("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray") as subscriber,
+        Subscriber("/magic_leap2/config", STRING, "transient_local") as config,
+    ):
+        assert rows(subscriber.message())["adaptation"] == {"level": 0}
+        assert stream_state(config.message(), "world_left") == {"state": "running"}
+        lowered = StreamStatus("running", quality=60, rate_hz=15)
+        device.status(streams={"world_left": lowered})
+        while (found := rows(subscriber.message()))["adaptation"]["level"] == 0:
+            pass
+        told = {"state": "running", "quality": 60, "rate_hz": 15}
+        assert stream_state(config.message(), "world_left") == told
+        device.status()
+        assert stream_state(config.message(), "world_left") == {"state": "running"}
+    values = {"world_left.quality": "60", "world_left.rate_hz": "15"}
+    assert found["adaptation"] == {"level": 1, **values}
+    assert found[IMAGE]["expected_hz"] == "15"
+
+
+def stream_state(payload: bytes, stream: str) -> Any:
+    return json.loads(text(payload))["streams"][stream]["state"]
 
 
 def test_a_link_test_is_asked_for_by_a_service_and_told_in_diagnostics(

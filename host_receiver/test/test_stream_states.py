@@ -1,7 +1,7 @@
 """What a headset says of its streams in STATUS, and what the receiver makes of it."""
 
 from ml2_receiver.wire.frame import Kind
-from ml2_receiver.wire.messages import ClockStatus, Status, StreamAnswer, StreamStatus
+from ml2_receiver.wire.messages import ClockStatus, Event, Status, StreamAnswer, StreamStatus
 from scene import REQUEST, Scene
 
 CLOCK = ClockStatus("holdover", -3, 2, 1)
@@ -67,3 +67,33 @@ def test_streams_that_stand_alike_are_told_in_one_line() -> None:
     texts = [text for text in scene.sink.events if "world_left" in text and "battery" in text]
     assert texts[-2].endswith("world_left, battery: waiting: drawing the pictures")
     assert texts[-1].endswith("world_left, battery: running again")
+
+
+def test_a_lowered_value_is_no_other_state_but_is_in_the_configuration() -> None:
+    scene = Scene()
+    scene.start()
+    events, lowered = len(scene.sink.events), StreamStatus("running", quality=40, rate_hz=15)
+    for status in (StreamStatus("running", quality=60), lowered, lowered, StreamStatus("running")):
+        tell(scene, world_left=status)
+        assert scene.sink.applied[-1].states["world_left"] == status
+        assert scene.host.session is not None
+        assert scene.host.session.report().streams["world_left"] == status
+    assert len(scene.sink.applied) == 4, "once at the start, then for each change"
+    assert scene.sink.events[events:] == []
+
+
+def test_a_stream_that_stops_while_it_is_lowered_is_told_by_its_state() -> None:
+    scene = Scene()
+    scene.start()
+    tell(scene, world_left=StreamStatus("running", rate_hz=15))
+    tell(scene, world_left=StreamStatus("waiting", "taken away", rate_hz=15))
+    assert scene.sink.events[-1].endswith("world_left: waiting: taken away")
+    tell(scene, world_left=StreamStatus("running", rate_hz=10))
+    assert scene.sink.events[-1].endswith("world_left: running again")
+
+
+def test_what_was_lowered_is_logged_as_the_headset_says_it() -> None:
+    scene = Scene()
+    scene.start()
+    scene.receive(scene.control, Kind.EVENT, Event("adapted", "world_left: quality 60"))
+    assert scene.sink.events[-1] == "'a name': 'world_left: quality 60'"

@@ -72,17 +72,17 @@ def grant(stream: str, permission: str | None) -> str:
 def changes_in_words(
     before: Mapping[str, StreamStatus], now: Mapping[str, StreamStatus]
 ) -> list[str]:
-    """Returns one line per new state, with all streams that changed to it."""
-    alike: dict[StreamStatus, list[str]] = {}
+    """Returns one line per new state, with all streams that changed to it.
+
+    A lowered quality or rate is no state; the headset's event reports it.
+    """
+    alike: dict[Judgement, list[str]] = {}
     for id, status in now.items():
-        if status != before.get(id, _RUNNING):
-            alike.setdefault(status, []).append(id)
+        judgement = judged(status)
+        if judgement != judged(before.get(id, _RUNNING)):
+            alike.setdefault(judgement, []).append(id)
     return [
         f"{', '.join(ids)}: "
-        + (
-            "running again"
-            if status.state == "running"
-            else in_words(" ".join(ids), judged(status))
-        )
-        for status, ids in alike.items()
+        + ("running again" if it.state == "running" else in_words(" ".join(ids), it))
+        for it, ids in alike.items()
     ]

@@ -12,9 +12,11 @@ from ..session.statistics import SHARES, TopicStatistics
 from ..session.stream_state import Judgement, in_words
 from ..session.throughput import Throughput
 from ..transport.access import Protection
-from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer
+from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 from .judgement import Judge, expected_hz, judgement_values
 
+# The row of what gives way to the link; its values are `<stream>.quality` and `<stream>.rate_hz`.
+ADAPTATION = "adaptation"
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 # From this state on, Android slows the headset down noticeably.
@@ -62,17 +64,22 @@ class Diagnostics:
         self._past: dict[str, _Past] = {}
 
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
-        """Returns the rows of the session, its clock, its last link test and each topic."""
+        """Returns the rows of the session, its clock, its last link test and each topic.
+
+        While a headset is connected there is a row of what gives way to the link, too.
+        """
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
         link = [] if report.link is None else [_link(report.link)]
+        is_connected = report.state is State.CONNECTED
+        adaptation = [_adaptation(report.streams)] if is_connected else []
         judgements = self._judge.judge(report, now_s)
         topics = [
             self._topic(topic, judgement, report, now_s)
             for topic, judgement in zip(report.topics, judgements.topics, strict=True)
         ]
-        return [_session(report, judgements.streams), *clock, *link, *topics]
+        return [_session(report, judgements.streams), *clock, *link, *adaptation, *topics]
 
     def _topic(self, topic: TopicReport, judgement: Judgement, report: Report, now_s: float) -> Row:
         statistics, device = topic.statistics, topic.device
@@ -216,6 +223,25 @@ def _link(link: Throughput) -> Row:
     free, streams = link.free_mbit_per_s, link.streams_mbit_per_s
     message = f"{free:.0f} Mbit/s were free besides {streams:.0f} of the streams"
     return Row("link", Level.OK, message, values)
+
+
+def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
+    values: dict[str, str] = {}
+    words: list[str] = []
+    for id, status in streams.items():
+        lowered: list[str] = []
+        if status.quality is not None:
+            values[f"{id}.quality"] = str(status.quality)
+            lowered.append(f"quality {status.quality}")
+        if status.rate_hz is not None:
+            values[f"{id}.rate_hz"] = str(status.rate_hz)
+            lowered.append(f"{status.rate_hz} Hz")
+        if lowered:
+            words.append(f"{id} {', '.join(lowered)}")
+    if not words:
+        return Row(ADAPTATION, Level.OK, "nothing is lowered", values)
+    message = f"the link carries less than asked: {'; '.join(words)}"
+    return Row(ADAPTATION, Level.WARN, message, values)
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:

@@ -120,12 +120,15 @@ def _heard(topic: TopicReport, past: _Past, rate_hz: float | None, now_s: float)
 
 
 def expected_hz(topic: TopicReport, report: Report) -> float | None:
-    """Returns the rate that the headset promised for a camera, else the nominal one if any.
+    """Returns the lowered rate of a camera, else the promised one, else the nominal one if any.
 
     None means that the topic comes as delivered.
     """
     if topic.topic.pace.longest_pause_s is None:
         return None
+    status = report.streams.get(topic.topic.stream)
+    if status is not None and status.rate_hz is not None:
+        return float(status.rate_hz)
     answer = report.answers.get(topic.topic.stream)
     promised = (answer.values or {}).get("update_rate") if answer else None
     if isinstance(promised, int | float) and promised > 0:
