@@ -13,6 +13,9 @@ def test_a_good_file_lists_the_topics_it_starts(capsys: pytest.CaptureFixture[st
     assert main(["config", "check", str(ROOT / "config/config.yaml")]) == 0
     printed = capsys.readouterr()
     assert "/magic_leap2/world_center/image_raw" in printed.out
+    assert "9 streams; images need about 248 Mbit/s" in printed.out
+    (camera,) = [line for line in printed.out.splitlines() if "world_center/image_raw" in line]
+    assert "247.7" in camera
     assert "/tf" in printed.out
     assert "world_left" not in printed.out
     assert printed.err == ""
@@ -62,6 +65,8 @@ def test_a_good_file_is_told_to_scripts(tmp_path: Path, capsys: pytest.CaptureFi
     assert told["prefix"] == "/magic_leap2"
     assert "/magic_leap2/world_left/image_raw" in told["streams"]["world_left"]["topics"]
     assert told["streams"]["world_left"]["values"]["update_rate"] == 30
+    assert told["streams"]["world_left"]["mbit_per_s"] == told["mbit_per_s"] == 247.74
+    assert told["streams"]["tf"]["mbit_per_s"] is None
     assert list(told["streams"]) == ["world_left", "tf"]
 
 
@@ -98,5 +103,8 @@ def test_people_get_a_table_of_them(capsys: pytest.CaptureFixture[str]) -> None:
         "1016x1016",
         "depth_center.radial",
         "any other runs",
+        "general.link: auto,",
+        "Mbit/s above 0",
+        "publish.lazy: true,",
     ):
         assert word in table

@@ -92,3 +92,26 @@ def test_an_address_has_a_port_that_there_is(capsys: pytest.CaptureFixture[str])
         main(["run", "--listen", "127.0.0.1:99999"])
     expected = "expected a port from 0 to 65535, found 99999 in '127.0.0.1:99999'"
     assert expected in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("eye_camera", "options", "words"),
+    [
+        ("", [], "images need about 248 Mbit/s"),
+        ("eye_nasal_left: {enabled: true}", [], "images need about 248 Mbit/s"),
+        (
+            "eye_nasal_left: {enabled: true}",
+            ["--insecure-eye-images"],
+            "images need about 286 Mbit/s",
+        ),
+    ],
+)
+def test_it_says_what_the_images_that_it_asks_for_need(
+    config: Path, eye_camera: str, options: list[str], words: str
+) -> None:
+    config.write_text(f"{config.read_text()}    {eye_camera}\n")
+    command = ("-m", "ml2_receiver", "run", "--config", str(config), "--listen", "127.0.0.1:0")
+    with Child(*command, "--insecure", *options) as child:
+        assert child.line().startswith("listening on ")
+        assert child.line() == f"configuration: {config}"
+        assert child.line() == words

@@ -363,7 +363,7 @@ LOWERED = StreamStatus("running", quality=60, rate_hz=15)
                 "eye_nasal_left": StreamStatus("running", quality=40),
             },
             Level.WARN,
-            "the link carries less than asked: world_left quality 60, 15 Hz; depth 10 Hz;"
+            "lowered for the link: world_left quality 60, 15 Hz; depth 10 Hz;"
             " eye_nasal_left quality 40",
             {
                 "world_left.quality": "60",

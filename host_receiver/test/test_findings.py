@@ -87,37 +87,6 @@ def test_found_receivers_are_named() -> None:
     assert found.found == "desk at 192.168.1.5, port 7755"
 
 
-SESSION = {"state": "connected"}
-IMAGE_ROW = {
-    "rate_hz": "29.04",
-    "expected_hz": "30",
-    "mbit_per_s": "242.0",
-    "latency_p99_ms": "12.5",
-}
-IMU_ROW = {"rate_hz": "200.0", "mbit_per_s": "0.5"}
-PAUSED_ROW = {"rate_hz": "0.00", "expected_hz": "30", "mbit_per_s": "0.00"}
-ROWS = {"session": SESSION, "/a": IMAGE_ROW, "/b": IMU_ROW, "/c": PAUSED_ROW}
-
-
-def tried(free: float, streams: float) -> dict[str, str]:
-    rates = {"free_mbit_per_s": f"{free}", "streams_mbit_per_s": f"{streams}"}
-    return {"state": "measured", "filler_bytes": "67108864", "duration_s": "1.3", **rates}
-
-
-@pytest.mark.parametrize(
-    ("rows", "found"),
-    [
-        ("no receiver runs here", "not measured: no receiver runs here"),
-        ({"session": {"state": "waiting"}}, "not measured: the session is waiting"),
-    ],
-)
-def test_without_a_headset_no_link_is_measured(
-    rows: dict[str, dict[str, str]] | str, found: str
-) -> None:
-    finding = findings.link(rows, "")
-    assert (finding.level, finding.found, finding.numbers) == ("hint", found, {})
-
-
 def test_streams_that_are_enabled_and_do_not_run_are_wrong() -> None:
     camera = "android.permission.CAMERA"
     session = {
@@ -146,70 +115,6 @@ def test_streams_that_run_are_well() -> None:
     assert finding is not None
     assert finding.level == "ok"
     assert findings.streams({"session": {"state": "lost"}}) is None
-
-
-def test_a_link_that_carries_more_than_its_streams_need_is_well() -> None:
-    finding = findings.link(ROWS, tried(412.0, 240.0))
-    assert (finding.level, finding.fix) == ("ok", "")
-    assert finding.found == (
-        "242.5 Mbit/s arrive, p99 of the slowest topic 12.5 ms; in a test 412.0 Mbit/s were free"
-        " besides 240.0 of the streams, which need 250.5"
-    )
-    assert finding.numbers == pytest.approx(
-        {
-            "arriving_mbit_per_s": 242.5,
-            "needed_mbit_per_s": 250.5,
-            "slowest_p99_ms": 12.5,
-            "dropped": 0,
-            "free_mbit_per_s": 412.0,
-            "streams_mbit_per_s": 240.0,
-            "filler_bytes": 67108864,
-            "duration_s": 1.3,
-        }
-    )
-
-
-def test_a_link_that_carries_too_little_has_a_fix() -> None:
-    finding = findings.link(ROWS, tried(100.0, 150.0))
-    assert finding.level == "hint"
-    for remedy in ("5 or 6 GHz", "cable", "update_rate", "JPEG"):
-        assert remedy in finding.fix
-
-
-@pytest.mark.parametrize(
-    ("test", "fix"),
-    [
-        (tried(100.0, 150.0), "cable"),
-        ("the headset does not answer", "cable"),
-        (tried(900.0, 250.0), "whether this machine is busy"),
-    ],
-)
-def test_full_queues_are_a_hint_however_much_is_free(test: dict[str, str] | str, fix: str) -> None:
-    rows = ROWS | {"/a": IMAGE_ROW | {"dropped.queue_full": "7"}}
-    finding = findings.link(rows, test)
-    assert (finding.level, fix in finding.fix) == ("hint", True)
-    assert "; 7 messages were dropped as the link or this machine was too slow" in finding.found
-
-
-@pytest.mark.parametrize(
-    ("test", "why"),
-    [
-        ("the headset does not answer", "the headset does not answer"),
-        ({"state": "unanswered", "message": "link test: unanswered"}, "link test: unanswered"),
-    ],
-)
-def test_a_link_that_was_not_tried_is_no_more_than_what_arrives(
-    test: dict[str, str] | str, why: str
-) -> None:
-    finding = findings.link(ROWS, test)
-    assert finding.level == "hint"
-    assert finding.found.endswith(f"; what more it carries is not known: {why}")
-    assert set(finding.numbers) == {
-        "arriving_mbit_per_s",
-        "needed_mbit_per_s",
-        "slowest_p99_ms",
-        "dropped",
-    }
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from typing import Any
 import shtab
 
 from ..configuration.config import Config, load_config
+from ..configuration.forecast import images_mbit_per_s, needs_in_words
 from ..table.reader import load_table
 from ..table.stream_table import Topic
 
@@ -20,6 +21,7 @@ Exit code: 0, or 2 with one line per wrong value.
 examples:
   ml2-receiver config check my.yaml
   ml2-receiver config check my.yaml --json | jq -r '.streams[].topics[]'
+  ml2-receiver config check my.yaml --json | jq .mbit_per_s     what the images need of the link
 """
 _SHOW_EPILOG = """\
 examples:
@@ -32,7 +34,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("config", help="work with configuration files")
     actions = parser.add_subparsers(required=True, metavar="ACTION")
     check = actions.add_parser(
-        "check", help="say what is wrong in a file, or what it will start", epilog=_CHECK_EPILOG
+        "check",
+        help="say what is wrong in a file, or what it starts and needs",
+        epilog=_CHECK_EPILOG,
     )
     add_file(check, "file", metavar="FILE", help="a ROS 2 parameter file")
     check.add_argument("--json", action="store_true", help="print one object")
@@ -56,16 +60,25 @@ def _check(options: argparse.Namespace) -> int:
     from rich.table import Table
 
     config = load_config(options.file)
+    needs = images_mbit_per_s(config)
     if options.json:
         streams = {
-            id: {"values": values, "topics": [it.full_name(config.prefix) for it in topics]}
+            id: {
+                "values": values,
+                "topics": [it.full_name(config.prefix) for it in topics],
+                "mbit_per_s": round(needs[id], 2) if id in needs else None,
+            }
             for id, values, topics in _streams(config)
         }
-        print(json.dumps({"prefix": config.prefix, "streams": streams}, indent=2))
+        total = {"mbit_per_s": round(sum(needs.values()), 2)}
+        print(json.dumps({"prefix": config.prefix, **total, "streams": streams}, indent=2))
         return 0
-    table = Table("stream", "topics", title=f"{len(config.requests)} streams", title_justify="left")
+    title = f"{len(config.requests)} streams; {needs_in_words(needs)}"
+    table = Table("stream", "topics", title=title, title_justify="left")
+    table.add_column("Mbit/s", justify="right")
     for id, _, topics in _streams(config):
-        table.add_row(id, "\n".join(it.full_name(config.prefix) for it in topics))
+        need = f"{needs[id]:.1f}" if id in needs else ""
+        table.add_row(id, "\n".join(it.full_name(config.prefix) for it in topics), need)
     Console().print(table)
     return 0
 
@@ -80,11 +93,11 @@ def _streams(config: Config) -> Iterator[tuple[str, dict[str, Any], list[Topic]]
 def _show(options: argparse.Namespace) -> int:
     from rich.console import Console
 
-    from ..configuration.stream_options import options_of, options_table
+    from ..configuration.stream_options import options_of, options_table, other_options
 
     streams = options_of(load_table())
     if options.json:
         print(json.dumps(streams, indent=2))
     else:
-        Console().print(options_table(streams))
+        Console().print(options_table(streams, other_options(load_table())))
     return 0

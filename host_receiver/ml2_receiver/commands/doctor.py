@@ -16,14 +16,17 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..configuration.config import load_config
+from ..configuration.config import Config, load_config
 from ..configuration.config_file import ConfigFile
 from ..configuration.parameter_file import node_names
+from ..configuration.settings import config_of
 from ..doctor import bundle, findings, machine
 from ..doctor.findings import Finding
+from ..doctor.link_finding import link_finding
 from ..errors import ConfigError, DiscoveryError, RosError
 from ..processes import is_listened_on, listener_of, receivers
 from ..ros.fastdds import free_shared_memory_bytes
+from ..table.reader import load_table
 from ..transport.discovery import FoundReceiver, find_receivers
 from .config import Subparsers, add_file
 from .endpoint import PORT
@@ -99,7 +102,7 @@ def _findings(options: argparse.Namespace) -> Iterator[Finding]:
     if is_running:
         yield from _headset(options.name)
     else:
-        yield findings.link("no receiver runs here", "")
+        yield link_finding("no receiver runs here", "")
     if file is not None:
         yield _parameter_file(file)
 
@@ -151,10 +154,11 @@ def _headset(receiver: str) -> Iterator[Finding]:
             rows = node.rows(receiver, PATIENCE_S)
             streams = findings.streams(rows)
             test = "" if streams is None else _tested(node, receiver)
+            config = None if streams is None else _config(node, receiver)
     except RosError as error:
-        yield findings.link(str(error), "")
+        yield link_finding(str(error), "")
     else:
-        yield findings.link(rows, test)
+        yield link_finding(rows, test, config)
         if streams is not None:
             yield streams
 
@@ -166,6 +170,21 @@ def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:
         return try_link(node, receiver)
     except RosError as error:
         return str(error)
+
+
+def _config(node: DiagnosticsNode, receiver: str) -> Config | None:
+    """Returns the configuration in force, or None if the receiver does not tell it."""
+    from ..ros.receiver_client import ReceiverClient
+
+    sections = load_table().sections.values()
+    client = ReceiverClient(node.context, receiver, PATIENCE_S)
+    try:
+        values = client.get([f"{section.id}.{key}" for section in sections for key in section.keys])
+        return config_of(values) if values else None
+    except (ConfigError, RosError):
+        return None
+    finally:
+        client.close()
 
 
 def _table(found: Sequence[Finding]) -> Table:

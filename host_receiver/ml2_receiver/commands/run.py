@@ -3,6 +3,7 @@
 import argparse
 from contextlib import ExitStack
 
+from ..configuration.forecast import images_mbit_per_s, needs_in_words
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
@@ -47,5 +48,8 @@ def _run(options: argparse.Namespace) -> int:
             node.serve(server, file, sink.use, sinks)
             print(f"listening on {server.address}", flush=True)
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
+            needs = images_mbit_per_s(node.config)
+            asked = {id: it for id, it in needs.items() if id not in endpoint.excluded}
+            print(needs_in_words(asked), flush=True)
             stopping.wait()
     return 0

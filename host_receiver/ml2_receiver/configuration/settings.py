@@ -84,6 +84,21 @@ class Settings:
         return f"{width}x{height}@{rate}"
 
 
+def config_of(values: Mapping[str, object]) -> Config:
+    """Returns the configuration of a running receiver by its ROS parameters.
+
+    Calibrations are left out, since their files may be elsewhere.
+
+    Raises:
+        ConfigError: a value is not one that its key can have.
+    """
+    shown = {name: _parameter(value) for name, value in values.items()}
+    sections = load_table().sections
+    if problems := list(key_problems(shown, sections)):
+        raise ConfigError(problems, "")
+    return Config(read_values(shown, sections))
+
+
 def cameras() -> list[Section]:
     """The sections that have a mode."""
     return [section for section in load_table().sections.values() if section.modes]

@@ -7,6 +7,7 @@ from rich.table import Table
 
 from ..table.stream_table import CAMERA_KEYS, Key, Mode, Stream, StreamTable
 from ..wire.json_body import Scalar
+from .config_rules import LINK_WORDS
 
 type StreamOptions = Mapping[str, Mapping[str, Any]]
 
@@ -58,8 +59,19 @@ def _key(key: Key) -> dict[str, Any]:
     return {"type": key.type, "default": key.default, **limits}
 
 
-def options_table(streams: StreamOptions) -> Table:
-    """A row per stream."""
+def other_options(table: StreamTable) -> Mapping[str, Mapping[str, Any]]:
+    """Returns the keys of the sections that have no stream, by their names in config.yaml."""
+    sections = {stream.section for stream in table.streams.values()}
+    return {
+        f"{section.id}.{key.name}": _key(key)
+        for section in table.sections.values()
+        if section.id not in sections
+        for key in section.keys.values()
+    }
+
+
+def options_table(streams: StreamOptions, others: Mapping[str, Mapping[str, Any]]) -> Table:
+    """A row per stream, and one with the keys of `others`."""
     table = Table("stream", "runs when", "legal values", show_lines=True)
     for id, options in streams.items():
         when = "\n".join(f"{name}: {_words(values)}" for name, values in options["when"].items())
@@ -70,10 +82,14 @@ def options_table(streams: StreamOptions) -> Table:
         ]
         keys = [f"{name}: {_values(key)}" for name, key in options["keys"].items()]
         table.add_row(id, when or "any other runs", "\n".join([*modes, *keys]))
+    keys = [f"{name}: {_values(key)}" for name, key in others.items()]
+    table.add_row("all streams", "", "\n".join(keys))
     return table
 
 
 def _values(key: Mapping[str, Any]) -> str:
+    if key["type"] == "link":
+        return f"{', '.join(LINK_WORDS)}, or Mbit/s above 0"
     if "allowed" in key:
         return ", ".join(map(str, key["allowed"]))
     if "maximum" in key:

@@ -15,18 +15,9 @@ _RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
 _PYTHON = (3, 12)
 _NODE = "ml2_receiver"
 _DOMAIN = "ROS_DOMAIN_ID"
-_LINK = "link to headset"
-_MORE_LINK = (
-    "use Wi-Fi of 5 or 6 GHz near its access point, or a cable; or ask for less: fewer streams, a"
-    " lower update_rate, color (JPEG) in place of raw cameras"
-)
 _NO_STREAM = (
     "mend what the reason says; what waits comes back by itself. Else ask for other values, or"
     " disable the stream"
-)
-_LESS_LOAD = (
-    "the link carries enough now: see whether this machine is busy, or the link worse at times, and"
-    " look again"
 )
 
 
@@ -143,73 +134,6 @@ def domain(here: str | None, receivers: Mapping[int, str | None]) -> Finding:
     pid, other = next(iter(domains.items()))
     found = f"{own} in this terminal, {other} in the running receiver, pid {pid}"
     return Finding("ROS domain", "wrong", found, f"export {_DOMAIN}={other}")
-
-
-def link(rows: Mapping[str, Mapping[str, str]] | str, test: Mapping[str, str] | str) -> Finding:
-    """Returns the findings about the link, from /diagnostics of a running receiver.
-
-    `test` is the row of a link test, or why there was none. It runs beside the streams and shares
-    the link with them, so what the link carries is the sum of both.
-    """
-    again = "look again while a headset streams"
-    if isinstance(rows, str):
-        return Finding(_LINK, "hint", f"not measured: {rows}", again)
-    state = rows.get("session", {}).get("state")
-    if state != "connected":
-        return Finding(_LINK, "hint", f"not measured: the session is {state}", again)
-    return _link(_streams(rows) | _tested(test), _why(test))
-
-
-def _link(numbers: Mapping[str, float], why_not_tried: str) -> Finding:
-    arriving, needed = numbers["arriving_mbit_per_s"], numbers["needed_mbit_per_s"]
-    found = (
-        f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
-    )
-    fix, is_enough = "", False
-    if "free_mbit_per_s" in numbers:
-        free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
-        found += f"; in a test {free:.1f} Mbit/s were free besides {streams:.1f} of the streams"
-        found += f", which need {needed:.1f}"
-        is_enough = free + streams >= needed
-        fix = "" if is_enough else _MORE_LINK
-    else:
-        found += f"; what more it carries is not known: {why_not_tried}"
-        fix = "look again in a minute; an app that knows no link test needs an update"
-    if dropped := int(numbers["dropped"]):
-        found += f"; {dropped} messages were dropped as the link or this machine was too slow"
-        fix = _LESS_LOAD if is_enough else _MORE_LINK
-    return Finding(_LINK, "hint" if fix else "ok", found, fix, numbers)
-
-
-def _streams(rows: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
-    topics = [row for row in rows.values() if "rate_hz" in row]
-    return {
-        "arriving_mbit_per_s": round(sum(float(row["mbit_per_s"]) for row in topics), 2),
-        "needed_mbit_per_s": round(sum(map(_needed_mbit_per_s, topics)), 2),
-        "slowest_p99_ms": max((float(row.get("latency_p99_ms", 0)) for row in topics), default=0.0),
-        "dropped": sum(int(row.get("dropped.queue_full", 0)) for row in topics),
-    }
-
-
-def _needed_mbit_per_s(topic: Mapping[str, str]) -> float:
-    """Returns the bandwidth of a topic, scaled to the expected rate if there is one."""
-    mbit_per_s, rate_hz = float(topic["mbit_per_s"]), float(topic["rate_hz"])
-    return mbit_per_s * float(topic.get("expected_hz", rate_hz)) / rate_hz if rate_hz else 0.0
-
-
-def _tested(test: Mapping[str, str] | str) -> dict[str, float]:
-    if isinstance(test, str) or test.get("state") != "measured":
-        return {}
-    return {
-        "free_mbit_per_s": float(test["free_mbit_per_s"]),
-        "streams_mbit_per_s": float(test["streams_mbit_per_s"]),
-        "filler_bytes": int(test["filler_bytes"]),
-        "duration_s": float(test["duration_s"]),
-    }
-
-
-def _why(test: Mapping[str, str] | str) -> str:
-    return test if isinstance(test, str) else test.get("message", "")
 
 
 def streams(rows: Mapping[str, Mapping[str, str]]) -> Finding | None:

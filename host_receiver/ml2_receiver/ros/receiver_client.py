@@ -1,14 +1,14 @@
-"""Sets parameters of a running receiver and calls its services."""
+"""Reads and sets parameters of a running receiver, and calls its services."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import Trigger
 
@@ -41,12 +41,20 @@ class ReceiverClient:
         Raises:
             RosError: it does not answer.
         """
-        client = AsyncParameterClient(self._node, self._name)
-        if not client.wait_for_services(self._timeout_s):
-            raise self._silent("parameter services")
+        client = self._parameters()
         parameters = [Parameter(name, value=value) for name, value in values.items()]
         result = self._answer(client.set_parameters_atomically(parameters)).result
         return result.successful, result.reason
+
+    def get(self, names: Sequence[str]) -> dict[str, Scalar]:
+        """Returns the values of these parameters; empty if the receiver has not all of them.
+
+        Raises:
+            RosError: it does not answer.
+        """
+        client = self._parameters()
+        values = self._answer(client.get_parameters(list(names))).values
+        return dict(zip(names, map(parameter_value_to_python, values), strict=False))
 
     def call(self, service: str) -> tuple[bool, str]:
         """Calls a service of the type std_srvs/Trigger; what the receiver says of it.
@@ -59,6 +67,12 @@ class ReceiverClient:
             raise self._silent(service)
         answer = self._answer(client.call_async(Trigger.Request()))
         return answer.success, answer.message
+
+    def _parameters(self) -> AsyncParameterClient:
+        client = AsyncParameterClient(self._node, self._name)
+        if not client.wait_for_services(self._timeout_s):
+            raise self._silent("parameter services")
+        return client
 
     def _answer(self, future: Any) -> Any:
         rclpy.spin_until_future_complete(self._node, future, self._executor, self._timeout_s)

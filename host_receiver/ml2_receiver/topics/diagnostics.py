@@ -240,7 +240,7 @@ def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
             words.append(f"{id} {', '.join(lowered)}")
     if not words:
         return Row(ADAPTATION, Level.OK, "nothing is lowered", values)
-    message = f"the link carries less than asked: {'; '.join(words)}"
+    message = f"lowered for the link: {'; '.join(words)}"
     return Row(ADAPTATION, Level.WARN, message, values)
 
 
