@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from ml2_receiver.errors import PublishError
 from ml2_receiver.session.sink import Applied
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.calibrated_sink import CalibratedSink
-from ml2_receiver.wire.messages import StreamAnswer
+from ml2_receiver.wire.messages import StreamAnswer, StreamStatus
 
 STREAM = load_table().streams["world_left"]
 TOPIC = next(topic for topic in STREAM.topics if topic.role == "camera_info")
@@ -85,13 +86,15 @@ def test_images_of_another_size_keep_the_devices_values(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("width", [1016, 640])
-def test_a_headset_that_adjusts_the_resolution_is_told_of(tmp_path: Path, width: int) -> None:
+def test_a_headset_that_adjusts_the_resolution_is_told_of_once(tmp_path: Path, width: int) -> None:
     fake = FakeSink()
     sink = CalibratedSink(fake, {"world_left": calibration(tmp_path)})
     values = {"resolution_width": width, "resolution_height": 1016}
     applied = Applied("it", "session", {"world_left": StreamAnswer("applied", values)}, [])
+    lowered = replace(applied, states={"world_left": StreamStatus("running", rate_hz=15)})
     sink.configured(applied)
-    assert fake.applied == [applied]
+    sink.configured(lowered)
+    assert fake.applied == [applied, lowered]
     expected = [
         "world_left: the calibration is for 1016x1016, but the headset sends 640x1016:"
         " its own camera_info is published"

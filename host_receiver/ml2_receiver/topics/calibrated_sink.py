@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from ..configuration.calibration import Calibration
 from ..errors import PublishError
@@ -21,7 +21,8 @@ class CalibratedSink:
     """A Sink in front of another one that replaces the values of some streams' camera_info.
 
     The header of the message and its sequence number stay; nothing else of the payload is decoded.
-    If the calibration is for another resolution, the device's values stay, and an event says so.
+    If the calibration is for another resolution, the device's values stay, and an event says so
+    once.
     Threads are as for Sink; any thread may call use().
 
     Args:
@@ -30,6 +31,7 @@ class CalibratedSink:
 
     def __init__(self, sink: Sink, calibrations: Mapping[str, Calibration]) -> None:
         self._sink = sink
+        self._told: dict[str, str] = {}
         self.use(calibrations)
 
     def use(self, calibrations: Mapping[str, Calibration]) -> None:
@@ -49,6 +51,13 @@ class CalibratedSink:
 
     def configured(self, applied: Applied) -> None:
         self._sink.configured(applied)
+        before, self._told = self._told, dict(self._mismatches(applied))
+        for stream, text in self._told.items():
+            if text != before.get(stream):
+                self._sink.event(text)
+
+    def _mismatches(self, applied: Applied) -> Iterator[tuple[str, str]]:
+        """Yields each stream whose images have another size than its calibration, and the event."""
         for stream, override in self._overrides.items():
             answer = applied.streams.get(stream)
             if answer is None or answer.values is None or answer.result == "refused":
@@ -56,10 +65,11 @@ class CalibratedSink:
             values = answer.values
             found = values.get("resolution_width"), values.get("resolution_height")
             if found != override.size:
-                self._sink.event(
+                yield (
+                    stream,
                     f"{stream}: the calibration is for {override.size[0]}x{override.size[1]}, but"
                     f" the headset sends {found[0]!r}x{found[1]!r}:"
-                    " its own camera_info is published"
+                    " its own camera_info is published",
                 )
 
     def event(self, text: str) -> None:
