@@ -1,6 +1,7 @@
 """What doctor says of the link to a headset."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import pytest
 
@@ -137,6 +138,11 @@ def test_the_change_that_fits_the_link_is_named(free: float, fix: str) -> None:
     assert finding.level == "hint"
     assert finding.fix.startswith(fix)
     assert finding.fix.endswith("; or use Wi-Fi of 5 or 6 GHz near its access point, or a cable")
+
+
+def test_the_change_is_for_the_receiver_that_was_asked() -> None:
+    finding = link_finding(RAW_ROWS, tried(300.0, 60.0), replace(RAW, name="robot1"))
+    assert finding.fix.startswith("run `ml2-receiver set world_left.format=jpeg --name robot1`: ")
 
 
 @pytest.mark.parametrize(

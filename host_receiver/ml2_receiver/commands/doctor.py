@@ -180,7 +180,7 @@ def _config(node: DiagnosticsNode, receiver: str) -> Config | None:
     client = ReceiverClient(node.context, receiver, PATIENCE_S)
     try:
         values = client.get([f"{section.id}.{key}" for section in sections for key in section.keys])
-        return config_of(values) if values else None
+        return dataclasses.replace(config_of(values), name=receiver) if values else None
     except (ConfigError, RosError):
         return None
     finally:

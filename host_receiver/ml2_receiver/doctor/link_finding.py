@@ -82,11 +82,15 @@ def _what_fits(mbit_per_s: float, needs: Mapping[str, float], config: Config | N
     if change is not None:
         values = " ".join(f"{key}={value}" for key, value in change.values.items())
         less = f"images then need about {change.mbit_per_s:.0f} Mbit/s"
-        return f"run `ml2-receiver set {values}`: {less}; or {_BETTER_LINK}"
+        return f"run `{_set(values, config)}`: {less}; or {_BETTER_LINK}"
     if config.link is None:
         less = "the headset then lowers quality and rates to what the link carries"
-        return f"run `ml2-receiver set general.link=auto`: {less}; or {_BETTER_LINK}"
+        return f"run `{_set('general.link=auto', config)}`: {less}; or {_BETTER_LINK}"
     return f"the headset lowers quality and rates; for more, {_BETTER_LINK}, or disable streams"
+
+
+def _set(values: str, config: Config) -> str:
+    return f"ml2-receiver set {values}" + (f" --name {config.name}" if config.name else "")
 
 
 def _needs(rows: Rows, config: Config | None) -> dict[str, float]:
