@@ -28,9 +28,24 @@ internal class ImagePacing(
     private var askedNanos: Long? = null
 
     private var writtenBytes = 0L
+    private var writers = 0
 
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = synchronized(rate) { rate.leastRoundTripNanos }
+
+    /** Calls [write], which writes one image in slices, with [await] before and [written] after each of them. */
+    inline fun image(write: () -> Unit) {
+        begin()
+        try {
+            write()
+        } finally {
+            finish()
+        }
+    }
+
+    private fun begin(): Unit = synchronized(rate) { if (writers++ == 0) rate.resume(nanoTime()) }
+
+    private fun finish(): Unit = synchronized(rate) { if (--writers == 0) rate.pause(nanoTime()) }
 
     /**
      * Waits until [bytes] of an image may be written.

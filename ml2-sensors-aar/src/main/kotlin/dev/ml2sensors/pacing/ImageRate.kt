@@ -36,6 +36,8 @@ internal class ImageRate(startNanos: Long) {
     private var grownNanos = 0L
     private var advancedNanos = startNanos
     private var waitedNanos = startNanos - WAITING_NANOS
+    private var busySinceNanos = startNanos
+    private var pausedNanos: Long? = startNanos
 
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = roundTrips.leastNanos
@@ -71,6 +73,21 @@ internal class ImageRate(startNanos: Long) {
         waitedNanos = nowNanos
     }
 
+    /** From now on an image is written, or waits to be. */
+    fun resume(nowNanos: Long) {
+        val pausedNanos = pausedNanos
+        if (pausedNanos == null || nowNanos - pausedNanos > SHORTEST_PAUSE_NANOS) busySinceNanos = nowNanos
+        this.pausedNanos = null
+    }
+
+    /** No image is left to write. */
+    fun pause(nowNanos: Long) {
+        pausedNanos = nowNanos
+    }
+
+    /** True if images have always waited for a while: then the link delivered as much as it can. */
+    private fun isFilled(nowNanos: Long) = pausedNanos == null && nowNanos - busySinceNanos > FILLED_NANOS
+
     /** [bytes] of an image were handed to the kernel. */
     fun written(bytes: Int, nowNanos: Long): Unit = written.add(bytes, nowNanos)
 
@@ -98,14 +115,15 @@ internal class ImageRate(startNanos: Long) {
         val before = congestion?.takeIf { nowNanos - heldUntilNanos < RELATED_NANOS + 2 * roundTrips.leastNanos }
         val rate = bytesPerSecond(nowNanos)
         if (before == null) {
-            congestedAt = delivered.coerceIn(rate / DEEPEST_CUT, rate)
+            congestedAt = max(delivered, credibleRate(rate, nowNanos)).coerceIn(rate / DEEPEST_CUT, rate)
             congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1)
         } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
             roundTrips.restart(roundTrips.leastNanos + delayNanos, nowNanos)
             congestedAt = before.bytesPerSecond
             congestion = null
         } else {
-            congestedAt = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
+            val cut = before.bytesPerSecond * FURTHER_CUT.pow(before.cuts)
+            congestedAt = max(LEAST, if (isFilled(nowNanos)) min(cut, delivered) else cut)
             congestion = Congestion(before.bytesPerSecond, max(before.delayNanos, delayNanos), before.cuts + 1)
         }
         drainedNanos = nowNanos + DRAIN_DELAYS * delayNanos
@@ -113,6 +131,15 @@ internal class ImageRate(startNanos: Long) {
         heldUntilNanos = drainedNanos + 2 * roundTrips.leastNanos + SHORTEST_HOLD_NANOS
         grownNanos = 0
         lastDelayNanos = 0
+    }
+
+    /**
+     * The least rate at which the link can be congested, in B/s. Images with pauses do not show what it delivers, and a
+     * single delay may have come from elsewhere: then the rate that was known before is not given up at once.
+     */
+    private fun credibleRate(rate: Double, nowNanos: Long): Double {
+        val known = congestedAt
+        return if (known == null || isFilled(nowNanos) || rate > known * PLATEAU_END) 0.0 else known * CREDIBLE
     }
 
     private fun advance(nowNanos: Long) {
@@ -130,6 +157,9 @@ internal class ImageRate(startNanos: Long) {
         private const val TOLERATED_PART = 8
         private const val CUT = 0.85
         private const val DEEPEST_CUT = 4
+        private const val CREDIBLE = 0.95
+        private const val SHORTEST_PAUSE_NANOS = 5_000_000L
+        private const val FILLED_NANOS = 100_000_000L
         private const val FURTHER_CUT = 0.8
         private const val MOST_CUTS = 4
         private const val DRAIN = 0.25

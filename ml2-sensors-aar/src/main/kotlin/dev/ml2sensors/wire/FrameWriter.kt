@@ -66,7 +66,7 @@ internal class FrameWriter(
         while (head.hasRemaining() || tail.hasRemaining()) target.write(pieces)
     }
 
-    private fun writePaced(pacing: ImagePacing, head: ByteBuffer, tail: ByteBuffer) {
+    private fun writePaced(pacing: ImagePacing, head: ByteBuffer, tail: ByteBuffer) = pacing.image {
         val end = tail.limit()
         do {
             tail.limit(minOf(end, tail.position() + ImagePacing.SLICE_BYTES))

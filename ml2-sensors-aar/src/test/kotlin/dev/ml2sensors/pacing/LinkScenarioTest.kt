@@ -42,6 +42,14 @@ class LinkScenarioTest {
     }
 
     @Test
+    fun aDelayFromElsewhereHoldsNoImagesBack() {
+        val busyReceiver = { second: Double -> if (second % 8 < 0.06) 12.0 else 0.0 }
+        val result = VirtualLink(10, queueMillis = 50, imagesMbit = 204.0, addedMillis = busyReceiver) { 300.0 }
+            .play("busy receiver")
+        assertTrue(result.imagesP99Millis < 133, "$result")
+    }
+
+    @Test
     fun aChangedLinkIsFollowedWithinFiveSeconds() {
         val results = listOf(
             VirtualLink(2, 50) { if (it.toInt() / 10 % 2 == 0) 100.0 else 20.0 }.play("100, 20, 100"),
@@ -70,8 +78,8 @@ internal class ScenarioResult(
     val use: Double,
     @SerialName("settled_s") val settledSeconds: Double,
 ) {
-    override fun toString(): String = "%-16s %5.0f Mbit/s, %3d ms, queue %3d ms: p99 %6.1f ms, images %.0f ms, use %.2f, settled %.1f s"
-        .format(
+    override fun toString(): String =
+        "%-16s %5.0f Mbit/s, %3d ms, queue %3d ms: p99 %6.1f ms, images %.0f ms, use %.2f, settled %.1f s".format(
             scenario,
             linkMbit,
             roundTripMillis,
@@ -150,13 +158,14 @@ internal class VirtualLink(
         if (!imagesMbit.isFinite()) waitingBytes = Double.MAX_VALUE
         val isBurst = millis % FRAME_MILLIS == 0
         if (isBurst) waitingBytes += imagesMbit.coerceAtMost(1e6) * BYTES_PER_MBIT_MILLI * FRAME_MILLIS
+        if (waitingBytes > 0) rate.resume(now)
         val limit = queueMillis * max(bytesPerMilli, 1.0)
         queueBytes = min(queueBytes, limit)
         val room = max(0.0, limit + bytesPerMilli - queueBytes - sensors)
         val images = min(waitingBytes, min(rate.bytesPerSecond(now) / 1000, room))
         if (images >= 1) rate.written(images.toInt(), now)
         waitingBytes -= images
-        if (waitingBytes > 0) rate.waited(now)
+        if (waitingBytes > 0) rate.waited(now) else rate.pause(now)
         queueBytes = max(0.0, queueBytes + sensors + images - bytesPerMilli)
         return images
     }
