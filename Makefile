@@ -105,9 +105,9 @@ $(cyclonedx):
 	$(run) python3 -m venv $(@D)/..
 	$(@D)/pip install --quiet cyclonedx-bom==7.5.0
 
-demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder]
+demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder] [LINK=Mbit/s between them, as root]
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
-	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)")
+	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)") $(if $(LINK),--link $(LINK))
 
 check: build ## Check style, and run the fast tests of what changed since they last passed
 	$(call two_at_a_time,lint check-python check-native check-kotlin check-unity)

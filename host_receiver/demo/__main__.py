@@ -23,6 +23,7 @@ from ml2_receiver.errors import ConfigError
 from ml2_receiver.table.reader import load_table
 from pairing import pair
 from report import build_report, verdict
+from shaped_link import Host, link, why_not
 
 ROOT = Path(__file__).resolve().parents[2]
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
@@ -49,11 +50,13 @@ def main() -> int:
         own: list[str | Path] = ["--keys", keys / "receiver"]
         simulator: list[str | Path] = [HEADSET, "--keys", keys / "headset"]
         pair([RECEIVER, "pair", *own], simulator)
-        receive = [RECEIVER, *_receiver_options(arguments), *own]
+        near, far = _hosts(stack, arguments.link)
+        receive = [*near.prefix, RECEIVER, *_receiver_options(arguments, near.address), *own]
         receiver = stack.enter_context(_process("receiver", receive))
         address = _address(receiver)
-        observer = stack.enter_context(_process("observer", _observer_command(prefix)))
-        simulate = [*simulator, *_headset_options(arguments, address)]
+        observe = [*near.prefix, *_observer_command(prefix)]
+        observer = stack.enter_context(_process("observer", observe))
+        simulate = [*far.prefix, *simulator, *_headset_options(arguments, address)]
         headset = stack.enter_context(_process("headset", simulate, is_read=False))
         threading.Thread(target=_end_after_failure, args=[headset, observer], daemon=True).start()
         final = _watch(console, observer, prefix, "replay" if arguments.replay else "simulated")
@@ -75,11 +78,24 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--duration", type=float, default=15.0, help="seconds of simulated sensors")
     parser.add_argument("--config", type=Path, default=ROOT / "config" / "demo.yaml")
     parser.add_argument("--replay", type=Path, help="an EuRoC/ASL folder instead of the simulation")
+    parser.add_argument(
+        "--link", type=float, metavar="MBIT", help="between headset and receiver; needs root"
+    )
     return parser.parse_args()
 
 
-def _receiver_options(arguments: argparse.Namespace) -> list[str | Path]:
-    return ["run", "--config", str(arguments.config), "--listen", "127.0.0.1:0", "--start-paused"]
+def _hosts(stack: ExitStack, link_mbit: float | None) -> tuple[Host, Host]:
+    """The hosts of receiver and headset: this machine, or both ends of a link."""
+    if link_mbit is None:
+        return Host(), Host()
+    if reason := why_not():
+        raise SystemExit(f"no link of {link_mbit:g} Mbit/s: {reason}; try: sudo make demo LINK=...")
+    made = stack.enter_context(link("cubic", link_mbit))
+    return made.receiver, made.headset
+
+
+def _receiver_options(arguments: argparse.Namespace, host: str) -> list[str | Path]:
+    return ["run", "--config", str(arguments.config), "--listen", f"{host}:0", "--start-paused"]
 
 
 def _headset_options(arguments: argparse.Namespace, address: str) -> list[str | Path]:

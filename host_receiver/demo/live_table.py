@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any, Self
 
 from rich.console import Console, Group
@@ -9,6 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from ml2_receiver.topics.diagnostics import NOTHING_LOWERED
 from report import drops
 
 
@@ -20,7 +22,9 @@ class LiveTable:
         self._source = source
         waiting = Text(f"starting the receiver, the {source} headset and the observer ...")
         self._live = Live(waiting, console=console, refresh_per_second=4)
-        self._previous: dict[str, Any] = {}
+        self._began_s: float | None = None
+        self._steps: list[Text] = []
+        self._adaptation = ""
 
     def __enter__(self) -> Self:
         self._live.start()
@@ -37,10 +41,22 @@ class LiveTable:
             for name, answer in snapshot["streams"].items()
             if answer["result"] == "refused"
         ]
-        notes = [*refused, self._clock(snapshot["clock"])]
+        self._note_step(snapshot)
+        notes = [*refused, *self._steps, self._clock(snapshot["clock"])]
         if not any(seen["count"] for seen in snapshot["topics"].values()):
             notes.append(Text("a simulation draws its pictures first: build/demo/headset.log"))
         self._live.update(Group(self._table(snapshot), *notes))
+
+    def _note_step(self, snapshot: dict[str, Any]) -> None:
+        """Keeps what was lowered for the link, with the time since the first message."""
+        if self._began_s is None and any(it["count"] for it in snapshot["topics"].values()):
+            self._began_s = time.monotonic()
+        words = snapshot["adaptation"]
+        is_first = not self._adaptation and words == NOTHING_LOWERED
+        if self._began_s is None or words in ("", self._adaptation) or is_first:
+            return
+        self._adaptation = words
+        self._steps.append(Text(f"{time.monotonic() - self._began_s:4.0f} s  {words}"))
 
     def _table(self, snapshot: dict[str, Any]) -> Table:
         table = Table(title=f"ML2 Sensors, {self._source} headset, topics under {self._prefix}")

@@ -34,6 +34,7 @@ from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
+from ml2_receiver.topics.diagnostics import ADAPTATION
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.status_name import status_name
 
@@ -166,7 +167,8 @@ class Observer(Node):
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self.diagnostics[status.name] = {pair.key: pair.value for pair in status.values}
+            values = {pair.key: pair.value for pair in status.values}
+            self.diagnostics[status.name] = values | {"message": status.message}
         # The last STATUS may be here before everything that it counts.
         if self.session.get("final") == "true" and self.session["state"] != "connected":
             self.is_final.set()
@@ -194,6 +196,7 @@ class Observer(Node):
             "streams": self.streams,
             "session": self.session,
             "clock": self.clock,
+            "adaptation": self._of(ADAPTATION).get("message", ""),
             "topics": topics,
         }
 

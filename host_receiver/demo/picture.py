@@ -33,9 +33,9 @@ Path2d = list[tuple[float, float, float]]
 
 PREFIX = "/magic_leap2/"
 CAMERAS = {
-    "world_center/image_raw": "world_center/image_raw",
+    "world_center/image_raw/compressed": "world_center/image_raw",
     "color/image_raw/compressed": "color/image_raw",
-    "depth/image_raw": "depth/image_raw",
+    "depth/image_raw/compressedDepth": "depth/image_raw",
 }
 HEAD = "head_pose"
 FRAMES_PER_S = 8

@@ -13,9 +13,9 @@ def test_a_good_file_lists_the_topics_it_starts(capsys: pytest.CaptureFixture[st
     assert main(["config", "check", str(ROOT / "config/config.yaml")]) == 0
     printed = capsys.readouterr()
     assert "/magic_leap2/world_center/image_raw" in printed.out
-    assert "9 streams; images need about 248 Mbit/s" in printed.out
+    assert "9 streams; images need about 34 Mbit/s" in printed.out
     (camera,) = [line for line in printed.out.splitlines() if "world_center/image_raw" in line]
-    assert "247.7" in camera
+    assert "34.1" in camera
     assert "/tf" in printed.out
     assert "world_left" not in printed.out
     assert printed.err == ""

@@ -93,7 +93,8 @@ def test_the_demo_file_starts_everything_that_goes_together() -> None:
     table = yaml.safe_load((ROOT / "config/streams.yaml").read_text("utf-8"))
     assert set(table["streams"]) - set(requests) == {"mixed_reality", "infra", "custom"}
     assert requests["color"]["resolution_height"] == 1080
-    assert requests["depth"]["format"] == "Depth32"
+    assert requests["depth"]["format"] == "depth16"
+    assert requests["world_left"]["format"] == requests["eye_nasal_left"]["format"] == "jpeg"
     assert (requests["depth"]["stream"], requests["depth"]["update_rate"]) == (1, 30)
 
 

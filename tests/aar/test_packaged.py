@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 from processes import HEADSET, ROOT, receive
-from simulation import demo_config
+from simulation import raw_config
 
 NATIVE = ROOT / "build" / "native"
 TARGET = HEADSET.parent / "target"
@@ -19,7 +19,7 @@ def test_every_sensor_arrives_with_the_classes_of_the_package(tmp_path: Path) ->
     with zipfile.ZipFile(package) as archive:
         classes = Path(archive.extract("classes.jar", tmp_path))
     config = tmp_path / "everything.yaml"
-    config.write_text(demo_config())
+    config.write_text(raw_config())
     received = receive(config, ["--duration", "2"], tmp_path, program=program(classes))
     assert {answer["result"] for answer in received.snapshot["streams"].values()} == {"applied"}
     assert [name for name, (_, payloads) in received.topics.items() if not payloads] == []

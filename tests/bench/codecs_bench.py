@@ -19,7 +19,7 @@ from links import NOISE, NOISY
 from load_run import load_run
 from other_programs import collect, streaming
 from processes import PREFIX, ROOT
-from simulation import compressed_config, demo_config
+from simulation import compressed_config, raw_config
 
 RESULTS = ROOT / "build" / "bench"
 PROGRAM = RESULTS / "codecs"
@@ -67,7 +67,7 @@ def _stream(folder: Path, duration_s: float) -> dict[str, Any]:
 
 def _raw_images(folder: Path) -> list[Path]:
     config = folder / "raw.yaml"
-    config.write_text(demo_config(picture_center={"enabled": False}))
+    config.write_text(raw_config(picture_center={"enabled": False}))
     with streaming(config, folder, **dict(it.split("=") for it in NOISE)) as domain:
         received = collect(dict.fromkeys(RAW, "sensor_msgs/msg/Image"), 1, domain, folder)
     files = [folder / f"{number}.raw" for number in range(len(RAW))]

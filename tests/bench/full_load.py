@@ -1,4 +1,4 @@
-"""Measures config/demo.yaml, every sensor at once, with a raw subscriber.
+"""Measures every sensor at once, with raw images and a raw subscriber.
 
 Usage: full_load.py DURATION, in seconds. Writes to build/bench:
 
@@ -22,9 +22,9 @@ from typing import Any
 
 from load_run import Loaded, load_run
 from processes import ROOT, paired
+from simulation import raw_config
 
 RESULTS = ROOT / "build" / "bench"
-DEMO = ROOT / "config" / "demo.yaml"
 NAMES = ("robot1", "robot2", "robot3", "robot4")
 ONE_CAMERA = """
 /ml2_receiver:
@@ -39,11 +39,13 @@ def main(duration_s: float) -> None:
     with tempfile.TemporaryDirectory(prefix="ml2_load") as name:
         folder = Path(name)
         logs = RESULTS / "full_load"
-        (loaded,) = load_run(DEMO, logs, duration_s)
+        raw = folder / "raw.yaml"
+        raw.write_text(raw_config())
+        (loaded,) = load_run(raw, logs, duration_s)
         _write("full_load", _summary(loaded))
-        (loaded,) = load_run(DEMO, logs, duration_s, security=paired(folder))
+        (loaded,) = load_run(raw, logs, duration_s, security=paired(folder))
         _write("full_load_tls", _summary(loaded) | {"tls": True})
-        (loaded,) = load_run(DEMO, logs, duration_s, record=folder / "recording")
+        (loaded,) = load_run(raw, logs, duration_s, record=folder / "recording")
         recorded_bytes = sum(file.stat().st_size for file in (folder / "recording").iterdir())
         rate = recorded_bytes / 1e6 / loaded.duration_s
         _write("full_load_recorded", _summary(loaded) | {"recorded_mb_per_s": rate})

@@ -22,9 +22,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from full_load import DEMO, RESULTS
+from full_load import RESULTS
 from load_run import load_run
 from processes import ROOT
+from simulation import raw_config
 
 _JAVA_OPTIONS = (
     "-XX:+UnlockDiagnosticVMOptions -XX:NativeMemoryTracking=summary -XX:+PrintNMTStatistics"
@@ -42,7 +43,7 @@ def main(duration_s: float) -> None:
     with tempfile.TemporaryDirectory(prefix="ml2_memory") as name:
         mapped = Path(name) / "mapped.txt"
         config = Path(name) / "everything.yaml"
-        config.write_text(re.sub(r"(confidence|flags): false", r"\1: true", DEMO.read_text()))
+        config.write_text(re.sub(r"(confidence|flags): false", r"\1: true", raw_config()))
         os.environ |= {
             "LD_PRELOAD": str(library),
             "ML2S_MAPPED": str(mapped),
@@ -52,7 +53,7 @@ def main(duration_s: float) -> None:
         slots_bytes, left_bytes = map(int, mapped.read_text().split())
     log = (logs / "one" / "headset.log").read_text()
     direct_bytes = _direct_peak_bytes(log)
-    sizes = re.findall(r"resolution_(?:width|height): (\d+)", DEMO.read_text())
+    sizes = re.findall(r"resolution_(?:width|height): (\d+)", raw_config())
     color_bytes = int(sizes[0]) * int(sizes[1]) * _COLOR_BYTES_PER_PIXEL
     results = {
         "peak_mb": (slots_bytes + direct_bytes + color_bytes) / _MB,

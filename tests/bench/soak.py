@@ -11,18 +11,22 @@ import json
 import sys
 from typing import Any
 
-from full_load import DEMO, RESULTS
+from full_load import RESULTS
 from load_run import Usage, load_run
+from simulation import raw_config
 
 
 def main(duration_s: float) -> None:
-    (loaded,) = load_run(DEMO, RESULTS / "soak", duration_s)
+    folder = RESULTS / "soak"
+    folder.mkdir(parents=True, exist_ok=True)
+    config = folder / "config.yaml"
+    config.write_text(raw_config())
+    (loaded,) = load_run(config, folder, duration_s)
     results = {
         "duration_s": loaded.duration_s,
         "drops": loaded.drops,
         "processes": {role: _growth(usage) for role, usage in loaded.usage.items()},
     }
-    RESULTS.mkdir(parents=True, exist_ok=True)
     (RESULTS / "soak.json").write_text(json.dumps(results, indent=2) + "\n")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from processes import PREFIX, Received, receive
 from simulated_truth import SimulatedTruth
-from simulation import CAMERAS, demo_config, image_topic
+from simulation import CAMERAS, image_topic, raw_config
 
 # A busy machine drops many messages, so the session lasts until this many have arrived.
 _LEAST = {f"{PREFIX}/{image_topic(camera)}": 100 for camera in CAMERAS}
@@ -32,7 +32,7 @@ def full_load(folder: Path, **changes: dict[str, Any]) -> FullLoad:
         changes: changes of the demo's configuration, by section.
     """
     config = folder / "everything.yaml"
-    config.write_text(demo_config(**changes))
+    config.write_text(raw_config(**changes))
     truth = SimulatedTruth.now()
     received = receive(config, ["--duration", f"{_LONGEST_S}"], folder, is_enough=_is_enough)
     assert not truth.clock_was_set()

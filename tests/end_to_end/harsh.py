@@ -34,7 +34,7 @@ import yaml
 from load_run import Loaded, Usage, load_run
 from processes import ROOT
 from proxy import Proxy
-from simulation import demo_config
+from simulation import raw_config
 
 RESULTS = ROOT / "build" / "reports" / "harsh.json"
 # The time without faults at the end, as in the simulated headset: 40 %, at most 75 s.
@@ -112,7 +112,7 @@ def harsh_run(
     has_openxr = seed % 2 == 0
     folder.mkdir(parents=True, exist_ok=True)
     config = folder / "config.yaml"
-    config.write_text(_with_openxr(changes) if has_openxr else demo_config(**changes))
+    config.write_text(_with_openxr(changes) if has_openxr else raw_config(**changes))
     (loaded,) = load_run(
         config,
         folder,
@@ -140,7 +140,7 @@ def harsh_run(
 
 def _with_openxr(changes: dict[str, dict[str, Any]]) -> str:
     """Returns the configuration with OpenXR as the backend of each section with a choice."""
-    config = yaml.safe_load(demo_config(**changes))
+    config = yaml.safe_load(raw_config(**changes))
     for section in config["/ml2_receiver"]["ros__parameters"].values():
         if "backend" in section:
             section["backend"] = "openxr"

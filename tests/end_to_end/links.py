@@ -9,29 +9,25 @@ measures only these, and writes no file.
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import json
-import os
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import delayed_link
-from load_run import Host, Loaded, load_run
+from load_run import Loaded, load_run
 from processes import PREFIX, ROOT
-from simulation import compressed_config, compressed_world_and_depth, demo_config, one_camera
+from shaped_link import QUEUE_S, Link, link, why_not
+from simulation import compressed_config, compressed_world_and_depth, one_camera, raw_config
 
 RESULTS = ROOT / "build" / "bench"
 FIXED = {"general": {"link": "fixed"}}
-RAW = demo_config(**FIXED)
-_QUEUE_S = 0.05
-_BURST_BYTES = 32 * 1024
+RAW = raw_config(**FIXED)
 _SINK = """
 import socket
 server = socket.create_server({})
@@ -46,100 +42,6 @@ connection = socket.create_connection({})
 while True:
     connection.sendall(bytes(1 << 16))
 """
-
-
-@dataclass(frozen=True)
-class Link:
-    """Two namespaces, and the token bucket or the `forwarder` between them."""
-
-    receiver: Host
-    headset: Host
-    device: str
-    forwarder: subprocess.Popen[str] | None = None
-
-    def limit(self, rate_mbit: float, queue_bytes: float | None = None) -> None:
-        """Sets the rate of what the headset sends; it can be changed at any time.
-
-        Args:
-            queue_bytes: what waits in the link at most; None means what it sends in 50 ms.
-        """
-        queue_bytes = queue_bytes or rate_mbit * 1e6 / 8 * _QUEUE_S
-        _run(
-            *(*self.headset.prefix, "tc", "qdisc", "replace", "dev", self.device, "root", "tbf"),
-            *("rate", f"{rate_mbit}mbit", "burst", str(_BURST_BYTES)),
-            *("limit", str(int(queue_bytes) + _BURST_BYTES)),
-        )
-
-    def dropped(self) -> int:
-        """Returns how many packets the queue has dropped; ends a forwarder."""
-        if self.forwarder is not None:
-            self.forwarder.terminate()
-            return int(self.forwarder.communicate()[0])
-        show = ("tc", "-j", "-s", "qdisc", "show", "dev", self.device)
-        (root, *_) = json.loads(_run(*self.headset.prefix, *show))
-        return int(root["drops"])
-
-
-@contextlib.contextmanager
-def link(congestion: str, rate_mbit: float, rtt_ms: float = 0.0) -> Iterator[Link]:
-    """Makes a link whose TCP connections use this congestion control."""
-    near, far = f"ml2r{os.getpid()}", f"ml2h{os.getpid()}"
-    devices = (delayed_link.DEVICE,) * 2 if rtt_ms else (near, far)
-    execute = ("ip", "netns", "exec")
-    hosts = (Host((*execute, near), "10.77.0.1"), Host((*execute, far), "10.77.0.2"))
-    with contextlib.ExitStack() as stack:
-        for name in (near, far):
-            _run("ip", "netns", "add", name)
-            stack.callback(_run, "ip", "netns", "delete", name)
-            _run("ip", "-n", name, "link", "set", "lo", "up")
-        forwarder = None
-        if rtt_ms:
-            forwarder = stack.enter_context(_forwarder(near, far, rate_mbit, rtt_ms / 2))
-        else:
-            _run("ip", "link", "add", far, "netns", far, "type", "veth", "peer", near)
-            _run("ip", "link", "set", near, "netns", near)
-        for name, device, host in zip((near, far), devices, hosts, strict=True):
-            _run("ip", "-n", name, "address", "add", f"{host.address}/30", "dev", device)
-            mtu = ("mtu", str(delayed_link.MTU)) if rtt_ms else ()
-            _run("ip", "-n", name, "link", "set", device, *mtu, "up")
-            route = ("10.77.0.0/30", "dev", device, "src", host.address, "congctl", congestion)
-            _run("ip", "-n", name, "route", "replace", *route)
-        made = Link(*hosts, devices[1], forwarder)
-        if forwarder is None:
-            made.limit(rate_mbit)
-        yield made
-
-
-@contextlib.contextmanager
-def _forwarder(
-    near: str, far: str, rate_mbit: float, delay_ms: float
-) -> Iterator[subprocess.Popen[str]]:
-    values = map(str, (rate_mbit, delay_ms, _QUEUE_S * 1e3))
-    command = (sys.executable, delayed_link.__file__, near, far, *values)
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as forwarder:
-        try:
-            assert forwarder.stdout is not None
-            if forwarder.stdout.readline() != "ready\n":
-                raise OSError("there are no TUN devices")
-            yield forwarder
-        finally:
-            forwarder.kill()
-
-
-def _run(*command: str | Path) -> str:
-    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-
-
-def why_not() -> str | None:
-    """Returns why this machine can make no links, or None if it can."""
-    if os.geteuid() != 0:
-        return "only root may make network namespaces"
-    try:
-        with link("cubic", 100):
-            pass
-    except (OSError, subprocess.CalledProcessError) as error:
-        return f"this machine makes no links: {error}"
-    return None
 
 
 def _unchanged(made: Link, over: threading.Event) -> None:
@@ -229,7 +131,7 @@ def stalls(made: Link, over: threading.Event) -> None:
     for _ in range(7):
         if over.wait(4):
             return
-        made.limit(0.01, queue_bytes=100e6 / 8 * _QUEUE_S)
+        made.limit(0.01, queue_bytes=100e6 / 8 * QUEUE_S)
         over.wait(1)
         made.limit(100)
 

@@ -33,6 +33,7 @@ from processes import (
     receive_command,
 )
 from proxy import Proxy
+from shaped_link import Host
 
 OBSERVER = ROOT / "host_receiver" / "demo" / "observer.py"
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -41,19 +42,6 @@ _DEPTH = 1000
 # The headset reports its drops with this period.
 _STATUS_S = 1.0
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
-
-
-@dataclass(frozen=True)
-class Host:
-    """A host that runs processes.
-
-    Attributes:
-        prefix: the words before each command, which run it on the host; empty for this machine.
-        address: the host's address, as the other host reaches it.
-    """
-
-    prefix: tuple[str | Path, ...] = ()
-    address: str = "127.0.0.1"
 
 
 @dataclass

@@ -23,7 +23,8 @@ from processes import (
     receive_command,
     subscribing,
 )
-from simulation import SMALL, demo_config
+from shaped_link import why_not
+from simulation import SMALL, compressed_config, raw_config
 
 # It measures time, and compares rates: a busy machine drops readings rather than images.
 pytestmark = pytest.mark.alone
@@ -58,7 +59,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
     """Runs the command after the subscriber has received messages on every topic."""
     folder = tmp_path_factory.mktemp("latency")
     config = folder / "everything.yaml"
-    config.write_text(demo_config(picture_center=SMALL))
+    config.write_text(raw_config(picture_center=SMALL))
     environment = isolated_environment()
     with ExitStack() as stack:
         start = stack.enter_context
@@ -119,10 +120,20 @@ def test_the_counts_of_messages_have_the_ratio_of_the_rates(measured: Measured) 
 
 
 def test_images_that_fill_a_link_delay_no_inertial_sample() -> None:
-    if reason := links.why_not():
+    if reason := why_not():
         pytest.skip(reason)
     row = links.measure(links.Run("raw", 100), 10)
     assert row["imu_lost"] == 0, row
     assert row["sent_mbit"] > 50, row
     # Half a second where nothing paces the images; the bound leaves room for a busy machine
     assert row["imu_p50_ms"] < 25, row
+
+
+def test_images_give_way_to_a_slow_link() -> None:
+    if reason := why_not():
+        pytest.skip(reason)
+    row = links.measure(links.Run("auto", 30, config=compressed_config()), 12)
+    assert row["imu_lost"] == 0, row
+    assert any("quality 40" in step for step in row["steps"]), row
+    rates = {name.split("/")[2]: rate_hz for name, rate_hz in row["image_hz"].items()}
+    assert 1 < rates["eye_nasal_left"] < rates["world_left"] < 30, row

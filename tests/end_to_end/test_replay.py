@@ -12,7 +12,8 @@ import pytest
 
 from capture_stamps import stamp_ns
 from euroc import Matrix, angle_between, ground_truth, interpolated, rows, sensor_yaml
-from processes import EXCERPT, PREFIX, ROOT, Received, headset_command, receive
+from processes import EXCERPT, PREFIX, Received, headset_command, receive
+from simulation import compressed_config, raw_config
 from transforms import transforms
 
 MAV = EXCERPT / "mav0"
@@ -21,8 +22,9 @@ SENSORS = {"head_pose": "state_groundtruth_estimate0"}
 SENSORS |= {f"{imu}/imu": "imu0" for imu in ("accel_left", "gyro_left", "imu_left")}
 for camera, stream in CAMERAS.items():
     SENSORS |= {f"{stream}/{topic}": camera for topic in ("image_raw", "camera_info", "metadata")}
+COMPRESSED = "world_left/image_raw/compressed"
 DEEP_PUBLISHERS = ["--ros-args"]
-for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in SENSORS)):
+for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in (*SENSORS, COMPRESSED))):
     DEEP_PUBLISHERS += ["-p", f"qos_overrides.{name}.publisher.depth:=1000"]
 
 pytestmark = pytest.mark.skipif(
@@ -58,7 +60,8 @@ def replayed(
     # No subscriber is as fast as full speed, so publishers need deep queues.
     receiver = DEEP_PUBLISHERS if rate_factor == "max" else ()
     folder = tmp_path_factory.mktemp("replay")
-    config = ROOT / "config" / "demo.yaml"
+    config = folder / "config.yaml"
+    config.write_text(raw_config())
     return receive(config, headset, folder, receiver_options=receiver)
 
 
@@ -84,6 +87,22 @@ def test_every_image_has_the_pixels_of_its_png(
         assert image.step == image.width
         assert bytes(image.data) == png.tobytes()
         assert image.header.frame_id == f"{CAMERAS[camera]}_optical_frame"
+
+
+def test_a_recording_can_be_sent_compressed(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(compressed_config())
+    headset = ["--replay", str(EXCERPT), "--rate-factor", "max"]
+    received = receive(config, headset, tmp_path, receiver_options=DEEP_PUBLISHERS)
+    images = received.messages(COMPRESSED)
+    names = [name for _, name in rows(EXCERPT, "cam0")]
+    assert len(images) == len(names) == 95
+    for image, name in zip(images, names, strict=True):
+        decoded = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_UNCHANGED)
+        png = cv2.imread(str(MAV / "cam0" / "data" / name), cv2.IMREAD_UNCHANGED)
+        assert decoded is not None
+        assert png is not None
+        assert cv2.PSNR(decoded, png) > 35
 
 
 @pytest.mark.parametrize("topic", SENSORS)

@@ -22,7 +22,7 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.judgement import read_judgements
 from ml2_receiver.topics.stamps import stamp_reader
 from processes import PREFIX, Received, headset_command, lines
-from simulation import SMALL, demo_config
+from simulation import SMALL, raw_config
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 BEGIN_S, END_S = 3, 24
@@ -30,7 +30,7 @@ LATEST_S = 90  # the headset stops, so that a state that is never reached fails
 LIMIT_NS = 6_000_000_000
 # One camera of each kind
 OTHERS = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
-CONFIG = demo_config(picture_center=SMALL, **{id: {"enabled": False} for id in OTHERS})
+CONFIG = raw_config(picture_center=SMALL, **{id: {"enabled": False} for id in OTHERS})
 PATIENT = ("light_sensor", "battery")
 SILENT = (
     *("world_left", "color", "depth", "eye_nasal_left"),

@@ -27,7 +27,7 @@ from processes import (
     receive_command,
 )
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
-from simulation import CAMERAS, EYES, demo_config, image_topic
+from simulation import CAMERAS, EYES, image_topic, raw_config
 from transforms import moving
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
@@ -218,7 +218,7 @@ def test_the_configuration_of_the_thesis_loads_and_runs_nothing(tmp_path: Path) 
 
 def test_a_wrong_configuration_starts_nothing(tmp_path: Path) -> None:
     config = tmp_path / "wrong.yaml"
-    config.write_text(demo_config(depth_center={"update_rate": 31}))
+    config.write_text(raw_config(depth_center={"update_rate": 31}))
     run = subprocess.run(
         [str(word) for word in receive_command(config, "127.0.0.1:0")],
         check=False,

@@ -21,8 +21,9 @@ from ml2_tools.evaluation.trajectory import Images, Trajectory
 from ml2_tools.geometry.camera import Camera
 from ml2_tools.geometry.lens import Lens
 from ml2_tools.images.rectification import rectify
-from processes import EXCERPT, ROOT, receive
+from processes import EXCERPT, receive
 from simulated_walk import record
+from simulation import raw_config
 
 _CAMERAS = ("world_left", "world_right")
 # The time between the two images of one stamp: above the resolution of evo's stamps, too short for
@@ -33,7 +34,8 @@ _JUMP_NS = 1000
 def evaluate_excerpt(folder: Path) -> dict[str, Any]:
     """Returns an entry of the report; the reference is the ground truth in /tf."""
     folder.mkdir(parents=True)
-    config = ROOT / "config" / "demo.yaml"
+    config = folder / "config.yaml"
+    config.write_text(raw_config())
     received = receive(config, ["--replay", str(EXCERPT)], folder)
     record(received, folder / "bag", 0, sys.maxsize)
     cameras = [read_sequence(folder / "bag", camera) for camera in _CAMERAS]

@@ -117,9 +117,10 @@ def record(received: Received, bag: Path, start_ns: int, end_ns: int) -> None:
 
 
 def _config(camera: str) -> str:
-    """Returns the packaged configuration with this camera alone."""
+    """Returns the packaged configuration with this camera alone, and with raw images."""
     tree = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     (node,) = tree.values()
+    node["ros__parameters"][camera]["format"] = "Grayscale"
     for name, section in node["ros__parameters"].items():
         if "enabled" in section:
             section["enabled"] = name == camera

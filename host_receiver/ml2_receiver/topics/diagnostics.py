@@ -17,6 +17,7 @@ from .judgement import Judge, expected_hz, judgement_values
 
 # The row of what gives way to the link; its values are `<stream>.quality` and `<stream>.rate_hz`.
 ADAPTATION = "adaptation"
+NOTHING_LOWERED = "nothing is lowered"
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 # From this state on, Android slows the headset down noticeably.
@@ -227,7 +228,7 @@ def _link(link: Throughput) -> Row:
 
 def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
     values: dict[str, str] = {}
-    words: list[str] = []
+    alike: dict[str, list[str]] = {}
     for id, status in streams.items():
         lowered: list[str] = []
         if status.quality is not None:
@@ -237,11 +238,11 @@ def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
             values[f"{id}.rate_hz"] = str(status.rate_hz)
             lowered.append(f"{status.rate_hz} Hz")
         if lowered:
-            words.append(f"{id} {', '.join(lowered)}")
-    if not words:
-        return Row(ADAPTATION, Level.OK, "nothing is lowered", values)
-    message = f"lowered for the link: {'; '.join(words)}"
-    return Row(ADAPTATION, Level.WARN, message, values)
+            alike.setdefault(", ".join(lowered), []).append(id)
+    if not alike:
+        return Row(ADAPTATION, Level.OK, NOTHING_LOWERED, values)
+    words = (f"{', '.join(ids)}: {lowered}" for lowered, ids in alike.items())
+    return Row(ADAPTATION, Level.WARN, f"lowered for the link: {'; '.join(words)}", values)
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:

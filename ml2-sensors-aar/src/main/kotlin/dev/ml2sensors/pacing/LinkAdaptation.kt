@@ -31,7 +31,7 @@ internal class LinkState(
  * - Up: images have not waited for 5 s, and the pacing allows what the next level needs. Where it does not, one step is
  *   tried after 30 s, since only images that wait show what a link has.
  * - A step up after which images are dropped again is taken back. The next wait is longer: 30 s, then twice as long
- *   each time, to 4 min.
+ *   each time, to 4 min; and then one step is taken at a time.
  *
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
@@ -90,7 +90,8 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         // The pacing is not believed soon after it was found wrong
         val isBelieved = raised?.let { it.isTrial && nowNanos - it.atNanos < TRIAL_NANOS } != true
         val target = minOf(UP_TARGET * allowed, 2 * needed(level))
-        val fitting = (0 until level).firstOrNull { isBelieved && needed(it) <= target }
+        val lowest = if (patienceNanos > PATIENCE_NANOS) level - 1 else 0
+        val fitting = (lowest until level).firstOrNull { isBelieved && needed(it) <= target }
         isTrial = fitting == null
         return fitting ?: if (calmNanos >= maxOf(patienceNanos, TRIAL_NANOS)) level - 1 else level
     }

@@ -7,6 +7,7 @@ import dev.ml2sensors.pacing.LinkAdaptation
 import dev.ml2sensors.session.Lane
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Event
+import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.delay
 import kotlin.time.Duration.Companion.milliseconds
 
@@ -22,10 +23,15 @@ internal class ImageAdaptation(private val lane: (String) -> Lane, private val r
     /** Null while nothing adapts. */
     private var adaptation: LinkAdaptation? = null
 
-    /** Returns what is lowered of the stream [id]; null if nothing is. */
-    fun lowered(id: String): ImageSetting? = synchronized(streams) { streams[id] }?.lowered()
-
-    private fun AdaptedStream.lowered() = present.takeIf { it != configured }
+    /** Returns [state] of the stream [id] with what is lowered of its images. */
+    fun lowered(id: String, state: Status.Stream): Status.Stream {
+        val (configured, present) = synchronized(streams) { streams[id]?.let { it.configured to it.present } }
+            ?: return state
+        return state.lowered(
+            quality = present.quality.takeIf { it != configured.quality },
+            rateHz = present.rateHz.takeIf { it != configured.rateHz },
+        )
+    }
 
     /** Configures all streams; those with the same setting go on as they are. */
     fun configure(configured: Map<String, ImageSetting>, adapts: Boolean): Unit = synchronized(streams) {
@@ -34,7 +40,7 @@ internal class ImageAdaptation(private val lane: (String) -> Lane, private val r
         streams.entries.removeIf { (id, it) -> configured[id] != it.configured }
         configured.forEach { (id, setting) -> streams.getOrPut(id) { AdaptedStream(id, setting) } }
         adaptation = if (adapts) adaptationOf(streams.values.toList()) else null
-        if (adapts || streams.values.all { it.lowered() == null }) return
+        if (adapts || streams.values.all { it.present == it.configured }) return
         streams.values.forEach { it.present = it.configured }
         reportLowered()
     }
@@ -59,15 +65,20 @@ internal class ImageAdaptation(private val lane: (String) -> Lane, private val r
     }
 
     private fun reportLowered() {
-        val alike = streams.values.groupBy({ it.lowered()?.let { setting -> words(it, setting) } }, { it.id })
-        val words = alike.entries.mapNotNull { (setting, ids) -> setting?.let { "${ids.joinToString()}: $it" } }
-        val text = if (words.isEmpty()) "all images are as configured" else words.joinToString("; ")
-        report(Event(Event.ADAPTED, "images give way to the link: $text".takeIf { words.isNotEmpty() } ?: text))
+        val alike = streams.values.groupBy(::words) { it.id }.filterKeys(String::isNotEmpty)
+        val text = if (alike.isEmpty()) {
+            "all images are as configured"
+        } else {
+            "images give way to the link: " +
+                alike.entries.joinToString("; ") { (words, ids) -> "${ids.joinToString()}: $words" }
+        }
+        report(Event(Event.ADAPTED, text))
     }
 
-    private fun words(stream: AdaptedStream, setting: ImageSetting): String = listOfNotNull(
-        setting.quality?.takeIf { it != stream.configured.quality }?.let { "quality $it" },
-        setting.rateHz.takeIf { it != stream.configured.rateHz }?.let { "$it Hz" },
+    /** Returns what is lowered of a stream; empty if nothing is. */
+    private fun words(stream: AdaptedStream): String = listOfNotNull(
+        stream.present.quality?.takeIf { it != stream.configured.quality }?.let { "quality $it" },
+        stream.present.rateHz.takeIf { it != stream.configured.rateHz }?.let { "$it Hz" },
     ).joinToString()
 
     private companion object {

@@ -1,6 +1,5 @@
 package dev.ml2sensors.stream
 
-import dev.ml2sensors.pacing.ImageSetting
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.acceptedValues
@@ -62,12 +61,11 @@ internal class StreamStates(private val headset: Headset) {
         mutableFlow.value = answered + stopped
     }
 
-    /** Returns the states as in STATUS; [lowered] returns what of a stream's images is lowered, null if nothing is. */
-    fun toBodies(lowered: (String) -> ImageSetting?): Map<String, Status.Stream> {
+    /** Returns the states as in STATUS; [completed] returns that of a stream with what else is known of it. */
+    fun toBodies(completed: (id: String, Status.Stream) -> Status.Stream): Map<String, Status.Stream> {
         val held = headset.holds
         return mutableFlow.value.mapValues { (id, state) ->
-            val body = state.toBody(held[id], id in available)
-            lowered(id)?.let { body.lowered(it.quality, it.rateHz) } ?: body
+            completed(id, state.toBody(held[id], id in available))
         }
     }
 }

@@ -85,7 +85,7 @@ internal class HarshHeadset(app: Application, private val scope: TestScope) {
         var counted = 0L
         var countedAt = scheduler.timeSource.markNow()
 
-        val state: Status.Stream get() = states.toBodies { null }.getValue(spec.id)
+        val state: Status.Stream get() = states.toBodies { _, state -> state }.getValue(spec.id)
         val counts: List<Status.ChannelCounts> get() = channels.map { it.counters.snapshot() }
         val produced: Long get() = counts.first().produced
 

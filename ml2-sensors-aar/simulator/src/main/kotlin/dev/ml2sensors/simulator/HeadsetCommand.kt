@@ -19,6 +19,7 @@ import dev.ml2sensors.pairing.PairingUri
 import dev.ml2sensors.simulator.replay.EurocRecording
 import dev.ml2sensors.simulator.replay.RecordingException
 import dev.ml2sensors.simulator.replay.ReplayHeadset
+import dev.ml2sensors.simulator.simulated.NativeBundle
 import dev.ml2sensors.simulator.testsignal.TestSignalHeadset
 import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.Headset
@@ -90,6 +91,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
         if (simulation.isGiven && (folder != null || source != SIMULATED)) {
             throw UsageError("--simulate needs --source $SIMULATED")
         }
+        NativeBundle.load() // Images of any source may be compressed
         return when {
             folder != null -> ReplayHeadset(recording(folder), shiftedClock(), rateFactor ?: 1.0)
             source == SIMULATED -> simulation.open(seed, System.getProperty("ml2s.frame_cache", ""))

@@ -1,0 +1,125 @@
+"""A link of known rate on this machine, for programs in two network namespaces. Needs root."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import delayed_link
+
+# What waits in a link at most.
+QUEUE_S = 0.05
+_BURST_BYTES = 32 * 1024
+
+
+@dataclass(frozen=True)
+class Host:
+    """A host that runs processes.
+
+    Attributes:
+        prefix: the words before each command, which run it on the host; empty for this machine.
+        address: the host's address, as the other host reaches it.
+    """
+
+    prefix: tuple[str | Path, ...] = ()
+    address: str = "127.0.0.1"
+
+
+@dataclass(frozen=True)
+class Link:
+    """Two namespaces, and the token bucket or the `forwarder` between them."""
+
+    receiver: Host
+    headset: Host
+    device: str
+    forwarder: subprocess.Popen[str] | None = None
+
+    def limit(self, rate_mbit: float, queue_bytes: float | None = None) -> None:
+        """Sets the rate of what the headset sends; it can be changed at any time.
+
+        Args:
+            queue_bytes: what waits in the link at most; None means what it sends in 50 ms.
+        """
+        queue_bytes = queue_bytes or rate_mbit * 1e6 / 8 * QUEUE_S
+        _run(
+            *(*self.headset.prefix, "tc", "qdisc", "replace", "dev", self.device, "root", "tbf"),
+            *("rate", f"{rate_mbit}mbit", "burst", str(_BURST_BYTES)),
+            *("limit", str(int(queue_bytes) + _BURST_BYTES)),
+        )
+
+    def dropped(self) -> int:
+        """Returns how many packets the queue has dropped; ends a forwarder."""
+        if self.forwarder is not None:
+            self.forwarder.terminate()
+            return int(self.forwarder.communicate()[0])
+        show = ("tc", "-j", "-s", "qdisc", "show", "dev", self.device)
+        (root, *_) = json.loads(_run(*self.headset.prefix, *show))
+        return int(root["drops"])
+
+
+@contextlib.contextmanager
+def link(congestion: str, rate_mbit: float, rtt_ms: float = 0.0) -> Iterator[Link]:
+    """Makes a link whose TCP connections use this congestion control."""
+    near, far = f"ml2r{os.getpid()}", f"ml2h{os.getpid()}"
+    devices = (delayed_link.DEVICE,) * 2 if rtt_ms else (near, far)
+    execute = ("ip", "netns", "exec")
+    hosts = (Host((*execute, near), "10.77.0.1"), Host((*execute, far), "10.77.0.2"))
+    with contextlib.ExitStack() as stack:
+        for name in (near, far):
+            _run("ip", "netns", "add", name)
+            stack.callback(_run, "ip", "netns", "delete", name)
+            _run("ip", "-n", name, "link", "set", "lo", "up")
+        forwarder = None
+        if rtt_ms:
+            forwarder = stack.enter_context(_forwarder(near, far, rate_mbit, rtt_ms / 2))
+        else:
+            _run("ip", "link", "add", far, "netns", far, "type", "veth", "peer", near)
+            _run("ip", "link", "set", near, "netns", near)
+        for name, device, host in zip((near, far), devices, hosts, strict=True):
+            _run("ip", "-n", name, "address", "add", f"{host.address}/30", "dev", device)
+            mtu = ("mtu", str(delayed_link.MTU)) if rtt_ms else ()
+            _run("ip", "-n", name, "link", "set", device, *mtu, "up")
+            route = ("10.77.0.0/30", "dev", device, "src", host.address, "congctl", congestion)
+            _run("ip", "-n", name, "route", "replace", *route)
+        made = Link(*hosts, devices[1], forwarder)
+        if forwarder is None:
+            made.limit(rate_mbit)
+        yield made
+
+
+@contextlib.contextmanager
+def _forwarder(
+    near: str, far: str, rate_mbit: float, delay_ms: float
+) -> Iterator[subprocess.Popen[str]]:
+    values = map(str, (rate_mbit, delay_ms, QUEUE_S * 1e3))
+    command = (sys.executable, delayed_link.__file__, near, far, *values)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as forwarder:
+        try:
+            assert forwarder.stdout is not None
+            if forwarder.stdout.readline() != "ready\n":
+                raise OSError("there are no TUN devices")
+            yield forwarder
+        finally:
+            forwarder.kill()
+
+
+def _run(*command: str | Path) -> str:
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def why_not() -> str | None:
+    """Returns why this machine can make no links, or None if it can."""
+    if os.geteuid() != 0:
+        return "only root may make network namespaces"
+    try:
+        with link("cubic", 100):
+            pass
+    except (OSError, subprocess.CalledProcessError) as error:
+        return f"this machine makes no links: {error}"
+    return None
