@@ -102,7 +102,7 @@ SENT: dict[str, tuple[str, Callable[[int], bytes]]] = {
 }
 
 
-# What a device sends that compresses its images.
+# The topics of a device that compresses its images.
 COMPRESSED: dict[str, tuple[str, Callable[[int], bytes]]] = {
     "world_left/image_raw/compressed": ("sensor_msgs/msg/CompressedImage", jpeg),
     "depth/image_raw/compressedDepth": ("sensor_msgs/msg/CompressedImage", depth),

@@ -202,7 +202,7 @@ static jint most_encoded_bytes(JNIEnv *env, jclass class, jint codec, jint width
     return failure_throw(env, result, &error) ? 0 : (jint)size_bytes;
 }
 
-static jint encode_whole(JNIEnv *env, jclass class, jobject pixels, jint codec, jint quality, jint width, jint height,
+static jint encode(JNIEnv *env, jclass class, jobject pixels, jint codec, jint quality, jint width, jint height,
                          jint stride_bytes, jint stream, jint slot) {
     (void)class;
     ERROR(error);
@@ -278,7 +278,7 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
         METHOD("unpublish", "(I)V", unpublish),
         METHOD("release", "(II)V", release),
         METHOD("mostEncodedBytes", "(III)I", most_encoded_bytes),
-        METHOD("encodeWhole", "(Ljava/nio/ByteBuffer;IIIIIII)I", encode_whole),
+        METHOD("encode", "(Ljava/nio/ByteBuffer;IIIIIII)I", encode),
         METHOD("useOpenXr", "(Ljava/lang/String;Ljava/lang/Object;)V", use_openxr),
     };
     JNIEnv *env;

@@ -327,8 +327,8 @@ typedef enum ml2s_codec {
     /** 8-bit grey pixels to a baseline JPEG of one component; quality is 1 to 100, with libjpeg's tables. */
     ML2S_CODEC_GREY_JPEG = 1,
     /**
-     * 32-bit floats in metres to the data of ROS's `16UC1; compressedDepth rvl`: millimetres, rounded to the nearest; 0
-     * for NaN and for what is not nearest to one of 1 to 65535 mm. quality is 0.
+     * 32-bit floats in metres to the data of ROS's `16UC1; compressedDepth rvl`. Distances are rounded to millimetres;
+     * NaN, and what rounds to no number from 1 to 65535, becomes 0. quality is 0.
      */
     ML2S_CODEC_DEPTH_RVL = 2,
 } ml2s_codec;

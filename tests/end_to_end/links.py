@@ -50,9 +50,9 @@ def _unchanged(made: Link, over: threading.Event) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """What is measured: `config` over a link.
+    """A measurement of `config` over a link.
 
-    `change` may change the link in a thread until its event.
+    `change` may change the link, in a thread, until its event is set.
     """
 
     name: str

@@ -88,7 +88,8 @@ def test_a_slow_link_drops_images_and_counts_them(
     config: Path, tmp_path: Path, bytes_per_s: float
 ) -> None:
     """A world camera is 31 MB/s; at 1 MB/s, the queue is not even empty at the end."""
-    config.write_text(CONFIG.replace("eye_nasal_left", "world_left"))
+    fixed = CONFIG.replace("eye_nasal_left", "world_left") + "    general: {link: fixed}\n"
+    config.write_text(fixed)
     options = ["--duration", "3"]
     received = receive(config, options, tmp_path, lambda address: Proxy(address, bytes_per_s))
     assert_counters_agree(received)

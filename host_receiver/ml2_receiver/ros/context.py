@@ -2,7 +2,8 @@
 
 import re
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import rclpy
@@ -47,6 +48,22 @@ def start_ros(arguments: Sequence[str] = ()) -> Context:
             ) from error
         raise RosError(f"ROS 2 does not start: {error}", hint=_START_HINT) from error
     return context
+
+
+@contextmanager
+def tool_node(name: str) -> Iterator[Node]:
+    """A node in a context of its own; both end with the block.
+
+    Raises:
+        RosError: ROS does not start.
+    """
+    context = start_ros()
+    node = rclpy.create_node(name, context=context)
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
 
 
 def spin_until(stopping: threading.Event, node: Node, context: Context) -> None:

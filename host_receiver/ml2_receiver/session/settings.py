@@ -15,7 +15,7 @@ class Limits:
 
     handshake_s: float = 5.0
     ping_s: float = 0.5
-    dead_s: float = 2.0
+    dead_s: float = 3.0
     linger_s: float = 1.0
     unfinished_connections: int = 16
     connections_per_address: int = 64

@@ -8,14 +8,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import rclpy
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from ml2_receiver.errors import EvaluationError
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
-from ml2_receiver.ros.context import start_ros
+from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.table.stream_table import Qos
 
@@ -49,51 +47,35 @@ def record_live(
         EvaluationError: no messages arrive, or too few to evaluate.
         RosError: ROS does not start.
     """
-    context = start_ros()
-    node = rclpy.create_node("ml2_evaluate", context=context)
-    try:
-        return _record(node, prefix, camera, folder, stopping, report)
-    finally:
-        node.destroy_node()
-        rclpy.shutdown(context=context)
+    with tool_node("ml2_evaluate") as node:
+        names = [topic.full_name(prefix) for topic in image_topics(camera)]
+        missing = f"no camera_info and metadata of {prefix}/{camera} arrived"
+        _await(lambda: any(map(node.count_publishers, names)), missing, stopping)
+        parts = Parts(prefix, camera, node.count_publishers)
+        writer = BagWriter(folder, "none")
+        topics = {name: BagTopic(name, type, Qos(1)) for name, type in parts.types.items()}
+        for topic in topics.values():
+            writer.add_topic(topic)
 
+        def take(name: str, payload: bytes) -> None:
+            parts.take(name, payload)
+            writer.write(topics[name], time.time_ns(), payload)
 
-def _record(
-    node: Node,
-    prefix: str,
-    camera: str,
-    folder: Path,
-    stopping: threading.Event,
-    report: Callable[[int], None],
-) -> Sequence:
-    names = [topic.full_name(prefix) for topic in image_topics(camera)]
-    missing = f"no camera_info and metadata of {prefix}/{camera} arrived"
-    _await(lambda: any(map(node.count_publishers, names)), missing, stopping)
-    parts = Parts(prefix, camera, node.count_publishers)
-    writer = BagWriter(folder, "none")
-    topics = {name: BagTopic(name, type, Qos(1)) for name, type in parts.types.items()}
-    for topic in topics.values():
-        writer.add_topic(topic)
-
-    def take(name: str, payload: bytes) -> None:
-        parts.take(name, payload)
-        writer.write(topics[name], time.time_ns(), payload)
-
-    taker = RawTaker(
-        node,
-        [
-            RawSubscription(type, name, _qos(name), partial(take, name))
-            for name, type in parts.types.items()
-        ],
-    )
-    try:
-        _await(lambda: parts.camera() is not None, missing, stopping)
-        while not stopping.wait(_POLL_S) and taker.is_alive:
-            report(parts.images_taken)
-    finally:
-        taker.stop()
-        writer.close()
-    return parts.sequence(folder)
+        taker = RawTaker(
+            node,
+            [
+                RawSubscription(type, name, _qos(name), partial(take, name))
+                for name, type in parts.types.items()
+            ],
+        )
+        try:
+            _await(lambda: parts.camera() is not None, missing, stopping)
+            while not stopping.wait(_POLL_S) and taker.is_alive:
+                report(parts.images_taken)
+        finally:
+            taker.stop()
+            writer.close()
+        return parts.sequence(folder)
 
 
 def _await(is_there: Callable[[], bool], missing: str, stopping: threading.Event) -> None:

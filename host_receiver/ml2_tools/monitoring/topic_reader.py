@@ -9,14 +9,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import rclpy
 import yaml
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ml2_receiver.errors import RosError
-from ml2_receiver.ros.context import start_ros
+from ml2_receiver.ros.context import tool_node
 from ml2_receiver.topics.message_types import message_class
 
 _WAIT_S = 0.1
@@ -33,24 +32,21 @@ def messages(topic: str, timeout_s: float, stopping: threading.Event) -> Iterato
     Raises:
         RosError: the topic has no publisher, or its type is not installed.
     """
-    context = start_ros()
-    node = rclpy.create_node("ml2_echo", context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
     arrived: list[Any] = []
-    try:
-        type = _await_type(node, executor, topic, timeout_s, stopping)
-        if type is None:
-            return
-        node.create_subscription(_class(type), topic, arrived.append, _qos(node, topic))
-        while not stopping.is_set():
-            executor.spin_once(timeout_sec=_WAIT_S)
-            while arrived:
-                yield arrived.pop(0)
-    finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.shutdown(context=context)
+    with tool_node("ml2_echo") as node:
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        try:
+            type = _await_type(node, executor, topic, timeout_s, stopping)
+            if type is None:
+                return
+            node.create_subscription(_class(type), topic, arrived.append, _qos(node, topic))
+            while not stopping.is_set():
+                executor.spin_once(timeout_sec=_WAIT_S)
+                while arrived:
+                    yield arrived.pop(0)
+        finally:
+            executor.shutdown()
 
 
 def as_text(message: Any) -> str:

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-/** What libjpeg finds in a JPEG. */
+/** A JPEG as libjpeg decodes it. */
 struct Decoded {
     uint32_t width = 0, height = 0;
     int components = 0;

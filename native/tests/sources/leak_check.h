@@ -1,4 +1,4 @@
-// What tests on the simulated headset share.
+// The fixture of tests on the simulated headset.
 #pragma once
 
 #include "ml2sim.h"

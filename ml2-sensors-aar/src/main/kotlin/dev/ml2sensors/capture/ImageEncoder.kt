@@ -15,7 +15,7 @@ internal enum class ImageCodec(val code: Int, val title: String, private val enc
     /** Grey pixels to a JPEG of one component; quality 1 to 100. */
     GREY_JPEG(1, "jpeg", "mono8; jpeg compressed mono8"),
 
-    /** Depth in metres to the data of ROS's `16UC1; compressedDepth rvl`; quality 0. */
+    /** Depth in metres to millimetres, in the layout of ROS's `16UC1; compressedDepth rvl`; quality 0. */
     DEPTH_RVL(2, "rvl", "16UC1; compressedDepth rvl"),
 
     ;
@@ -59,7 +59,7 @@ internal class ImageEncoder(stream: StreamSpec, val codec: ImageCodec) : AutoClo
 
     private fun encodeInto(slot: Int, sample: ImageSample, quality: Int): ImageSample {
         val sizeBytes = with(sample) {
-            Native.encode(pixels, codec.code, quality, width, height, strideBytes, slots, slot)
+            Native.encode(pixels.slice(), codec.code, quality, width, height, strideBytes, slots, slot)
         }
         val image = Native.bytes(slots, slot, 0, sizeBytes).order(ByteOrder.LITTLE_ENDIAN)
         val others = sample.planesBesideImage

@@ -115,22 +115,11 @@ internal object Native {
     external fun mostEncodedBytes(codec: Int, width: Int, height: Int): Int
 
     /**
-     * Compresses the pixels of [image], a direct buffer, from position to limit, into a leased slot, which has at least
-     * [mostEncodedBytes]. Returns the size in bytes.
+     * Compresses the pixels of [image], a direct buffer, into a leased slot, which has
+     * at least [mostEncodedBytes]. Returns the size in bytes.
      */
-    fun encode(
-        image: ByteBuffer,
-        codec: Int,
-        quality: Int,
-        width: Int,
-        height: Int,
-        strideBytes: Int,
-        stream: Int,
-        slot: Int,
-    ): Int = encodeWhole(image.slice(), codec, quality, width, height, strideBytes, stream, slot)
-
     @JvmStatic
-    private external fun encodeWhole(
+    external fun encode(
         image: ByteBuffer,
         codec: Int,
         quality: Int,

@@ -77,11 +77,13 @@ internal class ImagePacing(
     private fun waitNanos(): Long {
         if (isOver) return 0
         val now = nanoTime()
+        val asked = askedNanos
         val untilTurn = nextNanos - now
-        if (untilTurn > 0) {
-            synchronized(rate) { rate.waited(now) }
-            return untilTurn
+        synchronized(rate) {
+            if (asked != null) rate.unanswered(asked, now)
+            if (untilTurn > 0) rate.waited(now)
         }
+        if (untilTurn > 0) return untilTurn
         val isHeld = (isStalled(now) || isUrgentBlocked()) && untilTurn > -LONGEST_HOLD_NANOS
         return if (isHeld) HOLD_POLL_NANOS else 0
     }

@@ -20,11 +20,20 @@ import kotlin.math.pow
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
 internal class ImageRate(startNanos: Long) {
-    private class Congestion(val bytesPerSecond: Double, val delayNanos: Long, val cuts: Int)
+    /** Several cuts against one delay; [isMeasured] if images without pauses showed what the link delivers. */
+    private class Congestion(
+        val bytesPerSecond: Double,
+        val delayNanos: Long,
+        val cuts: Int,
+        val isMeasured: Boolean,
+    )
 
     private val roundTrips = LeastRoundTrip()
     private val written = WrittenBytes()
     private var lastDelayNanos = 0L
+
+    /** When the round trip began that led to a cut before its end. */
+    private var judgedNanos: Long? = null
 
     /** The rate at which the link is congested, in B/s; null before the first time. */
     private var congestedAt: Double? = null
@@ -97,34 +106,59 @@ internal class ImageRate(startNanos: Long) {
         val delay = nanos - roundTrips.leastNanos
         val before = lastDelayNanos
         lastDelayNanos = delay
-        if (nowNanos < heldUntilNanos || !written.isAnyRecent(nowNanos)) return
-        if (min(delay, before) <= max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)) return
+        if (!mayCut(nowNanos) || min(delay, before) <= tolerated) return
         val grownDelay = delay + max(0, delay - before) // It has grown since this round trip began
-        val delivered = max(
-            written.bytesPerSecond(delay, nowNanos - nanos),
-            written.bytesPerSecond(grownDelay, nowNanos),
-        )
+        val delivered = if (isFilled(nowNanos)) {
+            written.recentBytesPerSecond(grownDelay, nowNanos)
+        } else {
+            max(written.bytesPerSecond(delay, nowNanos - nanos), written.bytesPerSecond(grownDelay, nowNanos))
+        }
         congested(delivered, grownDelay, nowNanos)
     }
+
+    /**
+     * The round trip that began at [askedNanos] has not ended yet. One that is much too long tells of a queue that fills
+     * quickly, before small messages are lost in it.
+     */
+    fun unanswered(askedNanos: Long, nowNanos: Long) {
+        val delay = nowNanos - askedNanos - roundTrips.leastNanos
+        if (askedNanos == judgedNanos || delay <= CERTAIN * tolerated || !isFilled(nowNanos) ||
+            !mayCut(nowNanos)
+        ) {
+            return
+        }
+        judgedNanos = askedNanos
+        congested(written.recentBytesPerSecond(2 * delay, nowNanos), delay, nowNanos)
+    }
+
+    private val tolerated get() = max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)
+
+    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && written.isAnyRecent(nowNanos)
 
     private fun congested(
         delivered: Double,
         delayNanos: Long,
         nowNanos: Long,
     ) {
-        val before = congestion?.takeIf { nowNanos - heldUntilNanos < RELATED_NANOS + 2 * roundTrips.leastNanos }
+        val isFilled = isFilled(nowNanos)
+        val isRelated = nowNanos - heldUntilNanos < RELATED_NANOS + 2 * roundTrips.leastNanos
+        val before = congestion?.takeIf { isRelated && (it.isMeasured || !isFilled) }
         val rate = bytesPerSecond(nowNanos)
         if (before == null) {
-            congestedAt = max(delivered, credibleRate(rate, nowNanos)).coerceIn(rate / DEEPEST_CUT, rate)
-            congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1)
+            congestedAt = max(delivered, knownRate(rate, nowNanos)).coerceIn(rate / DEEPEST_CUT, rate)
+            congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1, isFilled)
         } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
             roundTrips.restart(roundTrips.leastNanos + delayNanos, nowNanos)
             congestedAt = before.bytesPerSecond
             congestion = null
         } else {
-            val cut = before.bytesPerSecond * FURTHER_CUT.pow(before.cuts)
-            congestedAt = max(LEAST, if (isFilled(nowNanos)) min(cut, delivered) else cut)
-            congestion = Congestion(before.bytesPerSecond, max(before.delayNanos, delayNanos), before.cuts + 1)
+            congestedAt = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
+            congestion = Congestion(
+                before.bytesPerSecond,
+                max(before.delayNanos, delayNanos),
+                before.cuts + 1,
+                before.isMeasured,
+            )
         }
         drainedNanos = nowNanos + DRAIN_DELAYS * delayNanos
         // A round trip that is under way has seen the queue, the next one has not
@@ -134,17 +168,21 @@ internal class ImageRate(startNanos: Long) {
     }
 
     /**
-     * The least rate at which the link can be congested, in B/s. Images with pauses do not show what it delivers, and a
-     * single delay may have come from elsewhere: then the rate that was known before is not given up at once.
+     * The rate that the link is known to have, in B/s; 0 if it is not. Images with pauses do not show what the link
+     * delivers, and a single delay may have come from elsewhere: then the known rate stands.
      */
-    private fun credibleRate(rate: Double, nowNanos: Long): Double {
+    private fun knownRate(rate: Double, nowNanos: Long): Double {
         val known = congestedAt
-        return if (known == null || isFilled(nowNanos) || rate > known * PLATEAU_END) 0.0 else known * CREDIBLE
+        return if (known == null || isFilled(nowNanos) || rate > known * PLATEAU_END) 0.0 else known
     }
 
     private fun advance(nowNanos: Long) {
         val from = max(advancedNanos, drainedNanos)
-        if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) grownNanos += nowNanos - from
+        if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) {
+            // Images with pauses have what they need: a higher rate is of use to more of them only
+            val isPlateau = congestedAt != null && grownNanos * 1e-9 > PLATEAU_END_SECONDS && !isFilled(nowNanos)
+            grownNanos += (nowNanos - from) / if (isPlateau) UNFILLED_PART else 1
+        }
         advancedNanos = max(advancedNanos, nowNanos)
     }
 
@@ -154,10 +192,12 @@ internal class ImageRate(startNanos: Long) {
 
         /** Measured: the queue grows to twice this until two round trips have shown it, and samples may be 15 ms late. */
         private const val TOLERATED_NANOS = 6_000_000L
+
+        /** So many times the tolerated delay needs no second round trip. */
+        private const val CERTAIN = 3
         private const val TOLERATED_PART = 8
         private const val CUT = 0.85
         private const val DEEPEST_CUT = 4
-        private const val CREDIBLE = 0.95
         private const val SHORTEST_PAUSE_NANOS = 5_000_000L
         private const val FILLED_NANOS = 100_000_000L
         private const val FURTHER_CUT = 0.8
@@ -171,6 +211,7 @@ internal class ImageRate(startNanos: Long) {
         private const val PLATEAU_END = 1.1
         private val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
         private const val DOUBLING_SECONDS = 0.4
+        private const val UNFILLED_PART = 25
 
         /** In B/s: what a poor Wi-Fi link has left beside small messages. */
         private const val START = 10e6 / 8
@@ -244,10 +285,17 @@ private class WrittenBytes {
         return most
     }
 
+    /** The same of the last moments alone, for images without pauses: the link may have changed before them. */
+    fun recentBytesPerSecond(delayNanos: Long, nowNanos: Long): Double {
+        val bytes = writes.asReversed().takeWhile { nowNanos - it.atNanos <= MOMENTS_NANOS }.sumOf { it.bytes.toLong() }
+        return bytes * 1e9 / (MOMENTS_NANOS + min(delayNanos, LONGEST_DELAY_NANOS))
+    }
+
     fun isAnyRecent(nowNanos: Long): Boolean = writes.isNotEmpty() && nowNanos - writes.last().atNanos <= RECENT_NANOS
 
     private companion object {
         const val WINDOW_NANOS = 400_000_000L
+        const val MOMENTS_NANOS = 60_000_000L
         const val RECENT_NANOS = 200_000_000L
         const val LONGEST_DELAY_NANOS = 200_000_000L
         const val SHORTEST_NANOS = 20_000_000L

@@ -32,12 +32,22 @@ import java.nio.channels.SocketChannel
  */
 internal class Connection private constructor(
     private val channel: TransportChannel,
+    private val socket: SocketChannel,
     val address: InetAddress,
-    pacing: ImagePacing?,
+    private val pacing: ImagePacing?,
     rosNowNanos: () -> Long,
 ) : Closeable {
     private val reader = FrameReader(channel)
     val writer: FrameWriter = FrameWriter(channel, pacing, rosNowNanos)
+
+    /** Makes room in the kernel for what is under way on a path as long as the pacing has measured by now. */
+    fun fitSendBuffer() {
+        val roundTripNanos = pacing?.leastRoundTripNanos ?: return
+        val underWayBytes = (roundTripNanos * BULK_BYTES_PER_SECOND / NANOS_PER_SECOND).toInt()
+        if (underWayBytes > PACED_SEND_BUFFER_BYTES) {
+            socket.setOption(StandardSocketOptions.SO_SNDBUF, underWayBytes)
+        }
+    }
 
     /**
      * Waits for the next frame of one of the [allowed] kinds, and returns null at the end of the stream. Skips an ERROR
@@ -124,21 +134,18 @@ internal class Connection private constructor(
                     val bufferBytes = when {
                         urgent -> URGENT_SEND_BUFFER_BYTES
                         paced == null -> BULK_SEND_BUFFER_BYTES
-                        else -> maxOf(PACED_SEND_BUFFER_BYTES, underWayBytes(paced))
+                        else -> PACED_SEND_BUFFER_BYTES
                     }
                     socket.setOption(StandardSocketOptions.SO_SNDBUF, bufferBytes)
                     socket.socket().connect(address, limitMillis)
                     val channel = client?.open(socket, "$receiver", receiver.fingerprint) ?: PlaintextChannel(socket)
-                    Connection(channel, address.address, paced, rosNowNanos)
+                    Connection(channel, socket, address.address, paced, rosNowNanos)
                 } catch (e: Throwable) {
                     socket.close()
                     throw e
                 }
             }
         }
-
-        private fun underWayBytes(pacing: ImagePacing): Int =
-            (pacing.leastRoundTripNanos * BULK_BYTES_PER_SECOND / NANOS_PER_SECOND).toInt()
     }
 }
 

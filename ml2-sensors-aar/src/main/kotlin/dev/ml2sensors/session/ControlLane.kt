@@ -113,6 +113,6 @@ internal class ControlLane(private val connection: Connection) {
         val CLOSING_LIMIT = 1.seconds
         private val EMPTY = ByteArray(0)
         private val TICK = 250.milliseconds
-        private val WRITE_LIMIT = 2.seconds
+        private val WRITE_LIMIT = 3.seconds
     }
 }

@@ -9,7 +9,7 @@ public object StreamTable {
     public const val HEAD_FRAME: String = "head_frame"
 
     /** The queue of the lane of all small messages. */
-    internal val sensorsLane: QueueSpec = QueueSpec(4096)
+    internal val sensorsLane: QueueSpec = QueueSpec(16384)
 
     /** The queue of each lane of images; every image stream has its own. */
     internal val imageLane: QueueSpec = QueueSpec(4)
