@@ -9,9 +9,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
+from mcap.reader import DecodedMessageTuple, make_reader
 from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
@@ -53,9 +54,27 @@ def with_rosbags(folder: Path) -> list[Seen]:
 
 def with_mcap(folder: Path) -> list[Seen]:
     """Reads with mcap and mcap-ros2-support, through the index."""
+    return [_show(*found) for found in _indexed(folder)]
+
+
+def decoded_with_rosbags(folder: Path) -> list[tuple[str, Any]]:
+    """Returns topics and messages."""
+    with Reader(folder) as reader:
+        return [
+            (connection.topic, TYPES.deserialize_cdr(data, connection.msgtype))
+            for connection, _, data in reader.messages()
+        ]
+
+
+def decoded_with_mcap(folder: Path) -> list[tuple[str, Any]]:
+    """Returns topics and messages."""
+    return [(it.channel.topic, it.decoded_message) for it in _indexed(folder)]
+
+
+def _indexed(folder: Path) -> list[DecodedMessageTuple]:
     with mcap_file(folder).open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
-        return [_show(*found) for found in reader.iter_decoded_messages()]
+        return list(reader.iter_decoded_messages())
 
 
 def with_mcap_sequentially(folder: Path) -> list[Seen]:

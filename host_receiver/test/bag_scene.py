@@ -7,6 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from compressed_depth import FORMAT, compressed_depth
@@ -36,26 +37,33 @@ REQUEST: Request = {
 }
 
 
+def pixels(number: int) -> NDArray[np.uint8]:
+    """Returns the random grey levels of an image."""
+    return np.random.default_rng(number).integers(0, 256, (48, 64), np.uint8)
+
+
 def image(number: int) -> bytes:
-    """A mono8 Image of 64 x 48 random pixels, stamped with its number of seconds."""
-    pixels = np.random.default_rng(number).integers(0, 256, 64 * 48, np.uint8)
+    """A mono8 Image of pixels(), stamped with its number of seconds."""
     message = TYPES.types["sensor_msgs/msg/Image"](
-        _header(number, "world_left_optical_frame"), 48, 64, "mono8", 0, 64, pixels
+        _header(number, "world_left_optical_frame"), 48, 64, "mono8", 0, 64, pixels(number).ravel()
     )
     return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/Image"))
 
 
 def jpeg(number: int) -> bytes:
-    """A CompressedImage of the pixels of image()."""
-    pixels = np.random.default_rng(number).integers(0, 256, (48, 64), np.uint8)
-    data = cv2.imencode(".jpg", pixels)[1].ravel()
+    """A CompressedImage of pixels()."""
+    data = cv2.imencode(".jpg", pixels(number))[1].ravel()
     return _compressed(number, "world_left_optical_frame", "mono8; jpeg compressed mono8", data)
 
 
+def millimetres(number: int) -> NDArray[np.uint16]:
+    """Returns the random depth of an image."""
+    return np.random.default_rng(number).integers(0, 5000, (6, 8)).astype(np.uint16)
+
+
 def depth(number: int) -> bytes:
-    """A CompressedImage of 8 x 6 pixels of random mm."""
-    mm = np.random.default_rng(number).integers(0, 5000, (6, 8)).astype(np.uint16)
-    data = np.frombuffer(compressed_depth(mm), np.uint8)
+    """A CompressedImage of millimetres()."""
+    data = np.frombuffer(compressed_depth(millimetres(number)), np.uint8)
     return _compressed(number, "depth_optical_frame", FORMAT, data)
 
 
