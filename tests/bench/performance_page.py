@@ -93,7 +93,9 @@ SECTIONS = [
         "CPU time from the messages of one frame to the message that is published.",
         [
             Measure("`depth/points`", "points_cpu_ms", "ms"),
+            Measure("`depth/points` from `depth16`", "points_from_depth16_cpu_ms", "ms"),
             Measure("`depth/points` with colours of 1920 x 1080", "coloured_points_cpu_ms", "ms"),
+            Measure("`world_left/image_raw` from JPEG", "world_raw_from_jpeg_cpu_ms", "ms"),
             Measure("`world_left/image_rect`", "world_rectified_cpu_ms", "ms"),
             Measure("`aligned_depth_to_color`", "depth_to_color_cpu_ms", "ms"),
             Measure("`aligned_depth_to_world_left`", "depth_to_world_cpu_ms", "ms"),

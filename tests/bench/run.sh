@@ -29,7 +29,7 @@ python3 tests/bench/lazy_bench.py >build/bench/lazy.log 2>&1
 echo "[8/13] recording: against a bare write of the same bytes (20 s, 1 GB of disk at most)"
 python3 tests/bench/recording_bench.py
 echo "[9/13] products: clouds, registered depth and rectified images (10 s)"
-python3 tests/bench/products_bench.py
+PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver/test python3 tests/bench/products_bench.py
 echo "[10/13] recovery: finding each other, and again after a fault (3 minutes)"
 PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/recovery_bench.py 9
 echo "[11/13] full load, the same with TLS, the first while recording, and four headsets (4 minutes)"
