@@ -13,11 +13,16 @@ from rich.table import Table
 
 
 def main(paths: list[Path]) -> None:
-    """Prints the results in JSON files; those of full_load.py have a row per headset."""
+    """Prints the results in JSON files; those of full_load.py have a row per headset.
+
+    A file with a list, which `make links` writes, is left out.
+    """
     measures = Table("benchmark", "measure", "value", title="build/bench")
     loads = Table("load", "drops", "at the start", "slowest p99 ms", "CPU % of", title="load")
     for path in paths:
         results = json.loads(path.read_text())
+        if not isinstance(results, dict):
+            continue
         headsets = {path.stem: results, **results}
         rows = {name: it for name, it in headsets.items() if _is_load(it)}
         for name, load in rows.items():
