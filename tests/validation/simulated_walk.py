@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -47,10 +48,13 @@ class Walked:
     walked: int = 1
 
 
-def stream(walk: Walk, folder: Path) -> Walked:
+def stream(walk: Walk, folder: Path, headset_options: Sequence[str] = ()) -> Walked:
     """Runs headset, receiver and an independent subscriber; repeats if the simulation fell behind.
 
     Deletes `folder` first.
+
+    Args:
+        headset_options: more options of ml2-headset.
 
     Raises:
         RuntimeError: a message was lost, or this machine's clock was set.
@@ -61,7 +65,7 @@ def stream(walk: Walk, folder: Path) -> Walked:
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
             try:
-                return replace(_streamed(walk, folder, cache), walked=walked)
+                return replace(_streamed(walk, folder, cache, headset_options), walked=walked)
             except FellBehindError as error:
                 print(f"{walk.name}: {error}", file=sys.stderr, flush=True)
     raise RuntimeError(f"{walk.name}: this machine is too busy to simulate a headset")
@@ -71,13 +75,14 @@ class FellBehindError(Exception):
     """The simulated headset fetched an image too late, so that it was not sent."""
 
 
-def _streamed(walk: Walk, folder: Path, cache: str) -> Walked:
+def _streamed(walk: Walk, folder: Path, cache: str, headset_options: Sequence[str]) -> Walked:
     simulation = SimulatedTruth.now()
     mounting = camera_in_head(simulation, walk.camera)
     walk = walk.scaled(mounting)
     (folder / "walk.tum").write_text("".join(walk.tum()))
     (folder / "config.yaml").write_text(_config(walk.camera))
     simulate = ["--simulate", f"trajectory={folder / 'walk.tum'}", "--simulate", f"cache={cache}"]
+    simulate += headset_options
     options = ["--duration", str(REST_S + walk.duration_s + _SPARE_S), *simulate]
     received = receive(folder / "config.yaml", options, folder)
     _check_nothing_is_lost(received)

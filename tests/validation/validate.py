@@ -8,14 +8,13 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from faults import FAULTS, inject
 from processes import EXCERPT, RECEIVER, ROOT
+from progress import log_line
 from recorded_excerpt import evaluate_excerpt
 from simulated_walk import stream
 from tables import page
@@ -36,7 +35,7 @@ def main() -> None:
         (_OUT / "report.md").write_text(page(entries))
         rmse_cm = entry["rmse_m"] * 100
         matched = f"{entry['matched_pairs']} of {entry['images_sent']} images matched"
-        _log_line(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
+        log_line(f"{entry['trajectory']}: {rmse_cm:.2f} cm rmse, {matched}")
     print((_OUT / "report.md").read_text())
 
 
@@ -45,7 +44,7 @@ def _entries() -> Iterator[dict[str, Any]]:
         yield _evaluated_walk(walk, _OUT / f"walk_{number + 1}")
     faulty = _OUT / f"walk_{WALKS.index(_FAULTY) + 1}"
     for number, (name, fault) in enumerate(FAULTS.items()):
-        _log_line(f"{_FAULTY.name}, {name}")
+        log_line(f"{_FAULTY.name}, {name}")
         out = _OUT / f"fault_{number + 1}"
         inject(fault, _FAULTY.camera, faulty / "bag", out / "bag")
         figures = evaluate(out, _FAULTY.camera, faulty / "truth.tum")
@@ -54,16 +53,16 @@ def _entries() -> Iterator[dict[str, Any]]:
     for bag in _OUT.glob("walk_*/bag"):
         shutil.rmtree(bag)
     if EXCERPT.is_dir():
-        _log_line("the recorded excerpt")
+        log_line("the recorded excerpt")
         yield evaluate_excerpt(_OUT / "euroc")
     else:
-        _log_line(f"no recorded excerpt at {EXCERPT}")
+        log_line(f"no recorded excerpt at {EXCERPT}")
 
 
 def _evaluated_walk(walk: Walk, folder: Path) -> dict[str, Any]:
-    _log_line(f"{walk.name}: streaming")
+    log_line(f"{walk.name}: streaming")
     walked = stream(walk, folder)
-    _log_line(f"{walk.name}: evaluating")
+    log_line(f"{walk.name}: evaluating")
     figures = evaluate(folder, walk.camera, walked.truth)
     return _entry(walk.name, figures | {"images_sent": walked.images_sent, "walked": walked.walked})
 
@@ -82,10 +81,6 @@ def evaluate(folder: Path, camera: str, truth: Path | None = None) -> dict[str, 
 
 def _entry(name: str, figures: dict[str, Any]) -> dict[str, Any]:
     return {"trajectory": name} | {key: figures[key] for key in figures if key != "recording"}
-
-
-def _log_line(text: str) -> None:
-    print(f"[{time.strftime('%H:%M:%S')}] {text}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

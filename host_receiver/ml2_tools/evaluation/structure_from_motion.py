@@ -29,20 +29,22 @@ _LOOP_INTERVAL = 6
 _PARALLAX_DEG = ((16.0, 1.5), (2.0, 0.3))
 _LARGEST_SIDE_PX = 640
 _FEATURES = 1500
-_SEED = 1
 
 
-def structure_from_motion(images: Images, camera: Camera) -> Trajectory:
+def structure_from_motion(images: Images, camera: Camera, seed: int = 1) -> Trajectory:
     """Estimates the pose of each image; takes a minute or more.
 
     The lens is taken as given, not refined. The world and its scale are arbitrary. Images that
     cannot be placed are missing from the trajectory.
 
+    Args:
+        seed: the seed of all random choices.
+
     Raises:
         EvaluationError: these images give no trajectory.
     """
     pycolmap.logging.minloglevel = pycolmap.logging.Level.FATAL.value
-    pycolmap.set_random_seed(_SEED)
+    pycolmap.set_random_seed(seed)
     with TemporaryDirectory() as name:
         folder = Path(name)
         stamps_ns, pinhole = _write_pinhole_images(folder / "images", images, camera)
@@ -52,7 +54,7 @@ def structure_from_motion(images: Images, camera: Camera) -> Trajectory:
         keys = names[::_KEY_INTERVAL]
         _find_features(folder, pinhole, keys)
         _match(folder, list(_pairs(keys)))
-        map_ = Map(_model(folder), folder / "images")
+        map_ = Map(_model(folder, seed), folder / "images")
         poses = (
             map_.pose(name, keys[index // _KEY_INTERVAL :][:2]) for index, name in enumerate(names)
         )
@@ -119,14 +121,14 @@ def _match(folder: Path, pairs: Sequence[tuple[str, str]]) -> None:
     pycolmap.match_image_pairs(folder / "database", pairing_options=pairing)
 
 
-def _model(folder: Path) -> pycolmap.Reconstruction:
+def _model(folder: Path, seed: int) -> pycolmap.Reconstruction:
     """Returns the largest reconstruction of the key images.
 
     Raises:
         EvaluationError: the images show no parallax.
     """
     options = pycolmap.IncrementalPipelineOptions()
-    options.random_seed = _SEED
+    options.random_seed = seed
     options.extract_colors = False
     options.ba_refine_focal_length = options.ba_refine_extra_params = False
     options.mapper.abs_pose_refine_focal_length = False

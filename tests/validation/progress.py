@@ -1,0 +1,10 @@
+"""Reports the progress of a long run."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+
+def log_line(text: str) -> None:
+    print(f"[{time.strftime('%H:%M:%S')}] {text}", file=sys.stderr, flush=True)
