@@ -52,13 +52,13 @@ def test_a_receiver_that_has_nothing_to_say_says_ping(scene: Scene) -> None:
 @pytest.mark.parametrize("kind", [Kind.PONG, 200])
 def test_any_frame_on_control_keeps_a_session(scene: Scene, kind: int) -> None:
     for _ in range(10):
-        scene.pass_time(1.9)
+        scene.pass_time(2.9)
         scene.receive(scene.control, kind)
     assert scene.is_connected()
 
 
 def test_silence_on_control_ends_a_session(scene: Scene) -> None:
-    scene.pass_time(1.9)
+    scene.pass_time(2.9)
     scene.receive(scene.lanes["sensors"], 200)
     scene.pass_time(0.2)
     assert scene.error(scene.control) == "timeout"
@@ -106,9 +106,9 @@ def test_after_bye_a_reset_of_control_is_no_loss(scene: Scene) -> None:
     assert [report.state for report in scene.sink.reports] == [State.ENDED]
 
 
-def test_after_bye_a_lane_that_does_not_end_is_waited_for_2_seconds(scene: Scene) -> None:
+def test_after_bye_a_lane_that_does_not_end_is_waited_for_3_seconds(scene: Scene) -> None:
     scene.receive(scene.control, Kind.BYE, Bye("done"))
-    scene.pass_time(1.9)
+    scene.pass_time(2.9)
     assert scene.is_connected()
     scene.pass_time(0.2)
     assert not scene.is_connected()
@@ -120,16 +120,16 @@ def test_after_bye_a_lane_that_does_not_end_is_waited_for_2_seconds(scene: Scene
 def test_lanes_may_end_shortly_before_bye(scene: Scene) -> None:
     scene.end(scene.lanes["world_left"])
     scene.end(scene.lanes["sensors"])
-    scene.pass_time(1.9)
+    scene.pass_time(2.9)
     assert scene.is_connected()
     scene.receive(scene.control, Kind.BYE, Bye("done"))
     end_all(scene, but=scene.lanes["sensors"])
     assert [report.state for report in scene.sink.reports] == [State.ENDED]
 
 
-def test_a_lane_that_ends_without_bye_is_a_loss_after_2_seconds(scene: Scene) -> None:
+def test_a_lane_that_ends_without_bye_is_a_loss_after_3_seconds(scene: Scene) -> None:
     scene.end(scene.lanes["time"])
-    scene.pass_time(1.9)
+    scene.pass_time(2.9)
     scene.receive(scene.control, Kind.PONG)
     scene.pass_time(0.2)
     assert scene.kinds(scene.control)[-1] == Kind.BYE

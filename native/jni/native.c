@@ -203,7 +203,7 @@ static jint most_encoded_bytes(JNIEnv *env, jclass class, jint codec, jint width
 }
 
 static jint encode(JNIEnv *env, jclass class, jobject pixels, jint codec, jint quality, jint width, jint height,
-                         jint stride_bytes, jint stream, jint slot) {
+                   jint stride_bytes, jint stream, jint slot) {
     (void)class;
     ERROR(error);
     ml2s_image image = {.struct_size = sizeof image,
