@@ -16,7 +16,7 @@ from ros_processes import Receiver, environment
 
 README = (ROOT / "README.md").read_text()
 COMMAND = "host_receiver/environment/run.sh python3 my_program.py"
-CONFIG = "/**: {ros__parameters: {world_center: {enabled: true}}}"
+CONFIG = "/**: {ros__parameters: {world_center: {enabled: true, format: jpeg}}}"
 
 
 @pytest.fixture
@@ -34,9 +34,9 @@ def test_it_gets_images_of_a_headset(receiver: Receiver, tmp_path: Path) -> None
     run, *arguments = COMMAND.split()
     with MockDevice(receiver.address, says_ping=True) as device:
         device.start()
-        image = bag_scene.image(3)
+        image = bag_scene.jpeg(3)
         with (
-            repeated(lambda: device.publish("world_center/image_raw", image), 0.05),
+            repeated(lambda: device.publish("world_center/image_raw/compressed", image), 0.05),
             subprocess.Popen(
                 [ROOT / run, *arguments],
                 cwd=tmp_path,
@@ -46,6 +46,8 @@ def test_it_gets_images_of_a_headset(receiver: Receiver, tmp_path: Path) -> None
             ) as program,
         ):
             assert program.stdout is not None
-            line = program.stdout.readline()
-            program.terminate()
-    assert line == "3 world_left_optical_frame 64 48\n"
+            try:
+                line = program.stdout.readline()
+            finally:
+                program.terminate()
+    assert line.startswith("3 world_left_optical_frame mono8; jpeg compressed mono8 ")
