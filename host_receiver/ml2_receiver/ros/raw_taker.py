@@ -6,9 +6,12 @@ set does not.
 
 from __future__ import annotations
 
+import queue
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -35,19 +38,22 @@ class RawTaker:
 
     def __init__(self, node: Node, subscriptions: list[RawSubscription]) -> None:
         self._node = node
-        self._handles: list[tuple[Any, Any, Callable[[bytes], None]]] = []
+        self._taken: list[tuple[RawSubscription, Any]] = []
+        # The node and its wait set are not thread-safe: only the thread changes them.
+        self._changes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         for wanted in subscriptions:
-            self.add(wanted)
+            self._add(wanted)
         self._is_stopped = False
         self._thread = threading.Thread(target=self._run, name="raw-taker")
         self._thread.start()
 
     def add(self, wanted: RawSubscription) -> None:
-        """One more; once the thread runs, only a callback may."""
-        made = self._node.create_subscription(
-            message_class(wanted.type), wanted.topic, wanted.callback, wanted.qos, raw=True
-        )
-        self._handles.append((made.handle, made.msg_type, wanted.callback))
+        """Subscribes to one more topic, within 0.1 s. Thread-safe."""
+        self._changes.put(partial(self._add, wanted))
+
+    def remove(self, subscription: RawSubscription) -> None:
+        """Ends a subscription that was added, within 0.1 s. Thread-safe."""
+        self._changes.put(partial(self._remove, subscription))
 
     @property
     def is_alive(self) -> bool:
@@ -59,22 +65,38 @@ class RawTaker:
         self._is_stopped = True
         self._thread.join()
 
+    def _add(self, wanted: RawSubscription) -> None:
+        made = self._node.create_subscription(
+            message_class(wanted.type), wanted.topic, wanted.callback, wanted.qos, raw=True
+        )
+        self._taken.append((wanted, made))
+
+    def _remove(self, subscription: RawSubscription) -> None:
+        for wanted, made in self._taken:
+            if wanted is subscription:
+                self._node.destroy_subscription(made)
+        self._taken = [it for it in self._taken if it[0] is not subscription]
+
     def _run(self) -> None:
         size = 0
         wait_set: Any = None
         while not self._is_stopped:
-            if size != len(self._handles):
-                size = len(self._handles)
+            with suppress(queue.Empty):
+                while True:
+                    self._changes.get_nowait()()
+            if size != len(self._taken):
+                size = len(self._taken)
                 wait_set = _rclpy.WaitSet(size, 0, 0, 0, 0, 0, self._node.context.handle)
             wait_set.clear_entities()
-            for handle, _, _ in self._handles:
-                wait_set.add_subscription(handle)
+            for _, subscription in self._taken:
+                wait_set.add_subscription(subscription.handle)
             wait_set.wait(_WAIT_NS)
             self._take(set(wait_set.get_ready_entities("subscription")))
 
     def _take(self, ready: set[int]) -> None:
-        for handle, message_type, callback in self._handles:
+        for wanted, subscription in self._taken:
+            handle = subscription.handle
             if handle.pointer not in ready:
                 continue
-            while (taken := handle.take_message(message_type, True)) is not None:
-                callback(taken[0])
+            while (taken := handle.take_message(subscription.msg_type, True)) is not None:
+                wanted.callback(taken[0])
