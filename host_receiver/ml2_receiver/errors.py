@@ -9,6 +9,7 @@ ReceiverError
 ├── RosError          ROS 2 itself
 ├── ProductsError     a package that the products need is missing
 ├── ExportError       nothing to export, or not in that format
+├── ViewError         a package that the page of `view` needs is missing
 ├── LatencyError      nothing to measure, or no plot of it
 ├── LinkTestError     the link to the headset cannot be tested now
 ├── RecordingError    a recording that cannot be written or read
@@ -140,6 +141,10 @@ class ProductsError(ReceiverError):
 
 class ExportError(ReceiverError):
     """There is nothing to export, or the format cannot express it."""
+
+
+class ViewError(ReceiverError):
+    """A package that the page of `ml2-receiver view` needs is missing."""
 
 
 class LatencyError(ReceiverError):

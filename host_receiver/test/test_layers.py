@@ -17,7 +17,7 @@ LAYERS = {
     ),
     "ml2_tools": (
         "geometry", "images", "bags", "monitoring", "export", "inspection", "products",
-        "evaluation", "playback", "compatibility", "commands",
+        "evaluation", "playback", "compatibility", "viewing", "commands",
     ),
 }  # fmt: skip
 # Modules of the driver that the toolbox may use; a name stands for all below it.
@@ -37,7 +37,7 @@ PUBLIC = (
     "ml2_receiver.ros.raw_taker",
     "ml2_receiver.commands",
 )
-NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "ml2_tools"}
+NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "websockets", "ml2_tools"}
 
 
 @functools.cache

@@ -42,6 +42,7 @@ def test_the_wheel_has_the_table_and_what_ros_looks_for(tmp_path: Path) -> None:
         "ml2_receiver/data/streams.yaml",
         "ml2_receiver/data/config.yaml",
         "ml2_tools/data/template.rviz",
+        "ml2_tools/viewing/page/index.html",
         "ml2_receiver/ros/node.py",
         "ml2_receiver/py.typed",
         f"{shared}/ament_index/resource_index/packages/ml2_receiver",
@@ -86,7 +87,8 @@ def test_what_messages_tell_to_install_is_a_folder_of_the_clone_with_its_extra(
 ) -> None:
     subprocess.run(["cp", "-rL", str(RECEIVER), str(tmp_path / RECEIVER.name)], check=True)
     names = installed_by_name()
-    assert {"./host_receiver[evaluate]", "./host_receiver[products]"} <= set(names)
+    extras = ("evaluate", "products", "view")
+    assert {f"./host_receiver[{it}]" for it in extras} <= set(names)
     resolve = ["install", "--dry-run", "--no-deps", "--no-index", "--no-build-isolation"]
     done = subprocess.run(
         [sys.executable, "-m", "pip", *resolve, *names],

@@ -7,7 +7,7 @@ import pytest
 
 from ml2_receiver.cli import main
 from ml2_receiver.commands import devices, record_attached
-from ml2_tools.commands import call, latency, topics
+from ml2_tools.commands import call, latency, topics, view
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -22,6 +22,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
         (latency, "latency --once"),
         (record_attached, "record walk --attach"),
         (topics, "topics"),
+        (view, "view --no-browser"),
     ],
 )
 def test_without_a_receiver_it_says_what_to_start(

@@ -1,0 +1,90 @@
+"""ml2-receiver view: shows the streams of a running receiver in a browser."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import webbrowser
+
+from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
+from ml2_receiver.commands.options import add_name, port
+from ml2_receiver.commands.ros_start import ros_needed, use_profile
+from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.errors import ListenError, ViewError
+from ml2_receiver.transport.listener import listen
+
+_LOOPBACK = "127.0.0.1"
+_PACKAGES = {"cv2", "websockets"}
+_EPILOG = """\
+Run it next to `ml2-receiver run`. The page is for browsers of this machine. The address has a
+secret: whoever has it can see the images. The page only shows; it changes nothing.
+
+examples:
+  ml2-receiver view
+  ml2-receiver view --name robot1            of a receiver with that name
+  ml2-receiver view --no-browser --port 8700    for `ssh -L 8700:127.0.0.1:8700`
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    parser = subparsers.add_parser(
+        "view", help="show images, plots and state live in a browser", epilog=_EPILOG
+    )
+    parser.add_argument(
+        "--port", type=_port, default=0, help="0 lets the system choose; default: 0"
+    )
+    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+    parser.add_argument(
+        "--eyes",
+        action="store_true",
+        help="offer the images of eye cameras, which are biometric data",
+    )
+    add_name(parser)
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    stopping = stop_signal()
+    use_profile()
+    with ros_needed():
+        try:
+            from ..viewing.access import Token  # reads the profile
+            from ..viewing.live_view import LiveView
+            from ..viewing.server import ViewServer
+        except ModuleNotFoundError as error:
+            if error.name not in _PACKAGES:
+                raise
+            raise ViewError(
+                f"the page needs {error.name}, which is not installed",
+                hint="In the clone, run `pip install './host_receiver[view]'`.",
+            ) from error
+    with diagnostics_node() as node:
+        node.rows(options.name, PATIENCE_S)
+    try:
+        listener = listen((_LOOPBACK, options.port))
+    except ListenError as error:
+        raise ListenError(
+            str(error), hint="Choose another port with --port, or leave it out."
+        ) from error
+    token, view = Token(), LiveView(options.name, options.eyes)
+    address = f"http://{_LOOPBACK}:{listener.getsockname()[1]}/#{token.text}"
+    server = ViewServer(listener, view, token)
+    try:
+        print(f"open {address}", flush=True)
+        if not options.no_browser and _has_screen():
+            webbrowser.open(address)
+        stopping.wait()
+    finally:
+        server.close()
+        view.close()
+    return 0
+
+
+def _has_screen() -> bool:
+    # Without a screen, webbrowser would start a browser for text in this terminal.
+    return "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
+
+
+def _port(text: str) -> int:
+    return 0 if text == "0" else port(text)

@@ -1,0 +1,70 @@
+// The connection to the server that served this page. Each message but the first is acknowledged
+// once it is shown, so that a slow page gets fewer of them.
+
+const RETRY_MS = 2000;
+const WRONG_TOKEN = 4401;
+const TOO_MANY = 1013;
+const EXPIRED =
+  "The address of this page is not valid any more. Open the address that `ml2-receiver view` prints.";
+const text = new TextDecoder();
+
+export function connect(handlers) {
+  let socket;
+
+  const send = (message) => {
+    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+  };
+
+  function open() {
+    const own = (socket = new WebSocket(`ws://${location.host}/live`));
+    own.binaryType = "arraybuffer";
+    own.onopen = () => send({ token: location.hash.slice(1) });
+    own.onclose = (event) => {
+      handlers.ended(reason(event));
+      if (event.code !== WRONG_TOKEN) setTimeout(open, RETRY_MS);
+    };
+    own.onmessage = async (event) => {
+      const name = await take(event.data);
+      if (name !== null && own === socket) send({ seen: name });
+    };
+  }
+
+  // Returns the name by which a message is acknowledged.
+  async function take(data) {
+    if (typeof data !== "string") return takeImage(data);
+    const message = JSON.parse(data);
+    switch (message.type) {
+      case "hello":
+        handlers.hello(message);
+        return null;
+      case "image":
+        handlers.brokenImage(message.stream, message.reason);
+        return message.stream;
+      case "state":
+        handlers.state(message);
+        return "state";
+      default:
+        handlers.samples(message);
+        return "samples";
+    }
+  }
+
+  async function takeImage(data) {
+    const view = new DataView(data);
+    const length = view.getUint8(0);
+    const stream = text.decode(new Uint8Array(data, 1, length));
+    const jpeg = new Blob([new Uint8Array(data, length + 5)], { type: "image/jpeg" });
+    await handlers.image(stream, jpeg, view.getFloat32(length + 1, true));
+    return stream;
+  }
+
+  open();
+  return { send, isOpen: () => socket.readyState === WebSocket.OPEN };
+}
+
+function reason(event) {
+  if (event.code === WRONG_TOKEN) return EXPIRED;
+  if (event.code === TOO_MANY) return "Too many browsers show this receiver. Close another page.";
+  const why = event.reason ? `: ${event.reason}` : "";
+  return `Disconnected${why}. Is \`ml2-receiver view\` running? The page tries again.`;
+}

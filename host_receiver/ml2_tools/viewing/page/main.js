@@ -1,0 +1,47 @@
+// Puts together the page: what the server sends goes to the facts, the images and the plots.
+import { connect } from "./connection.js";
+import { Facts } from "./facts.js";
+import { Plots } from "./plots.js";
+import { Streams } from "./streams.js";
+
+const OVERDUE_MS = 3000;
+const notice = document.getElementById("notice");
+const facts = new Facts();
+let streams = null;
+let plots = null;
+let reportedAt = 0;
+
+function say(text) {
+  notice.textContent = text;
+  notice.hidden = !text;
+}
+
+const connection = connect({
+  ended: say,
+  hello(hello) {
+    say("Waiting for the receiver's report…");
+    reportedAt = 0;
+    // The server of this page may have restarted, with other streams.
+    streams?.close();
+    plots?.close();
+    streams = new Streams(hello.images, (shown) => connection.send({ show: shown }));
+    plots = new Plots(hello.plots, hello.shown_s);
+  },
+  state(state) {
+    reportedAt = performance.now();
+    say(state.problem ?? "");
+    if (state.problem) return;
+    facts.show(state);
+    streams.show(state.streams);
+  },
+  samples: (samples) => plots.add(samples),
+  image: (stream, jpeg, farMetres) => streams.draw(stream, jpeg, farMetres),
+  brokenImage: (stream, reason) => streams.fail(stream, reason),
+});
+
+setInterval(() => {
+  const silence = performance.now() - reportedAt;
+  if (reportedAt && silence > OVERDUE_MS && connection.isOpen()) {
+    say(`The receiver has not reported for ${Math.round(silence / 1000)} s. Is \`ml2-receiver run\` running?`);
+  }
+}, 1000);

@@ -1,0 +1,107 @@
+"""The plots of the page: where their values come from, and the values of the last 30 s."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+from ..monitoring.topic_table import Rows
+
+type Values = tuple[float | None, ...]
+
+SHOWN_S = 30
+_MOST_HZ = 50
+_MICRO, _HECTO = 1e6, 1e-2
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A plot of messages. `streams` are those that can fill it, the first choice first."""
+
+    name: str
+    unit: str
+    streams: tuple[str, ...]
+    read: Callable[[Any], Sequence[float]]
+
+
+def _vector(vector: Any, scale: float = 1) -> Sequence[float]:
+    return vector.x * scale, vector.y * scale, vector.z * scale
+
+
+_SENSOR_PLOTS = (
+    Plot(
+        "gyroscope",
+        "rad/s",
+        ("gyro_left", "gyro_right", "gyro_compute_pack", "imu_left", "imu_right"),
+        lambda it: _vector(it.angular_velocity),
+    ),
+    Plot(
+        "accelerometer",
+        "m/s²",
+        ("accel_left", "accel_right", "accel_compute_pack", "imu_left", "imu_right"),
+        lambda it: _vector(it.linear_acceleration),
+    ),
+    Plot(
+        "magnetometer",
+        "µT",
+        ("magnetometer_left", "magnetometer_right"),
+        lambda it: _vector(it.magnetic_field, _MICRO),
+    ),
+    Plot("light", "lx", ("light_sensor",), lambda it: (it.illuminance,)),
+    Plot(
+        "pressure",
+        "hPa",
+        ("pressure_headset", "pressure_compute_pack"),
+        lambda it: (it.fluid_pressure * _HECTO,),
+    ),
+)
+SENSOR_PLOTS = {it.name: it for it in _SENSOR_PLOTS}
+CLOCK, THROUGHPUT = "clock uncertainty", "received"
+# Each plot of the page with its unit, in the page's order.
+UNITS = {it.name: it.unit for it in _SENSOR_PLOTS} | {CLOCK: "ms", THROUGHPUT: "Mbit/s"}
+
+
+class Series:
+    """The values of one plot in the last 30 s, at most 50 per second. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._last_s = 0.0
+        self._count = 0
+        self._values: deque[tuple[float, Values]] = deque(maxlen=SHOWN_S * _MOST_HZ)
+
+    def add(self, values: Sequence[float]) -> None:
+        """Adds values of now; leaves them out if there are none, or if the last are too new."""
+        now_s = time.time()
+        with self._lock:
+            if not values or abs(now_s - self._last_s) < 1 / _MOST_HZ:
+                return
+            self._last_s, self._count = now_s, self._count + 1
+            known = tuple(it if math.isfinite(it) else None for it in values)
+            self._values.append((now_s, known))
+
+    def since(self, count: int) -> tuple[int, list[tuple[float, Values]]]:
+        """Returns the count of all values so far, and those after the first `count`.
+
+        A value is a time in s since 1970, on the clock of this machine, with numbers or None.
+        """
+        with self._lock:
+            new = min(self._count - count, len(self._values))
+            return self._count, list(islice(self._values, len(self._values) - new, None))
+
+
+def clock_uncertainty_ms(rows: Rows) -> Sequence[float]:
+    """Returns the uncertainty of stamps in ms; nothing if it is not known."""
+    found = rows.get("clock", {}).get("uncertainty_ns")
+    return () if found is None else (float(found) / 1e6,)
+
+
+def received_mbit_per_s(rows: Rows) -> Sequence[float]:
+    """Returns the throughput of all topics together in Mbit/s."""
+    return (sum(float(it.get("mbit_per_s", 0)) for it in rows.values()),)

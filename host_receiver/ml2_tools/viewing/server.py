@@ -1,0 +1,109 @@
+"""The web server of `ml2-receiver view`: the page's files and one WebSocket."""
+
+from __future__ import annotations
+
+import http
+import socket
+import struct
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
+from websockets.http11 import Request, Response
+from websockets.sync.server import ServerConnection, serve
+
+from .access import Token, is_own_host, is_own_origin
+from .live_view import LiveView
+from .page_files import HEADERS, page_files
+from .requests import MOST_BYTES, RequestError
+from .visitor import Visitor
+
+SOCKET_PATH = "/live"
+# The page says what to do about this code, by which it knows that its token is wrong.
+WRONG_TOKEN = 4401
+_MOST_VISITORS = 8
+_PATIENCE_S = 5
+# struct timeval of SO_SNDTIMEO: a browser that reads nothing for so long is disconnected.
+_SEND_TIMEOUT = struct.pack("ll", _PATIENCE_S, 0)
+
+
+class ViewServer:
+    """Serves browsers until close(), each in threads of its own.
+
+    Args:
+        listener: a listening socket of the loopback interface; the server closes it.
+    """
+
+    def __init__(self, listener: socket.socket, view: LiveView, token: Token) -> None:
+        self._view, self._token = view, token
+        self._files = page_files()
+        self._places = threading.BoundedSemaphore(_MOST_VISITORS)
+        self._server = serve(
+            self._serve,
+            sock=listener,
+            compression=None,
+            process_request=self._answer,
+            server_header=None,
+            open_timeout=_PATIENCE_S,
+            close_timeout=1,
+            max_size=MOST_BYTES,
+        )
+        self._thread = threading.Thread(target=self._server.serve_forever, name="view-server")
+        self._thread.start()
+
+    def close(self) -> None:
+        """Closes all connections and ends the threads."""
+        self._server.shutdown()
+        self._thread.join()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Returns the answer to a request; None opens a WebSocket."""
+        hosts = request.headers.get_all("Host")
+        if not is_own_host(hosts):
+            return _response(http.HTTPStatus.FORBIDDEN, "expected a Host of this machine\n")
+        if request.method != "GET":
+            return _response(http.HTTPStatus.METHOD_NOT_ALLOWED, "expected GET\n")
+        if request.path == SOCKET_PATH:
+            if is_own_origin(request.headers.get_all("Origin"), hosts):
+                return None
+            return _response(http.HTTPStatus.FORBIDDEN, "expected the Origin of the page\n")
+        if (file := self._files.get(request.path)) is None:
+            return _response(http.HTTPStatus.NOT_FOUND, "not found\n")
+        type, content = file
+        return _response(http.HTTPStatus.OK, content, type)
+
+    def _serve(self, connection: ServerConnection) -> None:
+        connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
+        with suppress(ConnectionClosed):
+            try:
+                if not self._token.opens(connection.recv(timeout=_PATIENCE_S)):
+                    connection.close(WRONG_TOKEN, "wrong token")
+                    return
+            except TimeoutError:
+                connection.close(WRONG_TOKEN, "no token")
+                return
+            if not self._places.acquire(blocking=False):
+                connection.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
+                return
+            try:
+                Visitor(connection, self._view).serve()
+            except RequestError as error:
+                connection.close(CloseCode.POLICY_VIOLATION, str(error))
+            finally:
+                self._places.release()
+
+
+def _response(
+    status: http.HTTPStatus, content: bytes | str, type: str = "text/plain; charset=utf-8"
+) -> Response:
+    body = content.encode() if isinstance(content, str) else content
+    headers: Mapping[str, str] = {
+        "Connection": "close",
+        "Content-Length": str(len(body)),
+        "Content-Type": type,
+        **HEADERS,
+    }
+    return Response(status.value, status.phrase, Headers(headers), body)

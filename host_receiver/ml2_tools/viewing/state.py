@@ -1,0 +1,153 @@
+"""Turns /diagnostics and the topic `config` into the state that the page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ml2_receiver.table.reader import load_table
+
+from ..images.image_topic import image_topics
+from ..monitoring.topic_table import Rows, topic_figures
+
+type Levels = Mapping[str, int]
+
+_EYES = "com.magicleap.permission.EYE_CAMERA"
+_OK, _WARN = 0, 1
+_MOST_NAMED = 5
+# The rows that are facts, with the words for a row that is not there.
+_FACTS = {"security": "not reported", "clock": "not synchronised yet", "link": "not tested"}
+
+
+@dataclass(frozen=True)
+class Fact:
+    """One fact about the headset; `level` is that of diagnostic_msgs/DiagnosticStatus."""
+
+    name: str
+    text: str
+    level: int = _OK
+
+
+def image_streams(with_eyes: bool) -> tuple[str, ...]:
+    """Returns the streams with images, in the order of the page; with or without eye cameras."""
+    table = load_table()
+    found = [it for it in table.streams if image_topics(it) and (with_eyes or not is_eye(it))]
+    # The wearer's view comes first, and eye cameras, which start hidden, come last.
+    first = ("color", "mixed_reality", "depth", "infra")
+    return tuple(sorted(found, key=lambda it: (is_eye(it), it not in first)))
+
+
+def is_eye(stream: str) -> bool:
+    """Returns True for a stream whose images are biometric data."""
+    table = load_table()
+    return _EYES in table.sections[table.streams[stream].section].permissions
+
+
+def published_images(rows: Rows) -> dict[str, tuple[str, str]]:
+    """Returns name and type of the image topic of each stream that the receiver publishes."""
+    found = {}
+    for name, values in rows.items():
+        stream = values.get("stream", "")
+        if stream not in load_table().streams or "type" not in values:
+            continue
+        if any(name.endswith(f"/{it.name}") for it in image_topics(stream)):
+            found[stream] = name, values["type"]
+    return found
+
+
+def topic_prefix(rows: Rows) -> str | None:
+    """Returns the prefix of the receiver's topics; None while it lists none."""
+    streams = load_table().streams
+    for name, values in rows.items():
+        stream = streams.get(values.get("stream", ""))
+        for topic in stream.topics if stream else ():
+            if not topic.name.startswith("/") and name.endswith(f"/{topic.name}"):
+                return name.removesuffix(f"/{topic.name}")
+    return None
+
+
+def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> dict[str, Any]:
+    """Returns the state as an object for JSON.
+
+    Args:
+        levels: the level of each row.
+        modes: the mode of each camera in words.
+        battery: the charge of the battery in words.
+
+    Raises:
+        KeyError, ValueError: a row lacks values that this version's receivers publish.
+    """
+    images = {stream: name for stream, (name, _) in published_images(rows).items()}
+    figures = {it["topic"]: it for it in topic_figures(rows)}
+    others = {name: it for name, it in figures.items() if name not in images.values()}
+    return {
+        "type": "state",
+        "facts": [asdict(it) for it in _facts(rows, levels, battery)],
+        "streams": [
+            _stream(it, figures[images[it]], levels.get(images[it], _OK))
+            | {"mode": modes.get(it, ""), "lowered": _lowered(it, rows.get("adaptation", {}))}
+            for it in image_streams(with_eyes=True)
+            if it in images
+        ],
+        "warnings": [*_warnings(rows, levels), *_losses(others)],
+    }
+
+
+def mode_in_words(values: Mapping[str, Any] | None) -> str:
+    """Returns a camera's applied values, such as "1016x1016@30 jpeg"; empty without a mode."""
+    keys = ("resolution_width", "resolution_height", "update_rate", "format")
+    if values is None or not all(key in values for key in keys):
+        return ""
+    return "{}x{}@{} {}".format(*(values[key] for key in keys))
+
+
+def _facts(rows: Rows, levels: Levels, battery: str) -> list[Fact]:
+    session = rows.get("session", {})
+    headset = f"{session.get('headset', 'no headset yet')}, {session.get('state', 'waiting')}"
+    is_lost = session.get("state") == "lost"
+    return [
+        Fact("headset", headset, _WARN if is_lost else _OK),
+        *(
+            Fact(name, rows.get(name, {}).get("message", otherwise), levels.get(name, _OK))
+            for name, otherwise in _FACTS.items()
+        ),
+        Fact("heat", session.get("thermal", "not reported")),
+        Fact("battery", battery),
+    ]
+
+
+def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, Any]:
+    same = ("topic", "rate_hz", "expected_hz", "latency_p50_ms", "latency_p99_ms", "lost")
+    # The words of a running stream are about its losses, which have a place of their own.
+    words = "" if figures["stream_state"] == "running" else figures["state"]
+    return {"id": stream, "is_eye": is_eye(stream), "level": level, "state": words} | {
+        key: figures[key] for key in same
+    }
+
+
+def _lowered(stream: str, adaptation: Mapping[str, str]) -> str:
+    """Returns in words what the headset has lowered of a stream for the link."""
+    quality, rate = adaptation.get(f"{stream}.quality"), adaptation.get(f"{stream}.rate_hz")
+    words = [f"quality {quality}"] if quality else []
+    return ", ".join(words + ([f"{rate} Hz"] if rate else []))
+
+
+def _warnings(rows: Rows, levels: Levels) -> list[dict[str, Any]]:
+    """Returns the rows that warn, the worst first; topics and facts have places of their own."""
+    found = [
+        {"row": name, "text": values["message"], "level": levels[name]}
+        for name, values in rows.items()
+        if levels.get(name, _OK) > _OK and "type" not in values and name not in _FACTS
+    ]
+    return sorted(found, key=lambda it: -it["level"])
+
+
+def _losses(topics: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Returns one warning of the topics that have lost messages, the first five by name."""
+    lost = sorted(((it["lost"], name) for name, it in topics.items() if it["lost"]), reverse=True)
+    if not lost:
+        return []
+    words = [f"{name} {count}" for count, name in lost[:_MOST_NAMED]]
+    rest = [f"{len(lost) - _MOST_NAMED} more"] if len(lost) > _MOST_NAMED else []
+    return [{"row": "lost messages", "text": ", ".join(words + rest), "level": _WARN}]

@@ -1,0 +1,184 @@
+"""`ml2-receiver view` beside a receiver with a headset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bag_scene
+from mock_device import MockDevice
+from repeated import repeated
+from ros_processes import Child, Receiver
+from viewing_browser import Browser, Picture, View
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+from ml2_receiver.ros.diagnostics_node import DiagnosticsNode
+
+CONFIG = """
+/**:
+  ros__parameters:
+    world_left: {enabled: true}
+    depth_center: {enabled: true, format: depth16}
+    eye_nasal_left: {enabled: true}
+    battery: {enabled: true}
+"""
+WORLD = "/magic_leap2/world_left/image_raw"
+EYE = "/magic_leap2/eye_nasal_left/image_raw"
+MADE = {
+    "world_left/image_raw": bag_scene.image,
+    "depth/image_raw/compressedDepth": bag_scene.depth,
+    "eye_nasal_left/image_raw": bag_scene.image,
+    "battery": bag_scene.battery,
+}
+
+
+@pytest.fixture
+def receiver(config: Path) -> Iterator[Receiver]:
+    with Receiver(config, "--insecure-eye-images") as receiver:
+        yield receiver
+
+
+@pytest.fixture
+def view(device: MockDevice) -> Iterator[View]:
+    with View() as view:
+        yield view
+
+
+def publishing(device: MockDevice) -> AbstractContextManager[None]:
+    """Each image differs from the one before."""
+    numbers = count()
+
+    def publish() -> None:
+        number = next(numbers)
+        for topic, make in MADE.items():
+            device.publish(topic, make(number))
+
+    return repeated(publish, 0.05)
+
+
+def test_a_browser_sees_the_state_and_images_that_change(device: MockDevice, view: View) -> None:
+    with publishing(device), Browser(view.url, view.token) as browser:
+        assert [it["name"] for it in browser.text("hello")["plots"]][:2] == [
+            "gyroscope",
+            "accelerometer",
+        ]
+        browser.say(show=["world_left"])
+        first, second = browser.picture(), browser.picture()
+        assert first.stream == second.stream == "world_left"
+        assert first.pixels.shape == (48, 64)
+        assert first.pixels.std() > 20
+        assert np.abs(first.pixels.astype(int) - second.pixels).mean() > 20
+        state = browser.text("state")
+        while {it["name"]: it["text"] for it in state["facts"]}["battery"] != "50 %":
+            state = browser.text("state")
+        streams = {it["id"]: it for it in state["streams"]}
+        while not streams["world_left"]["mode"]:
+            streams = {it["id"]: it for it in browser.text("state")["streams"]}
+    assert list(streams) == ["depth", "world_left", "eye_nasal_left"]
+    assert streams["world_left"]["mode"] == "1016x1016@30 Grayscale"
+    assert streams["world_left"]["topic"] == WORLD
+    assert streams["world_left"]["latency_p50_ms"] is not None
+    facts = {it["name"]: it["text"] for it in state["facts"]}
+    assert facts["headset"] == "device name, connected"
+    assert facts["security"].startswith("insecure")
+
+
+def test_depth_comes_in_colours_with_a_scale(device: MockDevice, view: View) -> None:
+    with publishing(device), Browser(view.url, view.token) as browser:
+        browser.say(show=["depth"])
+        found = browser.picture()
+    assert (found.stream, found.far_m) == ("depth", 5)
+    assert found.pixels.shape == (6, 8, 3)
+    assert found.pixels.std(axis=2).max() > 20
+
+
+def test_samples_come_while_messages_do(device: MockDevice, view: View) -> None:
+    with publishing(device), Browser(view.url, view.token) as browser:
+        while "received" not in (samples := browser.text("samples"))["plots"]:
+            pass
+    ((time_s, (mbit_per_s,)), *_) = samples["plots"]["received"]
+    assert abs(time_s - samples["now_s"]) < 60
+    assert mbit_per_s >= 0
+
+
+def test_a_browser_that_acknowledges_nothing_gets_two_images_and_delays_nobody(
+    device: MockDevice, view: View
+) -> None:
+    with (
+        publishing(device),
+        Browser(view.url, view.token) as stalled,
+        Browser(view.url, view.token) as other,
+    ):
+        for browser in (stalled, other):
+            browser.say(show=["world_left"])
+        for _ in range(10):
+            other.picture()
+        # hello, and two each of images, states and samples
+        found = [stalled.next(acknowledges=False) for _ in range(7)]
+        assert len([it for it in found if isinstance(it, Picture)]) == 2
+        stalled.say(seen="world_left")
+        while not isinstance(stalled.next(acknowledges=False), Picture):
+            pass
+
+
+@pytest.mark.usefixtures("ros_of_children")
+def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(
+    device: MockDevice, view: View
+) -> None:
+    node = DiagnosticsNode()
+
+    def await_subscribers(number: int) -> None:
+        wanted = str(number)
+        rows = node.rows("", 20, lambda it: it.get(WORLD, {}).get("subscribers") == wanted)
+        assert rows[EYE]["subscribers"] == "0"
+
+    try:
+        with Browser(view.url, view.token) as first, Browser(view.url, view.token) as second:
+            await_subscribers(0)
+            first.say(show=["world_left"])
+            second.say(show=["world_left", "depth"])
+            await_subscribers(1)
+            first.say(show=[])
+            assert first.connection.ping().wait(20)
+            await_subscribers(1)
+        await_subscribers(0)
+    finally:
+        node.close()
+
+
+def test_eye_images_need_the_option(device: MockDevice, view: View) -> None:
+    with Browser(view.url, view.token) as browser:
+        assert "eye_nasal_left" not in browser.text("hello")["images"]
+        (eye,) = [it for it in browser.text("state")["streams"] if it["is_eye"]]
+        assert eye["id"] == "eye_nasal_left"
+        browser.say(show=["eye_nasal_left"])
+        assert browser.end()[0] == 1008
+
+
+def test_with_the_option_eye_images_come_when_they_are_asked_for(device: MockDevice) -> None:
+    with View("--eyes") as view, publishing(device), Browser(view.url, view.token) as browser:
+        assert "eye_nasal_left" in browser.text("hello")["images"]
+        browser.say(show=["eye_nasal_left"])
+        assert browser.picture().stream == "eye_nasal_left"
+
+
+def test_it_ends_with_an_interrupt_and_closes_the_page(view: View) -> None:
+    with Browser(view.url, view.token) as browser:
+        browser.text("hello")
+        assert view.end() == 0
+        assert browser.end()[0] == 1001
+
+
+def test_a_port_in_use_is_named_with_what_to_do(view: View) -> None:
+    port = view.url.rpartition(":")[2]
+    with Child("-m", "ml2_receiver", "view", "--no-browser", "--port", port) as other:
+        assert other.wait() == 2
+        error, hint = other.errors
+    assert error.startswith(f"cannot listen on 127.0.0.1:{port}: the port is used by ")
+    assert hint == "hint: Choose another port with --port, or leave it out."

@@ -1,0 +1,274 @@
+"""The parts of `ml2-receiver view` that need neither ROS nor a browser."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ml2_tools.viewing.access import Token, is_own_host, is_own_origin
+from ml2_tools.viewing.page_files import HEADERS, page_files
+from ml2_tools.viewing.plots import Series
+from ml2_tools.viewing.preview import Preview, preview_of
+from ml2_tools.viewing.requests import RequestError, Seen, Show, parse_request
+from ml2_tools.viewing.state import image_streams, is_eye, state_of, topic_prefix
+
+STREAMS = ("color", "world_left")
+WORLD = "/magic_leap2/world_left/image_raw"
+
+
+def image(pixels: NDArray[Any], encoding: str) -> Any:
+    height, width = pixels.shape
+    step = width * pixels.itemsize
+    data = pixels.tobytes()
+    return SimpleNamespace(
+        height=height, width=width, encoding=encoding, is_bigendian=0, step=step, data=data
+    )
+
+
+def jpeg(pixels: NDArray[Any], quality: int) -> Any:
+    data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+    return SimpleNamespace(format="rgb8; jpeg compressed bgr8", data=data)
+
+
+def decoded(preview: Preview) -> NDArray[Any]:
+    return np.asarray(cv2.imdecode(np.frombuffer(preview.jpeg, np.uint8), cv2.IMREAD_UNCHANGED))
+
+
+def test_the_longer_side_of_a_grey_preview_is_640_pixels() -> None:
+    ramp = np.tile(np.linspace(0, 255, 1280, dtype=np.uint8), (960, 1))
+    found = decoded(preview_of(image(ramp, "mono8"), is_distance=False))
+    assert found.shape == (480, 640)
+    assert found[200, [5, 635]] == pytest.approx([2, 253], abs=4)
+
+
+def test_a_small_jpeg_stays_as_it_is() -> None:
+    message = jpeg(np.full((1080, 1920, 3), 90, np.uint8), 80)
+    assert preview_of(message, is_distance=False) == Preview(message.data, 0)
+
+
+def test_a_large_jpeg_is_made_smaller() -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (1080, 1920, 3), np.uint8)
+    found = preview_of(jpeg(noise, 95), is_distance=False)
+    assert decoded(found).shape == (360, 640, 3)
+
+
+@pytest.mark.parametrize(
+    ("metres", "far_m"), [(0.1, 0.5), (0.9, 1), (1.2, 2), (2.4, 5), (5.1, 10), (43, 50)]
+)
+def test_the_scale_of_distances_ends_at_a_step(metres: float, far_m: float) -> None:
+    flat = image(np.full((4, 4), metres, np.float32), "32FC1")
+    assert preview_of(flat, is_distance=True).far_m == pytest.approx(far_m)
+
+
+def test_near_is_blue_far_is_red_and_invalid_is_black() -> None:
+    metres = np.repeat(np.array([[0.5, 3.9, np.nan]], np.float32), 32, axis=1).repeat(16, axis=0)
+    found = decoded(preview_of(image(metres, "32FC1"), is_distance=True))
+    near, far, invalid = (found[8, it].astype(int) for it in (16, 48, 80))
+    assert near[0] > 150 > near[2]
+    assert far[2] > 150 > far[0]
+    assert invalid == pytest.approx([0, 0, 0], abs=8)
+
+
+def test_an_image_without_any_distance_is_black() -> None:
+    nothing = image(np.full((16, 16), np.nan, np.float32), "32FC1")
+    assert decoded(preview_of(nothing, is_distance=True)).max() < 8
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        SimpleNamespace(format="jpeg", data=b"\xff\xd8 no JPEG"),
+        SimpleNamespace(format="h264", data=b"0000"),
+        SimpleNamespace(format="jpeg", data=jpeg(np.zeros((9, 9, 3), np.uint8), 80).data[:30]),
+    ],
+)
+def test_a_broken_image_is_refused(message: Any) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        preview_of(message, is_distance=False)
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:8700", "localhost:1", "localhost", "[::1]:8700"])
+def test_hosts_of_this_machine(host: str) -> None:
+    assert is_own_host([host])
+    assert is_own_origin([f"http://{host}"], [host])
+
+
+@pytest.mark.parametrize(
+    "hosts",
+    [[], ["evil.example"], ["localhost.evil.example"], ["127.0.0.1", "evil.example"], ["0:80"]],
+)
+def test_other_hosts_are_refused(hosts: list[str]) -> None:
+    assert not is_own_host(hosts)
+    assert not is_own_origin([f"http://{it}" for it in hosts], hosts)
+
+
+@pytest.mark.parametrize("origin", ["http://localhost:2", "https://localhost:1", "null"])
+def test_other_origins_are_refused(origin: str) -> None:
+    assert not is_own_origin([origin], ["localhost:1"])
+
+
+def test_only_the_token_opens() -> None:
+    token = Token()
+    assert token.opens(json.dumps({"token": token.text}))
+    assert token.text != Token().text
+    for wrong in ("", "[", "[" * 4000, "1", '"token"', '{"token": 1}', '{"token": "\\ud800"}'):
+        assert not token.opens(wrong)
+    assert not token.opens(json.dumps({"token": token.text[:-1]}))
+    assert not token.opens(b"\xff")
+
+
+def test_requests_are_read() -> None:
+    assert parse_request('{"show": ["color"]}', STREAMS) == Show(frozenset({"color"}))
+    assert parse_request('{"show": []}', STREAMS) == Show(frozenset())
+    assert parse_request('{"seen": "state"}', STREAMS) == Seen("state")
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "",
+        "[" * 4000,
+        "null",
+        "{}",
+        b'{"show": []}',
+        '{"show": "color"}',
+        '{"show": ["eye_nasal_left"]}',
+        '{"show": [["color"]]}',
+        '{"show": [], "seen": "color"}',
+        '{"seen": 1}',
+        '{"set": {"general.link": 1}}',
+    ],
+)
+def test_other_requests_are_refused(message: str | bytes) -> None:
+    with pytest.raises(RequestError):
+        parse_request(message, STREAMS)
+
+
+def test_a_series_gives_each_value_once_and_forgets_old_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now_s = [1000.0]
+    monkeypatch.setattr(time, "time", lambda: now_s[0])
+    series = Series()
+    for number in range(3000):
+        now_s[0] += 0.03
+        series.add((number, float("nan")))
+    count, values = series.since(2998)
+    assert (count, [it for _, it in values]) == (3000, [(2998, None), (2999, None)])
+    assert series.since(3000) == (3000, [])
+    assert len(series.since(0)[1]) == 1500
+
+
+def test_a_series_has_at_most_50_values_per_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    times_s = iter([1.0, 1.001, 1.019, 1.021])
+    monkeypatch.setattr(time, "time", lambda: next(times_s))
+    series = Series()
+    for number in range(4):
+        series.add((number,))
+    assert [it for _, it in series.since(0)[1]] == [(0,), (3,)]
+
+
+ROWS = {
+    "session": {
+        "message": "head: connected",
+        "headset": "head",
+        "state": "connected",
+        "state.world_left": "running",
+    },
+    "adaptation": {"world_left.rate_hz": "15", "message": "lowered for the link: world_left"},
+    "security": {"message": "insecure: no encryption"},
+    WORLD: {
+        "stream": "world_left",
+        "type": "sensor_msgs/msg/Image",
+        "rate_hz": "14.9",
+        "expected_hz": "15",
+        "received": "100",
+        "gaps": "2",
+        "unpublished": "1",
+        "latency_p50_ms": "12.5",
+        "message": "lost messages: 2",
+    },
+    "/magic_leap2/battery": {
+        "stream": "battery",
+        "type": "sensor_msgs/msg/BatteryState",
+        "received": "7",
+        "gaps": "4",
+        "unpublished": "0",
+        "message": "lost messages: 4",
+    },
+}
+
+
+def test_the_state_has_what_diagnostics_say() -> None:
+    levels = {"security": 1, "adaptation": 1, WORLD: 1, "session": 0}
+    state = state_of(ROWS, levels, {"world_left": "1016x1016@30 jpeg"}, "50 %")
+    (stream,) = state["streams"]
+    assert stream == {
+        "id": "world_left",
+        "is_eye": False,
+        "level": 1,
+        "topic": WORLD,
+        "rate_hz": 14.9,
+        "expected_hz": 15,
+        "latency_p50_ms": 12.5,
+        "latency_p99_ms": None,
+        "lost": 3,
+        "state": "",
+        "mode": "1016x1016@30 jpeg",
+        "lowered": "15 Hz",
+    }
+    facts = {it["name"]: (it["text"], it["level"]) for it in state["facts"]}
+    assert list(facts) == ["headset", "security", "clock", "link", "heat", "battery"]
+    assert facts["headset"] == ("head, connected", 0)
+    assert facts["security"] == ("insecure: no encryption", 1)
+    assert facts["battery"] == ("50 %", 0)
+    assert [it["row"] for it in state["warnings"]] == ["adaptation", "lost messages"]
+    assert state["warnings"][-1]["text"] == "/magic_leap2/battery 4"
+
+
+def test_a_stream_that_does_not_run_says_why() -> None:
+    silent = {"session": {**ROWS["session"], "state.world_left": "silent: nothing has come"}}
+    rows = ROWS | silent | {WORLD: {**ROWS[WORLD], "message": "silent: nothing has come"}}
+    (stream,) = state_of(rows, {WORLD: 2}, {}, "50 %")["streams"]
+    assert (stream["state"], stream["level"]) == ("silent: nothing has come", 2)
+
+
+def test_the_prefix_is_that_of_the_topics() -> None:
+    assert topic_prefix(ROWS) == "/magic_leap2"
+    assert topic_prefix({"session": {}, "/tf": {"stream": "tf"}}) is None
+
+
+def test_eye_cameras_are_offered_on_request_only() -> None:
+    eyes = {"eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right"}
+    assert {it for it in image_streams(with_eyes=True) if is_eye(it)} == eyes
+    assert set(image_streams(with_eyes=False)) == set(image_streams(with_eyes=True)) - eyes
+
+
+def test_the_page_refers_to_its_own_files_only() -> None:
+    files = {path: content.decode() for path, (_, content) in page_files().items()}
+    assert {"/", "/main.js", "/style.css"} <= files.keys()
+    for path, text in files.items():
+        found = re.findall(r"""(?:src|href|from|import)\s*[=(]?\s*["']([^"']+)["']""", text)
+        assert {f"/{it.removeprefix('./')}" for it in found} <= files.keys(), path
+        assert not re.search(r"url\(|@import|\bhttps?:", text), path
+    addresses = [it for text in files.values() for it in re.findall(r"\w+://[^/`\"']*", text)]
+    assert addresses == ["ws://${location.host}"]
+
+
+def test_the_page_has_no_code_or_style_in_its_html() -> None:
+    _, html = page_files()["/"]
+    assert not re.search(rb"<style|style=|\son\w+=|<script(?![^>]*\ssrc=)", html)
+
+
+def test_the_policy_allows_the_own_server_only() -> None:
+    policy = dict(it.split(maxsplit=1) for it in HEADERS["Content-Security-Policy"].split("; "))
+    assert policy.pop("default-src") == "'none'"
+    assert set(policy.values()) <= {"'self'", "'none'"}
