@@ -10,10 +10,11 @@ import kotlin.math.pow
  * message waits. It knows what was written, the round trips of the time lane, and when images had to wait.
  *
  * - The queueing delay is the round trip less the least one of the last 10 s. When two successive round trips have too
- *   much of it, the link is congested.
+ *   much of it, or one that has not ended yet much too much, the link is congested.
  * - Then images first go at a quarter of what the link delivered, until its queue is empty.
  * - From [CUT] of what it delivered the rate grows in the shape of CUBIC (RFC 9438, 4.2): quickly, then slowly near the
- *   rate at which the link was congested, then faster. It grows only while images wait for it.
+ *   rate at which the link was congested, then faster. It grows only while images wait for it, and above that rate
+ *   slowly while they have pauses.
  * - A delay that several cuts do not shorten has another cause, such as a longer route or another sender, and is taken
  *   for the path's own.
  *
