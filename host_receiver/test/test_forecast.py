@@ -1,4 +1,4 @@
-"""What images need of the link, and what would need less."""
+"""Forecasts of the Mbit/s of images, and of changes that need less."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What doctor says of the link to a headset."""
+"""The doctor judges the link to a headset."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Who is let in by the server of `ml2-receiver view`, and what ends a connection."""
+"""The server of `ml2-receiver view` refuses strangers, and ends wrong connections."""
 
 from __future__ import annotations
 

@@ -43,9 +43,10 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class LiveView:
-    """What browsers show of one receiver. Thread-safe; threads of its own take the messages.
+    """Images and state of one receiver, for browsers. Thread-safe.
 
-    It subscribes to images while a browser shows them, and to sensors while there is a browser.
+    Threads of its own take the messages. It subscribes to images while a browser shows them, and
+    to sensors while there is a browser.
 
     Args:
         receiver: the receiver's --name, or empty.

@@ -2,7 +2,7 @@ package dev.ml2sensors.pacing
 
 import dev.ml2sensors.table.StreamTable
 
-/** What the images of a stream have: captures per second, and the quality of JPEG, null if the stream has none. */
+/** The rate of a stream's images in captures per second, and their JPEG quality, null if they have none. */
 internal data class ImageSetting(val rateHz: Int, val quality: Int?) {
     /** Returns this setting with nothing above a step's value. */
     fun atMost(step: AdaptationStep): ImageSetting =
@@ -17,7 +17,7 @@ internal data class ImageSetting(val rateHz: Int, val quality: Int?) {
  * A stream whose images give way to the link. Its pipeline calls [admits] and [published], from one thread at a time;
  * [present] may be changed and [bytesPerSecond] called from another.
  *
- * @property configured what the stream has at most.
+ * @property configured the upper bound of [present].
  */
 internal class AdaptedStream(val id: String, val configured: ImageSetting) {
     @Volatile

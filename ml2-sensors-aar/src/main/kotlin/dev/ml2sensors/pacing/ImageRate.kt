@@ -258,7 +258,7 @@ private class LeastRoundTrip {
     }
 }
 
-/** What was written in the last [WINDOW_NANOS]. */
+/** The writes of the last [WINDOW_NANOS]. */
 private class WrittenBytes {
     private class Write(val bytes: Int, val atNanos: Long)
 

@@ -6,7 +6,7 @@ import dev.ml2sensors.table.AdaptationSpec
 internal class AdaptationStep(val streams: Set<AdaptedStream>, val quality: Int?, val rateHz: Int?)
 
 /**
- * What is known of a link at one time.
+ * The state of a link at one time.
  *
  * @property waitingSinceNanos since when an image lane has always had something to send; null if all have pauses.
  * @property isUnsettled true while the link stands still, or while the pacing does not know its rate yet.
@@ -107,7 +107,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
             patienceNanos = (2 * patienceNanos).coerceIn(TRIAL_NANOS, MOST_PATIENCE_NANOS)
             before.isTakenBack = true
         }
-        // What waited before a step is still to be sent
+        // Images that waited before the step are sent first
         steadySinceNanos = nowNanos + SETTLING_NANOS
     }
 
@@ -156,7 +156,7 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     }
 }
 
-/** What was sent, and dropped, in the last half second. */
+/** Counts the bytes sent and the images dropped in the last half second. */
 private class Deliveries {
     private class Total(val bytes: Long, val drops: Long, val atNanos: Long)
 

@@ -109,7 +109,7 @@ internal class VirtualLink(
     private val rate = ImageRate(0)
     private var queueBytes = 0.0
 
-    /** Of images that were not written yet. */
+    /** The bytes of images that were not written yet. */
     private var waitingBytes = 0.0
     private var askedMillis = 0
     private var answerMillis = Double.NaN
