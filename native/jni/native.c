@@ -8,6 +8,7 @@
 #include "../sources/slots.h"
 #include "failure.h"
 #include "layout.h"
+#include "send_queue.h"
 
 #define CLASS_NAME "dev/ml2sensors/capture/Native"
 #define ERROR(name) ml2s_error name = {.struct_size = sizeof name}
@@ -289,5 +290,5 @@ JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *reserved) {
     if (!class || (*env)->RegisterNatives(env, class, methods, sizeof methods / sizeof *methods) != JNI_OK) {
         return JNI_ERR;
     }
-    return JNI_VERSION_1_6;
+    return send_queue_register(env) == JNI_OK ? JNI_VERSION_1_6 : JNI_ERR;
 }

@@ -28,7 +28,6 @@ from processes import (
 )
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 from simulation import CAMERAS, EYES, image_topic, raw_config
-from transforms import moving
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
@@ -58,24 +57,6 @@ def test_every_message_carries_the_frame_of_its_sensor(received: Received) -> No
                 assert json.loads(message.data)["frame_id"] == frame, topic
             else:
                 assert message.header.frame_id == frame, topic
-
-
-def test_the_controller_has_a_pose_a_transform_and_buttons_that_change(received: Received) -> None:
-    poses = {stamp_ns(it): it.pose.position for it in received.messages("controller")}
-    frames = {
-        at: pose for (child, at), pose in moving(received).items() if child == "controller_frame"
-    }
-    common = poses.keys() & frames.keys()
-    assert len(common) > 0.5 * len(poses)  # both may lose some under load
-    for at in common:
-        position = poses[at]
-        assert frames[at][:3, 3] == pytest.approx([position.x, position.y, position.z])
-    states = received.messages("controller/joy")
-    assert {(len(it.axes), len(it.buttons)) for it in states} == {(4, 3)}
-    for button in range(3):
-        assert {it.buttons[button] for it in states} == {0, 1}
-    for axis in range(4):
-        assert len({it.axes[axis] for it in states}) > 1
 
 
 def test_all_topics_of_a_capture_share_one_stamp(received: Received) -> None:

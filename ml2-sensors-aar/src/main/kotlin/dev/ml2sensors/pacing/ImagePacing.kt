@@ -1,5 +1,6 @@
 package dev.ml2sensors.pacing
 
+import java.util.concurrent.CopyOnWriteArrayList
 import java.util.concurrent.locks.LockSupport
 import java.util.concurrent.locks.ReentrantLock
 
@@ -19,6 +20,7 @@ internal class ImagePacing(
     /** The lane that holds this lock writes. Lanes get it in the order in which they asked. */
     private val turn = ReentrantLock(true)
     private var nextNanos = nanoTime()
+    private val unacknowledged = CopyOnWriteArrayList<() -> Int>()
 
     @Volatile
     private var isOver = false
@@ -32,6 +34,15 @@ internal class ImagePacing(
 
     /** The least round trip of the last 10 s; 0 before the first. */
     val leastRoundTripNanos: Long get() = synchronized(rate) { rate.leastRoundTripNanos }
+
+    /** Adds an image lane; [bytes] returns how many bytes of it the receiver has not acknowledged, until [remove]. */
+    fun add(bytes: () -> Int) {
+        unacknowledged += bytes
+    }
+
+    fun remove(bytes: () -> Int) {
+        unacknowledged -= bytes
+    }
 
     /** Calls [write], which writes one image in slices, with [await] before and [written] after each of them. */
     inline fun image(write: () -> Unit) {
@@ -79,21 +90,26 @@ internal class ImagePacing(
         val now = nanoTime()
         val asked = askedNanos
         val untilTurn = nextNanos - now
-        synchronized(rate) {
+        val underWayBytes = underWayBytes()
+        val isLinkFull = synchronized(rate) {
+            rate.acknowledged(writtenBytes - underWayBytes, now)
             if (asked != null) rate.unanswered(asked, now)
             if (untilTurn > 0) rate.waited(now)
+            underWayBytes > maxOf(SLICE_BYTES.toDouble(), rate.mostUnderWayBytes(now))
         }
         if (untilTurn > 0) return untilTurn
-        val isHeld = (isStalled(now) || isUrgentBlocked()) && untilTurn > -LONGEST_HOLD_NANOS
-        return if (isHeld) HOLD_POLL_NANOS else 0
+        val isHeld = isStalled(now) || isUrgentBlocked() || isLinkFull
+        return if (isHeld && untilTurn > -LONGEST_HOLD_NANOS) HOLD_POLL_NANOS else 0
     }
 
-    private fun isStalled(nowNanos: Long) = askedNanos.let { it != null && nowNanos - it > STALL_NANOS }
+    private fun underWayBytes() = unacknowledged.sumOf { it() }
+
+    private fun isStalled(nowNanos: Long) = askedNanos.let { it != null && nowNanos - it > ImageRate.STALL_NANOS }
 
     /** [bytes] of an image were handed to the kernel. */
     fun written(bytes: Int): Unit = synchronized(rate) {
         writtenBytes += bytes
-        rate.written(bytes, nanoTime())
+        rate.written(nanoTime())
     }
 
     /** Bounds the rate; null means that only the link does. */
@@ -119,7 +135,14 @@ internal class ImagePacing(
         }
     }
 
-    private fun roundTrip(nanos: Long): Unit = synchronized(rate) { rate.roundTrip(nanos, nanoTime()) }
+    private fun roundTrip(nanos: Long) {
+        val underWayBytes = underWayBytes()
+        synchronized(rate) {
+            val now = nanoTime()
+            rate.acknowledged(writtenBytes - underWayBytes, now)
+            rate.roundTrip(nanos, now)
+        }
+    }
 
     companion object {
         /** One record of TLS. */
@@ -130,9 +153,6 @@ internal class ImagePacing(
         private const val BURST_NANOS = 1_000_000L
         private const val LONGEST_PARK_NANOS = 5_000_000L
         private const val HOLD_POLL_NANOS = 500_000L
-
-        /** No answer for so long means that the link stands still. */
-        private const val STALL_NANOS = 200_000_000L
 
         /** A slice may go so often in any case: a link that small messages fill shows a picture now and then. */
         private const val LONGEST_HOLD_NANOS = 250_000_000L

@@ -7,14 +7,17 @@ import kotlin.math.pow
 
 /**
  * The rate at which the image lanes of a session may send together, so that the link has no queue in which a small
- * message waits. It knows what was written, the round trips of the time lane, and when images had to wait.
+ * message waits. It knows what was acknowledged, the round trips of the time lane, and when images had
+ * to wait.
  *
  * - The queueing delay is the round trip less the least one of the last 10 s. When two successive round trips have too
  *   much of it, or one that has not ended yet much too much, the link is congested.
  * - Then images first go at a quarter of what the link delivered, until its queue is empty.
  * - From [CUT] of what it delivered the rate grows in the shape of CUBIC (RFC 9438, 4.2): quickly, then slowly near the
  *   rate at which the link was congested, then faster. It grows only while images wait for it, and above that rate
- *   slowly while they have pauses.
+ *   slowly while they have pauses or the link has a queue.
+ * - A link that does not answer for 200 ms stood still. Afterwards it has the rate that it had before.
+ * - What is under way is bounded, so that a link that becomes slower has no long queue.
  * - A delay that several cuts do not shorten has another cause, such as a longer route or another sender, and is taken
  *   for the path's own.
  *
@@ -30,11 +33,18 @@ internal class ImageRate(startNanos: Long) {
     )
 
     private val roundTrips = LeastRoundTrip()
-    private val written = WrittenBytes()
+    private val acknowledged = AcknowledgedBytes()
+    private var writtenNanos: Long? = null
     private var lastDelayNanos = 0L
+
+    /** How many successive round trips had half of the tolerated delay or more. */
+    private var queued = 0
 
     /** When the round trip began that led to a cut before its end. */
     private var judgedNanos: Long? = null
+
+    /** The rate in B/s before that cut, until the round trip ends. */
+    private var judgedRate: Double? = null
 
     /** The rate at which the link is congested, in B/s; null before the first time. */
     private var congestedAt: Double? = null
@@ -70,6 +80,16 @@ internal class ImageRate(startNanos: Long) {
         return min(max(LEAST, congestedAt * part), mostBytesPerSecond)
     }
 
+    /**
+     * Returns how many bytes may be under way: what an empty path takes, and a queue that is long enough to be seen. A
+     * link that becomes slower thus has no long queue before its round trips tell.
+     */
+    fun mostUnderWayBytes(nowNanos: Long): Double {
+        val rate = bytesPerSecond(nowNanos)
+        val delivered = min(rate, (congestedAt ?: rate) * PLATEAU_END)
+        return (rate * roundTrips.leastNanos + delivered * (tolerated + SEEN_NANOS)) * 1e-9
+    }
+
     /** The rate in parts of the congested rate, after [seconds] of growth. */
     private fun growth(seconds: Double): Double {
         val beyond = seconds - PLATEAU_END_SECONDS
@@ -85,8 +105,8 @@ internal class ImageRate(startNanos: Long) {
 
     /** From now on an image is written, or waits to be. */
     fun resume(nowNanos: Long) {
-        val pausedNanos = pausedNanos
-        if (pausedNanos == null || nowNanos - pausedNanos > SHORTEST_PAUSE_NANOS) busySinceNanos = nowNanos
+        val pausedNanos = pausedNanos ?: return
+        if (nowNanos - pausedNanos > SHORTEST_PAUSE_NANOS) busySinceNanos = nowNanos
         this.pausedNanos = null
     }
 
@@ -98,8 +118,13 @@ internal class ImageRate(startNanos: Long) {
     /** True if images have always waited for a while: then the link delivered as much as it can. */
     private fun isFilled(nowNanos: Long) = pausedNanos == null && nowNanos - busySinceNanos > FILLED_NANOS
 
-    /** [bytes] of an image were handed to the kernel. */
-    fun written(bytes: Int, nowNanos: Long): Unit = written.add(bytes, nowNanos)
+    /** A part of an image was handed to the kernel. */
+    fun written(nowNanos: Long) {
+        writtenNanos = nowNanos
+    }
+
+    /** Of all bytes that were written the receiver has acknowledged [bytes] by now. */
+    fun acknowledged(bytes: Long, nowNanos: Long): Unit = acknowledged.add(bytes, nowNanos)
 
     /** Adds a round trip of the time lane, which ended at [nowNanos]. */
     fun roundTrip(nanos: Long, nowNanos: Long) {
@@ -107,12 +132,16 @@ internal class ImageRate(startNanos: Long) {
         val delay = nanos - roundTrips.leastNanos
         val before = lastDelayNanos
         lastDelayNanos = delay
+        val judgedRate = judgedRate
+        this.judgedRate = null
+        if (judgedRate != null && delay > STALL_NANOS) return resumeAt(judgedRate, nowNanos)
+        queued = if (delay > tolerated / 2) queued + 1 else 0
         if (!mayCut(nowNanos) || min(delay, before) <= tolerated) return
         val grownDelay = delay + max(0, delay - before) // It has grown since this round trip began
         val delivered = if (isFilled(nowNanos)) {
-            written.recentBytesPerSecond(grownDelay, nowNanos)
+            acknowledged.recentBytesPerSecond(max(nanos, MOMENTS_NANOS))
         } else {
-            max(written.bytesPerSecond(delay, nowNanos - nanos), written.bytesPerSecond(grownDelay, nowNanos))
+            acknowledged.mostBytesPerSecond()
         }
         congested(delivered, grownDelay, nowNanos)
     }
@@ -129,12 +158,23 @@ internal class ImageRate(startNanos: Long) {
             return
         }
         judgedNanos = askedNanos
-        congested(written.recentBytesPerSecond(2 * delay, nowNanos), delay, nowNanos)
+        judgedRate = bytesPerSecond(nowNanos)
+        congested(acknowledged.recentBytesPerSecond(nowNanos - askedNanos), delay, nowNanos)
+    }
+
+    /** What is under way causes no delay of [STALL_NANOS]: the link has stood still, and has the rate that it had. */
+    private fun resumeAt(bytesPerSecond: Double, nowNanos: Long) {
+        congestedAt = bytesPerSecond
+        congestion = null
+        drainedNanos = nowNanos
+        heldUntilNanos = nowNanos + 2 * roundTrips.leastNanos + SHORTEST_HOLD_NANOS
+        grownNanos = 0
+        lastDelayNanos = 0
     }
 
     private val tolerated get() = max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)
 
-    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && written.isAnyRecent(nowNanos)
+    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && writtenNanos.let { it != null && nowNanos - it <= RECENT_NANOS }
 
     private fun congested(
         delivered: Double,
@@ -180,9 +220,10 @@ internal class ImageRate(startNanos: Long) {
     private fun advance(nowNanos: Long) {
         val from = max(advancedNanos, drainedNanos)
         if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) {
-            // Images with pauses have what they need: a higher rate is of use to more of them only
-            val isPlateau = congestedAt != null && grownNanos * 1e-9 > PLATEAU_END_SECONDS && !isFilled(nowNanos)
-            grownNanos += (nowNanos - from) / if (isPlateau) UNFILLED_PART else 1
+            // Images with pauses have what they need, and a queue tells that the link has no more
+            val isEnough = !isFilled(nowNanos) || queued >= QUEUED
+            val isPlateau = congestedAt != null && grownNanos * 1e-9 > PLATEAU_END_SECONDS && isEnough
+            grownNanos += (nowNanos - from) / if (isPlateau) ENOUGH_PART else 1
         }
         advancedNanos = max(advancedNanos, nowNanos)
     }
@@ -191,12 +232,19 @@ internal class ImageRate(startNanos: Long) {
         /** More than any link has, in B/s. */
         const val MOST: Double = 10e9 / 8
 
+        /** No answer for so long means that the link stands still. */
+        const val STALL_NANOS: Long = 200_000_000L
+
         /** Measured: the queue grows to twice this until two round trips have shown it, and samples may be 15 ms late. */
         private const val TOLERATED_NANOS = 6_000_000L
 
         /** So many times the tolerated delay needs no second round trip. */
         private const val CERTAIN = 3
         private const val TOLERATED_PART = 8
+        private const val QUEUED = 3
+        private const val SEEN_NANOS = 2_000_000L
+        private const val MOMENTS_NANOS = 40_000_000L
+        private const val RECENT_NANOS = 200_000_000L
         private const val CUT = 0.85
         private const val DEEPEST_CUT = 4
         private const val SHORTEST_PAUSE_NANOS = 5_000_000L
@@ -208,11 +256,11 @@ internal class ImageRate(startNanos: Long) {
         /** So many times the delay drains the queue of a link that small messages fill to a third. */
         private const val DRAIN_DELAYS = 2
         private const val PLATEAU = 0.95
-        private const val PLATEAU_SECONDS = 1.5
+        private const val PLATEAU_SECONDS = 0.7
         private const val PLATEAU_END = 1.1
         private val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
         private const val DOUBLING_SECONDS = 0.4
-        private const val UNFILLED_PART = 25
+        private const val ENOUGH_PART = 25
 
         /** In B/s: what a poor Wi-Fi link has left beside small messages. */
         private const val START = 10e6 / 8
@@ -226,79 +274,5 @@ internal class ImageRate(startNanos: Long) {
 
         /** Congestion so soon after a cut is the same one. */
         private const val RELATED_NANOS = 300_000_000L
-    }
-}
-
-/** The least of the round trips of the last 10 s. */
-private class LeastRoundTrip {
-    private val leastOfSecond = LongArray(SECONDS) { Long.MAX_VALUE }
-    private var second = 0L
-
-    val leastNanos: Long get() = leastOfSecond.min().let { if (it == Long.MAX_VALUE) 0 else it }
-
-    fun add(nanos: Long, nowNanos: Long) {
-        val now = nowNanos / SECOND_NANOS
-        repeat((now - second).coerceIn(0L, SECONDS.toLong()).toInt()) {
-            leastOfSecond[Math.floorMod(now - it, SECONDS)] = Long.MAX_VALUE
-        }
-        second = now
-        val index = Math.floorMod(now, SECONDS)
-        leastOfSecond[index] = min(leastOfSecond[index], nanos)
-    }
-
-    /** Forgets everything but [nanos]. */
-    fun restart(nanos: Long, nowNanos: Long) {
-        leastOfSecond.fill(Long.MAX_VALUE)
-        add(nanos, nowNanos)
-    }
-
-    private companion object {
-        const val SECONDS = 10
-        const val SECOND_NANOS = 1_000_000_000L
-    }
-}
-
-/** The writes of the last [WINDOW_NANOS]. */
-private class WrittenBytes {
-    private class Write(val bytes: Int, val atNanos: Long)
-
-    private val writes = ArrayDeque<Write>()
-
-    fun add(count: Int, nowNanos: Long) {
-        writes.addLast(Write(count, nowNanos))
-        while (nowNanos - writes.first().atNanos > WINDOW_NANOS) writes.removeFirst()
-    }
-
-    /**
-     * The rate at which the link delivered, in B/s, or a lower one: what was written in any time until [untilNanos]
-     * arrives in this time and the [delayNanos] that the queue then had. Images come in bursts, so the greatest of these
-     * rates is the nearest.
-     */
-    fun bytesPerSecond(delayNanos: Long, untilNanos: Long): Double {
-        val delay = min(delayNanos, LONGEST_DELAY_NANOS)
-        var bytes = 0L
-        var most = 0.0
-        for (write in writes.asReversed()) {
-            if (write.atNanos > untilNanos) continue
-            bytes += write.bytes
-            most = max(most, bytes * 1e9 / (max(untilNanos - write.atNanos, SHORTEST_NANOS) + delay))
-        }
-        return most
-    }
-
-    /** The same of the last moments alone, for images without pauses: the link may have changed before them. */
-    fun recentBytesPerSecond(delayNanos: Long, nowNanos: Long): Double {
-        val bytes = writes.asReversed().takeWhile { nowNanos - it.atNanos <= MOMENTS_NANOS }.sumOf { it.bytes.toLong() }
-        return bytes * 1e9 / (MOMENTS_NANOS + min(delayNanos, LONGEST_DELAY_NANOS))
-    }
-
-    fun isAnyRecent(nowNanos: Long): Boolean = writes.isNotEmpty() && nowNanos - writes.last().atNanos <= RECENT_NANOS
-
-    private companion object {
-        const val WINDOW_NANOS = 400_000_000L
-        const val MOMENTS_NANOS = 60_000_000L
-        const val RECENT_NANOS = 200_000_000L
-        const val LONGEST_DELAY_NANOS = 200_000_000L
-        const val SHORTEST_NANOS = 20_000_000L
     }
 }

@@ -2,6 +2,7 @@ package dev.ml2sensors.session
 
 import dev.ml2sensors.pacing.ImagePacing
 import dev.ml2sensors.transport.PlaintextChannel
+import dev.ml2sensors.transport.SendQueue
 import dev.ml2sensors.transport.TransportChannel
 import dev.ml2sensors.transport.TransportException
 import dev.ml2sensors.transport.TransportSecurity
@@ -38,6 +39,7 @@ internal class Connection private constructor(
     rosNowNanos: () -> Long,
 ) : Closeable {
     private val reader = FrameReader(channel)
+    private val unacknowledged = pacing?.let { SendQueue.of(socket) }?.let { it::bytes }?.also(pacing::add)
     val writer: FrameWriter = FrameWriter(channel, pacing, rosNowNanos)
 
     /** Makes room in the kernel for what is under way on a path as long as the pacing has measured by now. */
@@ -84,7 +86,10 @@ internal class Connection private constructor(
     /** Ends the output, unless the connection is closed. Blocks while the peer does not read. */
     fun shutdownOutput(): Unit = channel.shutdownOutput()
 
-    override fun close(): Unit = channel.close()
+    override fun close() {
+        if (unacknowledged != null) pacing?.remove(unacknowledged)
+        channel.close()
+    }
 
     companion object {
         private const val DISCARD_BYTES = 4096

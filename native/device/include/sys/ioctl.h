@@ -1,0 +1,3 @@
+#pragma once
+#define TIOCOUTQ 0x5411
+int ioctl(int file, int request, ...);

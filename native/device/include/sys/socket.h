@@ -1,0 +1,5 @@
+#pragma once
+typedef unsigned int socklen_t;
+struct sockaddr;
+int getsockname(int socket, struct sockaddr *address, socklen_t *length);
+int getpeername(int socket, struct sockaddr *address, socklen_t *length);
