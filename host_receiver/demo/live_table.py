@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ml2_receiver.topics.diagnostics import NOTHING_LOWERED
+from ml2_receiver.topics.adaptation import NOTHING_LOWERED
 from report import drops
 
 

@@ -34,7 +34,7 @@ from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
-from ml2_receiver.topics.diagnostics import ADAPTATION
+from ml2_receiver.topics.adaptation import ADAPTATION
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.status_name import status_name
 

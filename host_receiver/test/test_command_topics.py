@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from ml2_receiver.wire.messages import StreamStatus
 from mock_device import MockDevice
 from ros_processes import Child, Receiver
 
@@ -90,6 +91,23 @@ def test_devices_tell_why_a_stream_does_not_run(receiver: Receiver) -> None:
     assert streams["battery"]["state"] == "runs"
     assert streams["world_left"]["state"] == "unavailable"
     assert streams["world_left"]["reason"] == "covered: by a sticker"
+
+
+def test_devices_tell_what_is_lowered_in_the_words_of_diagnostics(
+    receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    with MockDevice(receiver.address, says_ping=True) as device:
+        device.start()
+        device.status(streams={"world_left": StreamStatus("running", quality=60, rate_hz=15)})
+        with command("devices") as child:
+            row = line_with(child, "world_left")
+            assert "lowered for the link" not in line_with(child, "battery")
+            assert child.wait() == 0
+        with command("devices", "--json") as child:
+            lowered = {it["stream"]: it["lowered"] for it in printed(child)["streams"]}
+    assert row.rstrip().endswith(" lowered for the link: quality 60, 15 Hz")
+    assert (lowered["world_left"], lowered["battery"]) == ("quality 60, 15 Hz", "")
 
 
 def test_doctor_tells_what_the_link_carries(receiver: Receiver) -> None:

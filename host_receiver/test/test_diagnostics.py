@@ -459,7 +459,7 @@ def test_a_stream_is_silent_after_its_longest_pause(
     assert (topic.level, topic.message) == (Level.ERROR, f"silent: {words}")
     assert session.level == Level.WARN
     assert read_judgements(session.values) == {stream: Judgement("silent", words)}
-    device = read_device(session.values, load_table())
+    device = read_device({"session": session.values}, load_table())
     assert device is not None
     assert DeviceStream(stream, "silent", words) in device.streams
     receive(statistics, *range(10, 20))

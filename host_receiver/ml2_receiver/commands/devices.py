@@ -1,4 +1,4 @@
-"""ml2-receiver devices: the headset, and what keeps its streams from running."""
+"""ml2-receiver devices: the headset, and what keeps its streams from running as configured."""
 
 import argparse
 import dataclasses
@@ -12,6 +12,7 @@ from rich.table import Table
 from ..doctor.devices import Device, read_device
 from ..security.paired_devices import PairedDevice, PairedDevices
 from ..table.reader import load_table
+from ..topics.adaptation import LOWERED
 from .config import Subparsers
 from .endpoint import add_keys
 from .live import PATIENCE_S, diagnostics_node
@@ -25,13 +26,14 @@ examples:
   ml2-receiver devices
   ml2-receiver devices --paired      who may connect
   ml2-receiver devices --json | jq '.streams[] | select(.state == "unavailable")'
+  ml2-receiver devices --json | jq '.streams[] | select(.lowered != "")'    for the link
 """
 
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "devices",
-        help="show the headset, its permissions, and why a stream is unavailable",
+        help="show the headset, its permissions, why a stream is unavailable, and what is lowered",
         epilog=_EPILOG,
     )
     parser.add_argument(
@@ -50,8 +52,7 @@ def _run(options: argparse.Namespace) -> int:
         _show_paired(PairedDevices(options.keys).load(), is_json=options.json)
         return 0
     with diagnostics_node() as node:
-        session = node.rows(options.name, PATIENCE_S).get("session", {})
-    device = read_device(session, load_table())
+        device = read_device(node.rows(options.name, PATIENCE_S), load_table())
     if options.json:
         print(json.dumps(None if device is None else dataclasses.asdict(device), indent=2))
     elif device is None:
@@ -79,7 +80,8 @@ def _headset(device: Device) -> Table:
     title = f"{device.name}, {device.state}, running {device.software}, id {device.device_id}"
     table = Table("stream", "state", "why", title=escape(title), title_justify="left", box=None)
     for it in device.streams:
-        table.add_row(it.stream, it.state, escape(it.reason))
+        lowered = f"{LOWERED}: {it.lowered}" if it.lowered else ""
+        table.add_row(it.stream, it.state, escape("; ".join(filter(None, (it.reason, lowered)))))
     for name, is_granted in device.permissions.items():
         table.add_row(escape(name), "granted" if is_granted else "not granted", "")
     return table

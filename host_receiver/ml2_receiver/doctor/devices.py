@@ -1,10 +1,11 @@
 """Describes connected headsets: their streams, and why streams do not run."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..session.stream_state import Judgement, grant
 from ..table.stream_table import Stream, StreamTable
+from ..topics.adaptation import ADAPTATION, lowered_streams
 from ..topics.judgement import read_judgements
 
 _PERMISSION, _STREAM = "permission.", "stream."
@@ -15,12 +16,14 @@ class DeviceStream:
     """One stream of the table: "runs", "silent", "waiting", "paused", "failed", "off" or
     "unavailable".
 
-    `reason` says why if it is known, and what to do.
+    `reason` says why if it is known, and what to do. `lowered` is what the headset has lowered for
+    the link, in the words of /diagnostics, or empty.
     """
 
     stream: str
     state: str
     reason: str
+    lowered: str = ""
 
 
 @dataclass(frozen=True)
@@ -35,25 +38,28 @@ class Device:
     streams: tuple[DeviceStream, ...]
 
 
-def read_device(session: Mapping[str, str], table: StreamTable) -> Device | None:
-    """Reads the row "session" of /diagnostics; returns None if no headset has come yet."""
+def read_device(rows: Mapping[str, Mapping[str, str]], table: StreamTable) -> Device | None:
+    """Reads the rows of /diagnostics; returns None if no headset has come yet."""
+    session = rows.get("session", {})
     if "device_id" not in session:
         return None
+    lowered = lowered_streams(rows.get(ADAPTATION, {}))
     permissions = {name: granted == "true" for name, granted in _under(_PERMISSION, session)}
     answers = dict(_under(_STREAM, session))
     judgements = read_judgements(session)
     capabilities = session.get("capabilities", "").split()
+    streams = (
+        _stopped(stream.id, judgements.get(stream.id))
+        or _stream(stream, table, capabilities, permissions, answers.get(stream.id))
+        for stream in table.streams.values()
+    )
     return Device(
         session["headset"],
         session["device_id"],
         session.get("software", ""),
         session["state"],
         permissions,
-        tuple(
-            _stopped(stream.id, judgements.get(stream.id))
-            or _stream(stream, table, capabilities, permissions, answers.get(stream.id))
-            for stream in table.streams.values()
-        ),
+        tuple(replace(it, lowered=lowered.get(it.stream, "")) for it in streams),
     )
 
 

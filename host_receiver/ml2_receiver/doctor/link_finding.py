@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from ..configuration.config import Config
 from ..configuration.forecast import fitting_change, images_mbit_per_s
-from ..topics.diagnostics import ADAPTATION
+from ..topics.adaptation import ADAPTATION, lowered_streams
 from .findings import Finding
 
 _CHECK = "link to headset"
@@ -100,7 +100,7 @@ def _needs(rows: Rows, config: Config | None) -> dict[str, float]:
     """
     session = rows.get("session", {})
     forecast = {} if config is None else images_mbit_per_s(config)
-    lowered = {key.rpartition(".")[0] for key in rows.get(ADAPTATION, {})}
+    lowered = lowered_streams(rows.get(ADAPTATION, {}))
     needs: dict[str, float] = {}
     silent: set[str] = set()
     for row in _topics(rows):
@@ -136,7 +136,7 @@ def _topics(rows: Rows) -> list[Row]:
 
 def _lowered(rows: Rows) -> str:
     row = rows.get(ADAPTATION, {})
-    return row.get("message", "") if row.keys() - {"message"} else ""
+    return row.get("message", "") if lowered_streams(row) else ""
 
 
 def _tested(test: Row | str) -> dict[str, float]:

@@ -13,11 +13,9 @@ from ..session.stream_state import Judgement, in_words
 from ..session.throughput import Throughput
 from ..transport.access import Protection
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
+from .adaptation import ADAPTATION, adaptation_message, adaptation_values
 from .judgement import Judge, expected_hz, judgement_values
 
-# The row of what gives way to the link; its values are `<stream>.quality` and `<stream>.rate_hz`.
-ADAPTATION = "adaptation"
-NOTHING_LOWERED = "nothing is lowered"
 # A head that turns by 100 degrees/s is seen half a degree off when a stamp is wrong by this much.
 _UNCERTAIN_NS = 5_000_000
 # From this state on, Android slows the headset down noticeably.
@@ -67,7 +65,7 @@ class Diagnostics:
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
         """Returns the rows of the session, its clock, its last link test and each topic.
 
-        While a headset is connected there is a row of what gives way to the link, too.
+        The row `adaptation` is there while a headset is connected.
         """
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
@@ -227,22 +225,9 @@ def _link(link: Throughput) -> Row:
 
 
 def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
-    values: dict[str, str] = {}
-    alike: dict[str, list[str]] = {}
-    for id, status in streams.items():
-        lowered: list[str] = []
-        if status.quality is not None:
-            values[f"{id}.quality"] = str(status.quality)
-            lowered.append(f"quality {status.quality}")
-        if status.rate_hz is not None:
-            values[f"{id}.rate_hz"] = str(status.rate_hz)
-            lowered.append(f"{status.rate_hz} Hz")
-        if lowered:
-            alike.setdefault(", ".join(lowered), []).append(id)
-    if not alike:
-        return Row(ADAPTATION, Level.OK, NOTHING_LOWERED, values)
-    words = (f"{', '.join(ids)}: {lowered}" for lowered, ids in alike.items())
-    return Row(ADAPTATION, Level.WARN, f"lowered for the link: {'; '.join(words)}", values)
+    values = adaptation_values(streams)
+    level = Level.WARN if values else Level.OK
+    return Row(ADAPTATION, level, adaptation_message(values), values)
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:

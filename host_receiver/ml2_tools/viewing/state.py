@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
 
 from ..images.image_topic import image_topics
 from ..monitoring.topic_table import Rows, topic_figures
@@ -81,12 +82,13 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
     images = {stream: name for stream, (name, _) in published_images(rows).items()}
     figures = {it["topic"]: it for it in topic_figures(rows)}
     others = {name: it for name, it in figures.items() if name not in images.values()}
+    lowered = lowered_streams(rows.get(ADAPTATION, {}))
     return {
         "type": "state",
         "facts": [asdict(it) for it in _facts(rows, levels, battery)],
         "streams": [
             _stream(it, figures[images[it]], levels.get(images[it], _OK))
-            | {"mode": modes.get(it, ""), "lowered": _lowered(it, rows.get("adaptation", {}))}
+            | {"mode": modes.get(it, ""), "lowered": lowered.get(it, "")}
             for it in image_streams(with_eyes=True)
             if it in images
         ],
@@ -124,13 +126,6 @@ def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, An
     return {"id": stream, "is_eye": is_eye(stream), "level": level, "state": words} | {
         key: figures[key] for key in same
     }
-
-
-def _lowered(stream: str, adaptation: Mapping[str, str]) -> str:
-    """Returns in words what the headset has lowered of a stream for the link."""
-    quality, rate = adaptation.get(f"{stream}.quality"), adaptation.get(f"{stream}.rate_hz")
-    words = [f"quality {quality}"] if quality else []
-    return ", ".join(words + ([f"{rate} Hz"] if rate else []))
 
 
 def _warnings(rows: Rows, levels: Levels) -> list[dict[str, Any]]:
