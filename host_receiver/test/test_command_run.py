@@ -95,7 +95,7 @@ def test_an_address_has_a_port_that_there_is(capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.parametrize(
-    ("eye_camera", "options", "words"),
+    ("section", "options", "words"),
     [
         ("", [], "images need about 248 Mbit/s"),
         ("eye_nasal_left: {enabled: true}", [], "images need about 248 Mbit/s"),
@@ -104,12 +104,13 @@ def test_an_address_has_a_port_that_there_is(capsys: pytest.CaptureFixture[str])
             ["--insecure-eye-images"],
             "images need about 286 Mbit/s",
         ),
+        ("general: {link: 300}", [], "images need about 248 Mbit/s, within the link's 300"),
     ],
 )
 def test_it_says_what_the_images_that_it_asks_for_need(
-    config: Path, eye_camera: str, options: list[str], words: str
+    config: Path, section: str, options: list[str], words: str
 ) -> None:
-    config.write_text(f"{config.read_text()}    {eye_camera}\n")
+    config.write_text(f"{config.read_text()}    {section}\n")
     command = ("-m", "ml2_receiver", "run", "--config", str(config), "--listen", "127.0.0.1:0")
     with Child(*command, "--insecure", *options) as child:
         assert child.line().startswith("listening on ")

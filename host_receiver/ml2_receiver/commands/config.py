@@ -2,16 +2,18 @@
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import shtab
 
 from ..configuration.config import Config, load_config
-from ..configuration.forecast import images_mbit_per_s, needs_in_words
+from ..configuration.forecast import images_mbit_per_s
+from ..configuration.link_fit import bound_mbit_per_s, fitting_change, link_in_words
 from ..table.reader import load_table
 from ..table.stream_table import Topic
+from .options import mbit_per_s
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -20,6 +22,7 @@ Exit code: 0, or 2 with one line per wrong value.
 
 examples:
   ml2-receiver config check my.yaml
+  ml2-receiver config check my.yaml --link 100     and what would fit a link of 100 Mbit/s
   ml2-receiver config check my.yaml --json | jq -r '.streams[].topics[]'
   ml2-receiver config check my.yaml --json | jq .mbit_per_s     what the images need of the link
 """
@@ -39,6 +42,12 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog=_CHECK_EPILOG,
     )
     add_file(check, "file", metavar="FILE", help="a ROS 2 parameter file")
+    check.add_argument(
+        "--link",
+        type=mbit_per_s,
+        metavar="MBIT",
+        help="what the link carries, in Mbit/s; default: general.link, if it is a number",
+    )
     check.add_argument("--json", action="store_true", help="print one object")
     check.set_defaults(run=_check)
     show = actions.add_parser(
@@ -61,26 +70,38 @@ def _check(options: argparse.Namespace) -> int:
 
     config = load_config(options.file)
     needs = images_mbit_per_s(config)
+    link = options.link or bound_mbit_per_s(config)
     if options.json:
-        streams = {
-            id: {
-                "values": values,
-                "topics": [it.full_name(config.prefix) for it in topics],
-                "mbit_per_s": round(needs[id], 2) if id in needs else None,
-            }
-            for id, values, topics in _streams(config)
-        }
-        total = {"mbit_per_s": round(sum(needs.values()), 2)}
-        print(json.dumps({"prefix": config.prefix, **total, "streams": streams}, indent=2))
+        print(json.dumps(_as_json(config, needs, link), indent=2))
         return 0
-    title = f"{len(config.requests)} streams; {needs_in_words(needs)}"
-    table = Table("stream", "topics", title=title, title_justify="left")
+    # Not the table's title, which would break the command to copy into lines
+    print(f"{len(config.requests)} streams; {link_in_words(config, needs, link)}")
+    table = Table("stream", "topics")
     table.add_column("Mbit/s", justify="right")
     for id, _, topics in _streams(config):
         need = f"{needs[id]:.1f}" if id in needs else ""
         table.add_row(id, "\n".join(it.full_name(config.prefix) for it in topics), need)
     Console().print(table)
     return 0
+
+
+def _as_json(config: Config, needs: Mapping[str, float], link: float | None) -> dict[str, Any]:
+    """Returns an object; `change` is null where the link is not known, or nothing fits it."""
+    change = None if link is None else fitting_change(config, link, needs)
+    return {
+        "prefix": config.prefix,
+        "mbit_per_s": round(sum(needs.values()), 2),
+        "link_mbit_per_s": link,
+        "change": None if change is None else change.values,
+        "streams": {
+            id: {
+                "values": values,
+                "topics": [it.full_name(config.prefix) for it in topics],
+                "mbit_per_s": round(needs[id], 2) if id in needs else None,
+            }
+            for id, values, topics in _streams(config)
+        },
+    }
 
 
 def _streams(config: Config) -> Iterator[tuple[str, dict[str, Any], list[Topic]]]:

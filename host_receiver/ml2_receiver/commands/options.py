@@ -1,6 +1,7 @@
 """Options that several commands have."""
 
 import argparse
+import math
 import re
 
 _NAME = re.compile(r"([A-Za-z][A-Za-z0-9_]{0,39})?", re.ASCII)
@@ -25,3 +26,14 @@ def port(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= 0xFFFF:
         raise argparse.ArgumentTypeError(f"expected a port from 1 to 65535, found {text!r}")
     return int(text)
+
+
+def mbit_per_s(text: str) -> float:
+    """Parses the rate of a link, for argparse."""
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not 0 < rate < math.inf:
+        raise argparse.ArgumentTypeError(f"expected Mbit/s above 0, found {text!r}")
+    return rate

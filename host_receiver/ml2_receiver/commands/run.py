@@ -3,7 +3,8 @@
 import argparse
 from contextlib import ExitStack
 
-from ..configuration.forecast import images_mbit_per_s, needs_in_words
+from ..configuration.forecast import images_mbit_per_s
+from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
@@ -50,6 +51,6 @@ def _run(options: argparse.Namespace) -> int:
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
             needs = images_mbit_per_s(node.config)
             asked = {id: it for id, it in needs.items() if id not in endpoint.excluded}
-            print(needs_in_words(asked), flush=True)
+            print(link_in_words(node.config, asked, bound_mbit_per_s(node.config)), flush=True)
             stopping.wait()
     return 0

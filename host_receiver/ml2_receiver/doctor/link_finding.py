@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from ..configuration.config import Config
-from ..configuration.forecast import fitting_change, images_mbit_per_s
+from ..configuration.forecast import images_mbit_per_s
+from ..configuration.link_fit import advice
 from ..topics.adaptation import ADAPTATION, lowered_streams
 from .findings import Finding
 
@@ -78,19 +79,7 @@ def _what_fits(mbit_per_s: float, needs: Mapping[str, float], config: Config | N
         return _MORE_LINK
     images = {id: needs[id] for id in images_mbit_per_s(config) if id in needs}
     others = sum(needs.values()) - sum(images.values())
-    change = fitting_change(config, mbit_per_s - others, images)
-    if change is not None:
-        values = " ".join(f"{key}={value}" for key, value in change.values.items())
-        less = f"images then need about {change.mbit_per_s:.0f} Mbit/s"
-        return f"run `{_set(values, config)}`: {less}; or {_BETTER_LINK}"
-    if config.link is None:
-        less = "the headset then lowers quality and rates to what the link carries"
-        return f"run `{_set('general.link=auto', config)}`: {less}; or {_BETTER_LINK}"
-    return f"the headset lowers quality and rates; for more, {_BETTER_LINK}, or disable streams"
-
-
-def _set(values: str, config: Config) -> str:
-    return f"ml2-receiver set {values}" + (f" --name {config.name}" if config.name else "")
+    return f"{advice(config, mbit_per_s - others, images)}; or {_BETTER_LINK}"
 
 
 def _needs(rows: Rows, config: Config | None) -> dict[str, float]:
