@@ -17,6 +17,7 @@ from typing import IO, Any
 from rich.console import Console
 
 from live_table import LiveTable
+from ml2_receiver.commands.options import mbit_per_s
 from ml2_receiver.commands.stopping import heed_interrupts
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.errors import ConfigError
@@ -46,11 +47,11 @@ def main() -> int:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     OUTPUT.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
+        near, far = _hosts(stack, arguments.link)
         keys = Path(stack.enter_context(TemporaryDirectory()))
         own: list[str | Path] = ["--keys", keys / "receiver"]
         simulator: list[str | Path] = [HEADSET, "--keys", keys / "headset"]
         pair([RECEIVER, "pair", *own], simulator)
-        near, far = _hosts(stack, arguments.link)
         receive = [*near.prefix, RECEIVER, *_receiver_options(arguments, near.address), *own]
         receiver = stack.enter_context(_process("receiver", receive))
         address = _address(receiver)
@@ -79,7 +80,7 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--config", type=Path, default=ROOT / "config" / "demo.yaml")
     parser.add_argument("--replay", type=Path, help="an EuRoC/ASL folder instead of the simulation")
     parser.add_argument(
-        "--link", type=float, metavar="MBIT", help="between headset and receiver; needs root"
+        "--link", type=mbit_per_s, metavar="MBIT", help="between headset and receiver; needs root"
     )
     return parser.parse_args()
 
@@ -89,7 +90,8 @@ def _hosts(stack: ExitStack, link_mbit: float | None) -> tuple[Host, Host]:
     if link_mbit is None:
         return Host(), Host()
     if reason := why_not():
-        raise SystemExit(f"no link of {link_mbit:g} Mbit/s: {reason}; try: sudo make demo LINK=...")
+        hint = f"; try: sudo make demo LINK={link_mbit:g}" if os.geteuid() != 0 else ""
+        raise SystemExit(f"no link of {link_mbit:g} Mbit/s: {reason}{hint}")
     made = stack.enter_context(link("cubic", link_mbit))
     return made.receiver, made.headset
 

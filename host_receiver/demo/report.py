@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+_DROPPED = "dropped."
+
 
 def build_report(final: dict[str, Any], source: str) -> dict[str, Any]:
     """The report of a final snapshot of the observer.
 
-    Drops are what the device produced, by its final STATUS, less what the observer received.
+    Drops are what the device produced, by its final STATUS, less what the observer received. Their
+    reasons are those of PROTOCOL.md; a drop between receiver and observer has none.
     """
     clock = final["clock"]
     topics = {name: _topic(seen) for name, seen in sorted(final["topics"].items())}
@@ -47,5 +50,10 @@ def _topic(seen: dict[str, Any]) -> dict[str, Any]:
         "count": seen["count"],
         "rate_hz": seen["rate_hz"],
         "drops": drops(seen),
+        "drops_by_reason": {
+            key.removeprefix(_DROPPED): int(count)
+            for key, count in seen["diagnostics"].items()
+            if key.startswith(_DROPPED)
+        },
         "latency_ms": seen["latency_ms"],
     }

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import cv2
+import pytest
 
 from processes import PREFIX, ROOT, isolated_environment
+from shaped_link import why_not
 
 DEMO = ROOT / "build" / "demo"
 
@@ -43,6 +46,31 @@ def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
     assert 0 < image["latency_ms"]["p50"] <= image["latency_ms"]["p99"]
     assert image["latency_ms"]["p99"] <= image["latency_ms"]["max"]
     assert cv2.imread(str(DEMO / "streams.png")) is not None
+
+
+@pytest.mark.alone
+def test_images_give_way_to_the_link_of_the_demo_and_no_sample_is_lost(tmp_path: Path) -> None:
+    if reason := why_not():
+        pytest.skip(reason)
+    sections = (
+        "world_left: {enabled: true}, world_right: {enabled: true}, other_sensors: {enabled: true},"
+        " imu: {united: true}, head_pose: {enabled: true}"
+    )
+    demo = run_demo(tmp_path, sections, "--link", "50", "--duration", "5")
+    assert demo.returncode == 0, demo.stdout + demo.stderr
+    step = r"^ +\d+ s  lowered for the link: world_left, world_right: \d+ Hz"
+    assert re.search(step, demo.stdout, re.MULTILINE), demo.stdout
+    topics = json.loads((DEMO / "report.json").read_text())["topics"]
+    images = {name for name in topics if name.endswith("/image_raw")}
+    # Two raw cameras of 8.3 Mbit an image
+    assert all(topics[name]["rate_hz"] < 10 for name in images), topics
+    assert {f"{PREFIX}/imu_left/imu", f"{PREFIX}/head_pose", "/tf"} <= topics.keys()
+    for name in topics.keys() - images:
+        reasons = topics[name]["drops_by_reason"]
+        # On a busy machine the simulated headset is late itself, which is not the link's fault
+        assert topics[name]["count"] > 0
+        assert reasons.keys() <= {"source_late", "no_buffer"}, (name, reasons)
+        assert topics[name]["drops"] == sum(reasons.values()), name
 
 
 def test_a_wrong_configuration_ends_the_demo(tmp_path: Path) -> None:
