@@ -7,9 +7,8 @@ ReceiverError
 ├── ProtocolError     a peer broke the protocol
 ├── PublishError      ROS or the recording rejected a message
 ├── RosError          ROS 2 itself
-├── ProductsError     a package that the products need is missing
+├── PackageError      an optional package is missing
 ├── ExportError       nothing to export, or not in that format
-├── ViewError         a package that the page of `view` needs is missing
 ├── LatencyError      nothing to measure, or no plot of it
 ├── LinkTestError     the link to the headset cannot be tested now
 ├── RecordingError    a recording that cannot be written or read
@@ -135,16 +134,12 @@ class RosError(ReceiverError):
     """ROS 2 is missing, or rejected its arguments."""
 
 
-class ProductsError(ReceiverError):
-    """A package that the products need is missing."""
+class PackageError(ReceiverError):
+    """An optional package that a command needs is missing."""
 
 
 class ExportError(ReceiverError):
     """There is nothing to export, or the format cannot express it."""
-
-
-class ViewError(ReceiverError):
-    """A package that the page of `ml2-receiver view` needs is missing."""
 
 
 class LatencyError(ReceiverError):

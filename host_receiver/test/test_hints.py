@@ -1,6 +1,7 @@
 """What an error tells the user to do, on a line of its own."""
 
 import errno
+import importlib
 import os
 import socket
 import subprocess
@@ -12,6 +13,7 @@ import pytest
 
 from ml2_receiver.cli import main
 from ml2_receiver.errors import ReceiverError, file_hint
+from ml2_tools.commands.optional_packages import optional_packages
 
 LOCAL = ("--listen", "127.0.0.1:0")
 WRONG_CONFIG = "/**: {ros__parameters: {world_left: {enabled: maybe}}}"
@@ -111,6 +113,49 @@ def test_without_ros_it_says_what_to_source() -> None:
     assert error == "ROS 2 is not available: Python finds no rclpy"
     assert hint.startswith("hint: Run `source /opt/ros/jazzy/setup.bash`")
     assert "record --no-ros" in hint
+
+
+APT = "Run `sudo apt install {}`, or in the clone `pip install './host_receiver[{}]'`."
+
+
+@pytest.mark.parametrize(
+    ("command", "package", "hint"),
+    [
+        ("products", "cv2", APT.format("python3-opencv", "products")),
+        ("view", "cv2", APT.format("python3-opencv", "view")),
+        ("view", "websockets", "Run in the clone `pip install './host_receiver[view]'`."),
+        (
+            *("evaluate --bag b --camera world_left", "matplotlib"),
+            APT.format("python3-matplotlib", "evaluate"),
+        ),
+    ],
+)
+def test_without_an_optional_package_it_says_how_to_install_it(
+    command: str, package: str, hint: str
+) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    script = (
+        f"import sys; sys.modules[{package!r}] = None;"
+        "from ml2_receiver.cli import main;"
+        f"sys.exit(main({command.split()}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    name = command.partition(" ")[0]
+    assert done.stderr.splitlines() == [
+        f"`{name}` needs {package}, which is not installed",
+        f"hint: {hint}",
+    ]
+
+
+def test_another_missing_module_is_an_error_of_our_own() -> None:
+    with (
+        pytest.raises(ModuleNotFoundError, match="no_such_module"),
+        optional_packages("cv2", command="view", pip="pip install './host_receiver[view]'"),
+    ):
+        importlib.import_module("no_such_module")
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import EvaluationError
 
 from ..export.kalibr import CAMERAS
+from .optional_packages import optional_packages
 
 if TYPE_CHECKING:
     from ..evaluation.evaluation import Evaluation
@@ -78,15 +79,11 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.live and options.trajectory is not None:
         raise EvaluationError("--trajectory needs a recording: name it with --bag, not --live")
-    try:
+    with optional_packages(
+        "cv2", "matplotlib", command="evaluate", pip="pip install './host_receiver[evaluate]'"
+    ):
         from ..evaluation.evaluation import summary
         from ..evaluation.report import table, write_report
-    except ModuleNotFoundError as error:
-        if error.name not in ("cv2", "matplotlib"):
-            raise
-        raise EvaluationError(
-            f"evaluation needs {error.name}: pip install './host_receiver[evaluate]'"
-        ) from error
     evaluation = _evaluation(options)
     write_report(options.out, evaluation)
     heading, *rows = table(summary(evaluation))

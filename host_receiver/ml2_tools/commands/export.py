@@ -13,6 +13,7 @@ from ..bags.bag_reader import BagReader
 from ..export import open_vins, orb_slam3
 from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
+from .optional_packages import optional_packages
 from .reading import progress
 
 _IMUS = ("imu_left", "imu_right", "imu_compute_pack")
@@ -114,11 +115,10 @@ def _export_kalibr(folder: Path, rig: Rig, topic: str | None, noise: ImuNoise | 
 def _export_euroc(
     folder: Path, reader: BagReader, rig: Rig, topic: str | None, noise: ImuNoise | None
 ) -> None:
-    try:
+    with optional_packages(
+        "cv2", command="export --euroc", pip="pip install './host_receiver[products]'"
+    ):
         from ..export.euroc import write_euroc
-    except ModuleNotFoundError as error:
-        needed = f"--euroc needs {error.name}: pip install './host_receiver[products]'"
-        raise ExportError(needed) from error
     with progress(reader, "writing") as on_bytes:
         stamps_ns, *_ = write_euroc(folder, reader, rig, topic, noise, on_bytes)
     print(f"wrote {folder / 'mav0'}")

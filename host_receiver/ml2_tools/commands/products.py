@@ -6,7 +6,8 @@ from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.options import add_name
 from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import ProductsError
+
+from .optional_packages import optional_packages
 
 _EPILOG = """\
 Run it next to `ml2-receiver run`, or while a bag is played. It makes each topic only while the
@@ -41,17 +42,11 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     use_profile()
-    with ros_needed():
-        try:
-            from ..products.node import ProductsNode  # reads the profile
-        except ModuleNotFoundError as error:
-            if error.name != "cv2":
-                raise
-            raise ProductsError(
-                "products need OpenCV",
-                hint="Run `sudo apt install python3-opencv`, or in the clone"
-                " `pip install './host_receiver[products]'`.",
-            ) from error
+    with (
+        ros_needed(),
+        optional_packages("cv2", command="products", pip="pip install './host_receiver[products]'"),
+    ):
+        from ..products.node import ProductsNode  # reads the profile
     name = options.name
     prefix = f"/{name}{options.prefix}" if name else options.prefix
     frame_prefix = f"{name}/" if name else ""

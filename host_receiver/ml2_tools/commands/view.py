@@ -11,11 +11,12 @@ from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
 from ml2_receiver.commands.options import add_name, port
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import ListenError, ViewError
+from ml2_receiver.errors import ListenError
 from ml2_receiver.transport.listener import listen
 
+from .optional_packages import optional_packages
+
 _LOOPBACK = "127.0.0.1"
-_PACKAGES = {"cv2", "websockets"}
 _EPILOG = """\
 Run it next to `ml2-receiver run`. The page is for browsers of this machine. The address has a
 secret: whoever has it can see the images. The page only shows; it changes nothing.
@@ -47,18 +48,15 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     use_profile()
-    with ros_needed():
-        try:
-            from ..viewing.access import Token  # reads the profile
-            from ..viewing.live_view import LiveView
-            from ..viewing.server import ViewServer
-        except ModuleNotFoundError as error:
-            if error.name not in _PACKAGES:
-                raise
-            raise ViewError(
-                f"the page needs {error.name}, which is not installed",
-                hint="In the clone, run `pip install './host_receiver[view]'`.",
-            ) from error
+    with (
+        ros_needed(),
+        optional_packages(
+            "cv2", "websockets", command="view", pip="pip install './host_receiver[view]'"
+        ),
+    ):
+        from ..viewing.access import Token  # reads the profile
+        from ..viewing.live_view import LiveView
+        from ..viewing.server import ViewServer
     with diagnostics_node() as node:
         node.rows(options.name, PATIENCE_S)
     try:
