@@ -3,8 +3,8 @@
 import os
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.qos import QoSProfile
@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message
 
 from ..errors import NO_RECEIVER_HINT, RosError
 from ..topics.status_name import split_status_name
-from .context import start_ros
+from .context import tool_node
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10
@@ -31,19 +31,18 @@ class DiagnosticsNode:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._rows: dict[str, Rows] = {}
-        self._context = start_ros()
-        self._node = rclpy.create_node("ml2_tools", context=self._context)
+        self._closing = ExitStack()
+        node = self._closing.enter_context(tool_node("ml2_tools"))
+        self._context = node.context
         type = "diagnostic_msgs/msg/DiagnosticArray"
         subscription = RawSubscription(
             type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed
         )
-        self._taker = RawTaker(self._node, [subscription])
+        self._closing.callback(RawTaker(node, [subscription]).stop)
 
     def close(self) -> None:
         """Ends the node; nothing may be called after."""
-        self._taker.stop()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        self._closing.close()
 
     @property
     def context(self) -> Context:

@@ -3,15 +3,14 @@
 import threading
 import time
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
 from ml2_receiver.errors import RosError
-from ml2_receiver.ros.context import start_ros
+from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.status_name import split_status_name
@@ -41,20 +40,19 @@ class LatencyNode:
         self._lock = threading.Lock()
         self._topics: dict[str, TopicLatency] = {}
         self._session: Mapping[str, str] = {}
-        self._context = start_ros()
-        self._node = rclpy.create_node("ml2_latency", context=self._context)
+        self._closing = ExitStack()
+        node = self._closing.enter_context(tool_node("ml2_latency"))
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(
             type, "/diagnostics", QoSProfile(depth=_DEPTH), self._take_diagnostics
         )
         with self._lock:  # _take_diagnostics() needs _taker, and may be called at once
-            self._taker = RawTaker(self._node, [rows])
+            self._taker = RawTaker(node, [rows])
+        self._closing.callback(self._taker.stop)
 
     def close(self) -> None:
         """Ends the node; no method may be called afterwards."""
-        self._taker.stop()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        self._closing.close()
 
     @property
     def session_state(self) -> str | None:

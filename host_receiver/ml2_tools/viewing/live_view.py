@@ -6,16 +6,15 @@ import json
 import math
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from ml2_receiver.ros.context import start_ros
+from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.message_types import message_class
 from ml2_receiver.topics.status_name import split_status_name
@@ -74,18 +73,17 @@ class LiveView:
         # By what they fill and their topic.
         self._subscriptions: dict[tuple[str, str], RawSubscription] = {}
         self._settling = threading.Lock()
-        self._context = start_ros()
-        self._node = rclpy.create_node("ml2_view", context=self._context)
+        self._closing = ExitStack()
+        node = self._closing.enter_context(tool_node("ml2_view"))
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed)
         with self._settling:  # _diagnosed() needs _taker, and may be called at once
-            self._taker = RawTaker(self._node, [rows])
+            self._taker = RawTaker(node, [rows])
+        self._closing.callback(self._taker.stop)
 
     def close(self) -> None:
         """Ends the node; no method may be called afterwards."""
-        self._taker.stop()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        self._closing.close()
 
     @property
     def state(self) -> tuple[int, str]:
