@@ -13,9 +13,10 @@ from typing import Self
 
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser, Kind, LaneKind, Side
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Frame, FrameParser
 from ml2_receiver.wire.frame import encode_frame as encode
 from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,

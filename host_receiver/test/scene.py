@@ -11,8 +11,9 @@ from ml2_receiver.session.settings import ReceiverSettings
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, Header, Kind
+from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, Header
 from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import (
     Capabilities,
     Channel,

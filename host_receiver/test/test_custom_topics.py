@@ -8,7 +8,7 @@ from ml2_receiver.session.session import Session
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ChannelEnd, Configured, Error, Start, StreamAnswer
 from scene import APPLIED, REQUEST, TOPICS, Scene, channel
 

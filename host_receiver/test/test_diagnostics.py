@@ -11,7 +11,8 @@ from ml2_receiver.session.throughput import Throughput
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.diagnostics import Diagnostics, Level, Row
 from ml2_receiver.topics.judgement import read_judgements
-from ml2_receiver.wire.frame import MAGIC, VERSION, Header, Kind
+from ml2_receiver.wire.frame import MAGIC, VERSION, Header
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import (
     ChannelStatus,
     ClockStatus,

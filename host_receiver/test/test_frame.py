@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ml2_receiver.errors import ErrorCode, ProtocolError
-from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
+from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 
 # PROTOCOL.md's table, written down a second time: kind, senders, lanes, greatest length.
 TABLE = [

@@ -4,7 +4,7 @@ import pytest
 
 from ml2_receiver.session.context import Ending
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Bye, Configure
 from scene import REQUEST, Scene, data, hello
 

@@ -14,7 +14,8 @@ import pytest
 
 from ml2_receiver.session.report import State
 from ml2_receiver.session.settings import Limits
-from ml2_receiver.wire.frame import Kind, encode_frame
+from ml2_receiver.wire.frame import encode_frame
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Error
 from mock_device import MockDevice, Wire
 from secure_receiver import QUICK, UNPAIRED_ADDRESS, SecureReceiver, refused

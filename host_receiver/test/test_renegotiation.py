@@ -1,7 +1,7 @@
 """What a headset is asked for while it runs: other values, a pause, streams that are idle."""
 
 from ml2_receiver.session.streams import Request
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import (
     ChannelEnd,
     Configure,

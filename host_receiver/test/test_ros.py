@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Error, Start, StreamStatus
 from mock_device import MockDevice
 from ros_processes import Child, Client, Receiver, Subscriber

@@ -12,7 +12,8 @@ import test_pairing_listener
 from ml2_receiver.session.report import State
 from ml2_receiver.transport.access import PairedOnly
 from ml2_receiver.transport.listener import listen
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, encode_frame
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Bye, Join
 from mock_device import MockDevice, Wire
 from secure_receiver import BATTERY, UNPAIRED_ADDRESS, SecureReceiver, refused

@@ -17,7 +17,8 @@ from ml2_receiver.session.settings import Limits, ReceiverSettings
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from ml2_receiver.transport.transport import Transport
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, encode_frame
+from ml2_receiver.wire.kinds import Kind
 from mock_device import PAYLOAD, MockDevice, Wire
 from scene import REQUEST
 from waiting import LIMIT_S

@@ -9,7 +9,7 @@ from ml2_receiver.session.connection import Connection
 from ml2_receiver.session.context import Ending
 from ml2_receiver.session.report import State
 from ml2_receiver.session.settings import Limits
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Bye, ChannelStatus, ClockStatus, Error, Event, Status
 from scene import IMAGE, Scene, channel, hello
 

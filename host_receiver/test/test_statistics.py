@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from ml2_receiver.session.connection import Route
 from ml2_receiver.session.statistics import Instance, Latency, TopicStatistics
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header, Kind
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, MAGIC, VERSION, Frame, Header
+from ml2_receiver.wire.kinds import Kind
 
 WRAP = 1 << 32
 MS = 1_000_000

@@ -1,6 +1,6 @@
 """What a headset says of its streams in STATUS, and what the receiver makes of it."""
 
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ClockStatus, Event, Status, StreamAnswer, StreamStatus
 from scene import REQUEST, Scene
 

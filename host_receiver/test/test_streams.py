@@ -2,7 +2,7 @@ import pytest
 
 from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ChannelEnd, Configured, Start, StreamAnswer
 from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, data
 

@@ -4,7 +4,7 @@ import pytest
 
 from ml2_receiver.errors import LinkTestError
 from ml2_receiver.session.throughput import Throughput
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import MAX_LINK_TEST_BYTES, Bye, LinkTest
 from scene import Scene
 

@@ -13,7 +13,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.hashes import SHA256, Hash
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
 
 _PERIOD_S = 0.02

@@ -10,8 +10,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, Kind, encode_frame
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION, encode_frame
 from ml2_receiver.wire.json_body import Scalar
+from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
 
 PREFIX = "/bench"

@@ -16,7 +16,8 @@ from pathlib import Path
 
 from frames import IMAGE, IMAGE_PAYLOAD, sender
 from ml2_receiver.security.paired_devices import PairedDevices
-from ml2_receiver.wire.frame import HEADER_BYTES, Kind
+from ml2_receiver.wire.frame import HEADER_BYTES
+from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
 from players import Player, Turn
 from tls_device import Certificate

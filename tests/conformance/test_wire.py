@@ -9,7 +9,8 @@ import pytest
 from case_files import load
 from frame_bytes import json_bytes
 from ml2_receiver.wire import messages
-from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
+from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 
 CASES = load("wire")
 HEADER_BYTES = 32

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.wire.frame import HEADER_BYTES, FrameParser, Header, LaneKind, Side
+from ml2_receiver.wire.frame import HEADER_BYTES, FrameParser, Header
+from ml2_receiver.wire.kinds import LaneKind, Side
 from vectors import vectors
 
 _LANES = list(LaneKind)

@@ -8,7 +8,8 @@ from frame_bytes import json_bytes
 from ml2_receiver.errors import ProtocolError
 from ml2_receiver.session.connection import Connection
 from ml2_receiver.session.context import Send
-from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
+from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 from scene import Scene, hello
 from vectors import vectors
 

@@ -13,8 +13,9 @@ from ..security.contexts import ALPN, pairing_context
 from ..security.identity import Identity
 from ..security.paired_devices import PairedDevice, PairedDevices
 from ..transport.listener import peer_host
-from ..wire.frame import FrameParser, Kind, LaneKind, Side, encode_frame
+from ..wire.frame import FrameParser, encode_frame
 from ..wire.json_body import JsonBody
+from ..wire.kinds import Kind, LaneKind, Side
 from ..wire.messages import Error, Pair, PairChallenge, Paired
 from .pairing import Pairing
 

@@ -6,7 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from ..transport.transport import Transport
-from ..wire.frame import Frame, FrameParser, LaneKind, Side
+from ..wire.frame import Frame, FrameParser
+from ..wire.kinds import LaneKind, Side
 from .connection import Connection
 from .context import Ending
 

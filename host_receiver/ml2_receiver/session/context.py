@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from ..errors import ProtocolError
-from ..wire.frame import Kind
 from ..wire.json_body import JsonBody
+from ..wire.kinds import Kind
 from ..wire.messages import Error
 from .connection import Connection
 from .settings import ReceiverSettings

@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Callable
 
 from ..errors import ErrorCode, LinkTestError, ProtocolError
-from ..wire.frame import VERSION, Frame, Kind
+from ..wire.frame import VERSION, Frame
+from ..wire.kinds import Kind
 from ..wire.messages import Bye, Hello, Join, Link
 from .connection import Connection
 from .context import Close, Context, Ending, Send, close, error_body

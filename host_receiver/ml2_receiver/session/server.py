@@ -11,7 +11,8 @@ from contextlib import suppress
 from ..errors import ErrorCode, KeysError, ProtocolError
 from ..transport.access import Access, Protection
 from ..transport.listener import listen, peer_host, text
-from ..wire.frame import Frame, Kind, LaneKind, encode_frame
+from ..wire.frame import Frame, encode_frame
+from ..wire.kinds import Kind, LaneKind
 from ..wire.messages import Link
 from .admission import Admission
 from .connection import Connection

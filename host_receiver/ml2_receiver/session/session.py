@@ -5,8 +5,9 @@ from dataclasses import replace
 
 from ..errors import ErrorCode, LinkTestError, ProtocolError, PublishError
 from ..table.stream_table import Topic
-from ..wire.frame import Frame, Kind
+from ..wire.frame import Frame
 from ..wire.json_body import JsonBody
+from ..wire.kinds import Kind
 from ..wire.messages import (
     Bye,
     Channel,
@@ -24,7 +25,7 @@ from ..wire.messages import (
 from .connection import Connection, Route
 from .context import Context, Ending, Send, close, error_body
 from .report import Report, State, TopicReport
-from .sink import Applied
+from .sink import Applied, refuse
 from .statistics import Instance, TopicStatistics
 from .stream_state import changes_in_words, stream_states
 from .streams import DesiredStreams, Streams
@@ -135,7 +136,7 @@ class Session:
         try:
             publish = self._context.sink.open(topic)
         except PublishError as refusal:
-            publish = _refuse
+            publish = refuse
             self._log_event(str(refusal))
             error = error_body(ProtocolError(ErrorCode.CHANNEL, str(refusal)))
             self.send(Kind.ERROR, replace(error, fatal=False, channel=channel.id))
@@ -295,7 +296,3 @@ class Session:
 
     def _log_event(self, text: str) -> None:
         self._log(f"{self.hello.name!r}: {text}")
-
-
-def _refuse(_: bytearray) -> None:
-    raise PublishError("the topic could not be opened")

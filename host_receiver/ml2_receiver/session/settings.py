@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 from ..table.reader import load_table
 from ..table.stream_table import StreamTable
-from ..wire.frame import VERSION, Kind
+from ..wire.frame import VERSION
+from ..wire.kinds import Kind
 from ..wire.messages import PeerLimits, Timeouts, Welcome
 
 

@@ -4,11 +4,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from ..errors import PublishError
 from ..table.stream_table import Topic
 from ..wire.messages import StreamAnswer, StreamStatus
 from .report import Report
 
 type Publish = Callable[[bytearray], None]
+
+
+def refuse(payload: bytearray) -> None:
+    """Publishes nothing: stands for a topic that could not be opened.
+
+    Raises:
+        PublishError: always.
+    """
+    raise PublishError("the topic could not be opened")
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
-"""Frames: the 32-byte header, the kinds, and a parser without I/O."""
+"""Frames: the 32-byte header, and a parser without I/O."""
 
 import struct
 from collections.abc import Iterator
-from enum import Enum, Flag, IntEnum, auto
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from ..errors import ErrorCode, ProtocolError
+from .kinds import KIND_BY_NUMBER, Body, Kind, LaneKind, Side, kind_name, max_bytes, max_data_bytes
 
 MAGIC = 0x324D
 VERSION = 1
@@ -15,108 +15,9 @@ CDR_ENCAPSULATION = b"\x00\x01\x00\x00"
 _TLS_MAGIC = 0x0316
 _LAYOUT = struct.Struct("<HBBHHIIqq")
 HEADER_BYTES = _LAYOUT.size
-_KIB, _MIB = 1 << 10, 1 << 20
-_UNKNOWN_KIND_BYTES = 64 * _KIB
-_SENSORS_DATA_BYTES = 64 * _KIB
 # The body buffer grows at most this far ahead of the bytes that have arrived.
-_GROWTH_BYTES = _MIB
+_GROWTH_BYTES = 1 << 20
 _ZEROS = memoryview(bytes(_GROWTH_BYTES))
-
-
-class Side(Flag):
-    """The sender of a frame."""
-
-    DEVICE = auto()
-    RECEIVER = auto()
-    BOTH = DEVICE | RECEIVER
-
-
-class LaneKind(Flag):
-    """The kind of a connection; it is OPENING until HELLO or JOIN names the lane.
-
-    A connection to the port of `ml2-receiver pair` is PAIRING from beginning to end.
-    """
-
-    OPENING = auto()
-    CONTROL = auto()
-    TIME = auto()
-    SENSORS = auto()
-    IMAGE = auto()
-    LINK_TEST = auto()
-    PAIRING = auto()
-    OTHER = TIME | SENSORS | IMAGE | LINK_TEST
-    ANY = OPENING | CONTROL | OTHER | PAIRING
-
-    @staticmethod
-    def of(lane: str) -> "LaneKind":
-        """Returns the kind of the lane with this name; an image lane has its stream's id."""
-        return _LANE_KINDS.get(lane, LaneKind.IMAGE)
-
-
-_LANE_KINDS = {
-    "control": LaneKind.CONTROL,
-    "time": LaneKind.TIME,
-    "sensors": LaneKind.SENSORS,
-    "link_test": LaneKind.LINK_TEST,
-    "pairing": LaneKind.PAIRING,
-}
-
-
-class Body(Enum):
-    """The content of the bytes after the header."""
-
-    JSON = auto()
-    PAYLOAD = auto()
-    TIMES = auto()
-    NOISE = auto()
-    EMPTY = auto()
-
-
-class Kind(IntEnum):
-    """The kinds of frames: number, sender, lanes, greatest length of the body, body.
-
-    DATA has a smaller bound on the sensors lane, see max_data_bytes().
-    """
-
-    sender: Side
-    lanes: LaneKind
-    max_length: int
-    body: Body
-
-    def __new__(
-        cls, number: int, sender: Side, lanes: LaneKind, max_length: int, body: Body
-    ) -> Self:
-        kind = int.__new__(cls, number)
-        kind._value_ = number
-        kind.sender, kind.lanes, kind.max_length, kind.body = sender, lanes, max_length, body
-        return kind
-
-    HELLO = 1, Side.DEVICE, LaneKind.OPENING, 64 * _KIB, Body.JSON
-    WELCOME = 2, Side.RECEIVER, LaneKind.CONTROL, 64 * _KIB, Body.JSON
-    JOIN = 3, Side.DEVICE, LaneKind.OPENING, 4 * _KIB, Body.JSON
-    JOINED = 4, Side.RECEIVER, LaneKind.OTHER, 4 * _KIB, Body.JSON
-    CONFIGURE = 5, Side.RECEIVER, LaneKind.CONTROL, 64 * _KIB, Body.JSON
-    CONFIGURED = 6, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
-    CHANNEL = 7, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    CHANNEL_END = 8, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    START = 9, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    DATA = 16, Side.DEVICE, LaneKind.SENSORS | LaneKind.IMAGE, 16 * _MIB, Body.PAYLOAD
-    TIME_REQUEST = 32, Side.DEVICE, LaneKind.TIME, 8, Body.TIMES
-    TIME_REPLY = 33, Side.RECEIVER, LaneKind.TIME, 24, Body.TIMES
-    LINK_TEST = 40, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    FILLER = 41, Side.DEVICE, LaneKind.LINK_TEST, 64 * _KIB, Body.NOISE
-    STATUS = 48, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
-    PING = 49, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
-    PONG = 50, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
-    ERROR = 51, Side.BOTH, LaneKind.ANY, 4 * _KIB, Body.JSON
-    BYE = 52, Side.BOTH, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    EVENT = 53, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
-    PAIR_CHALLENGE = 60, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
-    PAIR = 61, Side.DEVICE, LaneKind.PAIRING, 16 * _KIB, Body.JSON
-    PAIRED = 62, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
-
-
-_KINDS = {int(kind): kind for kind in Kind}
 _FIXED = {int(kind) for kind in Kind if kind.body is Body.TIMES}
 
 
@@ -139,11 +40,6 @@ class Frame(NamedTuple):
 
     header: Header
     payload: bytearray
-
-
-def max_data_bytes(lane: LaneKind) -> int:
-    """Returns the greatest payload in bytes on a lane that carries DATA."""
-    return _SENSORS_DATA_BYTES if lane is LaneKind.SENSORS else Kind.DATA.max_length
 
 
 def encode_frame(
@@ -268,13 +164,13 @@ class FrameParser:
                 ErrorCode.VERSION, f"expected version {VERSION}, found {header.version}"
             )
         limit = self._limits.get(header.kind)
-        bound = _length_bound(header.kind) if limit is None else limit
+        bound = max_bytes(header.kind) if limit is None else limit
         if header.length > bound:
             raise ProtocolError(
                 ErrorCode.TOO_LARGE,
                 f"{kind_name(header.kind)} takes {bound} B, its header says {header.length}",
             )
-        if limit is None and (header.kind in _KINDS or self._lane is LaneKind.OPENING):
+        if limit is None and (header.kind in KIND_BY_NUMBER or self._lane is LaneKind.OPENING):
             lane = (
                 "a new connection" if self._lane is LaneKind.OPENING else f"lane {self._lane.name}"
             )
@@ -294,12 +190,3 @@ class FrameParser:
 
     def _grow(self, length: int) -> None:
         self._body += _ZEROS[: length - len(self._body)]
-
-
-def _length_bound(kind: int) -> int:
-    return _KINDS[kind].max_length if kind in _KINDS else _UNKNOWN_KIND_BYTES
-
-
-def kind_name(kind: int) -> str:
-    """Returns the name of a kind, or "kind NUMBER" if it is unknown."""
-    return _KINDS[kind].name if kind in _KINDS else f"kind {kind}"

@@ -17,7 +17,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from ml2_receiver.errors import ProtocolError, RecordingError
 from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.topics.string_message import decode_string
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 
 # `ml2-receiver record` ends a chunk with the message that makes it larger than 4 MiB.
 _MAX_RECORD_BYTES = 4 * Kind.DATA.max_length

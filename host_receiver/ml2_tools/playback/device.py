@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from ml2_receiver.table.stream_table import Topic
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import (
     Channel,
     ChannelEnd,

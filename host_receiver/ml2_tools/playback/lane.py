@@ -9,8 +9,9 @@ from ml2_receiver.security.contexts import device_context
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.transport.tls_transport import TlsTransport
 from ml2_receiver.transport.transport import PlainTransport, Transport
-from ml2_receiver.wire.frame import Frame, FrameParser, Kind, LaneKind, Side, encode_frame
+from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 from ml2_receiver.wire.messages import Error
 
 _CONNECT_S = 5.0

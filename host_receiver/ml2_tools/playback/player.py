@@ -7,7 +7,8 @@ from ml2_receiver.errors import RecordingError
 from ml2_receiver.generated.message_definitions import DEFINITIONS
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.stamps import stamp_reader
-from ml2_receiver.wire.frame import CDR_ENCAPSULATION, LaneKind, max_data_bytes
+from ml2_receiver.wire.frame import CDR_ENCAPSULATION
+from ml2_receiver.wire.kinds import LaneKind, max_data_bytes
 
 from ..bags.bag_reader import BagMessage, BagReader
 from .answers import Repertoire

@@ -12,7 +12,7 @@ from ml2_receiver.errors import PlaybackError, ProtocolError
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import VERSION as PROTOCOL_VERSION
-from ml2_receiver.wire.frame import Kind
+from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import (
     Bye,
     Capabilities,

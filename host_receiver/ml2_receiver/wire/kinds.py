@@ -1,0 +1,119 @@
+"""The kinds of frames and of connections."""
+
+from enum import Enum, Flag, IntEnum, auto
+from typing import Self
+
+_KIB, _MIB = 1 << 10, 1 << 20
+_UNKNOWN_KIND_BYTES = 64 * _KIB
+_SENSORS_DATA_BYTES = 64 * _KIB
+
+
+class Side(Flag):
+    """The sender of a frame."""
+
+    DEVICE = auto()
+    RECEIVER = auto()
+    BOTH = DEVICE | RECEIVER
+
+
+class LaneKind(Flag):
+    """The kind of a connection; it is OPENING until HELLO or JOIN names the lane.
+
+    A connection to the port of `ml2-receiver pair` is PAIRING from beginning to end.
+    """
+
+    OPENING = auto()
+    CONTROL = auto()
+    TIME = auto()
+    SENSORS = auto()
+    IMAGE = auto()
+    LINK_TEST = auto()
+    PAIRING = auto()
+    OTHER = TIME | SENSORS | IMAGE | LINK_TEST
+    ANY = OPENING | CONTROL | OTHER | PAIRING
+
+    @staticmethod
+    def of(lane: str) -> "LaneKind":
+        """Returns the kind of the lane with this name; an image lane has its stream's id."""
+        return _LANE_KINDS.get(lane, LaneKind.IMAGE)
+
+
+_LANE_KINDS = {
+    "control": LaneKind.CONTROL,
+    "time": LaneKind.TIME,
+    "sensors": LaneKind.SENSORS,
+    "link_test": LaneKind.LINK_TEST,
+    "pairing": LaneKind.PAIRING,
+}
+
+
+class Body(Enum):
+    """The content of the bytes after the header."""
+
+    JSON = auto()
+    PAYLOAD = auto()
+    TIMES = auto()
+    NOISE = auto()
+    EMPTY = auto()
+
+
+class Kind(IntEnum):
+    """The kinds of frames: number, sender, lanes, greatest length of the body, body.
+
+    DATA has a smaller bound on the sensors lane, see max_data_bytes().
+    """
+
+    sender: Side
+    lanes: LaneKind
+    max_length: int
+    body: Body
+
+    def __new__(
+        cls, number: int, sender: Side, lanes: LaneKind, max_length: int, body: Body
+    ) -> Self:
+        kind = int.__new__(cls, number)
+        kind._value_ = number
+        kind.sender, kind.lanes, kind.max_length, kind.body = sender, lanes, max_length, body
+        return kind
+
+    HELLO = 1, Side.DEVICE, LaneKind.OPENING, 64 * _KIB, Body.JSON
+    WELCOME = 2, Side.RECEIVER, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    JOIN = 3, Side.DEVICE, LaneKind.OPENING, 4 * _KIB, Body.JSON
+    JOINED = 4, Side.RECEIVER, LaneKind.OTHER, 4 * _KIB, Body.JSON
+    CONFIGURE = 5, Side.RECEIVER, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    CONFIGURED = 6, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    CHANNEL = 7, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    CHANNEL_END = 8, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    START = 9, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    DATA = 16, Side.DEVICE, LaneKind.SENSORS | LaneKind.IMAGE, 16 * _MIB, Body.PAYLOAD
+    TIME_REQUEST = 32, Side.DEVICE, LaneKind.TIME, 8, Body.TIMES
+    TIME_REPLY = 33, Side.RECEIVER, LaneKind.TIME, 24, Body.TIMES
+    LINK_TEST = 40, Side.RECEIVER, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    FILLER = 41, Side.DEVICE, LaneKind.LINK_TEST, 64 * _KIB, Body.NOISE
+    STATUS = 48, Side.DEVICE, LaneKind.CONTROL, 64 * _KIB, Body.JSON
+    PING = 49, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
+    PONG = 50, Side.BOTH, LaneKind.CONTROL, 0, Body.EMPTY
+    ERROR = 51, Side.BOTH, LaneKind.ANY, 4 * _KIB, Body.JSON
+    BYE = 52, Side.BOTH, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    EVENT = 53, Side.DEVICE, LaneKind.CONTROL, 4 * _KIB, Body.JSON
+    PAIR_CHALLENGE = 60, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
+    PAIR = 61, Side.DEVICE, LaneKind.PAIRING, 16 * _KIB, Body.JSON
+    PAIRED = 62, Side.RECEIVER, LaneKind.PAIRING, 4 * _KIB, Body.JSON
+
+
+KIND_BY_NUMBER = {int(kind): kind for kind in Kind}
+
+
+def max_data_bytes(lane: LaneKind) -> int:
+    """Returns the greatest payload in bytes on a lane that carries DATA."""
+    return _SENSORS_DATA_BYTES if lane is LaneKind.SENSORS else Kind.DATA.max_length
+
+
+def max_bytes(kind: int) -> int:
+    """Returns the greatest length of a body in bytes; unknown kinds have one, too."""
+    return KIND_BY_NUMBER[kind].max_length if kind in KIND_BY_NUMBER else _UNKNOWN_KIND_BYTES
+
+
+def kind_name(kind: int) -> str:
+    """Returns the name of a kind, or "kind NUMBER" if it is unknown."""
+    return KIND_BY_NUMBER[kind].name if kind in KIND_BY_NUMBER else f"kind {kind}"
