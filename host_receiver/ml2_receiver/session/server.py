@@ -1,4 +1,4 @@
-"""The sockets and threads of a receiver: a reader per connection, an acceptor and a timer."""
+"""The threads of a receiver: a reader per connection, an acceptor and a timer."""
 
 import socket
 import struct
@@ -6,14 +6,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection
-from contextlib import suppress
 
 from ..errors import ErrorCode, KeysError, ProtocolError
 from ..transport.access import Access, Protection
-from ..transport.listener import listen, peer_host, text
 from ..wire.frame import Frame, encode_frame
 from ..wire.kinds import Kind, LaneKind
 from ..wire.messages import Link
+from .acceptor import Acceptor
 from .admission import Admission
 from .connection import Connection
 from .connection_io import ConnectionIO
@@ -75,33 +74,24 @@ class Server:
         self._links: dict[Connection, ConnectionIO] = {}
         self._readers: set[threading.Thread] = set()
         self._stopping = threading.Event()
-        self._listener = listener
-        self._threads = [
-            threading.Thread(target=self._accept, name="accept", daemon=True),
-            threading.Thread(target=self._tick, name="tick", daemon=True),
-        ]
+        self._acceptor = Acceptor(
+            listener,
+            lambda accepted, host, port: self._guarded(self._open, accepted, host, port),
+            lambda reason: self._guarded(sink.event, reason),
+        )
+        ticker = threading.Thread(target=self._tick, name="tick", daemon=True)
+        self._threads = [self._acceptor.thread, ticker]
         for thread in self._threads:
             thread.start()
 
     @property
     def address(self) -> str:
         """The HOST:PORT that the server listens on."""
-        return text(self._listener.getsockname())
+        return self._acceptor.address
 
     def listen_on(self, address: tuple[str, int]) -> socket.socket:
-        """Listens on another address and returns the new socket; connections stay open.
-
-        Calls must not overlap.
-
-        Raises:
-            ListenError: the address cannot be used. The server then listens nowhere.
-        """
-        before = self._listener
-        with suppress(OSError):  # a failed attempt has shut it down already
-            before.shutdown(socket.SHUT_RDWR)  # wakes the accepting thread and frees the port
-        self._listener = listen(address)
-        before.close()
-        return self._listener
+        """Listens on another address, as Acceptor.listen_on() does; connections stay open."""
+        return self._acceptor.listen_on(address)
 
     def protection(self) -> Protection:
         """Returns which devices may connect."""
@@ -144,31 +134,18 @@ class Server:
     def stop(self) -> None:
         """Sends BYE, reads what has arrived and closes all connections, in less than 1 s."""
         self._stopping.set()
-        with suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
+        self._acceptor.stop()
         with self._lock:
             self._host.stop()
         self._join(time.monotonic() + _STOP_S)
         for link in list(self._links.values()):
             link.abort()
         self._join(time.monotonic() + _STOP_S)
-        self._listener.close()
+        self._acceptor.close()
 
     def _join(self, deadline_s: float) -> None:
         for thread in (*self._threads, *list(self._readers)):
             thread.join(max(0.0, deadline_s - time.monotonic()))
-
-    def _accept(self) -> None:
-        while not self._stopping.is_set():
-            listener = self._listener
-            try:
-                accepted, address = listener.accept()
-            except OSError as error:
-                if not self._stopping.wait(_TICK_S) and listener is self._listener:
-                    self._guarded(self._sink.event, f"cannot accept connections: {error}")
-                continue
-            if not self._guarded(self._open, accepted, peer_host(address[0]), address[1]):
-                accepted.close()
 
     def _open(self, accepted: socket.socket, host: str, port: int) -> None:
         self._refresh()
