@@ -16,7 +16,7 @@ _OTHER_BITS_PER_PIXEL = 32.0
 def images_mbit_per_s(config: Config) -> dict[str, float]:
     """Returns what each enabled stream of images needs, by its size, rate, format and quality.
 
-    The sizes of compressed images depend on what the camera sees: theirs are estimates.
+    The size of a compressed image depends on what the camera sees, so its need is an estimate.
     """
     table = load_table()
     return {

@@ -1,4 +1,4 @@
-"""Finds the change of a configuration with which its images fit a link, and says it."""
+"""Finds the mildest change of a configuration with which its images fit a link."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from .config import Config
 from .config_rules import Values
 from .forecast import images_mbit_per_s, modes_of_size, stream_mbit_per_s
 
-# The values of each stream that is on.
+# The values of each enabled stream of images.
 type _Requests = Mapping[str, Values]
 
 
@@ -70,7 +70,7 @@ def fitting_change(config: Config, mbit_per_s: float, needs: Mapping[str, float]
     """
     streams, forecast = load_table().streams, images_mbit_per_s(config)
     before = {id: config.requests[id] for id in needs}
-    scale = {id: mbit_per_s / forecast[id] for id, mbit_per_s in needs.items()}
+    scale = {id: needs[id] / forecast[id] for id in needs}
     for after in _milder_first(before):
         needed = sum(scale[id] * stream_mbit_per_s(streams[id], it) for id, it in after.items())
         if needed <= mbit_per_s:

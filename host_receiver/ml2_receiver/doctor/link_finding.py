@@ -1,4 +1,4 @@
-"""The judgement of the link by `ml2-receiver doctor`: what it carries, and what is needed of it."""
+"""The finding of `ml2-receiver doctor` about the link: does it carry what the streams need?"""
 
 from collections.abc import Mapping
 
@@ -10,13 +10,13 @@ from .findings import Finding
 
 _CHECK = "link to headset"
 _BETTER_LINK = "use Wi-Fi of 5 or 6 GHz near its access point, or a cable"
-_MORE_LINK = (
-    f"{_BETTER_LINK}; or ask for less: fewer streams, a lower update_rate, color (JPEG) in place of"
-    " raw cameras"
+_BETTER_LINK_OR_LESS = (
+    f"{_BETTER_LINK}; or ask for less: compressed formats, a lower quality or update_rate, fewer"
+    " streams"
 )
-_LESS_LOAD = (
-    "the link carries enough now: see whether this machine is busy, or the link worse at times, and"
-    " look again"
+_NOT_THE_LINK = (
+    "the link carries enough now: look whether this machine is busy, and look again, as the link"
+    " may be worse at times"
 )
 
 type Row = Mapping[str, str]
@@ -50,34 +50,33 @@ def _judged(
     lowered: str,
     why_not_tried: str,
 ) -> Finding:
-    arriving, needed = numbers["arriving_mbit_per_s"], numbers["needed_mbit_per_s"]
-    found = (
-        f"{arriving:.1f} Mbit/s arrive, p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
-    )
-    fix, less = "", _MORE_LINK
+    slowest = f"p99 of the slowest topic {numbers['slowest_p99_ms']:.1f} ms"
+    found = [f"{numbers['arriving_mbit_per_s']:.1f} Mbit/s arrive, {slowest}"]
     if "free_mbit_per_s" in numbers:
         free, streams = numbers["free_mbit_per_s"], numbers["streams_mbit_per_s"]
-        found += f"; in a test {free:.1f} Mbit/s were free besides {streams:.1f} of the streams"
-        found += f", which need {needed:.1f}"
-        is_enough = free + streams >= needed
-        less = _LESS_LOAD if is_enough else _what_fits(free + streams, needs, config)
-        fix = "" if is_enough else less
+        needed = sum(needs.values())
+        besides = f"besides {streams:.1f} of the streams, which need {needed:.1f}"
+        found.append(f"in a test {free:.1f} Mbit/s were free {besides}")
+        fix = "" if free + streams >= needed else _what_fits(free + streams, needs, config)
+        fix_of_drops = fix or _NOT_THE_LINK
     else:
-        found += f"; what more it carries is not known: {why_not_tried}"
+        found.append(f"what more it carries is not known: {why_not_tried}")
         fix = "look again in a minute; an app that knows no link test needs an update"
+        fix_of_drops = _BETTER_LINK_OR_LESS
     if lowered:
-        found += f"; {lowered}"
+        found.append(lowered)
     if dropped := int(numbers["dropped"]):
-        found += f"; {dropped} messages were dropped as the link or this machine was too slow"
-        fix = less
-    return Finding(_CHECK, "hint" if fix else "ok", found, fix, numbers)
+        found.append(f"{dropped} messages were dropped as the link or this machine was too slow")
+        fix = fix_of_drops
+    return Finding(_CHECK, "hint" if fix else "ok", "; ".join(found), fix, numbers)
 
 
 def _what_fits(mbit_per_s: float, needs: Mapping[str, float], config: Config | None) -> str:
-    """Returns what to do on a link that carries so much and less than the streams need."""
-    if config is None:
-        return _MORE_LINK
-    images = {id: needs[id] for id in images_mbit_per_s(config) if id in needs}
+    """Returns what to do on a link that carries `mbit_per_s`, which is less than `needs`."""
+    asked = {} if config is None else images_mbit_per_s(config)
+    images = {id: needs[id] for id in asked if id in needs}
+    if config is None or not images:
+        return _BETTER_LINK_OR_LESS
     others = sum(needs.values()) - sum(images.values())
     return f"{advice(config, mbit_per_s - others, images)}; or {_BETTER_LINK}"
 
@@ -85,7 +84,8 @@ def _what_fits(mbit_per_s: float, needs: Mapping[str, float], config: Config | N
 def _needs(rows: Rows, config: Config | None) -> dict[str, float]:
     """Returns what each stream needs at the rate and quality that the configuration asks for.
 
-    That is what arrives of it, or the forecast if it is lowered or does not arrive.
+    For a stream that arrives as configured this is measured. For images that are lowered or do not
+    arrive it is the forecast.
     """
     session = rows.get("session", {})
     forecast = {} if config is None else images_mbit_per_s(config)

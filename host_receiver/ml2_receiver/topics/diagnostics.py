@@ -63,16 +63,15 @@ class Diagnostics:
         self._past: dict[str, _Past] = {}
 
     def rows(self, report: Report | None, now_s: float) -> list[Row]:
-        """Returns the rows of the session, its clock, its last link test and each topic.
+        """Returns the rows of the session, its clock, its last link test, adaptation and topics.
 
-        The row `adaptation` is there while a headset is connected.
+        Rows that do not apply are left out, such as `adaptation` without a connection.
         """
         if report is None:
             return [Row("session", Level.OK, "no headset yet", {"state": "waiting"})]
         clock = [] if report.clock is None else [_clock(report.clock)]
         link = [] if report.link is None else [_link(report.link)]
-        is_connected = report.state is State.CONNECTED
-        adaptation = [_adaptation(report.streams)] if is_connected else []
+        adaptation = [_adaptation(report.streams)] if report.state is State.CONNECTED else []
         judgements = self._judge.judge(report, now_s)
         topics = [
             self._topic(topic, judgement, report, now_s)
@@ -81,7 +80,7 @@ class Diagnostics:
         return [_session(report, judgements.streams), *clock, *link, *adaptation, *topics]
 
     def _topic(self, topic: TopicReport, judgement: Judgement, report: Report, now_s: float) -> Row:
-        statistics, device = topic.statistics, topic.device
+        statistics = topic.statistics
         name = topic.topic.full_name(self._prefix)
         past = self._past.get(name)
         if past is None or past.statistics is not statistics:
@@ -99,16 +98,7 @@ class Diagnostics:
         }
         if (rate_hz := expected_hz(topic, report)) is not None:
             values["expected_hz"] = f"{rate_hz:g}"
-        if device is not None:
-            values |= {"produced": str(device.produced), "sent": str(device.sent)}
-            dropped = _dropped(topic, device, report)
-            values |= {f"dropped.{reason}": str(n) for reason, n in dropped.items()}
-        if (latency := statistics.latency()) is not None:
-            values |= {
-                "latency_p50_ms": f"{latency.p50_ms:.3f}",
-                "latency_p99_ms": f"{latency.p99_ms:.3f}",
-                "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
-            }
+        values |= _reported(topic, report) | _latency(statistics)
         values |= _window(statistics.times_ns(past.received, received))
         past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
         return Row(name, *_in_words(topic, judgement, _gaps(topic, report)), values)
@@ -136,11 +126,21 @@ def _gaps(topic: TopicReport, report: Report) -> int:
     return topic.statistics.gaps
 
 
-def _dropped(topic: TopicReport, device: ChannelStatus, report: Report) -> Mapping[str, int]:
-    """Returns drops by reason.
+def _reported(topic: TopicReport, report: Report) -> dict[str, str]:
+    """Returns what the device has counted; nothing before its first STATUS."""
+    device = topic.device
+    if device is None:
+        return {}
+    dropped = _dropped(topic, device, report)
+    return {
+        "produced": str(device.produced),
+        "sent": str(device.sent),
+        **{f"dropped.{reason}": str(count) for reason, count in dropped.items()},
+    }
 
-    After the end they include the messages lost in transit, as WELCOME reports them.
-    """
+
+def _dropped(topic: TopicReport, device: ChannelStatus, report: Report) -> Mapping[str, int]:
+    """Returns drops by reason; after the end, messages lost on the way are `link_down`."""
     missing = device.sent - topic.statistics.received
     if missing == 0 or not _is_over(report):
         return device.dropped
@@ -228,6 +228,17 @@ def _adaptation(streams: Mapping[str, StreamStatus]) -> Row:
     values = adaptation_values(streams)
     level = Level.WARN if values else Level.OK
     return Row(ADAPTATION, level, adaptation_message(values), values)
+
+
+def _latency(statistics: TopicStatistics) -> dict[str, str]:
+    latency = statistics.latency()
+    if latency is None:
+        return {}
+    return {
+        "latency_p50_ms": f"{latency.p50_ms:.3f}",
+        "latency_p99_ms": f"{latency.p99_ms:.3f}",
+        "latency_jitter_ms": f"{latency.jitter_ms:.3f}",
+    }
 
 
 def _window(times_ns: NDArray[np.int64]) -> dict[str, str]:
