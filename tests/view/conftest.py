@@ -1,0 +1,43 @@
+"""A page of `ml2-receiver view` in Chromium."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from lab import SCREEN, Lab, running_lab
+
+# The simulated headset draws its images before it sends the first one.
+LIMIT_MS = 60_000
+
+
+@pytest.fixture(scope="session")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    with running_lab(tmp_path_factory.mktemp("lab")) as lab:
+        yield lab
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    chromium = shutil.which("chromium")
+    assert chromium is not None, "`make test-view` installs chromium"
+    expect.set_options(timeout=LIMIT_MS)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(browser: Browser, lab: Lab) -> Iterator[Page]:
+    """The page, which shows the state of a connected headset."""
+    context = browser.new_context(viewport=SCREEN, color_scheme="dark")
+    context.set_default_timeout(LIMIT_MS)
+    page = context.new_page()
+    page.goto(lab.address)
+    expect(page.locator("#facts")).to_contain_text("connected")
+    yield page
+    context.close()

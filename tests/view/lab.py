@@ -1,0 +1,63 @@
+"""A simulated headset, a receiver and `ml2-receiver view` as processes."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from playwright.sync_api import ViewportSize
+
+from processes import (
+    RECEIVER,
+    headset_command,
+    isolated_environment,
+    line_with,
+    listening_address,
+    process,
+    receive_command,
+)
+from simulation import SMALL, compressed_config
+
+# One camera of each kind, so that two cores carry them and a browser.
+IMAGES = ("color", "depth", "world_left", "eye_nasal_left")
+# A common laptop's.
+SCREEN = ViewportSize(width=1366, height=768)
+_OFF = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
+
+
+@dataclass(frozen=True)
+class Lab:
+    """The running processes.
+
+    Attributes:
+        address: the address of the page, with its secret.
+        config: the receiver's configuration file.
+    """
+
+    address: str
+    config: Path
+
+    @property
+    def origin(self) -> str:
+        return self.address.partition("/#")[0]
+
+
+@contextlib.contextmanager
+def running_lab(folder: Path) -> Iterator[Lab]:
+    """Starts the processes, with their logs in `folder`, and ends them."""
+    config = folder / "config.yaml"
+    off = {camera: {"enabled": False} for camera in _OFF}
+    config.write_text(compressed_config(picture_center=SMALL, **off))
+    environment = isolated_environment()
+    with contextlib.ExitStack() as stack:
+
+        def start(name: str, command: list[str | Path]) -> subprocess.Popen[str]:
+            return stack.enter_context(process(command, environment, folder / f"{name}.log"))
+
+        receiver = start("receiver", receive_command(config, "127.0.0.1:0"))
+        start("headset", headset_command(listening_address(receiver)))
+        view = start("view", [RECEIVER, "view", "--no-browser", "--eyes"])
+        yield Lab(line_with(view, "open ").split()[1], config)

@@ -1,0 +1,113 @@
+"""What a person sees and does on the page, in a real browser."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from images import await_images
+from lab import IMAGES, SCREEN, Lab
+
+REPORTS = Path(__file__).resolve().parents[2] / "build" / "reports"
+# The index of the control with the focus, among all that can be seen; -1 is none of them.
+FOCUSED = """() => [...document.querySelectorAll("button, select, input, summary, a[href]")]
+  .filter((it) => it.checkVisibility()).indexOf(document.activeElement)"""
+COUNT = FOCUSED.replace("indexOf(document.activeElement)", "length")
+# The browser offers no way to hide a page without a screen.
+HIDE = """() => {
+  Object.defineProperty(document, "hidden", { get: () => true });
+  document.dispatchEvent(new Event("visibilitychange"));
+}"""
+
+
+def tile(page: Page, stream: str) -> Locator:
+    return page.locator(f"[data-stream={stream}]")
+
+
+def show_eye(page: Page) -> None:
+    page.get_by_role("button", name="Show this eye").click()
+
+
+def test_images_of_each_stream_come_and_change(page: Page) -> None:
+    show_eye(page)
+    for stream in IMAGES:
+        await_images(page, stream)
+        rate = tile(page, stream).locator("figcaption p").first
+        expect(rate).to_have_text(re.compile(r"^[1-9]\d*\.\d of \d+ Hz, "))
+    REPORTS.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=REPORTS / "view.png")
+
+
+def test_plots_draw_values(page: Page) -> None:
+    outputs = page.locator("#plots output")
+    expect(outputs.first).to_have_text(re.compile(r"x -?\d+\.\d+ y -?\d+\.\d+ z -?\d+\.\d+"))
+    for number in range(outputs.count()):
+        expect(outputs.nth(number)).not_to_have_text("no data")
+
+
+def test_no_request_leaves_this_machine(browser: Browser, lab: Lab) -> None:
+    context = browser.new_context(viewport=SCREEN)
+    page = context.new_page()
+    requested: list[str] = []
+    context.on("request", lambda it: requested.append(it.url))
+    page.on("websocket", lambda it: requested.append(it.url.replace("ws:", "http:")))
+    page.goto(lab.address)
+    await_images(page, "world_left")
+    context.close()
+    assert f"{lab.origin}/live" in requested
+    assert len(requested) > 5
+    assert [it for it in requested if not it.startswith(f"{lab.origin}/")] == []
+
+
+def test_a_wrong_token_is_refused_in_words(browser: Browser, lab: Lab) -> None:
+    page = browser.new_page()
+    page.goto(f"{lab.origin}/#wrong")
+    expect(page.get_by_role("status")).to_contain_text("not valid any more")
+    expect(page.locator("#streams figure")).to_have_count(0)
+    page.close()
+
+
+def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) -> None:
+    frozen = browser.new_page()
+    frozen.goto(lab.address)
+    await_images(frozen, "world_left", 1)
+    browser_of_frozen = frozen.context.new_cdp_session(frozen)
+    browser_of_frozen.send("Page.setWebLifecycleState", {"state": "frozen"})
+    await_images(page, "world_left", 15)
+    browser_of_frozen.send("Page.setWebLifecycleState", {"state": "active"})
+    await_images(frozen, "world_left")
+    frozen.close()
+
+
+def test_a_hidden_page_asks_for_no_images(browser: Browser, lab: Lab) -> None:
+    page = browser.new_page(viewport=SCREEN)
+    with page.expect_websocket() as opened:
+        page.goto(lab.address)
+    await_images(page, "world_left")
+    with opened.value.expect_event("framesent", lambda it: json.loads(it) == {"show": []}):
+        page.evaluate(HIDE)
+    page.close()
+
+
+def test_each_control_is_reached_with_the_tab_key(page: Page) -> None:
+    expect(page.locator("#streams figure")).to_have_count(len(IMAGES))
+    count = page.evaluate(COUNT)
+    reached = []
+    for _ in range(count):
+        page.keyboard.press("Tab")
+        reached.append(page.evaluate(FOCUSED))
+    assert reached == list(range(count))
+
+
+def test_keys_hide_and_show_an_image(page: Page) -> None:
+    await_images(page, "world_left")
+    button = tile(page, "world_left").get_by_role("button")
+    button.focus()
+    page.keyboard.press("Enter")
+    expect(button).to_have_text("Show")
+    page.keyboard.press("Space")
+    expect(button).to_have_text("Hide")
+    await_images(page, "world_left")
