@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import rclpy
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -30,6 +31,9 @@ class ReceiverClient:
         self._timeout_s = timeout_s
         self._node = rclpy.create_node("ml2_client", context=context)
         self._executor = SingleThreadedExecutor(context=context)
+        # A client lives as long as its node.
+        self._parameter_client: AsyncParameterClient | None = None
+        self._services: dict[str, Client] = {}
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -62,14 +66,19 @@ class ReceiverClient:
         Raises:
             RosError: it does not answer.
         """
-        client = self._node.create_client(Trigger, f"{self._name}/{service}")
+        if service not in self._services:
+            name = f"{self._name}/{service}"
+            self._services[service] = self._node.create_client(Trigger, name)
+        client = self._services[service]
         if not client.wait_for_service(self._timeout_s):
             raise self._silent(service)
         answer = self._answer(client.call_async(Trigger.Request()))
         return answer.success, answer.message
 
     def _parameters(self) -> AsyncParameterClient:
-        client = AsyncParameterClient(self._node, self._name)
+        if self._parameter_client is None:
+            self._parameter_client = AsyncParameterClient(self._node, self._name)
+        client = self._parameter_client
         if not client.wait_for_services(self._timeout_s):
             raise self._silent("parameter services")
         return client
