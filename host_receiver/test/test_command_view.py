@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import bag_scene
 from mock_device import MockDevice
 from repeated import repeated
-from ros_processes import Child, Receiver
+from ros_processes import Child, Client, Receiver
 from viewing_browser import Browser, Picture, View
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -119,12 +120,54 @@ def test_a_browser_that_acknowledges_nothing_gets_two_images_and_delays_nobody(
             browser.say(show=["world_left"])
         for _ in range(10):
             other.picture()
-        # hello, and two each of images, states and samples
-        found = [stalled.next(acknowledges=False) for _ in range(7)]
+        # hello, settings, and two each of images, states and samples
+        found = [stalled.next(acknowledges=False) for _ in range(8)]
         assert len([it for it in found if isinstance(it, Picture)]) == 2
         stalled.say(seen="world_left")
         while not isinstance(stalled.next(acknowledges=False), Picture):
             pass
+
+
+def test_a_change_is_shown_as_it_is_in_force(
+    device: MockDevice, view: View, client: Client
+) -> None:
+    with Browser(view.url, view.token) as browser, Browser(view.url, view.token) as other:
+        assert browser.text("settings")["sections"]["battery"] == {"enabled": True}
+        browser.say(set="battery", to={"enabled": False})
+        # What is in force comes before the answer, so that the page shows it with the answer.
+        assert browser.text("settings")["sections"]["battery"] == {"enabled": False}
+        assert browser.text("answer") == answer("battery", True, "")
+        while other.text("settings")["sections"]["battery"] != {"enabled": False}:
+            pass
+        # Another program changes it, too.
+        assert client.ask("set", {"battery.enabled": True}) == [[True, ""]]
+        assert browser.text("settings")["sections"]["battery"] == {"enabled": True}
+
+
+def test_a_refused_change_says_why_and_changes_nothing(device: MockDevice, view: View) -> None:
+    with Browser(view.url, view.token) as browser:
+        before = browser.text("settings")["sections"]["depth_center"]
+        assert (before["stream"], before["mode"]) == (1, "544x480@30")
+        browser.say(set="depth_center", to={"stream": 0, "mode": "544x480@30"})
+        refusal = browser.text("answer")
+        assert refusal["is_done"] is False
+        assert "update_rate" in refusal["text"]
+        browser.say(set="battery", to={"enabled": False})
+        assert browser.text("settings")["sections"]["depth_center"] == before
+
+
+def test_services_are_called(device: MockDevice, view: View) -> None:
+    with Browser(view.url, view.token) as browser:
+        browser.say(call="stop_recording")
+        assert browser.text("answer") == answer("stop_recording", False, "no recording is on")
+        browser.say(call="stop")
+        assert browser.text("answer")["is_done"] is True
+        while browser.text("state")["applied"].get("battery") != "paused":
+            pass
+
+
+def answer(to: str, is_done: bool, text: str) -> dict[str, Any]:
+    return {"type": "answer", "to": to, "is_done": is_done, "text": text}
 
 
 @pytest.mark.usefixtures("ros_of_children")

@@ -35,6 +35,7 @@ PUBLIC = (
     "ml2_receiver.recording",
     "ml2_receiver.ros.context",
     "ml2_receiver.ros.raw_taker",
+    "ml2_receiver.ros.receiver_client",
     "ml2_receiver.commands",
 )
 NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "websockets", "ml2_tools"}

@@ -14,13 +14,15 @@ import pytest
 from numpy.typing import NDArray
 
 from ml2_tools.viewing.access import Token, is_own_host, is_own_origin
+from ml2_tools.viewing.controls import SERVICES, controls
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.plots import Series
 from ml2_tools.viewing.preview import Preview, preview_of
-from ml2_tools.viewing.requests import RequestError, Seen, Show, parse_request
+from ml2_tools.viewing.requests import Call, Change, RequestError, Seen, Show, parse_request
 from ml2_tools.viewing.state import image_streams, is_eye, state_of, topic_prefix
 
 STREAMS = ("color", "world_left")
+CONTROLS = controls(with_eyes=False)
 WORLD = "/magic_leap2/world_left/image_raw"
 
 
@@ -126,9 +128,18 @@ def test_only_the_token_opens() -> None:
 
 
 def test_requests_are_read() -> None:
-    assert parse_request('{"show": ["color"]}', STREAMS) == Show(frozenset({"color"}))
-    assert parse_request('{"show": []}', STREAMS) == Show(frozenset())
-    assert parse_request('{"seen": "state"}', STREAMS) == Seen("state")
+    assert parse_request('{"show": ["color"]}', STREAMS, CONTROLS) == Show(frozenset({"color"}))
+    assert parse_request('{"show": []}', STREAMS, CONTROLS) == Show(frozenset())
+    assert parse_request('{"seen": "state"}', STREAMS, CONTROLS) == Seen("state")
+    assert parse_request('{"call": "stop"}', STREAMS, CONTROLS) == Call("stop")
+    values: dict[str, Any] = {
+        "stream": 1,
+        "mode": "544x480@5",
+        "format": "depth16",
+        "enabled": True,
+    }
+    change = json.dumps({"set": "depth_center", "to": values})
+    assert parse_request(change, STREAMS, CONTROLS) == Change("depth_center", values)
 
 
 @pytest.mark.parametrize(
@@ -145,11 +156,51 @@ def test_requests_are_read() -> None:
         '{"show": [], "seen": "color"}',
         '{"seen": 1}',
         '{"set": {"general.link": 1}}',
+        '{"set": "general", "to": {"link": "1"}}',
+        '{"set": "battery", "to": {}}',
+        '{"set": "battery", "to": {"enabled": 1}}',
+        '{"set": "battery", "to": {"enabled": [true]}}',
+        '{"set": "battery", "to": {"enabled": true}, "call": "stop"}',
+        '{"set": "battery", "to": {"mode": "1016x1016@30"}}',
+        '{"set": "depth_center", "to": {"stream": true}}',
+        '{"set": "depth_center", "to": {"stream": 1.0}}',
+        '{"set": "depth_center", "to": {"mode": "1016x1016@30"}}',
+        '{"set": "depth_center", "to": {"calibration": "/etc/passwd"}}',
+        '{"set": "eye_nasal_left", "to": {"enabled": true}}',
+        '{"set": ["battery"], "to": {"enabled": true}}',
+        '{"call": "reload"}',
+        '{"call": ["stop"]}',
     ],
 )
 def test_other_requests_are_refused(message: str | bytes) -> None:
     with pytest.raises(RequestError):
-        parse_request(message, STREAMS)
+        parse_request(message, STREAMS, CONTROLS)
+
+
+def test_each_mode_of_a_control_may_be_asked_for() -> None:
+    asked = [
+        (control, {"stream": stream, "mode": mode})
+        for control in controls(with_eyes=True).values()
+        for stream, mode in control.modes
+    ]
+    assert len(asked) > 40
+    assert all(control.takes(values) for control, values in asked)
+
+
+def test_eye_cameras_are_steered_on_request_only() -> None:
+    eyes = {"eye_nasal_left", "eye_nasal_right", "eye_temple_left", "eye_temple_right"}
+    assert controls(with_eyes=True).keys() - CONTROLS.keys() == eyes
+
+
+def test_the_buttons_of_the_page_are_the_services() -> None:
+    _, html = page_files()["/"]
+    assert set(re.findall(r'data-call="(\w+)"', html.decode())) == SERVICES
+
+
+def test_what_the_headset_adjusted_is_said_with_the_reason() -> None:
+    session = ROWS["session"] | {"stream.world_left": "adjusted: the device has 30 Hz"}
+    state = state_of(ROWS | {"session": session}, {}, {}, "")
+    assert state["applied"] == {"world_left": "running, adjusted: the device has 30 Hz"}
 
 
 def test_a_series_gives_each_value_once_and_forgets_old_ones(
@@ -226,10 +277,11 @@ def test_the_state_has_what_diagnostics_say() -> None:
         "lowered": "15 Hz",
     }
     facts = {it["name"]: (it["text"], it["level"]) for it in state["facts"]}
-    assert list(facts) == ["headset", "security", "clock", "link", "heat", "battery"]
+    assert list(facts) == ["headset", "security", "clock", "link", "recording", "heat", "battery"]
     assert facts["headset"] == ("head, connected", 0)
     assert facts["security"] == ("insecure: no encryption", 1)
     assert facts["battery"] == ("50 %", 0)
+    assert state["applied"] == {"world_left": "running, 1016x1016@30 jpeg"}
     assert [it["row"] for it in state["warnings"]] == ["adaptation", "lost messages"]
     assert state["warnings"][-1]["text"] == "/magic_leap2/battery 4"
 
@@ -239,6 +291,12 @@ def test_a_stream_that_does_not_run_says_why() -> None:
     rows = ROWS | silent | {WORLD: {**ROWS[WORLD], "message": "silent: nothing has come"}}
     (stream,) = state_of(rows, {WORLD: 2}, {}, "50 %")["streams"]
     assert (stream["state"], stream["level"]) == ("silent: nothing has come", 2)
+
+
+def test_a_stream_that_is_not_requested_any_more_is_not_shown() -> None:
+    session = {key: it for key, it in ROWS["session"].items() if key != "state.world_left"}
+    state = state_of(ROWS | {"session": session}, {}, {}, "50 %")
+    assert (state["streams"], state["applied"]) == ([], {})
 
 
 def test_the_prefix_is_that_of_the_topics() -> None:

@@ -19,9 +19,11 @@ from websockets.typing import Origin
 
 from ml2_receiver.transport.listener import listen
 from ml2_tools.viewing.access import Token
+from ml2_tools.viewing.controls import controls
 from ml2_tools.viewing.live_view import LiveView
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.server import WRONG_TOKEN, ViewServer
+from ml2_tools.viewing.steering import Steering
 
 pytestmark = pytest.mark.processes
 TOKEN = Token()
@@ -39,9 +41,11 @@ def url(ros_of_children: None) -> Iterator[str]:
     listener = listen(("127.0.0.1", 0))
     address = f"http://127.0.0.1:{listener.getsockname()[1]}"
     view = LiveView("", with_eyes=False)
-    server = ViewServer(listener, view, TOKEN)
+    steering = Steering(view, "", controls(with_eyes=False))
+    server = ViewServer(listener, view, steering, TOKEN)
     yield address
     server.close()
+    steering.close()
     view.close()
 
 

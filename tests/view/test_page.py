@@ -94,6 +94,9 @@ def test_a_hidden_page_asks_for_no_images(browser: Browser, lab: Lab) -> None:
 
 def test_each_control_is_reached_with_the_tab_key(page: Page) -> None:
     expect(page.locator("#streams figure")).to_have_count(len(IMAGES))
+    page.get_by_text("Sensors and modes").press("Enter")
+    expect(page.get_by_label("mode of picture center")).to_be_enabled()
+    page.locator("body").evaluate("() => document.activeElement.blur()")
     count = page.evaluate(COUNT)
     reached = []
     for _ in range(count):

@@ -19,7 +19,7 @@ from .optional_packages import optional_packages
 _LOOPBACK = "127.0.0.1"
 _EPILOG = """\
 Run it next to `ml2-receiver run`. The page is for browsers of this machine. The address has a
-secret: whoever has it can see the images. The page only shows; it changes nothing.
+secret: whoever has it can see the images and change what the headset sends.
 
 examples:
   ml2-receiver view
@@ -30,7 +30,9 @@ examples:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
-        "view", help="show images, plots and state live in a browser", epilog=_EPILOG
+        "view",
+        help="see images, plots and state live in a browser, and change them",
+        epilog=_EPILOG,
     )
     parser.add_argument(
         "--port", type=_port, default=0, help="0 lets the system choose; default: 0"
@@ -55,8 +57,10 @@ def _run(options: argparse.Namespace) -> int:
         ),
     ):
         from ..viewing.access import Token  # reads the profile
+        from ..viewing.controls import controls
         from ..viewing.live_view import LiveView
         from ..viewing.server import ViewServer
+        from ..viewing.steering import Steering
     with diagnostics_node() as node:
         node.rows(options.name, PATIENCE_S)
     try:
@@ -67,7 +71,8 @@ def _run(options: argparse.Namespace) -> int:
         ) from error
     token, view = Token(), LiveView(options.name, options.eyes)
     address = f"http://{_LOOPBACK}:{listener.getsockname()[1]}/#{token.text}"
-    server = ViewServer(listener, view, token)
+    steering = Steering(view, options.name, controls(options.eyes))
+    server = ViewServer(listener, view, steering, token)
     try:
         print(f"open {address}", flush=True)
         if not options.no_browser and _has_screen():
@@ -75,6 +80,7 @@ def _run(options: argparse.Namespace) -> int:
         stopping.wait()
     finally:
         server.close()
+        steering.close()
         view.close()
     return 0
 

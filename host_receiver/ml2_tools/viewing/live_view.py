@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
@@ -84,6 +85,16 @@ class LiveView:
     def close(self) -> None:
         """Ends the node; no method may be called afterwards."""
         self._closing.close()
+
+    @property
+    def context(self) -> Context:
+        """The context for more nodes of this process; it ends with this node."""
+        return self._context
+
+    @property
+    def is_watched(self) -> bool:
+        """True while a browser is connected."""
+        return bool(self._watched)
 
     @property
     def state(self) -> tuple[int, str]:

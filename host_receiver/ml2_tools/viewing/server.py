@@ -19,6 +19,7 @@ from .access import Token, is_own_host, is_own_origin
 from .live_view import LiveView
 from .page_files import HEADERS, page_files
 from .requests import MOST_BYTES, RequestError
+from .steering import Steering
 from .visitor import Visitor
 
 SOCKET_PATH = "/live"
@@ -37,8 +38,10 @@ class ViewServer:
         listener: a listening socket of the loopback interface; the server closes it.
     """
 
-    def __init__(self, listener: socket.socket, view: LiveView, token: Token) -> None:
-        self._view, self._token = view, token
+    def __init__(
+        self, listener: socket.socket, view: LiveView, steering: Steering, token: Token
+    ) -> None:
+        self._view, self._steering, self._token = view, steering, token
         self._files = page_files()
         self._places = threading.BoundedSemaphore(_MOST_VISITORS)
         self._server = serve(
@@ -89,7 +92,7 @@ class ViewServer:
                 connection.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
                 return
             try:
-                Visitor(connection, self._view).serve()
+                Visitor(connection, self._view, self._steering).serve()
             except RequestError as error:
                 connection.close(CloseCode.POLICY_VIOLATION, str(error))
             finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -17,7 +18,7 @@ type Levels = Mapping[str, int]
 _EYES = "com.magicleap.permission.EYE_CAMERA"
 _OK, _WARN = 0, 1
 _MOST_NAMED = 5
-# The rows that are facts, with the words for a row that is not there.
+# The rows whose words are facts, with the words for a row that is not there.
 _FACTS = {"security": "not reported", "clock": "not synchronised yet", "link": "not tested"}
 
 
@@ -46,11 +47,14 @@ def is_eye(stream: str) -> bool:
 
 
 def published_images(rows: Rows) -> dict[str, tuple[str, str]]:
-    """Returns name and type of the image topic of each stream that the receiver publishes."""
+    """Returns name and type of the image topic of each requested stream, if it is published."""
     found = {}
     for name, values in rows.items():
         stream = values.get("stream", "")
-        if stream not in load_table().streams or "type" not in values:
+        # A topic stays after its stream, which only the session does not name then.
+        if f"state.{stream}" not in rows.get("session", {}) or "type" not in values:
+            continue
+        if stream not in load_table().streams:
             continue
         if any(name.endswith(f"/{it.name}") for it in image_topics(stream)):
             found[stream] = name, values["type"]
@@ -92,6 +96,7 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
             for it in image_streams(with_eyes=True)
             if it in images
         ],
+        "applied": _applied(rows, modes),
         "warnings": [*_warnings(rows, levels), *_losses(others)],
     }
 
@@ -114,9 +119,17 @@ def _facts(rows: Rows, levels: Levels, battery: str) -> list[Fact]:
             Fact(name, rows.get(name, {}).get("message", otherwise), levels.get(name, _OK))
             for name, otherwise in _FACTS.items()
         ),
+        Fact("recording", _recording(rows.get("recording")), levels.get("recording", _OK)),
         Fact("heat", session.get("thermal", "not reported")),
         Fact("battery", battery),
     ]
+
+
+def _recording(values: Mapping[str, str] | None) -> str:
+    if values is None:
+        return "off"
+    megabytes, seconds = float(values["file_bytes"]) / 1e6, float(values["duration_s"])
+    return f"{values['state']}, {seconds:.0f} s, {megabytes:.1f} MB"
 
 
 def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, Any]:
@@ -126,6 +139,18 @@ def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, An
     return {"id": stream, "is_eye": is_eye(stream), "level": level, "state": words} | {
         key: figures[key] for key in same
     }
+
+
+def _applied(rows: Rows, modes: Mapping[str, str]) -> dict[str, str]:
+    """Returns in words what the headset does with the streams of each requested section."""
+    session, found = rows.get("session", {}), defaultdict[str, list[str]](list)
+    for stream, it in load_table().streams.items():
+        if (state := session.get(f"state.{stream}")) is None:
+            continue
+        answer = session.get(f"stream.{stream}", "")
+        words = (state, modes.get(stream, ""), answer if answer.startswith("adjusted") else "")
+        found[it.section].append(", ".join(filter(None, words)))
+    return {section: "; ".join(dict.fromkeys(words)) for section, words in found.items()}
 
 
 def _warnings(rows: Rows, levels: Levels) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
 
 from websockets.exceptions import ConnectionClosed
@@ -13,12 +13,15 @@ from websockets.sync.server import ServerConnection
 
 from .live_view import LiveView
 from .plots import SHOWN_S, UNITS
-from .requests import RequestError, Seen, parse_request
+from .requests import Call, Change, RequestError, Seen, Show, parse_request
+from .steering import Answer, Steering
 
 _MOST_UNDER_WAY = 2
+# A page asks for one change of a section, and one call of a service, at a time.
+_MOST_ASKED = 64
 _PERIOD_S = 0.1
-# The kinds of text messages, which a browser acknowledges like images.
-_STATE, _SAMPLES = "state", "samples"
+# The kinds of text messages that a browser acknowledges like images.
+_STATE, _SETTINGS, _SAMPLES = "state", "settings", "samples"
 
 
 class Visitor:
@@ -27,14 +30,17 @@ class Visitor:
     serve() reads in the calling thread. A second thread sends: only it waits for a slow browser.
     """
 
-    def __init__(self, connection: ServerConnection, view: LiveView) -> None:
-        self._connection, self._view = connection, view
+    def __init__(self, connection: ServerConnection, view: LiveView, steering: Steering) -> None:
+        self._connection, self._view, self._steering = connection, view, steering
         self._shown: frozenset[str] = frozenset()
         self._under_way: Counter[str] = Counter()
         # The number of the newest image or state that was sent, and the count of plotted values.
         self._sent: Counter[str] = Counter()
         self._plotted: Counter[str] = Counter()
         self._next_samples_s = 0.0
+        # How many requests have no sent answer yet, and the answers to send.
+        self._asked = 0
+        self._answers: deque[Answer] = deque()
         self._is_over = False
 
     def serve(self) -> None:
@@ -58,22 +64,37 @@ class Visitor:
             sender.join()
 
     def _take(self, message: str | bytes) -> None:
-        request = parse_request(message, self._view.images)
-        if not isinstance(request, Seen):
-            self._shown = request.streams
-            self._view.watch(self, request.streams)
-            return
+        match parse_request(message, self._view.images, self._steering.controls):
+            case Show(streams):
+                self._shown = streams
+                self._view.watch(self, streams)
+            case Seen(name):
+                self._acknowledge(name)
+            case request:
+                self._ask(request)
+
+    def _acknowledge(self, name: str) -> None:
         with self._view.changed:
-            if not self._under_way[request.name]:
+            if not self._under_way[name]:
                 raise RequestError("a message was acknowledged that is not on its way")
-            self._under_way[request.name] -= 1
+            self._under_way[name] -= 1
+            self._view.changed.notify_all()
+
+    def _ask(self, request: Change | Call) -> None:
+        with self._view.changed:
+            if self._asked == _MOST_ASKED:
+                raise RequestError("too many requests wait for an answer")
+            self._asked += 1
+        self._steering.submit(request, self._answered)
+
+    def _answered(self, answer: Answer) -> None:
+        with self._view.changed:
+            self._answers.append(answer)
             self._view.changed.notify_all()
 
     def _send(self) -> None:
         try:
-            plots = [{"name": name, "unit": unit} for name, unit in UNITS.items()]
-            hello = {"type": "hello", "plots": plots, "shown_s": SHOWN_S}
-            self._connection.send(json.dumps(hello | {"images": list(self._view.images)}))
+            self._connection.send(self._hello())
             while not self._is_over:
                 has_sent = False
                 for name, message in self._messages():
@@ -81,11 +102,26 @@ class Visitor:
                         self._under_way[name] += 1
                     self._connection.send(message)
                     has_sent = True
+                while self._answers:
+                    self._connection.send(self._answers.popleft().message())
+                    has_sent = True
+                    with self._view.changed:
+                        self._asked -= 1
                 if not has_sent:
                     with self._view.changed:
                         self._view.changed.wait(_PERIOD_S)
         except ConnectionClosed:
             return
+
+    def _hello(self) -> str:
+        hello = {
+            "type": "hello",
+            "images": list(self._view.images),
+            "plots": [{"name": name, "unit": unit} for name, unit in UNITS.items()],
+            "shown_s": SHOWN_S,
+            "controls": [it.described() for it in self._steering.controls.values()],
+        }
+        return json.dumps(hello)
 
     def _messages(self) -> Iterator[tuple[str, bytes | str]]:
         """Yields what is new and may be sent, each with its kind: a stream, or one of text."""
@@ -94,10 +130,13 @@ class Visitor:
             if self._may_send(stream) and image.number not in (0, self._sent[stream]):
                 self._sent[stream], message = image.encoded()
                 yield stream, message
-        number, state = self._view.state
-        if self._may_send(_STATE) and number != self._sent[_STATE]:
-            self._sent[_STATE] = number
-            yield _STATE, state
+        for kind, (number, text) in {
+            _STATE: self._view.state,
+            _SETTINGS: self._steering.settings,
+        }.items():
+            if self._may_send(kind) and number != self._sent[kind]:
+                self._sent[kind] = number
+                yield kind, text
         if self._may_send(_SAMPLES) and time.monotonic() >= self._next_samples_s:
             self._next_samples_s = time.monotonic() + _PERIOD_S
             if (samples := self._samples()) is not None:

@@ -1,5 +1,5 @@
-// The connection to the server that served this page. Each message but the first is acknowledged
-// once it is shown, so that a slow page gets fewer of them.
+// The connection to the server that served this page. Images, states, settings and samples are
+// acknowledged once they are shown, so that a slow page gets fewer of them.
 
 const RETRY_MS = 2000;
 const WRONG_TOKEN = 4401;
@@ -40,9 +40,13 @@ export function connect(handlers) {
       case "image":
         handlers.brokenImage(message.stream, message.reason);
         return message.stream;
+      case "answer":
+        handlers.answer(message);
+        return null;
       case "state":
-        handlers.state(message);
-        return "state";
+      case "settings":
+        handlers[message.type](message);
+        return message.type;
       default:
         handlers.samples(message);
         return "samples";

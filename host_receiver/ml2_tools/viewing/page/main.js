@@ -1,4 +1,6 @@
-// Puts together the page: what the server sends goes to the facts, the images and the plots.
+// Puts together the page: what the server sends goes to the part of the page that shows it.
+import { Actions } from "./actions.js";
+import { Configuration } from "./configuration.js";
 import { connect } from "./connection.js";
 import { Facts } from "./facts.js";
 import { Plots } from "./plots.js";
@@ -7,6 +9,8 @@ import { Streams } from "./streams.js";
 const OVERDUE_MS = 3000;
 const notice = document.getElementById("notice");
 const facts = new Facts();
+const actions = new Actions((request) => connection.send(request));
+let configuration = null;
 let streams = null;
 let plots = null;
 let reportedAt = 0;
@@ -26,6 +30,8 @@ const connection = connect({
     plots?.close();
     streams = new Streams(hello.images, (shown) => connection.send({ show: shown }));
     plots = new Plots(hello.plots, hello.shown_s);
+    configuration = new Configuration(hello.controls, (request) => connection.send(request));
+    actions.reset();
   },
   state(state) {
     reportedAt = performance.now();
@@ -33,6 +39,12 @@ const connection = connect({
     if (state.problem) return;
     facts.show(state);
     streams.show(state.streams);
+    configuration.showApplied(state.applied);
+  },
+  settings: (settings) => configuration.show(settings),
+  answer(answer) {
+    actions.answer(answer);
+    configuration.answer(answer);
   },
   samples: (samples) => plots.add(samples),
   image: (stream, jpeg, farMetres) => streams.draw(stream, jpeg, farMetres),

@@ -1,0 +1,120 @@
+// The values that the receiver has in force, with controls that ask for others.
+import { element, setText } from "./elements.js";
+
+export class Configuration {
+  #list = document.getElementById("sections");
+  #rows;
+
+  constructor(controls, ask) {
+    this.#rows = new Map(controls.map((it) => [it.section, new Row(it, ask)]));
+    this.#list.replaceChildren(...[...this.#rows.values()].map((it) => it.element));
+  }
+
+  show({ sections }) {
+    for (const [section, values] of Object.entries(sections)) this.#rows.get(section)?.show(values);
+  }
+
+  showApplied(applied) {
+    for (const [section, row] of this.#rows) row.showApplied(applied[section] ?? "");
+  }
+
+  answer(answer) {
+    this.#rows.get(answer.to)?.answer(answer);
+  }
+}
+
+class Row {
+  #section;
+  #ask;
+  #values = null;
+  // What is asked for, and what shall be asked for after its answer.
+  #asked = null;
+  #next = null;
+  #enabled = element("input");
+  #mode = element("select");
+  #format = element("select");
+  #applied = element("span", "quiet");
+  #said = element("span");
+
+  constructor({ section, doc, modes, formats }, ask) {
+    this.#section = section;
+    this.#ask = ask;
+    const name = section.replaceAll("_", " ");
+    this.#enabled.type = "checkbox";
+    this.#enabled.onchange = () => this.#wish({ enabled: this.#enabled.checked });
+    this.#mode.setAttribute("aria-label", `mode of ${name}`);
+    this.#mode.replaceChildren(...modeOptions(modes));
+    this.#mode.onchange = () => {
+      const [stream, mode] = this.#mode.value.split(" ");
+      this.#wish({ stream: Number(stream), mode });
+    };
+    this.#format.setAttribute("aria-label", `format of ${name}`);
+    this.#format.replaceChildren(...formats.map((it) => new Option(it)));
+    this.#format.onchange = () => this.#wish({ format: this.#format.value });
+    const selects = [];
+    if (modes.length > 1) selects.push(this.#mode);
+    if (formats.length > 1) selects.push(this.#format);
+    this.#said.setAttribute("role", "status");
+    const title = element("label", "", this.#enabled, name);
+    title.title = doc;
+    this.element = element("li", "", title, ...selects, this.#applied, this.#said);
+    this.element.dataset.section = section;
+    this.#render();
+  }
+
+  show(values) {
+    this.#values = values;
+    this.#render();
+  }
+
+  showApplied(text) {
+    setText(this.#applied, text);
+  }
+
+  answer({ is_done, text }) {
+    this.#asked = null;
+    // A value may also be taken with words, such as that it waits for another one.
+    this.#said.className = is_done ? "level-1" : "level-2";
+    setText(this.#said, text);
+    if (this.#next) {
+      const next = this.#next;
+      this.#next = null;
+      this.#wish(next);
+    }
+    this.#render();
+  }
+
+  // The receiver gets one request of a row at a time, and then the newest wish.
+  #wish(values) {
+    if (this.#asked) {
+      this.#next = values;
+      return;
+    }
+    this.#asked = values;
+    this.element.setAttribute("aria-busy", "true");
+    this.#ask({ set: this.#section, to: values });
+  }
+
+  // What is in force goes before what was asked for.
+  #render() {
+    for (const it of [this.#enabled, this.#mode, this.#format]) it.disabled = !this.#values;
+    if (this.#asked || !this.#values) return;
+    this.element.removeAttribute("aria-busy");
+    const { enabled, stream, mode, format } = this.#values;
+    this.#enabled.checked = enabled;
+    this.#mode.value = `${stream} ${mode}`;
+    this.#format.value = format;
+  }
+}
+
+function modeOptions(modes) {
+  const streams = [...new Set(modes.map(([stream]) => stream))];
+  const options = (wanted) =>
+    modes.filter(([stream]) => stream === wanted).map(([stream, mode]) => new Option(mode, `${stream} ${mode}`));
+  if (streams.length === 1) return options(streams[0]);
+  return streams.map((stream) => {
+    const group = element("optgroup", "", ...options(stream));
+    group.label = `stream ${stream}`;
+    return group;
+  });
+}

@@ -1,0 +1,118 @@
+"""Changes a running receiver for browsers, through its parameters and services."""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from ml2_receiver.errors import RosError
+from ml2_receiver.ros.receiver_client import ReceiverClient
+from ml2_receiver.wire.json_body import Scalar
+
+from .controls import Control
+from .live_view import LiveView
+from .requests import Call, Change
+
+_PERIOD_S = 1.0
+_PATIENCE_S = 3.0
+_UNKNOWN: tuple[int, str] = 0, ""
+
+
+class Answer(NamedTuple):
+    """What the receiver says of a request; `to` is the section or the service."""
+
+    to: str
+    is_done: bool
+    text: str
+
+    def message(self) -> str:
+        """Returns the message for the browser."""
+        return json.dumps({"type": "answer", **self._asdict()})
+
+
+class Steering:
+    """Carries out the requests of all browsers, one after another. Thread-safe.
+
+    A thread of its own waits for the receiver. While a browser is connected, it reads the values in
+    force each second, because other programs change them, too.
+
+    Args:
+        view: is notified of new values, by `changed`.
+        receiver: the receiver's --name, or empty.
+        controls: the controls by section.
+    """
+
+    def __init__(self, view: LiveView, receiver: str, controls: Mapping[str, Control]) -> None:
+        self.controls = controls
+        self._view = view
+        self._client = ReceiverClient(view.context, receiver, _PATIENCE_S)
+        self._settings = _UNKNOWN
+        self._tasks: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="view-steering")
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ends the thread, after the request that is being carried out."""
+        self._tasks.put(None)
+        self._thread.join()
+        self._client.close()
+
+    @property
+    def settings(self) -> tuple[int, str]:
+        """The number of the newest values in force, from 1, and their JSON; 0 before the first."""
+        return self._settings
+
+    def submit(self, request: Change | Call, answered: Callable[[Answer], None]) -> None:
+        """Carries out a request later; calls `answered` in the thread of this object."""
+
+        def carry_out() -> None:
+            answer = self._answer(request)
+            # The page shows the values in force when it gets the answer.
+            self._read_settings()
+            answered(answer)
+
+        self._tasks.put(carry_out)
+
+    def _run(self) -> None:
+        while True:
+            try:
+                task = self._tasks.get(timeout=_PERIOD_S)
+            except queue.Empty:
+                task = self._read_settings if self._view.is_watched else _nothing
+            if task is None:
+                return
+            task()
+
+    def _answer(self, request: Change | Call) -> Answer:
+        try:
+            if isinstance(request, Call):
+                return Answer(request.service, *self._client.call(request.service))
+            section = request.section
+            values = {f"{section}.{key}": value for key, value in request.values.items()}
+            return Answer(section, *self._client.set(values))
+        except RosError as error:
+            to = request.service if isinstance(request, Call) else request.section
+            return Answer(to, False, str(error))
+
+    def _read_settings(self) -> None:
+        names = [name for control in self.controls.values() for name in control.parameters()]
+        try:
+            values = self._client.get(names)
+        except RosError:
+            return  # the page says that the receiver does not report
+        sections: dict[str, dict[str, Scalar]] = {section: {} for section in self.controls}
+        for name, value in values.items():
+            section, _, key = name.partition(".")
+            sections[section][key] = value
+        message = json.dumps({"type": "settings", "sections": sections})
+        if values and message != self._settings[1]:
+            with self._view.changed:
+                self._settings = self._settings[0] + 1, message
+                self._view.changed.notify_all()
+
+
+def _nothing() -> None:
+    return

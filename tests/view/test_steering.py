@@ -1,0 +1,78 @@
+"""What a person changes on the page, down to the simulated headset."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from images import await_images
+
+_COLOR = "[data-stream=color]"
+_REFUSED = "0 648x720@30"
+
+
+@pytest.fixture
+def page(page: Page) -> Page:
+    """The page with the open list of sensors, and the values in force."""
+    page.get_by_text("Sensors and modes").click()
+    expect(row(page, "picture_center").get_by_role("checkbox")).to_be_enabled()
+    return page
+
+
+def row(page: Page, section: str) -> Locator:
+    return page.locator(f"[data-section={section}]")
+
+
+def test_a_sensor_is_switched_off_and_on(page: Page) -> None:
+    world = page.locator("[data-stream=world_left]")
+    expect(world).to_be_visible()
+    switch = row(page, "world_left").get_by_role("checkbox")
+    switch.uncheck()
+    expect(world).to_have_count(0)
+    expect(switch).not_to_be_checked()
+    switch.check()
+    expect(row(page, "world_left")).to_contain_text("running, 1016x1016@30 jpeg")
+    await_images(page, "world_left")
+
+
+def test_a_mode_and_a_format_reach_the_headset(page: Page) -> None:
+    mode = page.get_by_label("mode of picture center")
+    expect(mode).to_have_value("0 640x480@30")
+    mode.select_option("0 1280x720@15")
+    expect(row(page, "picture_center")).to_contain_text("running, 1280x720@15 jpeg")
+    expect(page.locator(_COLOR)).to_contain_text("1280x720@15 jpeg")
+    page.wait_for_function(f"() => document.querySelector('{_COLOR} canvas').width === 1280")
+    mode.select_option("0 640x480@30")
+    page.get_by_label("format of depth center").select_option("DepthRaw")
+    await_images(page, "infra")
+    expect(page.locator("[data-stream=depth]")).to_have_count(0)
+    page.get_by_label("format of depth center").select_option("depth16")
+    await_images(page, "depth")
+
+
+def test_a_refused_change_is_explained_beside_the_control(page: Page) -> None:
+    color = row(page, "picture_center")
+    mode = page.get_by_label("mode of picture center")
+    expect(mode).to_have_value("0 640x480@30")
+    # The page offers no mode that is refused.
+    mode.evaluate("(it, value) => it.add(new Option('refused', value))", _REFUSED)
+    mode.select_option(_REFUSED)
+    expect(color.get_by_role("status")).to_contain_text("expected")
+    expect(color.get_by_role("status")).to_contain_text("648")
+    expect(mode).to_have_value("0 640x480@30")
+
+
+def test_streams_stop_and_start(page: Page) -> None:
+    page.get_by_role("button", name="Stop streams").click()
+    expect(page.get_by_role("toolbar")).to_contain_text("Stop streams: streams are stopped")
+    expect(row(page, "world_left")).to_contain_text("paused")
+    page.get_by_role("button", name="Start streams").click()
+    expect(row(page, "world_left")).to_contain_text("running")
+    await_images(page, "world_left")
+
+
+def test_the_link_is_tested(page: Page) -> None:
+    page.get_by_role("button", name="Test the link").click()
+    expect(page.locator("#facts")).to_contain_text(re.compile(r"link.*Mbit/s"))
