@@ -42,6 +42,7 @@ device_library := build/native/device/libml2sensors.so
 simulation := build/native/host/.built
 aar := ml2-sensors-aar/aar
 benchmark := ml2-sensors-aar/benchmark
+three := host_receiver/ml2_tools/viewing/page/three.min.js
 javascript := build/javascript/.installed
 packed := build/.aar-packed
 app := ml2-sensors-aar/app
@@ -165,8 +166,13 @@ test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
 	$(pytest) $(slowest) --timeout 120 --numprocesses 3 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
+page-library: ## Bundle three.js for the page of `ml2-receiver view`, after a change in config/three
+	config/three/bundle.sh $(three)
+
 test-view: build ## Test the page of `ml2-receiver view` in Chromium, which is installed if it is missing; screenshots in build/reports
 	host_receiver/environment/setup.sh --program chromium
+	config/three/bundle.sh build/three/three.min.js
+	cmp build/three/three.min.js $(three)
 	$(pytest) $(slowest) --timeout 120 tests/view
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it

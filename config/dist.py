@@ -8,6 +8,7 @@ key is another.
 
 import argparse
 import hashlib
+import json
 import os
 import shutil
 import subprocess
@@ -80,11 +81,16 @@ def receiver_packages(output: Path) -> Path:
 
 
 def bill_of_materials(wheel: Path, cyclonedx: Path) -> bytes:
-    """Returns the receiver's requirements, in the tested versions."""
+    """Returns the receiver's requirements, in the tested versions, and what the wheel contains."""
     with tempfile.TemporaryDirectory() as made:
         python = wheel_environment.make(Path(made) / "venv", wheel)
         command = [str(cyclonedx), "environment", "--output-reproducible", str(python)]
-        return subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+        bill = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    version = json.loads((ROOT / "config/three/package.json").read_text())["dependencies"]["three"]
+    purl = f"pkg:npm/three@{version}"
+    three = {"type": "library", "bom-ref": purl, "name": "three", "version": version, "purl": purl}
+    bill["components"].append(three | {"licenses": [{"license": {"id": "MIT"}}]})
+    return json.dumps(bill, indent=2).encode()
 
 
 def checksums(folder: Path) -> str:

@@ -22,6 +22,7 @@ from ml2_tools.viewing.requests import Call, Change, RequestError, Seen, Show, p
 from ml2_tools.viewing.state import image_streams, is_eye, state_of, topic_prefix
 
 STREAMS = ("color", "world_left")
+THREE = "/three.min.js"
 CONTROLS = controls(with_eyes=False)
 WORLD = "/magic_leap2/world_left/image_raw"
 
@@ -313,12 +314,22 @@ def test_eye_cameras_are_offered_on_request_only() -> None:
 def test_the_page_refers_to_its_own_files_only() -> None:
     files = {path: content.decode() for path, (_, content) in page_files().items()}
     assert {"/", "/main.js", "/style.css"} <= files.keys()
-    for path, text in files.items():
+    # The name of a namespace is no address that is opened.
+    bundle = files[THREE].replace("http://www.w3.org/1999/xhtml", "")
+    own = {path: text for path, text in files.items() if path != THREE}
+    for path, text in own.items():
         found = re.findall(r"""(?:src|href|from|import)\s*[=(]?\s*["']([^"']+)["']""", text)
         assert {f"/{it.removeprefix('./')}" for it in found} <= files.keys(), path
+    for path, text in (own | {THREE: bundle}).items():
         assert not re.search(r"url\(|@import|\bhttps?:", text), path
-    addresses = [it for text in files.values() for it in re.findall(r"\w+://[^/`\"']*", text)]
+    addresses = [it for text in own.values() for it in re.findall(r"\w+://[^/`\"']*", text)]
     assert addresses == ["ws://${location.host}"]
+
+
+def test_the_licence_of_three_is_beside_it() -> None:
+    _, licence = page_files()["/three.LICENSE.txt"]
+    assert licence.startswith(b"The MIT License\n\nCopyright")
+    assert b"SPDX-License-Identifier: MIT" in page_files()[THREE][1]
 
 
 def test_the_page_has_no_code_or_style_in_its_html() -> None:

@@ -114,6 +114,16 @@ def test_the_receivers_bill_of_materials_has_what_the_wheel_requires_and_no_ros(
     assert not {"rclpy", "pytest", "opencv-python-headless"} & versions.keys()
 
 
+def test_the_receivers_bill_of_materials_has_what_its_page_contains() -> None:
+    with zipfile.ZipFile(WHEEL) as packed:
+        page = packed.read("ml2_tools/viewing/page/three.min.js")
+        assert packed.read("ml2_tools/viewing/page/three.LICENSE.txt")
+    (three,) = [it for it in bill("ml2_receiver")["components"] if it["name"] == "three"]
+    assert three["licenses"] == [{"license": {"id": "MIT"}}]
+    # three.js has the middle number of its version as its revision.
+    assert f'"{three["version"].split(".")[1]}"'.encode() in page
+
+
 def normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
