@@ -26,12 +26,14 @@ def browser() -> Iterator[Browser]:
     assert chromium is not None, "`make test-view` installs chromium"
     expect.set_options(timeout=LIMIT_MS)
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium)
+        # Without a graphics card, reading an accelerated canvas is slow.
+        options = ["--disable-accelerated-2d-canvas"]
+        browser = playwright.chromium.launch(executable_path=chromium, args=options)
         yield browser
         browser.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page(browser: Browser, lab: Lab) -> Iterator[Page]:
     """The page, which shows the state of a connected headset."""
     context = browser.new_context(viewport=SCREEN, color_scheme="dark")

@@ -34,11 +34,11 @@ class Lab:
 
     Attributes:
         address: the address of the page, with its secret.
-        config: the receiver's configuration file.
+        folder: the folder in which the receiver was started.
     """
 
     address: str
-    config: Path
+    folder: Path
 
     @property
     def origin(self) -> str:
@@ -57,7 +57,8 @@ def running_lab(folder: Path) -> Iterator[Lab]:
         def start(name: str, command: list[str | Path]) -> subprocess.Popen[str]:
             return stack.enter_context(process(command, environment, folder / f"{name}.log"))
 
-        receiver = start("receiver", receive_command(config, "127.0.0.1:0"))
+        started_in = ["env", f"--chdir={folder}"]
+        receiver = start("receiver", [*started_in, *receive_command(config, "127.0.0.1:0")])
         start("headset", headset_command(listening_address(receiver)))
         view = start("view", [RECEIVER, "view", "--no-browser", "--eyes"])
-        yield Lab(line_with(view, "open ").split()[1], config)
+        yield Lab(line_with(view, "open ").split()[1], folder)

@@ -12,10 +12,12 @@ from images import await_images
 from lab import IMAGES, SCREEN, Lab
 
 REPORTS = Path(__file__).resolve().parents[2] / "build" / "reports"
-# The index of the control with the focus, among all that can be seen; -1 is none of them.
-FOCUSED = """() => [...document.querySelectorAll("button, select, input, summary, a[href]")]
-  .filter((it) => it.checkVisibility()).indexOf(document.activeElement)"""
-COUNT = FOCUSED.replace("indexOf(document.activeElement)", "length")
+CONTROLS = """() => [...document.querySelectorAll(
+  "a[href], button, input, select, summary, [tabindex]"
+)].filter((it) => it.checkVisibility())"""
+COUNT = f"{CONTROLS}.length"
+# The index of the control with the focus; -1 is none of them.
+FOCUSED = f"{CONTROLS}.indexOf(document.activeElement)"
 # The browser offers no way to hide a page without a screen.
 HIDE = """() => {
   Object.defineProperty(document, "hidden", { get: () => true });
@@ -65,13 +67,13 @@ def test_no_request_leaves_this_machine(browser: Browser, lab: Lab) -> None:
 def test_a_wrong_token_is_refused_in_words(browser: Browser, lab: Lab) -> None:
     page = browser.new_page()
     page.goto(f"{lab.origin}/#wrong")
-    expect(page.get_by_role("status")).to_contain_text("not valid any more")
-    expect(page.locator("#streams figure")).to_have_count(0)
+    expect(page.locator("#notice")).to_contain_text("not valid any more")
+    expect(page.locator("[data-stream]")).to_have_count(0)
     page.close()
 
 
 def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) -> None:
-    frozen = browser.new_page()
+    frozen = browser.new_page(viewport=SCREEN)
     frozen.goto(lab.address)
     await_images(frozen, "world_left", 1)
     browser_of_frozen = frozen.context.new_cdp_session(frozen)
@@ -93,16 +95,17 @@ def test_a_hidden_page_asks_for_no_images(browser: Browser, lab: Lab) -> None:
 
 
 def test_each_control_is_reached_with_the_tab_key(page: Page) -> None:
-    expect(page.locator("#streams figure")).to_have_count(len(IMAGES))
+    expect(page.locator("[data-stream]")).to_have_count(len(IMAGES))
     page.get_by_text("Sensors and modes").press("Enter")
     expect(page.get_by_label("mode of picture center")).to_be_enabled()
-    page.locator("body").evaluate("() => document.activeElement.blur()")
     count = page.evaluate(COUNT)
-    reached = []
-    for _ in range(count):
+    reached = set[int]()
+    # After the last control comes the page itself, and then the first one.
+    for _ in range(count + 1):
         page.keyboard.press("Tab")
-        reached.append(page.evaluate(FOCUSED))
-    assert reached == list(range(count))
+        reached.add(page.evaluate(FOCUSED))
+    assert count > 40
+    assert reached >= set(range(count))
 
 
 def test_keys_hide_and_show_an_image(page: Page) -> None:

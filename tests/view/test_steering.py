@@ -6,14 +6,16 @@ import re
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
+from rosbags.highlevel import AnyReader
 
 from images import await_images
+from lab import Lab
 
 _COLOR = "[data-stream=color]"
 _REFUSED = "0 648x720@30"
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page(page: Page) -> Page:
     """The page with the open list of sensors, and the values in force."""
     page.get_by_text("Sensors and modes").click()
@@ -71,6 +73,21 @@ def test_streams_stop_and_start(page: Page) -> None:
     page.get_by_role("button", name="Start streams").click()
     expect(row(page, "world_left")).to_contain_text("running")
     await_images(page, "world_left")
+
+
+def test_a_recording_of_the_page_is_a_bag(page: Page, lab: Lab) -> None:
+    toolbar = page.get_by_role("toolbar")
+    page.get_by_role("button", name="Record", exact=True).click()
+    expect(toolbar).to_contain_text("Record: recording into ")
+    expect(page.locator("#facts")).to_contain_text(re.compile(r"recordingrecording, [1-9]\d* s, "))
+    page.get_by_role("button", name="Stop recording").click()
+    expect(toolbar).to_contain_text("Stop recording: recorded into ")
+    (folder,) = lab.folder.glob("ml2_*")
+    with AnyReader([folder]) as bag:
+        counts = {it.topic: it.msgcount for it in bag.connections}
+    assert counts["/magic_leap2/world_left/image_raw/compressed"] > 0
+    page.get_by_role("button", name="Stop recording").click()
+    expect(toolbar).to_contain_text("Stop recording: no recording is on")
 
 
 def test_the_link_is_tested(page: Page) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from contextlib import ExitStack, suppress
 from functools import partial
 from typing import Any
@@ -21,7 +21,9 @@ from ml2_receiver.topics.message_types import message_class
 from ml2_receiver.topics.status_name import split_status_name
 from ml2_receiver.topics.string_message import decode_string
 
+from ..geometry.transform_tree import STATIC_DEPTH
 from ..monitoring.topic_table import Rows
+from .cloud import CLOUD, Cloud
 from .newest_image import NewestImage
 from .plots import (
     CLOCK,
@@ -33,12 +35,14 @@ from .plots import (
     clock_uncertainty_ms,
     received_mbit_per_s,
 )
+from .scene import SCENE, Scene
 from .state import image_streams, mode_in_words, published_images, state_of, topic_prefix
 
 _BATTERY, _CONFIG = "battery", "config"
 _DEPTH = 10
 _IMAGE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _SENSOR = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+_STATIC = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -55,6 +59,8 @@ class LiveView:
     Attributes:
         changed: notified when there is a new image or a new state.
         images: the newest image of each stream that browsers may ask for.
+        scene: the poses of the 3D view.
+        cloud: the points of the 3D view.
         series: the values of each plot.
 
     Raises:
@@ -65,12 +71,15 @@ class LiveView:
         self._receiver = receiver
         self.changed = threading.Condition()
         self.images = {it: NewestImage(it) for it in image_streams(with_eyes)}
+        self.scene = Scene(receiver)
+        self.cloud = Cloud(self.scene)
         self.series = {name: Series() for name in UNITS}
         self._state: tuple[int, str] = 0, ""
         self._rows: Rows = {}
         self._modes: dict[str, str] = {}
         self._battery = "not reported"
         self._watched: dict[object, frozenset[str]] = {}
+        self._in_scene: Mapping[str, tuple[str, str]] = {}
         # By what they fill and their topic.
         self._subscriptions: dict[tuple[str, str], RawSubscription] = {}
         self._settling = threading.Lock()
@@ -92,6 +101,11 @@ class LiveView:
         return self._context
 
     @property
+    def offered(self) -> Set[str]:
+        """The streams, and parts of the 3D view, that browsers may ask for."""
+        return self.images.keys() | {SCENE, CLOUD}
+
+    @property
     def is_watched(self) -> bool:
         """True while a browser is connected."""
         return bool(self._watched)
@@ -102,7 +116,7 @@ class LiveView:
         return self._state
 
     def watch(self, browser: object, streams: frozenset[str] | None) -> None:
-        """Sets the streams whose images a browser shows; None once the browser is gone."""
+        """Sets what of `offered` a browser shows; None once the browser is gone."""
         with self._settling:
             if streams is None:
                 self._watched.pop(browser, None)
@@ -137,6 +151,10 @@ class LiveView:
                 found[plot.name] = topics[stream]
         if _BATTERY in topics:
             found[_BATTERY] = topics[_BATTERY]
+        shown = frozenset[str]().union(*self._watched.values())
+        if SCENE in shown:
+            self._in_scene = self.scene.topics(self._rows, shown)
+            found |= self._in_scene
         if (prefix := topic_prefix(self._rows)) is not None:
             found[_CONFIG] = f"{prefix}/config", "std_msgs/msg/String"
         return {(name, topic): type for name, (topic, type) in found.items()}
@@ -145,6 +163,9 @@ class LiveView:
         if name in self.images:
             take = partial(self._take_image, self.images[name], type)
             return RawSubscription(type, topic, _IMAGE, take)
+        if name in self._in_scene:
+            qos = _STATIC if topic == "/tf_static" else _SENSOR
+            return RawSubscription(type, topic, qos, partial(self.scene.take, name, type))
         if name == _CONFIG:
             return RawSubscription(type, topic, _LATCHED, self._configured)
         use = self._charged if name == _BATTERY else partial(self._add, SENSOR_PLOTS[name])

@@ -34,6 +34,11 @@ class NewestImage:
         """The number of the newest image, counted from 1; 0 before the first."""
         return self._newest[0]
 
+    @property
+    def newest(self) -> tuple[int, str, bytes]:
+        """The number of the newest image, its type and its CDR."""
+        return self._newest
+
     def take(self, type: str, payload: bytes) -> bool:
         """Takes a message's CDR; returns False if the image comes too early and is left out."""
         now_s = time.monotonic()
@@ -64,5 +69,10 @@ class NewestImage:
         # rclpy raises RuntimeError for a payload that is not of the type.
         except (ValueError, RuntimeError) as error:
             return json.dumps({"type": "image", "stream": self._stream, "reason": str(error)})
-        name = self._stream.encode()
-        return bytes([len(name)]) + name + _FAR_M.pack(far_m) + jpeg
+        return framed(self._stream, far_m, jpeg)
+
+
+def framed(name: str, far_m: float, data: bytes) -> bytes:
+    """Returns the message of an image for browsers; encoded() says what is in it."""
+    encoded = name.encode()
+    return bytes([len(encoded)]) + encoded + _FAR_M.pack(far_m) + data

@@ -6,14 +6,16 @@ import json
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection
 
+from .cloud import CLOUD
 from .live_view import LiveView
 from .plots import SHOWN_S, UNITS
 from .requests import Call, Change, RequestError, Seen, Show, parse_request
+from .scene import SCENE
 from .steering import Answer, Steering
 
 _MOST_UNDER_WAY = 2
@@ -64,7 +66,7 @@ class Visitor:
             sender.join()
 
     def _take(self, message: str | bytes) -> None:
-        match parse_request(message, self._view.images, self._steering.controls):
+        match parse_request(message, self._view.offered, self._steering.controls):
             case Show(streams):
                 self._shown = streams
                 self._view.watch(self, streams)
@@ -125,22 +127,29 @@ class Visitor:
 
     def _messages(self) -> Iterator[tuple[str, bytes | str]]:
         """Yields what is new and may be sent, each with its kind: a stream, or one of text."""
-        for stream in self._shown:
-            image = self._view.images[stream]
-            if self._may_send(stream) and image.number not in (0, self._sent[stream]):
-                self._sent[stream], message = image.encoded()
-                yield stream, message
-        for kind, (number, text) in {
-            _STATE: self._view.state,
-            _SETTINGS: self._steering.settings,
-        }.items():
-            if self._may_send(kind) and number != self._sent[kind]:
+        for kind, newest in self._sources():
+            if not self._may_send(kind):
+                continue
+            number, message = newest()
+            if number not in (0, self._sent[kind]):
                 self._sent[kind] = number
-                yield kind, text
+                yield kind, message
         if self._may_send(_SAMPLES) and time.monotonic() >= self._next_samples_s:
             self._next_samples_s = time.monotonic() + _PERIOD_S
             if (samples := self._samples()) is not None:
                 yield _SAMPLES, samples
+
+    def _sources(self) -> Iterator[tuple[str, Callable[[], tuple[int, bytes | str]]]]:
+        """Yields each kind of message with the function for the newest one and its number."""
+        view, shown = self._view, self._shown
+        for stream in shown & view.images.keys():
+            yield stream, view.images[stream].encoded
+        if SCENE in shown:
+            yield SCENE, view.scene.newest
+        if CLOUD in shown:
+            yield CLOUD, lambda: view.cloud.encoded(view.images["depth"])
+        yield _STATE, lambda: view.state
+        yield _SETTINGS, lambda: self._steering.settings
 
     def _may_send(self, kind: str) -> bool:
         return self._under_way[kind] < _MOST_UNDER_WAY

@@ -43,6 +43,7 @@ export function connect(handlers) {
       case "answer":
         handlers.answer(message);
         return null;
+      case "scene":
       case "state":
       case "settings":
         handlers[message.type](message);
@@ -57,6 +58,10 @@ export function connect(handlers) {
     const view = new DataView(data);
     const length = view.getUint8(0);
     const stream = text.decode(new Uint8Array(data, 1, length));
+    if (stream === "cloud") {
+      handlers.cloud(new Float32Array(data.slice(length + 5)));
+      return stream;
+    }
     const jpeg = new Blob([new Uint8Array(data, length + 5)], { type: "image/jpeg" });
     await handlers.image(stream, jpeg, view.getFloat32(length + 1, true));
     return stream;

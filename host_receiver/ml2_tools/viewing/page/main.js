@@ -4,20 +4,31 @@ import { Configuration } from "./configuration.js";
 import { connect } from "./connection.js";
 import { Facts } from "./facts.js";
 import { Plots } from "./plots.js";
+import { SceneView } from "./scene.js";
 import { Streams } from "./streams.js";
 
 const OVERDUE_MS = 3000;
 const notice = document.getElementById("notice");
 const facts = new Facts();
 const actions = new Actions((request) => connection.send(request));
+const scene = new SceneView(askForShown);
 let configuration = null;
 let streams = null;
 let plots = null;
 let reportedAt = 0;
+let shown = [];
+let asked = "";
 
 function say(text) {
   notice.textContent = text;
   notice.hidden = !text;
+}
+
+function askForShown() {
+  const wanted = [...shown, ...scene.wanted];
+  if (!connection.isOpen() || wanted.join() === asked) return;
+  asked = wanted.join();
+  connection.send({ show: wanted });
 }
 
 const connection = connect({
@@ -28,10 +39,15 @@ const connection = connect({
     // The server of this page may have restarted, with other streams.
     streams?.close();
     plots?.close();
-    streams = new Streams(hello.images, (shown) => connection.send({ show: shown }));
+    [shown, asked] = [[], ""];
+    streams = new Streams(hello.images, (streams) => {
+      shown = streams;
+      askForShown();
+    });
     plots = new Plots(hello.plots, hello.shown_s);
     configuration = new Configuration(hello.controls, (request) => connection.send(request));
     actions.reset();
+    askForShown();
   },
   state(state) {
     reportedAt = performance.now();
@@ -41,6 +57,8 @@ const connection = connect({
     streams.show(state.streams);
     configuration.showApplied(state.applied);
   },
+  scene: (poses) => scene.show(poses),
+  cloud: (places) => scene.showCloud(places),
   settings: (settings) => configuration.show(settings),
   answer(answer) {
     actions.answer(answer);

@@ -27,7 +27,7 @@ export class Streams {
   close() {
     this.#observer.disconnect();
     document.removeEventListener("visibilitychange", this.#visibilityChanged);
-    this.#grid.replaceChildren();
+    for (const tile of this.#tiles.values()) tile.figure.remove();
   }
 
   show(streams) {

@@ -1,0 +1,158 @@
+// What is in the 3D view, in metres in the world frame: x forward, y left, z up.
+import {
+  AxesHelper, BufferAttribute, BufferGeometry, Color, GridHelper, InstancedMesh, Line, LineBasicMaterial, LineSegments,
+  Matrix4, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry,
+} from "./three.min.js";
+
+const GROUND = "#10141b";
+const LINES = "#333c4a";
+const HEAD = "#ffd166";
+const GAZE = "#ff5da2";
+const HANDS = { hand_left: "#ff8a5c", hand_right: "#5dd39e" };
+const CAMERAS = ["#79b8ff", "#c792ea", "#5ce1e6", "#b8e986", "#f5a9b8", "#e0c068", "#9fa8ff"];
+const TRAIL_MS = 30000;
+const MOST_TRAIL = 1000;
+const FRUSTUM_M = 0.3;
+const GAZE_M = 2;
+const JOINT_M = 0.009;
+// OpenXR's XrHandJointEXT: 0 is the palm, 1 the wrist, then come the fingers from the thumb on.
+const JOINTS = 26;
+const FINGERS = [[1, 2, 3, 4, 5], [1, 6, 7, 8, 9, 10], [1, 11, 12, 13, 14, 15], [1, 16, 17, 18, 19, 20], [1, 21, 22, 23, 24, 25]];
+const BONES = FINGERS.flatMap((it) => it.slice(1).map((joint, index) => [it[index], joint]));
+
+export class SceneObjects {
+  #space;
+  #head = new Mesh(new SphereGeometry(0.08, 10, 7), new MeshBasicMaterial({ color: HEAD, wireframe: true }));
+  #trail = new Places(Line, new LineBasicMaterial({ color: HEAD }), MOST_TRAIL);
+  #passed = [];
+  #gaze = new Places(Line, new LineBasicMaterial({ color: GAZE }), 2);
+  #cloud = new Places(Points, new PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: true }), 5000);
+  #colours = new BufferAttribute(new Float32Array(5000 * 3), 3);
+  #cameras = new Map();
+  #hands = new Map();
+
+  constructor(space) {
+    this.#space = space;
+    space.background = new Color(GROUND);
+    const grid = new GridHelper(10, 20, LINES, LINES);
+    grid.rotation.x = Math.PI / 2;
+    this.#head.matrixAutoUpdate = false;
+    this.#head.add(new AxesHelper(0.2));
+    this.#cloud.object.geometry.setAttribute("color", this.#colours);
+    for (const [hand, colour] of Object.entries(HANDS)) this.#hands.set(hand, new Hand(colour));
+    space.add(grid, new AxesHelper(0.5), this.#head);
+    space.add(this.#trail.object, this.#gaze.object, this.#cloud.object);
+    for (const it of this.#hands.values()) space.add(it.joints, it.bones.object);
+  }
+
+  show({ head, gaze, hands, cameras }) {
+    this.#showHead(head);
+    this.#gaze.set(gaze ? [gaze.slice(12, 15), ahead(gaze, GAZE_M)] : []);
+    for (const [name, hand] of this.#hands) hand.show(hands[name] ?? []);
+    for (const [stream, camera] of this.#cameras) camera.object.visible = stream in cameras;
+    for (const [stream, { pose, corners }] of Object.entries(cameras)) {
+      if (!this.#cameras.has(stream)) this.#addCamera(stream);
+      const camera = this.#cameras.get(stream);
+      const far = corners.map((it) => it.map((value) => value * FRUSTUM_M));
+      camera.set(far.flatMap((it, index) => [[0, 0, 0], it, it, far[(index + 1) % 4]]));
+      camera.object.matrix.fromArray(pose);
+    }
+  }
+
+  showCloud(places) {
+    const count = this.#cloud.setFlat(places);
+    const colour = new Color();
+    for (let i = 0; i < count; i++) {
+      // From the floor on, red to blue over 2.5 m.
+      colour.setHSL(Math.min(0.7, Math.max(0, 0.28 * (places[3 * i + 2] + 1.5))), 0.8, 0.6);
+      this.#colours.setXYZ(i, colour.r, colour.g, colour.b);
+    }
+    this.#colours.needsUpdate = true;
+  }
+
+  // Names and colours of what can be seen.
+  legend() {
+    const cameras = [...this.#cameras].filter(([, it]) => it.object.visible);
+    const hands = [...this.#hands].filter(([, it]) => it.isTracked);
+    const named = [...cameras.map(([name, it]) => [name, it.colour]), ...hands.map(([name]) => [name, HANDS[name]])];
+    if (this.#gaze.count) named.push(["gaze", GAZE]);
+    if (this.#head.visible) named.unshift(["head", HEAD]);
+    return named.map(([name, colour]) => [name.replaceAll("_", " "), colour]);
+  }
+
+  #showHead(head) {
+    this.#head.visible = Boolean(head);
+    const now = performance.now();
+    if (head) {
+      this.#head.matrix.fromArray(head);
+      this.#passed.push([now, head.slice(12, 15)]);
+    }
+    const first = this.#passed.findIndex(([then]) => then >= now - TRAIL_MS);
+    this.#passed.splice(0, first < 0 ? this.#passed.length : first);
+    this.#trail.set(this.#passed.map(([, place]) => place));
+  }
+
+  #addCamera(stream) {
+    const colour = CAMERAS[this.#cameras.size % CAMERAS.length];
+    const camera = new Places(LineSegments, new LineBasicMaterial({ color: colour }), 16);
+    camera.colour = colour;
+    camera.object.matrixAutoUpdate = false;
+    this.#cameras.set(stream, camera);
+    this.#space.add(camera.object);
+  }
+}
+
+// An object of at most so many places.
+class Places {
+  count = 0;
+  #attribute;
+
+  constructor(Kind, material, most) {
+    this.#attribute = new BufferAttribute(new Float32Array(3 * most), 3);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", this.#attribute);
+    this.object = new Kind(geometry, material);
+    // The bounds of what moves would have to be computed each time.
+    this.object.frustumCulled = false;
+    this.set([]);
+  }
+
+  set(places) {
+    this.setFlat(places.slice(-this.#attribute.count).flat());
+  }
+
+  setFlat(numbers) {
+    this.count = Math.min(numbers.length / 3, this.#attribute.count);
+    this.#attribute.array.set(numbers.slice(0, 3 * this.count));
+    this.#attribute.needsUpdate = true;
+    this.object.geometry.setDrawRange(0, this.count);
+    return this.count;
+  }
+}
+
+class Hand {
+  isTracked = false;
+
+  constructor(colour) {
+    const material = new MeshBasicMaterial({ color: colour });
+    this.joints = new InstancedMesh(new SphereGeometry(JOINT_M, 8, 6), material, JOINTS);
+    this.joints.frustumCulled = false;
+    this.bones = new Places(LineSegments, new LineBasicMaterial({ color: colour }), 2 * BONES.length);
+    this.show([]);
+  }
+
+  show(joints) {
+    const tracked = joints.slice(0, JOINTS).filter(Boolean);
+    const matrix = new Matrix4();
+    tracked.forEach((place, index) => this.joints.setMatrixAt(index, matrix.makeTranslation(...place)));
+    this.joints.count = tracked.length;
+    this.joints.instanceMatrix.needsUpdate = true;
+    this.bones.set(BONES.filter((it) => it.every((joint) => joints[joint])).flatMap((it) => it.map((joint) => joints[joint])));
+    this.isTracked = tracked.length > 0;
+  }
+}
+
+// Returns the place at a distance along the x axis of a pose.
+function ahead(pose, metres) {
+  return [0, 1, 2].map((axis) => pose[12 + axis] + metres * pose[axis]);
+}

@@ -1,0 +1,179 @@
+"""The poses that the 3D view shows, all in the world frame."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.message_types import message_class
+
+from ..geometry.camera import camera_of
+from ..geometry.lens import Lens
+from ..geometry.pose import Pose, pose_of
+from ..geometry.transform_tree import Tree
+from ..images.image_topic import camera_namespace
+from ..monitoring.topic_table import Rows
+from .state import published_images
+
+type Place = list[float] | None
+
+SCENE = "scene"
+_TF, _TF_STATIC = "/tf", "/tf_static"
+_HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
+_MOST_HZ = 15
+# What has not come for so long is not shown.
+_FRESH_S = 1.0
+_KEPT_POSES = 64
+
+
+class Scene:
+    """The newest poses of head, cameras, hands and gaze. Thread-safe.
+
+    Args:
+        receiver: the receiver's --name, or empty.
+    """
+
+    def __init__(self, receiver: str) -> None:
+        table, prefix = load_table(), f"{receiver}/" if receiver else ""
+        self._frames = {it.id: it.frame for it in table.streams.values()}
+        frames = {prefix + frame: frame for frame in self._frames.values()}
+        self._head = prefix + table.head_frame
+        self._tree = Tree(frames, prefix + table.world_frame, self._head)
+        self._lock = threading.Lock()
+        # What is shown by its name, with the time at which it came.
+        self._poses: dict[str, tuple[float, Pose]] = {}
+        self._hands: dict[str, tuple[float, list[Place]]] = {}
+        self._lenses: dict[str, tuple[float, Lens]] = {}
+        # The poses of the optical frame of each camera by stamp in ns.
+        self._at: dict[str, OrderedDict[int, Pose]] = {}
+        self._message: tuple[int, str] = 0, ""
+        self._next_s = 0.0
+
+    def topics(self, rows: Rows, shown: Collection[str]) -> dict[str, tuple[str, str]]:
+        """Returns name and type of each needed topic, by what it fills.
+
+        Args:
+            shown: the streams whose images are shown; of others, camera_info would wake the camera.
+        """
+        found = {it: (it, "tf2_msgs/msg/TFMessage") for it in (_TF, _TF_STATIC)}
+        for name, it in rows.items():
+            if "type" in it and it["stream"] in (*_HANDS, _GAZE):
+                found[it["stream"]] = name, it["type"]
+        for stream, (image, _) in published_images(rows).items():
+            name = f"{camera_namespace(image)}/camera_info"
+            if stream in shown and name in rows:
+                found[f"lens {stream}"] = name, "sensor_msgs/msg/CameraInfo"
+        return found
+
+    def take(self, filled: str, type: str, payload: bytes) -> None:
+        """Takes the CDR of a message of the topic that fills `filled`; ignores an invalid one."""
+        # rclpy raises RuntimeError for a payload that is not of the type.
+        with suppress(ValueError, RuntimeError), self._lock:
+            message = deserialize_message(payload, message_class(type))
+            if filled == _TF:
+                self._take_transforms(message)
+            elif filled == _TF_STATIC:
+                self._tree.stand(message)
+            elif filled in _HANDS:
+                joints = [_place(it.position) for it in message.poses]
+                self._hands[filled] = time.monotonic(), joints
+            elif filled == _GAZE:
+                self._poses[filled] = time.monotonic(), pose_of(_Transform(message.pose))
+            else:
+                camera = filled.removeprefix("lens ")
+                self._lenses[camera] = time.monotonic(), camera_of(message).lens
+
+    def lens(self, stream: str) -> Lens | None:
+        """Returns the lens of a camera that is shown."""
+        with self._lock:
+            found = self._lenses.get(stream)
+            return None if found is None else found[1]
+
+    def pose_at(self, stream: str, stamp_ns: int) -> Pose | None:
+        """Returns the pose of a camera's optical frame at the stamp of a recent image."""
+        with self._lock:
+            poses = self._at.get(self._frames[stream])
+            return None if poses is None else poses.get(stamp_ns)
+
+    def newest(self) -> tuple[int, str]:
+        """Returns the number of the scene, from 1, and its JSON; 15 new ones per second at most.
+
+        Poses are matrices, column by column.
+        """
+        with self._lock:
+            now_s = time.monotonic()
+            if now_s >= self._next_s:
+                self._next_s = now_s + 1 / _MOST_HZ
+                message = json.dumps(self._scene(now_s - _FRESH_S))
+                if message != self._message[1]:
+                    self._message = self._message[0] + 1, message
+            return self._message
+
+    def _scene(self, since_s: float) -> dict[str, Any]:
+        poses = {name: _numbers(it) for name, it in _since(since_s, self._poses)}
+        cameras = {
+            stream: {"pose": poses[frame], "corners": _corners(lens)}
+            for stream, lens in _since(since_s, self._lenses)
+            if (frame := self._frames[stream]) in poses
+        }
+        return {
+            "type": SCENE,
+            "head": poses.get(_HEAD),
+            "gaze": poses.get(_GAZE),
+            "hands": dict(_since(since_s, self._hands)),
+            "cameras": cameras,
+        }
+
+    def _take_transforms(self, message: Any) -> None:
+        for it in message.transforms:
+            if it.child_frame_id == self._head:
+                self._poses[_HEAD] = time.monotonic(), pose_of(it.transform)
+        for frame, stamp_ns, pose in self._tree.poses(message):
+            self._poses[frame] = time.monotonic(), pose
+            poses = self._at.setdefault(frame, OrderedDict())
+            poses[stamp_ns] = pose
+            if len(poses) > _KEPT_POSES:
+                poses.popitem(last=False)
+
+
+def _since[T](since_s: float, newest: Mapping[str, tuple[float, T]]) -> Iterator[tuple[str, T]]:
+    return ((name, it) for name, (then_s, it) in newest.items() if then_s >= since_s)
+
+
+class _Transform:
+    """A geometry_msgs/Pose under the names of geometry_msgs/Transform."""
+
+    def __init__(self, pose: Any) -> None:
+        self.translation, self.rotation = pose.position, pose.orientation
+
+
+def _numbers(pose: Pose) -> list[float]:
+    return [round(float(it), 4) for it in pose.T.ravel()]
+
+
+def _place(position: Any) -> Place:
+    place = [position.x, position.y, position.z]
+    return [round(it, 4) for it in place] if all(map(math.isfinite, place)) else None
+
+
+def _corners(lens: Lens) -> list[list[float]]:
+    """Returns the directions of the corners of an image, without the coefficients of the lens."""
+    corners = [(0, 0), (lens.width, 0), (lens.width, lens.height), (0, lens.height)]
+    return [_direction(lens, column, row) for column, row in corners]
+
+
+def _direction(lens: Lens, column: int, row: int) -> list[float]:
+    x, y = (column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy
+    radius = math.hypot(x, y)
+    angle = math.atan(radius) if lens.model == "plumb_bob" else radius
+    across = math.sin(angle) / radius if radius else 1.0
+    return [round(it, 4) for it in (x * across, y * across, math.cos(angle))]

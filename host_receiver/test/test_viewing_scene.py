@@ -1,0 +1,179 @@
+"""The 3D view of `ml2-receiver view`: what becomes of poses, lenses and depth."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TransformStamped
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CameraInfo, Image
+from tf2_msgs.msg import TFMessage
+
+from ml2_tools.viewing.cloud import Cloud
+from ml2_tools.viewing.newest_image import NewestImage
+from ml2_tools.viewing.scene import Scene
+
+WORLD = "magicleap_world"
+DEPTH = "depth_optical_frame"
+# x right, y down, z forward, of a camera that looks along the world's x axis
+LOOKS_AHEAD = (-0.5, 0.5, -0.5, 0.5)
+TF, HANDS = "tf2_msgs/msg/TFMessage", "geometry_msgs/msg/PoseArray"
+INFO, IMAGE = "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/Image"
+
+
+def transform(parent: str, child: str, place: Any, rotation: Any = (0, 0, 0, 1)) -> Any:
+    found = TransformStamped()
+    found.header.frame_id, found.child_frame_id = parent, child
+    found.header.stamp.sec = 7
+    it = found.transform
+    it.translation.x, it.translation.y, it.translation.z = map(float, place)
+    it.rotation.x, it.rotation.y, it.rotation.z, it.rotation.w = map(float, rotation)
+    return found
+
+
+def take_transforms(scene: Scene, topic: str, *transforms: Any) -> None:
+    scene.take(topic, TF, serialize_message(TFMessage(transforms=transforms)))
+
+
+def take_lens(scene: Scene, stream: str, width: int, height: int, focal: float) -> None:
+    info = CameraInfo(width=width, height=height, distortion_model="plumb_bob", d=[0.0] * 5)
+    info.k = [focal, 0.0, width / 2, 0.0, focal, height / 2, 0.0, 0.0, 1.0]
+    info.p = [focal, 0.0, width / 2, 0.0, 0.0, focal, height / 2, 0.0, 0.0, 0.0, 1.0, 0.0]
+    info.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    scene.take(f"lens {stream}", INFO, serialize_message(info))
+
+
+def shown(scene: Scene) -> Any:
+    return json.loads(scene.newest()[1])
+
+
+def test_head_and_cameras_are_matrices_column_by_column() -> None:
+    scene = Scene("")
+    take_lens(scene, "depth", 4, 4, 2.0)
+    head = transform(WORLD, "head_frame", (1, 2, 3))
+    take_transforms(scene, "/tf", head, transform(WORLD, DEPTH, (1, 0, 0), LOOKS_AHEAD))
+    found = shown(scene)
+    assert found["head"] == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]
+    pose = found["cameras"]["depth"]["pose"]
+    assert pose[8:11] == pytest.approx([1, 0, 0], abs=1e-4)
+    assert pose[12:15] == [1, 0, 0]
+
+
+def test_cameras_of_a_rig_move_with_the_head_of_a_named_receiver() -> None:
+    scene = Scene("robot1")
+    take_lens(scene, "depth", 4, 4, 2.0)
+    mounting = transform("robot1/head_frame", f"robot1/{DEPTH}", (0.5, 0, 0))
+    take_transforms(scene, "/tf_static", mounting)
+    take_transforms(scene, "/tf", transform(f"robot1/{WORLD}", "robot1/head_frame", (1, 0, 0)))
+    assert shown(scene)["cameras"]["depth"]["pose"][12:15] == [1.5, 0, 0]
+
+
+def test_the_corners_of_a_lens_are_directions() -> None:
+    scene = Scene("")
+    take_lens(scene, "depth", 4, 4, 2.0)
+    take_transforms(scene, "/tf", transform(WORLD, DEPTH, (0, 0, 0)))
+    third = 3**-0.5
+    expected = [(-third, -third), (third, -third), (third, third), (-third, third)]
+    corners = shown(scene)["cameras"]["depth"]["corners"]
+    assert corners == [pytest.approx([x, y, third], abs=1e-4) for x, y in expected]
+
+
+def test_an_untracked_joint_has_no_place() -> None:
+    scene = Scene("")
+    tracked, lost = Pose(), Pose()
+    tracked.position.x, lost.position.y = 0.25, float("nan")
+    poses = PoseArray(poses=[tracked, lost])
+    scene.take("hand_left", HANDS, serialize_message(poses))
+    assert shown(scene)["hands"] == {"hand_left": [[0.25, 0, 0], None]}
+
+
+def test_invalid_messages_are_ignored() -> None:
+    scene = Scene("")
+    scene.take("/tf", TF, b"\x00\x01\x00\x00\xff\xff\xff\xff")
+    scene.take("gaze", "geometry_msgs/msg/PoseStamped", serialize_message(zero_rotation()))
+    scene.take("lens depth", INFO, serialize_message(CameraInfo()))
+    found = shown(scene)
+    assert (found["head"], found["gaze"], found["cameras"]) == (None, None, {})
+
+
+def zero_rotation() -> Any:
+    found = PoseStamped()
+    found.pose.orientation.w = 0.0
+    return found
+
+
+def test_what_does_not_come_any_more_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now_s[0])
+    scene = Scene("")
+    take_transforms(scene, "/tf", transform(WORLD, "head_frame", (1, 2, 3)))
+    assert shown(scene)["head"] is not None
+    now_s[0] += 1.1
+    assert shown(scene)["head"] is None
+
+
+def test_there_are_15_scenes_per_second_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now_s[0])
+    scene = Scene("")
+    numbers = set()
+    for step in range(100):
+        now_s[0] += 0.01
+        take_transforms(scene, "/tf", transform(WORLD, "head_frame", (step, 0, 0)))
+        numbers.add(scene.newest()[0])
+    assert 13 <= len(numbers) <= 16
+
+
+def test_camera_info_is_subscribed_to_with_the_image_only() -> None:
+    stream = {"type": IMAGE, "stream": "depth"}
+    rows = {
+        "session": {"state.depth": "running"},
+        "/p/depth/image_raw": stream,
+        "/p/depth/camera_info": stream | {"type": INFO},
+        "/p/gaze": {"type": "geometry_msgs/msg/PoseStamped", "stream": "gaze"},
+    }
+    scene = Scene("")
+    assert scene.topics(rows, {"scene"}).keys() == {"/tf", "/tf_static", "gaze"}
+    assert scene.topics(rows, {"scene", "depth"})["lens depth"] == ("/p/depth/camera_info", INFO)
+
+
+def depth_image(pixels: Any) -> NewestImage:
+    height, width = pixels.shape
+    data = pixels.astype("<f4").tobytes()
+    image = Image(height=height, width=width, step=4 * width, encoding="32FC1", data=data)
+    image.header.stamp.sec = 7
+    found = NewestImage("depth")
+    assert found.take(IMAGE, serialize_message(image))
+    return found
+
+
+def test_depth_becomes_points_in_the_world() -> None:
+    scene = Scene("")
+    cloud = Cloud(scene)
+    pixels = np.full((480, 544), 2.0)
+    pixels[:240] = np.nan
+    take_lens(scene, "depth", 544, 480, 400.0)
+    take_transforms(scene, "/tf", transform(WORLD, DEPTH, (1, 0, 0.5), LOOKS_AHEAD))
+    number, message = cloud.encoded(depth_image(pixels))
+    assert (number, message[:6]) == (1, b"\x05cloud")
+    points = np.frombuffer(message, "<f4", offset=10).reshape(-1, 3)
+    assert 1000 < len(points) <= 2500
+    assert points[:, 0] == pytest.approx(3, abs=1e-5)
+    # The lower half of the image is below the camera; its left is the world's +y.
+    assert points[:, 2].max() == pytest.approx(0.5, abs=0.1)
+    assert points[:, 1].max() == pytest.approx(2 * 272 / 400, abs=0.1)
+
+
+def test_depth_without_a_pose_or_a_lens_makes_no_points() -> None:
+    scene = Scene("")
+    assert Cloud(scene).encoded(depth_image(np.ones((4, 4))))[0] == 0
+    take_lens(scene, "depth", 4, 4, 2.0)
+    assert Cloud(scene).encoded(depth_image(np.ones((4, 4))))[0] == 0
+    assert Cloud(scene).encoded(NewestImage("depth"))[0] == 0

@@ -1,0 +1,78 @@
+"""The 3D view of the page."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, WebSocket, expect
+
+from lab import SCREEN, Lab
+
+_SHOWN = ("head", "color", "depth", "world left", "hand left", "hand right", "gaze")
+
+
+@pytest.fixture
+def scene(page: Page) -> Locator:
+    """The 3D view, once it shows everything."""
+    scene = page.locator("#scene")
+    for name in _SHOWN:
+        expect(scene.get_by_role("list")).to_contain_text(name)
+    return scene
+
+
+def await_changes(scene: Locator) -> None:
+    """Waits for two different pictures; the test's time limit ends an endless wait."""
+    pictures = set[bytes]()
+    while len(pictures) < 2:
+        pictures.add(scene.locator("canvas").screenshot())
+
+
+def test_it_moves_in_each_view(scene: Locator) -> None:
+    for name in ("Follow", "Orbit", "Top"):
+        button = scene.get_by_role("button", name=name)
+        button.press("Enter")
+        expect(button).to_have_attribute("aria-pressed", "true")
+        await_changes(scene)
+
+
+def test_dragging_and_arrow_keys_leave_the_head(page: Page, scene: Locator) -> None:
+    follow, orbit = (scene.get_by_role("button", name=it) for it in ("Follow", "Orbit"))
+    follow.click()
+    scene.locator("canvas").press("Shift+ArrowLeft")
+    expect(orbit).to_have_attribute("aria-pressed", "true")
+    follow.click()
+    expect(orbit).to_have_attribute("aria-pressed", "false")
+    scene.locator("canvas").drag_to(scene.locator("ul"))
+    expect(orbit).to_have_attribute("aria-pressed", "true")
+
+
+def test_points_come_while_the_image_of_depth_is_shown(browser: Browser, lab: Lab) -> None:
+    page, socket = opened(browser, lab)
+    with socket.expect_event("framesent", lambda it: json.loads(it) == {"seen": "cloud"}):
+        expect(page.locator("[data-stream=depth]")).to_be_visible()
+    page.close()
+
+
+def test_a_hidden_view_asks_for_nothing(browser: Browser, lab: Lab) -> None:
+    page, socket = opened(browser, lab)
+    scene = page.locator("#scene")
+    expect(scene.get_by_role("list")).to_contain_text("head")
+    with socket.expect_event("framesent", lambda it: not asks_for_scene(it, otherwise=True)):
+        scene.get_by_role("button", name="Hide").click()
+    with socket.expect_event("framesent", lambda it: asks_for_scene(it, otherwise=False)):
+        scene.get_by_role("button", name="Show").click()
+    page.close()
+
+
+def opened(browser: Browser, lab: Lab) -> tuple[Page, WebSocket]:
+    page = browser.new_page(viewport=SCREEN)
+    with page.expect_websocket() as socket:
+        page.goto(lab.address)
+    return page, socket.value
+
+
+def asks_for_scene(frame: str | bytes, *, otherwise: bool) -> bool:
+    """Returns True if a message asks for the scene, and `otherwise` if it is of another kind."""
+    message = json.loads(frame)
+    return "scene" in message["show"] if "show" in message else otherwise
