@@ -218,6 +218,17 @@ def test_it_ends_with_an_interrupt_and_closes_the_page(view: View) -> None:
         assert browser.end()[0] == 1001
 
 
+def test_run_starts_the_page_and_ends_it(config: Path) -> None:
+    with Receiver(config, "--name", "robot1", "--view") as receiver:
+        while not (line := receiver.line()).startswith("open http"):
+            pass
+        url, token = line.removeprefix("open ").split("/#")
+        with Browser(url, token) as browser:
+            assert browser.text("state")["facts"]
+            assert receiver.end() == 0
+            assert browser.end()[0] == 1001
+
+
 def test_a_port_in_use_is_named_with_what_to_do(view: View) -> None:
     port = view.url.rpartition(":")[2]
     with Child("-m", "ml2_receiver", "view", "--no-browser", "--port", port) as other:

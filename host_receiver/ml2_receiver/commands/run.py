@@ -11,6 +11,7 @@ from .config import Subparsers
 from .endpoint import Endpoint
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
+from .view_beside import view_beside
 
 _EPILOG = """\
 Headsets find it by its name where it listens on the network. Whatever follows --ros-args goes to
@@ -20,6 +21,7 @@ examples:
   ml2-receiver run                                     for a simulated headset on this machine
   ml2-receiver run --listen 0.0.0.0:7755 --config my.yaml
   ml2-receiver run --listen 0.0.0.0:7756 --name robot1    a second headset, kept apart
+  ml2-receiver run --view                              and show its streams in a browser
   ml2-receiver run --ros-args --log-level debug
 """
 
@@ -31,6 +33,9 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog=_EPILOG,
     )
     add_options(parser)
+    parser.add_argument(
+        "--view", action="store_true", help="also run `ml2-receiver view`, the page in a browser"
+    )
     parser.set_defaults(run=_run)
 
 
@@ -52,5 +57,7 @@ def _run(options: argparse.Namespace) -> int:
             needs = images_mbit_per_s(node.config)
             asked = {id: it for id, it in needs.items() if id not in endpoint.excluded}
             print(link_in_words(node.config, asked, bound_mbit_per_s(node.config)), flush=True)
+            if options.view:
+                stack.enter_context(view_beside(options.name))
             stopping.wait()
     return 0

@@ -7,6 +7,7 @@ import {
 const GROUND = "#10141b";
 const LINES = "#333c4a";
 const HEAD = "#ffd166";
+const WIRES = { color: HEAD, wireframe: true, transparent: true, opacity: 0.35 };
 const GAZE = "#ff5da2";
 const HANDS = { hand_left: "#ff8a5c", hand_right: "#5dd39e" };
 const CAMERAS = ["#79b8ff", "#c792ea", "#5ce1e6", "#b8e986", "#f5a9b8", "#e0c068", "#9fa8ff"];
@@ -22,7 +23,7 @@ const BONES = FINGERS.flatMap((it) => it.slice(1).map((joint, index) => [it[inde
 
 export class SceneObjects {
   #space;
-  #head = new Mesh(new SphereGeometry(0.08, 10, 7), new MeshBasicMaterial({ color: HEAD, wireframe: true }));
+  #head = new Mesh(new SphereGeometry(0.08, 10, 7), new MeshBasicMaterial(WIRES));
   #trail = new Places(Line, new LineBasicMaterial({ color: HEAD }), MOST_TRAIL);
   #passed = [];
   #gaze = new Places(Line, new LineBasicMaterial({ color: GAZE }), 2);
