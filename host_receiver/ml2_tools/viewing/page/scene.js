@@ -32,7 +32,8 @@ export class SceneView {
     this.#changed = changed;
     this.#renderer = rendererOf(this.#canvas);
     if (!this.#renderer) {
-      this.#canvas.replaceWith(element("p", "quiet", "The 3D view needs WebGL, which this browser does not offer."));
+      this.#figure.style.gridArea = "auto";
+      this.#figure.replaceChildren(element("figcaption", "", "The 3D view needs WebGL, which this browser does not offer."));
       return;
     }
     this.#camera.up.set(0, 0, 1);
