@@ -1,1 +1,1 @@
-"""Shows a running receiver's streams on a page in a browser of this machine."""
+"""Shows and steers a running receiver on a page in a browser of this machine."""

@@ -18,7 +18,6 @@ from .requests import Call, Change
 
 _PERIOD_S = 1.0
 _PATIENCE_S = 3.0
-_UNKNOWN: tuple[int, str] = 0, ""
 
 
 class Answer(NamedTuple):
@@ -49,14 +48,16 @@ class Steering:
         self.controls = controls
         self._view = view
         self._client = ReceiverClient(view.context, receiver, _PATIENCE_S)
-        self._settings = _UNKNOWN
-        self._tasks: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._settings: tuple[int, str] = 0, ""
+        self._is_over = False
+        self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="view-steering")
         self._thread.start()
 
     def close(self) -> None:
-        """Ends the thread, after the request that is being carried out."""
-        self._tasks.put(None)
+        """Ends the thread, after the request that is being carried out; others are dropped."""
+        self._is_over = True
+        self._tasks.put(_nothing)
         self._thread.join()
         self._client.close()
 
@@ -77,24 +78,21 @@ class Steering:
         self._tasks.put(carry_out)
 
     def _run(self) -> None:
-        while True:
+        while not self._is_over:
             try:
-                task = self._tasks.get(timeout=_PERIOD_S)
+                self._tasks.get(timeout=_PERIOD_S)()
             except queue.Empty:
-                task = self._read_settings if self._view.is_watched else _nothing
-            if task is None:
-                return
-            task()
+                if self._view.is_watched:
+                    self._read_settings()
 
     def _answer(self, request: Change | Call) -> Answer:
+        to = request.service if isinstance(request, Call) else request.section
         try:
             if isinstance(request, Call):
-                return Answer(request.service, *self._client.call(request.service))
-            section = request.section
-            values = {f"{section}.{key}": value for key, value in request.values.items()}
-            return Answer(section, *self._client.set(values))
+                return Answer(to, *self._client.call(request.service))
+            values = {f"{to}.{key}": value for key, value in request.values.items()}
+            return Answer(to, *self._client.set(values))
         except RosError as error:
-            to = request.service if isinstance(request, Call) else request.section
             return Answer(to, False, str(error))
 
     def _read_settings(self) -> None:
