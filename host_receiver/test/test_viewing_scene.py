@@ -131,6 +131,20 @@ def test_there_are_15_scenes_per_second_at_most(monkeypatch: pytest.MonkeyPatch)
     assert 13 <= len(numbers) <= 16
 
 
+def test_hands_are_decoded_20_times_per_second_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now_s[0])
+    scene = Scene("")
+    places = set()
+    for step in range(60):
+        joint = Pose()
+        joint.position.x = float(step)
+        scene.take("hand_left", HANDS, serialize_message(PoseArray(poses=[joint])))
+        now_s[0] += 1 / 60
+        places.add(shown(scene)["hands"]["hand_left"][0][0])
+    assert 13 <= len(places) <= 20
+
+
 def test_camera_info_is_subscribed_to_with_the_image_only() -> None:
     stream = {"type": IMAGE, "stream": "depth"}
     rows = {

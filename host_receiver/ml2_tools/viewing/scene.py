@@ -29,10 +29,15 @@ type Place = list[float] | None
 SCENE = "scene"
 _TF, _TF_STATIC = "/tf", "/tf_static"
 _HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
+# What a camera_info fills begins with this, and ends with the stream.
+_LENS = "lens "
 _MOST_HZ = 15
 # What has not come for so long is not shown.
 _FRESH_S = 1.0
 _KEPT_POSES = 64
+# Messages between these times are left out before they are decoded, which costs most. Transforms
+# are not, since each image has its own.
+_PERIOD_S, _LENS_PERIOD_S = 0.05, 0.5
 
 
 class Scene:
@@ -55,6 +60,7 @@ class Scene:
         self._lenses: dict[str, tuple[float, Lens]] = {}
         # The poses of the optical frame of each camera by stamp in ns.
         self._at: dict[str, OrderedDict[int, Pose]] = {}
+        self._due_s: dict[str, float] = {}
         self._message: tuple[int, str] = 0, ""
         self._next_s = 0.0
 
@@ -71,13 +77,15 @@ class Scene:
         for stream, (image, _) in published_images(rows).items():
             name = f"{camera_namespace(image)}/camera_info"
             if stream in shown and name in rows:
-                found[f"lens {stream}"] = name, "sensor_msgs/msg/CameraInfo"
+                found[f"{_LENS}{stream}"] = name, "sensor_msgs/msg/CameraInfo"
         return found
 
     def take(self, filled: str, type: str, payload: bytes) -> None:
         """Takes the CDR of a message of the topic that fills `filled`; ignores an invalid one."""
         # rclpy raises RuntimeError for a payload that is not of the type.
         with suppress(ValueError, RuntimeError), self._lock:
+            if not self._is_due(filled):
+                return
             message = deserialize_message(payload, message_class(type))
             if filled == _TF:
                 self._take_transforms(message)
@@ -89,7 +97,7 @@ class Scene:
             elif filled == _GAZE:
                 self._poses[filled] = time.monotonic(), pose_of(_Transform(message.pose))
             else:
-                camera = filled.removeprefix("lens ")
+                camera = filled.removeprefix(_LENS)
                 self._lenses[camera] = time.monotonic(), camera_of(message).lens
 
     def lens(self, stream: str) -> Lens | None:
@@ -132,6 +140,15 @@ class Scene:
             "hands": dict(_since(since_s, self._hands)),
             "cameras": cameras,
         }
+
+    def _is_due(self, filled: str) -> bool:
+        now_s = time.monotonic()
+        if filled in (_TF, _TF_STATIC):
+            return True
+        if now_s < self._due_s.get(filled, 0):
+            return False
+        self._due_s[filled] = now_s + (_LENS_PERIOD_S if filled.startswith(_LENS) else _PERIOD_S)
+        return True
 
     def _take_transforms(self, message: Any) -> None:
         for it in message.transforms:
