@@ -34,7 +34,7 @@ internal class ImageRate(startNanos: Long) {
 
     private val roundTrips = LeastRoundTrip()
     private val acknowledged = AcknowledgedBytes()
-    private var writtenNanos: Long? = null
+    private var writtenNanos = startNanos - RECENT_NANOS
     private var lastDelayNanos = 0L
 
     /** How many successive round trips had half of the tolerated delay or more. */
@@ -174,7 +174,7 @@ internal class ImageRate(startNanos: Long) {
 
     private val tolerated get() = max(TOLERATED_NANOS, roundTrips.leastNanos / TOLERATED_PART)
 
-    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && writtenNanos.let { it != null && nowNanos - it <= RECENT_NANOS }
+    private fun mayCut(nowNanos: Long) = nowNanos >= heldUntilNanos && nowNanos - writtenNanos < RECENT_NANOS
 
     private fun congested(
         delivered: Double,

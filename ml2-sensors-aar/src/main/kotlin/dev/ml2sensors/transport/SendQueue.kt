@@ -1,6 +1,5 @@
 package dev.ml2sensors.transport
 
-import dev.ml2sensors.capture.NativeLibrary
 import java.net.InetSocketAddress
 import java.nio.channels.SocketChannel
 
@@ -15,8 +14,11 @@ internal class SendQueue private constructor(private val descriptor: Int) {
     companion object {
         /** Returns the queue of a connected [socket], or null in a process without libml2sensors.so. */
         fun of(socket: SocketChannel): SendQueue? {
-            if (!NativeLibrary.isLoaded) return null
-            val descriptor = find(portOf(socket.localAddress), portOf(socket.remoteAddress))
+            val descriptor = try {
+                find(portOf(socket.localAddress), portOf(socket.remoteAddress))
+            } catch (_: UnsatisfiedLinkError) {
+                return null
+            }
             return if (descriptor < 0) null else SendQueue(descriptor)
         }
 
