@@ -30,6 +30,9 @@ internal class ImagePacing(
     private var askedNanos: Long? = null
 
     private var writtenBytes = 0L
+
+    /** Of slices that may be written, and were not yet. */
+    private var grantedBytes = 0L
     private var writers = 0
 
     /** The least round trip of the last 10 s; 0 before the first. */
@@ -59,7 +62,7 @@ internal class ImagePacing(
     private fun finish(): Unit = synchronized(rate) { if (--writers == 0) rate.pause(nanoTime()) }
 
     /**
-     * Waits until [bytes] of an image may be written.
+     * Waits until [bytes] of an image may be written. Call [written] afterwards.
      *
      * @throws InterruptedException when the thread is interrupted.
      */
@@ -73,7 +76,10 @@ internal class ImagePacing(
                 waitNanos = waitNanos()
             }
             val now = nanoTime()
-            val bytesPerSecond = synchronized(rate) { rate.bytesPerSecond(now) }
+            val bytesPerSecond = synchronized(rate) {
+                grantedBytes += bytes
+                rate.bytesPerSecond(now)
+            }
             nextNanos = maxOf(nextNanos, now - BURST_NANOS) + (bytes * NANOS_PER_SECOND / bytesPerSecond).toLong()
         } finally {
             turn.unlock()
@@ -95,7 +101,7 @@ internal class ImagePacing(
             rate.acknowledged(writtenBytes - underWayBytes, now)
             if (asked != null) rate.unanswered(asked, now)
             if (untilTurn > 0) rate.waited(now)
-            underWayBytes > maxOf(SLICE_BYTES.toDouble(), rate.mostUnderWayBytes(now))
+            grantedBytes + underWayBytes > maxOf(SLICE_BYTES.toDouble(), rate.mostUnderWayBytes(now))
         }
         if (untilTurn > 0) return untilTurn
         val isHeld = isStalled(now) || isUrgentBlocked() || isLinkFull
@@ -106,8 +112,9 @@ internal class ImagePacing(
 
     private fun isStalled(nowNanos: Long) = askedNanos.let { it != null && nowNanos - it > ImageRate.STALL_NANOS }
 
-    /** [bytes] of an image were handed to the kernel. */
+    /** The [bytes] of [await] were handed to the kernel, or their lane was lost. */
     fun written(bytes: Int): Unit = synchronized(rate) {
+        grantedBytes -= bytes
         writtenBytes += bytes
         rate.written(nanoTime())
     }

@@ -256,7 +256,7 @@ internal class ImageRate(startNanos: Long) {
         /** So many times the delay drains the queue of a link that small messages fill to a third. */
         private const val DRAIN_DELAYS = 2
         private const val PLATEAU = 0.95
-        private const val PLATEAU_SECONDS = 0.7
+        private const val PLATEAU_SECONDS = 1.0
         private const val PLATEAU_END = 1.1
         private val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
         private const val DOUBLING_SECONDS = 0.4

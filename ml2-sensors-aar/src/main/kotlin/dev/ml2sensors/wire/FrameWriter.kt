@@ -72,8 +72,11 @@ internal class FrameWriter(
             tail.limit(minOf(end, tail.position() + ImagePacing.SLICE_BYTES))
             val bytes = head.remaining() + tail.remaining()
             pacing.await(bytes)
-            writePieces(head, tail)
-            pacing.written(bytes)
+            try {
+                writePieces(head, tail)
+            } finally {
+                pacing.written(bytes)
+            }
         } while (tail.position() < end)
     }
 

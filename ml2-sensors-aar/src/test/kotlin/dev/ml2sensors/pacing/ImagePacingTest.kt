@@ -43,7 +43,7 @@ class ImagePacingTest {
     @Test
     fun imagesLetSmallMessagesPassForAQuarterOfASecondAtMost() {
         isBlocked = true
-        pacing.await(ImagePacing.SLICE_BYTES)
+        secondsFor(ImagePacing.SLICE_BYTES)
         val waited = secondsFor(ImagePacing.SLICE_BYTES)
         assertTrue(waited in 0.2..0.27, "$waited s")
         isBlocked = false
@@ -54,10 +54,10 @@ class ImagePacingTest {
     fun imagesWaitWhileTheLinkStandsStill() {
         pacing.measured {
             nanos += 201_000_000
-            pacing.await(ImagePacing.SLICE_BYTES)
+            secondsFor(ImagePacing.SLICE_BYTES)
             assertTrue(secondsFor(ImagePacing.SLICE_BYTES) > 0.2)
         }
-        pacing.await(ImagePacing.SLICE_BYTES)
+        secondsFor(ImagePacing.SLICE_BYTES)
         assertTrue(secondsFor(ImagePacing.SLICE_BYTES) < 0.02)
     }
 
@@ -66,7 +66,7 @@ class ImagePacingTest {
         var underWayBytes = 1_000_000
         val queue = { underWayBytes }
         pacing.add(queue)
-        pacing.await(ImagePacing.SLICE_BYTES)
+        secondsFor(ImagePacing.SLICE_BYTES)
         assertTrue(secondsFor(ImagePacing.SLICE_BYTES) > 0.2)
         underWayBytes = ImagePacing.SLICE_BYTES
         assertTrue(secondsFor(ImagePacing.SLICE_BYTES) < 0.02)
@@ -82,7 +82,7 @@ class ImagePacingTest {
         val before = secondsFor(200_000)
         pacing.measured {
             nanos += 30_000_000
-            pacing.await(ImagePacing.SLICE_BYTES)
+            secondsFor(ImagePacing.SLICE_BYTES)
             assertTrue(secondsFor(200_000) > 2 * before, "congested until the link is known to stand still")
             nanos += 300_000_000
         }
