@@ -110,7 +110,7 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)") $(if $(LINK),--link $(LINK))
 
-check: build ## Check style, and run the fast tests of what changed since they last passed
+check: build $(javascript) ## Check style, and run the fast tests of what changed since they last passed
 	$(call two_at_a_time,lint check-python check-native check-kotlin check-unity)
 
 check-python:

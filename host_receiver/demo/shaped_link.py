@@ -52,7 +52,7 @@ class Link:
             *("rate", f"{rate_mbit}mbit", "burst", str(_BURST_BYTES)),
             *("limit", str(int(queue_bytes) + _BURST_BYTES)),
         )
-        # A token bucket takes up a new rate only with the next packet, for which TCP may wait a second
+        # A token bucket takes up a new rate only with the next packet; TCP may wait a second for it
         _run(*self.headset.prefix, "bash", "-c", f"echo > /dev/udp/{self.receiver.address}/9")
 
     def dropped(self) -> int:

@@ -126,7 +126,7 @@ def _stamp(message: object) -> tuple[int, int] | None:
 
 
 def _javascript(folder: Path, mode: str) -> list[Seen]:
-    assert _NODE_MODULES.is_dir(), "run `make test-python` once: it installs the JavaScript reader"
+    assert _NODE_MODULES.is_dir(), "run `make check` once: it installs the JavaScript reader"
     result = subprocess.run(
         ["node", str(_HERE / "javascript/read_bag.cjs"), mode, str(mcap_file(folder))],
         env={**os.environ, "NODE_PATH": str(_NODE_MODULES)},

@@ -24,9 +24,7 @@ def held(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 def test_its_pose_is_its_transform(held: Received) -> None:
     poses = {stamp_ns(it): it.pose.position for it in held.messages("controller")}
-    frames = {
-        at: pose for (child, at), pose in moving(held).items() if child == "controller_frame"
-    }
+    frames = {at: pose for (child, at), pose in moving(held).items() if child == "controller_frame"}
     common = poses.keys() & frames.keys()
     assert len(common) > 0.5 * len(poses)  # both may lose some under load
     for at in common:
