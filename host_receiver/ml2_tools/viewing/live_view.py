@@ -85,6 +85,7 @@ class LiveView:
         self._settling = threading.Lock()
         self._closing = ExitStack()
         node = self._closing.enter_context(tool_node("ml2_view"))
+        self._context: Context = node.context
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), self._diagnosed)
         with self._settling:  # _diagnosed() needs _taker, and may be called at once
