@@ -3,7 +3,7 @@
 # committed, so that users need neither Node nor a network.
 # Usage: bundle.sh OUTPUT
 set -euo pipefail
-output=$(realpath "$1")
+output=$(realpath --canonicalize-missing "$1")
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 mkdir -p build/three
