@@ -134,7 +134,7 @@ check-unity:
 test: test-python test-native test-kotlin test-conformance test-unity test-e2e test-view ## Run the tests of everything but a release's packages
 
 test-python: setup $(javascript) ## Test the receiver
-	$(pytest) $(slowest) $(call beside,4) host_receiver/test
+	$(pytest) $(slowest) $(call beside,6) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)

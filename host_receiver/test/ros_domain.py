@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-import fcntl
 import random
 import socket
-import tempfile
 from collections import deque
-from pathlib import Path
-from typing import IO
 
 # From 102 on, ports of domains may be those that Linux gives to connections.
 _DOMAINS = range(1, 102)
 # Many enough that who was killed in one is out of its graph by the time it is given back.
 _KEPT = 10
-_reserved: deque[IO[str]] = deque()
+_reserved: deque[socket.socket] = deque()
 
 
 def reserve_domain() -> int:
     """A silent domain that no other test has until this process ends or has reserved ten more."""
     for domain in random.sample(_DOMAINS, len(_DOMAINS)):
-        lock = (Path(tempfile.gettempdir()) / f"ml2_test_domain_{domain}").open("w")
+        # A name without a file: another user could not open the file of the first one.
+        lock = socket.socket(socket.AF_UNIX)
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            lock.bind(f"\0ml2_test_domain_{domain}")
+        except OSError:
             lock.close()
             continue
         _reserved.append(lock)
