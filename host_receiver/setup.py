@@ -3,7 +3,7 @@
 from setuptools import setup
 
 setup(
-    # Where setuptools 68 and later ones take it; three.js in the page of `view` is under MIT.
+    # setuptools 68 reads no licence expression from pyproject.toml. The page of `view` has three.js, under MIT.
     license="Apache-2.0 AND MIT",
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/ml2_receiver"]),

@@ -17,7 +17,7 @@ from typing import IO, Any
 from rich.console import Console
 
 from live_table import LiveTable
-from ml2_receiver.commands.options import mbit_per_s
+from ml2_receiver.commands.options import above_zero
 from ml2_receiver.commands.stopping import heed_interrupts
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.errors import ConfigError
@@ -80,7 +80,7 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--config", type=Path, default=ROOT / "config" / "demo.yaml")
     parser.add_argument("--replay", type=Path, help="an EuRoC/ASL folder instead of the simulation")
     parser.add_argument(
-        "--link", type=mbit_per_s, metavar="MBIT", help="between headset and receiver; needs root"
+        "--link", type=above_zero, metavar="MBIT", help="between headset and receiver; needs root"
     )
     return parser.parse_args()
 

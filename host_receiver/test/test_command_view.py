@@ -134,7 +134,7 @@ def test_a_change_is_shown_as_it_is_in_force(
     with Browser(view.url, view.token) as browser, Browser(view.url, view.token) as other:
         assert browser.text("settings")["sections"]["battery"] == {"enabled": True}
         browser.say(set="battery", to={"enabled": False})
-        # What is in force comes before the answer, so that the page shows it with the answer.
+        # The values in force come first: with the answer, the page shows them.
         assert browser.text("settings")["sections"]["battery"] == {"enabled": False}
         assert browser.text("answer") == answer("battery", True, "")
         while other.text("settings")["sections"]["battery"] != {"enabled": False}:

@@ -39,7 +39,7 @@ def test_a_link_is_a_rate_above_0(
     monkeypatch.setattr(sys, "argv", ["demo", "--link", link])
     with pytest.raises(SystemExit, match="2"):
         demo.main()
-    expected = f"make demo: error: argument --link: expected Mbit/s above 0, found '{link}'\n"
+    expected = f"make demo: error: argument --link: expected a number above 0, found '{link}'\n"
     assert capsys.readouterr().err.endswith(expected)
 
 

@@ -382,7 +382,7 @@ def test_without_a_receiver_it_says_what_to_start(
 def test_a_rate_is_above_zero(rate: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["play", "walk", "--rate", rate])
-    assert f"expected a rate above 0, found {rate!r}" in capsys.readouterr().err
+    assert f"expected a number above 0, found {rate!r}" in capsys.readouterr().err
 
 
 COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")

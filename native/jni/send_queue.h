@@ -1,7 +1,7 @@
-/** What the kernel holds of a TCP connection; the functions of dev.ml2sensors.transport.SendQueue. */
+/** The native methods of dev.ml2sensors.transport.SendQueue: how many bytes the kernel still has to deliver. */
 #pragma once
 
 #include <jni.h>
 
-/** Registers them; returns JNI_OK, or an error with an exception pending. */
+/** Registers these methods; returns JNI_OK, or an error with an exception pending. */
 jint send_queue_register(JNIEnv *env);

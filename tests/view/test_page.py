@@ -1,4 +1,4 @@
-"""What a person sees and does on the page, in a real browser."""
+"""The page in a real browser: what it shows, and how it answers mouse and keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person changes on the page, down to the simulated headset."""
+"""What a person changes on the page reaches the simulated headset, and the page shows it."""
 
 from __future__ import annotations
 

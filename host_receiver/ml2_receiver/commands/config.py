@@ -13,7 +13,7 @@ from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, fitting_change, link_in_words
 from ..table.reader import load_table
 from ..table.stream_table import Topic
-from .options import mbit_per_s
+from .options import above_zero
 
 type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -44,7 +44,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_file(check, "file", metavar="FILE", help="a ROS 2 parameter file")
     check.add_argument(
         "--link",
-        type=mbit_per_s,
+        type=above_zero,
         metavar="MBIT",
         help="what the link carries, in Mbit/s; default: general.link, if it is a number",
     )

@@ -28,12 +28,12 @@ def port(text: str) -> int:
     return int(text)
 
 
-def mbit_per_s(text: str) -> float:
-    """Parses the rate of a link, for argparse."""
+def above_zero(text: str) -> float:
+    """Parses a finite number above 0, for argparse."""
     try:
-        rate = float(text)
+        number = float(text)
     except ValueError:
-        rate = math.nan
-    if not 0 < rate < math.inf:
-        raise argparse.ArgumentTypeError(f"expected Mbit/s above 0, found {text!r}")
-    return rate
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
+    return number

@@ -13,6 +13,7 @@ from rich.live import Live
 
 from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.endpoint import PORT, add_keys
+from ml2_receiver.commands.options import above_zero
 from ml2_receiver.commands.receiving import address
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
@@ -67,7 +68,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help="default: 127.0.0.1:7755",
     )
     parser.add_argument(
-        "--rate", type=_rate, default=1.0, metavar="R", help="2 is twice as fast; default: 1"
+        "--rate", type=above_zero, default=1.0, metavar="R", help="2 is twice as fast; default: 1"
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end")
     parser.add_argument(
@@ -186,16 +187,6 @@ def _progress(player: Player, timeline: Timeline) -> str:
 
 def _log_line(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
-
-
-def _rate(text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = math.nan
-    if not 0 < rate < math.inf:
-        raise argparse.ArgumentTypeError(f"expected a rate above 0, found {text!r}")
-    return rate
 
 
 def _offset(text: str) -> float:

@@ -1,12 +1,12 @@
 package dev.ml2sensors.pacing
 
-/** What the receiver acknowledged in the last 400 ms, and thus what the link delivered. */
+/** How many bytes the receiver acknowledged in the last 400 ms: that is what the link delivered. */
 internal class AcknowledgedBytes {
     private class Total(val bytes: Long, val atNanos: Long)
 
     private val totals = ArrayDeque<Total>()
 
-    /** All bytes that are acknowledged by now are [bytes]. */
+    /** Adds the count of [bytes] that were acknowledged until [nowNanos]. */
     fun add(bytes: Long, nowNanos: Long) {
         val last = totals.lastOrNull()
         if (last != null && nowNanos - last.atNanos < INTERVAL_NANOS) return
@@ -20,7 +20,7 @@ internal class AcknowledgedBytes {
         return rate(totals.firstOrNull { last.atNanos - it.atNanos <= windowNanos } ?: last, last)
     }
 
-    /** The greatest rate of a time of 20 ms or more, in B/s: images come in bursts, which alone fill the link. */
+    /** The greatest rate over 20 ms or more, in B/s: between bursts of images the link is idle. */
     fun mostBytesPerSecond(): Double = totals.maxOfOrNull { first ->
         val next = totals.firstOrNull { it.atNanos - first.atNanos >= BURST_NANOS }
         if (next == null) 0.0 else rate(first, next)

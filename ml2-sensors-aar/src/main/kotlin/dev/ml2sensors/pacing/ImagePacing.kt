@@ -31,7 +31,7 @@ internal class ImagePacing(
 
     private var writtenBytes = 0L
 
-    /** Of slices that may be written, and were not yet. */
+    /** The bytes of slices that may be written, and were not yet. */
     private var grantedBytes = 0L
     private var writers = 0
 

@@ -17,7 +17,7 @@ import kotlin.math.pow
  *   rate at which the link was congested, then faster. It grows only while images wait for it, and above that rate
  *   slowly while they have pauses or the link has a queue.
  * - A link that does not answer for 200 ms stood still. Afterwards it has the rate that it had before.
- * - What is under way is bounded, so that a link that becomes slower has no long queue.
+ * - The bytes under way are bounded. So a link that becomes slower has no long queue.
  * - A delay that several cuts do not shorten has another cause, such as a longer route or another sender, and is taken
  *   for the path's own.
  *
@@ -123,7 +123,7 @@ internal class ImageRate(startNanos: Long) {
         writtenNanos = nowNanos
     }
 
-    /** Of all bytes that were written the receiver has acknowledged [bytes] by now. */
+    /** The receiver has acknowledged [bytes] since the session began. */
     fun acknowledged(bytes: Long, nowNanos: Long): Unit = acknowledged.add(bytes, nowNanos)
 
     /** Adds a round trip of the time lane, which ended at [nowNanos]. */
@@ -162,7 +162,7 @@ internal class ImageRate(startNanos: Long) {
         congested(acknowledged.recentBytesPerSecond(nowNanos - askedNanos), delay, nowNanos)
     }
 
-    /** What is under way causes no delay of [STALL_NANOS]: the link has stood still, and has the rate that it had. */
+    /** The bytes under way alone cannot delay by [STALL_NANOS]: the link stood still, and keeps its rate. */
     private fun resumeAt(bytesPerSecond: Double, nowNanos: Long) {
         congestedAt = bytesPerSecond
         congestion = null

@@ -4,11 +4,11 @@ import java.net.InetSocketAddress
 import java.nio.channels.SocketChannel
 
 /**
- * What the kernel holds of one TCP connection: bytes that were written and that the peer has not acknowledged. Java
- * does not tell, so libml2sensors.so asks the kernel. Thread-safe.
+ * The send queue of one TCP connection: the kernel keeps what was written until the peer acknowledges it. Java cannot
+ * read its length; libml2sensors.so asks the kernel. Thread-safe.
  */
 internal class SendQueue private constructor(private val descriptor: Int) {
-    /** How many bytes it holds; 0 where the system does not tell. Must not be read after the connection is closed. */
+    /** Its length in bytes; 0 where the system does not tell it. Must not be read after the connection is closed. */
     val bytes: Int get() = unacknowledged(descriptor)
 
     companion object {
