@@ -8,6 +8,7 @@ cd "$(dirname "$0")/../.."
 native=build/native
 bundle=$native/bundle
 simulation=$native/host/sim/libperception.magicleap.so
+PATH=$PATH:/sbin # where Debian has ldconfig, for root alone
 loader=$(ldconfig -p | sed -n 's/.*libopenxr_loader\.so\.1 .*=> //p' | head -n 1)
 
 # needs LIBRARY: what it needs that not every Linux has, by path.
