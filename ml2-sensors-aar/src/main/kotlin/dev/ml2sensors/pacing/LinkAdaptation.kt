@@ -11,7 +11,7 @@ internal class AdaptationStep(val streams: Set<AdaptedStream>, val quality: Int?
  * @property waitingSinceNanos since when an image lane has always had something to send; null if all have pauses.
  * @property isUnsettled true while the link stands still, or while the pacing does not know its rate yet.
  * @property droppedImages how many images were dropped so far because newer ones came before the link took them.
- * @property sentBytes what all image lanes have sent so far.
+ * @property sentBytes what all image lanes of the present session have sent so far.
  * @property allowedBytesPerSecond the rate of the pacing.
  */
 internal class LinkState(
@@ -165,6 +165,8 @@ private class Deliveries {
     val hasDrops: Boolean get() = totals.last().drops > totals.first().drops
 
     fun add(bytes: Long, drops: Long, nowNanos: Long) {
+        val isNewSession = totals.isNotEmpty() && bytes < totals.last().bytes
+        if (isNewSession) totals.clear()
         totals.addLast(Total(bytes, drops, nowNanos))
         while (totals.size > 2 && nowNanos - totals[1].atNanos >= WINDOW_NANOS) totals.removeFirst()
     }

@@ -80,6 +80,21 @@ class LinkAdaptationTest {
     }
 
     @Test
+    fun aNewSessionIsJudgedByItsOwnBytes() {
+        val (only, second) = List(2) {
+            val streams = compressed().onEach { it.published(bytes = 100_000, it.configured) }
+            LinkAdaptation(streams, StreamTable.adaptation, nowNanos = 0)
+        }
+        second.follow(LinkState(null, false, 0, sentBytes = 25_000_000, 25e6), 0)
+        for (i in 1..10) {
+            val link = LinkState(SECOND, false, droppedImages = i.toLong(), sentBytes = i * 2_000_000L, 20e6)
+            for (adaptation in listOf(only, second)) adaptation.follow(link, SECOND + i * SECOND / 10)
+        }
+        assertNotEquals(0, only.level)
+        assertEquals(only.level, second.level)
+    }
+
+    @Test
     fun newStreamsBeginAsLowAsTheOthersAre() {
         val scenario = AdaptationScenario(compressed(), seed = 5)
         scenario.run(mbit = 30.0, seconds = 20)
