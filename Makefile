@@ -131,10 +131,12 @@ check-kotlin:
 check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
-test: test-python test-native test-kotlin test-conformance test-unity test-e2e test-view ## Run the tests of everything but a release's packages
+test: build $(javascript) ## Run the tests of everything but a release's packages
+	$(call two_at_a_time,test-python test-view test-native test-kotlin test-conformance test-unity)
+	$(submake) test-e2e
 
 test-python: setup $(javascript) ## Test the receiver
-	$(pytest) $(slowest) $(call beside,6) host_receiver/test
+	$(pytest) $(slowest) $(call beside,4) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)

@@ -1,11 +1,12 @@
 """What malicious peers can do, while the session of a paired device goes on."""
 
+import resource
 import socket
 import ssl
 import struct
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import NoReturn
@@ -66,6 +67,16 @@ def test_a_paired_peer_that_stops_in_the_middle_of_a_frame_is_told_and_closed(
         wire.socket.close()
 
 
+@pytest.fixture
+def many_files() -> Iterator[None]:
+    """This process may have 4096 open files: a user's limit is often 1024."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 4096)), hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.usefixtures("many_files")
 def test_a_thousand_half_open_connections_do_not_disturb_a_session(
     open_lab: Callable[[Limits], SecureReceiver],
 ) -> None:

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-LIMIT_S = 20.0
+LIMIT_S = 40.0
 # How long a child that was asked to end may take until it is asked more firmly.
 GRACE_S = 5.0
 
