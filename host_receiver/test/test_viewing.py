@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,12 +17,24 @@ from ml2_tools.viewing.controls import SERVICES, controls
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.plots import Series
 from ml2_tools.viewing.preview import Preview, preview_of
-from ml2_tools.viewing.requests import Call, Change, RequestError, Seen, Show, parse_request
+from ml2_tools.viewing.requests import (
+    Call,
+    Change,
+    Offer,
+    Play,
+    RequestError,
+    Seek,
+    Seen,
+    Show,
+    Speed,
+    parse_request,
+)
 from ml2_tools.viewing.state import image_streams, is_eye, state_of, topic_prefix
 
 STREAMS = ("color", "world_left")
 THREE = "/three.min.js"
 CONTROLS = controls(with_eyes=False)
+LIVE, RECORDED = Offer(CONTROLS, SERVICES), Offer(length_s=20.5)
 WORLD = "/magic_leap2/world_left/image_raw"
 
 
@@ -129,10 +140,10 @@ def test_only_the_token_opens() -> None:
 
 
 def test_requests_are_read() -> None:
-    assert parse_request('{"show": ["color"]}', STREAMS, CONTROLS) == Show(frozenset({"color"}))
-    assert parse_request('{"show": []}', STREAMS, CONTROLS) == Show(frozenset())
-    assert parse_request('{"seen": "state"}', STREAMS, CONTROLS) == Seen("state")
-    assert parse_request('{"call": "stop"}', STREAMS, CONTROLS) == Call("stop")
+    assert parse_request('{"show": ["color"]}', STREAMS, LIVE) == Show(frozenset({"color"}))
+    assert parse_request('{"show": []}', STREAMS, LIVE) == Show(frozenset())
+    assert parse_request('{"seen": "state"}', STREAMS, LIVE) == Seen("state")
+    assert parse_request('{"call": "stop"}', STREAMS, LIVE) == Call("stop")
     values: dict[str, Any] = {
         "stream": 1,
         "mode": "544x480@5",
@@ -140,7 +151,38 @@ def test_requests_are_read() -> None:
         "enabled": True,
     }
     change = json.dumps({"set": "depth_center", "to": values})
-    assert parse_request(change, STREAMS, CONTROLS) == Change("depth_center", values)
+    assert parse_request(change, STREAMS, LIVE) == Change("depth_center", values)
+
+
+def test_requests_to_a_recording_are_read() -> None:
+    assert parse_request('{"show": ["color"]}', STREAMS, RECORDED) == Show(frozenset({"color"}))
+    assert parse_request('{"play": false}', STREAMS, RECORDED) == Play(False)
+    assert parse_request('{"seek": 20.5}', STREAMS, RECORDED) == Seek(20.5)
+    assert parse_request('{"seek": 0}', STREAMS, RECORDED) == Seek(0)
+    assert parse_request('{"speed": 0.25}', STREAMS, RECORDED) == Speed(0.25)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        '{"play": 1}',
+        '{"seek": 20.6}',
+        '{"seek": -0.1}',
+        '{"seek": NaN}',
+        '{"seek": 1e999}',
+        '{"seek": true}',
+        '{"seek": "1"}',
+        '{"speed": 4.1}',
+        '{"speed": 0}',
+        '{"speed": true}',
+        '{"seek": 1, "play": true}',
+        '{"call": "stop"}',
+        '{"set": "battery", "to": {"enabled": true}}',
+    ],
+)
+def test_a_recording_takes_no_other_requests(message: str) -> None:
+    with pytest.raises(RequestError):
+        parse_request(message, STREAMS, RECORDED)
 
 
 @pytest.mark.parametrize(
@@ -171,11 +213,14 @@ def test_requests_are_read() -> None:
         '{"set": ["battery"], "to": {"enabled": true}}',
         '{"call": "reload"}',
         '{"call": ["stop"]}',
+        '{"play": true}',
+        '{"seek": 0}',
+        '{"speed": 1}',
     ],
 )
 def test_other_requests_are_refused(message: str | bytes) -> None:
     with pytest.raises(RequestError):
-        parse_request(message, STREAMS, CONTROLS)
+        parse_request(message, STREAMS, LIVE)
 
 
 def test_each_mode_of_a_control_may_be_asked_for() -> None:
@@ -204,28 +249,31 @@ def test_what_the_headset_adjusted_is_said_with_the_reason() -> None:
     assert state["applied"] == {"world_left": "running, adjusted: the device has 30 Hz"}
 
 
-def test_a_series_gives_each_value_once_and_forgets_old_ones(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    now_s = [1000.0]
-    monkeypatch.setattr(time, "time", lambda: now_s[0])
+def test_a_series_gives_each_value_once_and_forgets_old_ones() -> None:
     series = Series()
     for number in range(3000):
-        now_s[0] += 0.03
-        series.add((number, float("nan")))
+        series.add((number, float("nan")), 1000 + 0.03 * number)
     count, values = series.since(2998)
     assert (count, [it for _, it in values]) == (3000, [(2998, None), (2999, None)])
     assert series.since(3000) == (3000, [])
     assert len(series.since(0)[1]) == 1500
 
 
-def test_a_series_has_at_most_50_values_per_second(monkeypatch: pytest.MonkeyPatch) -> None:
-    times_s = iter([1.0, 1.001, 1.019, 1.021])
-    monkeypatch.setattr(time, "time", lambda: next(times_s))
+def test_a_series_has_at_most_50_values_per_second() -> None:
     series = Series()
-    for number in range(4):
-        series.add((number,))
+    for number, at_s in enumerate((1.0, 1.001, 1.019, 1.021)):
+        assert series.is_due(at_s) is (number in (0, 3))
+        series.add((number,), at_s)
     assert [it for _, it in series.since(0)[1]] == [(0,), (3,)]
+
+
+def test_a_series_that_forgets_says_so_and_takes_an_earlier_time() -> None:
+    series = Series()
+    series.add((1,), 100.0)
+    count, _ = series.since(0)
+    series.forget()
+    series.add((2,), 7.0)
+    assert series.since(count) == (3, [(0, ()), (7.0, (2,))])
 
 
 ROWS = {

@@ -10,14 +10,10 @@ from itertools import count
 import pytest
 
 import bag_scene
-
-pytest.importorskip("rclpy", reason="rclpy is not installed")
-
 from ml2_tools.viewing import newest_image
 from ml2_tools.viewing.newest_image import NewestImage
 from ml2_tools.viewing.preview import preview_of
 
-pytestmark = pytest.mark.processes
 TYPE = "sensor_msgs/msg/Image"
 
 
@@ -35,17 +31,29 @@ def test_an_image_is_encoded_once_for_all_browsers(monkeypatch: pytest.MonkeyPat
     assert len({id(message) for _, message in found}) == 1
 
 
-@pytest.mark.parametrize(("rate_hz", "taken_hz"), [(10, 10), (15, 15), (30, 15), (60, 15)])
-def test_at_most_15_images_per_second_are_taken(
-    rate_hz: int, taken_hz: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("rate_hz", "shown_hz"), [(10, 10), (15, 15), (30, 15), (60, 15)])
+def test_at_most_15_images_per_second_are_encoded_and_the_last_one_is(
+    rate_hz: int, shown_hz: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     image = NewestImage("world_left")
     payload = bag_scene.image(1)
+    shown = set()
     for number in range(10 * rate_hz):
         now_s = 100 + number / rate_hz
         monkeypatch.setattr(time, "monotonic", lambda now_s=now_s: now_s)
         image.take(TYPE, payload)
-    assert image.number == pytest.approx(10 * taken_hz, abs=2)
+        shown.add(image.encoded()[0])
+    assert len(shown) == pytest.approx(10 * shown_hz, abs=2)
+    monkeypatch.setattr(time, "monotonic", lambda: 111.0)
+    assert image.encoded()[0] == 10 * rate_hz
+
+
+def test_a_forgotten_image_is_gone_for_browsers_too() -> None:
+    image = NewestImage("world_left")
+    image.take(TYPE, bag_scene.image(1))
+    image.forget()
+    number, message = image.encoded()
+    assert (number, json.loads(message)["reason"]) == (2, "")
 
 
 @pytest.mark.parametrize("payload", [b"", b"\0\1\0\0" + b"\xff" * 40, bag_scene.image(1)[:-100]])

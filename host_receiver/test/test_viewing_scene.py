@@ -38,8 +38,8 @@ def transform(parent: str, child: str, place: Any, rotation: Any = (0, 0, 0, 1))
     return found
 
 
-def take_transforms(scene: Scene, topic: str, *transforms: Any) -> None:
-    scene.take(topic, TF, serialize_message(TFMessage(transforms=transforms)))
+def take_transforms(scene: Scene, topic: str, *transforms: Any, at_s: float = 100) -> None:
+    scene.take(topic, TF, serialize_message(TFMessage(transforms=transforms)), at_s)
 
 
 def take_lens(scene: Scene, stream: str, width: int, height: int, focal: float) -> None:
@@ -47,11 +47,11 @@ def take_lens(scene: Scene, stream: str, width: int, height: int, focal: float) 
     info.k = [focal, 0.0, width / 2, 0.0, focal, height / 2, 0.0, 0.0, 1.0]
     info.p = [focal, 0.0, width / 2, 0.0, 0.0, focal, height / 2, 0.0, 0.0, 0.0, 1.0, 0.0]
     info.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    scene.take(f"lens {stream}", INFO, serialize_message(info))
+    scene.take(f"lens {stream}", INFO, serialize_message(info), 100)
 
 
-def shown(scene: Scene) -> Any:
-    return json.loads(scene.newest()[1])
+def shown(scene: Scene, now_s: float = 100) -> Any:
+    return json.loads(scene.newest(now_s)[1])
 
 
 def test_head_and_cameras_are_matrices_column_by_column() -> None:
@@ -90,15 +90,15 @@ def test_an_untracked_joint_has_no_place() -> None:
     tracked, lost = Pose(), Pose()
     tracked.position.x, lost.position.y = 0.25, float("nan")
     poses = PoseArray(poses=[tracked, lost])
-    scene.take("hand_left", HANDS, serialize_message(poses))
+    scene.take("hand_left", HANDS, serialize_message(poses), 100)
     assert shown(scene)["hands"] == {"hand_left": [[0.25, 0, 0], None]}
 
 
 def test_invalid_messages_are_ignored() -> None:
     scene = Scene("")
-    scene.take("/tf", TF, b"\x00\x01\x00\x00\xff\xff\xff\xff")
-    scene.take("gaze", "geometry_msgs/msg/PoseStamped", serialize_message(zero_rotation()))
-    scene.take("lens depth", INFO, serialize_message(CameraInfo()))
+    scene.take("/tf", TF, b"\x00\x01\x00\x00\xff\xff\xff\xff", 100)
+    scene.take("gaze", "geometry_msgs/msg/PoseStamped", serialize_message(zero_rotation()), 100)
+    scene.take("lens depth", INFO, serialize_message(CameraInfo()), 100)
     found = shown(scene)
     assert (found["head"], found["gaze"], found["cameras"]) == (None, None, {})
 
@@ -115,8 +115,27 @@ def test_what_does_not_come_any_more_is_not_shown(monkeypatch: pytest.MonkeyPatc
     scene = Scene("")
     take_transforms(scene, "/tf", transform(WORLD, "head_frame", (1, 2, 3)))
     assert shown(scene)["head"] is not None
-    now_s[0] += 1.1
-    assert shown(scene)["head"] is None
+    now_s[0] += 0.1
+    assert shown(scene, 101.1)["head"] is None
+
+
+def test_what_is_forgotten_may_come_from_an_earlier_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now_s[0])
+    scene = Scene("")
+    take_hand(scene, 1, 100)
+    take_transforms(scene, "/tf", transform(WORLD, "head_frame", (1, 2, 3)))
+    scene.forget()
+    assert shown(scene, 50)["head"] is None
+    take_hand(scene, 2, 50)
+    now_s[0] += 0.1
+    assert shown(scene, 50)["hands"] == {"hand_left": [[2, 0, 0]]}
+
+
+def take_hand(scene: Scene, metres: float, at_s: float) -> None:
+    joint = Pose()
+    joint.position.x = float(metres)
+    scene.take("hand_left", HANDS, serialize_message(PoseArray(poses=[joint])), at_s)
 
 
 def test_there_are_15_scenes_per_second_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,8 +145,9 @@ def test_there_are_15_scenes_per_second_at_most(monkeypatch: pytest.MonkeyPatch)
     numbers = set()
     for step in range(100):
         now_s[0] += 0.01
-        take_transforms(scene, "/tf", transform(WORLD, "head_frame", (step, 0, 0)))
-        numbers.add(scene.newest()[0])
+        head = transform(WORLD, "head_frame", (step, 0, 0))
+        take_transforms(scene, "/tf", head, at_s=now_s[0])
+        numbers.add(scene.newest(now_s[0])[0])
     assert 13 <= len(numbers) <= 16
 
 
@@ -137,11 +157,9 @@ def test_hands_are_decoded_20_times_per_second_at_most(monkeypatch: pytest.Monke
     scene = Scene("")
     places = set()
     for step in range(60):
-        joint = Pose()
-        joint.position.x = float(step)
-        scene.take("hand_left", HANDS, serialize_message(PoseArray(poses=[joint])))
+        take_hand(scene, step, now_s[0])
         now_s[0] += 1 / 60
-        places.add(shown(scene)["hands"]["hand_left"][0][0])
+        places.add(shown(scene, now_s[0])["hands"]["hand_left"][0][0])
     assert 13 <= len(places) <= 20
 
 

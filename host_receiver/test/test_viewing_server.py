@@ -20,10 +20,11 @@ from websockets.typing import Origin
 from ml2_receiver.transport.listener import listen
 from ml2_tools.viewing.access import Token
 from ml2_tools.viewing.controls import controls
-from ml2_tools.viewing.live_view import LiveView
+from ml2_tools.viewing.live_source import LiveSource
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.server import WRONG_TOKEN, ViewServer
 from ml2_tools.viewing.steering import Steering
+from ml2_tools.viewing.view import View
 
 pytestmark = pytest.mark.processes
 TOKEN = Token()
@@ -40,8 +41,9 @@ def url(ros_of_children: None) -> Iterator[str]:
     """The address of a server whose receiver says nothing."""
     listener = listen(("127.0.0.1", 0))
     address = f"http://127.0.0.1:{listener.getsockname()[1]}"
-    view = LiveView("", with_eyes=False)
-    steering = Steering(view, "", controls(with_eyes=False))
+    source = LiveSource("")
+    view = View(source, "", with_eyes=False)
+    steering = Steering(view, source.context, "", controls(with_eyes=False))
     server = ViewServer(listener, view, steering, TOKEN)
     yield address
     server.close()

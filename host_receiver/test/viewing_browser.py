@@ -66,7 +66,7 @@ class Browser:
         found: dict[str, Any] | Picture = (
             json.loads(message) if isinstance(message, str) else picture(message)
         )
-        kind = found.stream if isinstance(found, Picture) else found["type"]
+        kind = found.stream if isinstance(found, Picture) else found.get("stream", found["type"])
         if acknowledges and kind not in ("hello", "answer"):
             self.say(seen=kind)
         return found

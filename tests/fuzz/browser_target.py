@@ -1,13 +1,24 @@
 """Messages of a browser to `ml2-receiver view`: what is taken names only what is offered."""
 
 from collections.abc import Iterator
+from itertools import product
 
 from ml2_tools.viewing.access import Token
 from ml2_tools.viewing.controls import SERVICES, controls
-from ml2_tools.viewing.requests import Call, Change, RequestError, Show, parse_request
+from ml2_tools.viewing.requests import (
+    Call,
+    Change,
+    Offer,
+    RequestError,
+    Seek,
+    Show,
+    Speed,
+    parse_request,
+)
 
 _STREAMS = ("color", "world_left")
 _CONTROLS = controls(with_eyes=False)
+_OFFERS = Offer(_CONTROLS, SERVICES), Offer(length_s=20)
 _TOKEN = Token()
 
 
@@ -17,20 +28,28 @@ def seeds() -> Iterator[bytes]:
     yield b'{"set": "depth_center", "to": {"stream": 1, "mode": "544x480@5"}}'
     yield b'{"set": "world_left", "to": {"enabled": true, "format": "jpeg"}}'
     yield b'{"call": "stop"}'
+    yield b'{"seek": 12.5}'
+    yield b'{"speed": 0.5}'
+    yield b'{"play": true}'
     yield b'{"token": "AAAA"}'
 
 
 def read(data: bytes) -> None:
     text = data.decode(errors="surrogateescape")
-    for message in (data, text):
+    messages: tuple[str | bytes, ...] = data, text
+    for message, offer in product(messages, _OFFERS):
         assert not _TOKEN.opens(message)
         try:
-            request = parse_request(message, _STREAMS, _CONTROLS)
+            request = parse_request(message, _STREAMS, offer)
         except RequestError:
             continue
         match request:
             case Show(streams):
                 assert streams <= set(_STREAMS)
+            case Seek(offset_s):
+                assert 0 <= offset_s <= 20
+            case Speed(rate):
+                assert 0.25 <= rate <= 4
             case Change(section, values):
                 allowed = _CONTROLS[section].allowed
                 assert values

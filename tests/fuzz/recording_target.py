@@ -13,6 +13,7 @@ from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.config_topic import ConfigText, StreamEntry
 from ml2_receiver.topics.string_message import encode_string
 from ml2_tools.bags.bag_reader import BagReader
+from ml2_tools.bags.indexed_bag import History, IndexedBag
 from ml2_tools.playback.answers import Repertoire
 from vectors import vectors
 
@@ -53,3 +54,9 @@ def read(data: bytes) -> None:
         Repertoire.of(reader, load_table()).answers({"battery": {}})
         for message in reader.messages():
             assert len(message.payload) <= _MOST_BYTES
+    with suppress(RecordingError):
+        bag = IndexedBag(_FILE)
+        for message in bag.until(1, {"/p/battery": History(1, None)}):
+            assert (message.topic, message.time_ns <= 1) == ("/p/battery", True)
+        for message in bag.after(0):
+            assert message.time_ns > 0

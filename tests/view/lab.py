@@ -35,10 +35,12 @@ class Lab:
     Attributes:
         address: the address of the page, with its secret.
         folder: the folder in which the receiver was started.
+        environment: the environment of programs that reach the receiver.
     """
 
     address: str
     folder: Path
+    environment: dict[str, str]
 
     @property
     def origin(self) -> str:
@@ -61,4 +63,4 @@ def running_lab(folder: Path) -> Iterator[Lab]:
         receiver = start("receiver", [*started_in, *receive_command(config, "127.0.0.1:0")])
         start("headset", headset_command(listening_address(receiver)))
         view = start("view", [RECEIVER, "view", "--no-browser", "--eyes"])
-        yield Lab(line_with(view, "open ").split()[1], folder)
+        yield Lab(line_with(view, "open ").split()[1], folder, environment)

@@ -3,16 +3,17 @@
 import io
 import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import zstandard
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import MAGIC_SIZE, StreamReader, breakup_chunk
 
 from ml2_receiver.errors import ProtocolError, RecordingError
 from ml2_receiver.topics.config_topic import ConfigText
@@ -20,10 +21,10 @@ from ml2_receiver.topics.string_message import decode_string
 from ml2_receiver.wire.kinds import Kind
 
 # `ml2-receiver record` ends a chunk with the message that makes it larger than 4 MiB.
-_MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
+MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
 _MOST_DIGITS = 18
 _CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
-_BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
+BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
 
 
 @dataclass(frozen=True)
@@ -63,14 +64,7 @@ class Bag:
             RecordingError: a file is broken before its end; a truncated file is no error.
         """
         for file in self._files:
-            names: dict[int, str] = {}
-            for record in _records(file):
-                if isinstance(record, Channel):
-                    names[record.id] = record.topic
-                elif isinstance(record, Message):
-                    if record.channel_id not in names:
-                        raise RecordingError(f"{file}: message of an unknown channel")
-                    yield BagMessage(names[record.channel_id], record.log_time, record.data)
+            yield from named_messages(file, _records(file), {})
 
     def _read_types(self) -> Mapping[str, str]:
         types = {}
@@ -120,37 +114,84 @@ class BagReader(Bag):
         raise RecordingError(f"{self._path} has no message on {topic}: no headset was connected")
 
 
+class Piece(NamedTuple):
+    """Records that are read at once: those in a chunk, or one outside of chunks."""
+
+    offset: int
+    records: list[McapRecord]
+    is_chunk: bool
+
+
+def named_messages(
+    file: Path, records: Iterable[McapRecord], names: dict[int, str]
+) -> Iterator[BagMessage]:
+    """Yields the messages among the records of a file.
+
+    Args:
+        names: the topics by the ids of channels so far; those of the records are added.
+
+    Raises:
+        RecordingError: a message is of an unknown channel.
+    """
+    for record in records:
+        if isinstance(record, Channel):
+            names[record.id] = record.topic
+        elif isinstance(record, Message):
+            if record.channel_id not in names:
+                raise RecordingError(f"{file}: message of an unknown channel")
+            yield BagMessage(names[record.channel_id], record.log_time, record.data)
+
+
+def pieces(path: Path, offset: int = 0) -> Iterator[Piece]:
+    """Yields the pieces of a file in their order, from a piece's offset on; 0 is the beginning.
+
+    Raises:
+        RecordingError: the file is broken before its end; a truncated file is no error.
+    """
+    with open_file(path) as file:
+        file.seek(offset)
+        reader = StreamReader(
+            file,
+            skip_magic=offset > 0,
+            emit_chunks=True,
+            validate_crcs=not offset,
+            record_size_limit=MAX_RECORD_BYTES,
+        )
+        offset = max(offset, MAGIC_SIZE)
+        try:
+            for record in reader.records:
+                if isinstance(record, Chunk):
+                    yield Piece(offset, _split_chunk(record), is_chunk=True)
+                else:
+                    yield Piece(offset, [record], is_chunk=False)
+                offset = file.tell()
+        except BROKEN as error:
+            if file.tell() < path.stat().st_size or file.tell() == 0:
+                raise RecordingError(f"{path} is broken: {error}") from error
+
+
 def _split_chunk(chunk: Chunk) -> list[McapRecord]:
     size = chunk.uncompressed_size
     if chunk.compression == "zstd":
         size = max(size, zstandard.frame_content_size(chunk.data))
     elif chunk.compression:
         raise ValueError(f"compression is {chunk.compression!r}, expected 'zstd' or none")
-    if size > _MAX_RECORD_BYTES:
-        raise ValueError(f"a chunk has {size} B, expected at most {_MAX_RECORD_BYTES}")
+    if size > MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk has {size} B, expected at most {MAX_RECORD_BYTES}")
     return breakup_chunk(chunk, validate_crc=True)
 
 
 def _indexed(path: Path) -> list[McapRecord]:
     """Returns the schemas and channels in the file's index; an empty list without an index."""
-    with _open(path) as file, suppress(*_BROKEN, OSError):
-        summary = SeekingReader(file, record_size_limit=_MAX_RECORD_BYTES).get_summary()
+    with open_file(path) as file, suppress(*BROKEN, OSError):
+        summary = SeekingReader(file, record_size_limit=MAX_RECORD_BYTES).get_summary()
         if summary is not None:
             return [*summary.schemas.values(), *summary.channels.values()]
     return []
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
-    with _open(path) as file:
-        reader = StreamReader(
-            file, emit_chunks=True, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES
-        )
-        try:
-            for record in reader.records:
-                yield from _split_chunk(record) if isinstance(record, Chunk) else [record]
-        except _BROKEN as error:
-            if file.tell() < path.stat().st_size or file.tell() == 0:
-                raise RecordingError(f"{path} is broken: {error}") from error
+    return (record for piece in pieces(path) for record in piece.records)
 
 
 def _files(path: Path) -> list[Path]:
@@ -172,12 +213,12 @@ class _BoundedFile(io.BufferedReader):
     """A file that refuses to read more bytes at once than the largest record has."""
 
     def read(self, size: int | None = -1, /) -> bytes:
-        if size is None or not 0 <= size <= _MAX_RECORD_BYTES:
-            raise ValueError(f"a record has {size} B, expected at most {_MAX_RECORD_BYTES}")
+        if size is None or not 0 <= size <= MAX_RECORD_BYTES:
+            raise ValueError(f"a record has {size} B, expected at most {MAX_RECORD_BYTES}")
         return super().read(size)
 
 
-def _open(path: Path) -> _BoundedFile:
+def open_file(path: Path) -> _BoundedFile:
     try:
         return _BoundedFile(io.FileIO(path))
     except OSError as error:

@@ -1,28 +1,38 @@
-"""ml2-receiver view: shows the streams of a running receiver in a browser."""
+"""ml2-receiver view: shows the streams of a running receiver, or a recording, in a browser."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
 from ml2_receiver.commands.options import add_name, port
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import ListenError
+from ml2_receiver.errors import ListenError, RecordingError
 from ml2_receiver.transport.listener import listen
 
 from .optional_packages import optional_packages
 
+if TYPE_CHECKING:
+    from ..viewing.steered import Steered
+    from ..viewing.view import View
+
 _LOOPBACK = "127.0.0.1"
 _EPILOG = """\
-Run it next to `ml2-receiver run`. The page is for browsers of this machine. The address has a
-secret: whoever has it can see the images and change what the headset sends.
+Run it next to `ml2-receiver run`, or name a recording, for which neither a receiver nor ROS is
+needed. The page is for browsers of this machine. The address has a secret: whoever has it can see
+the images and change what the headset sends.
 
 examples:
   ml2-receiver view
+  ml2-receiver view walk                     of a recording, with a time line
   ml2-receiver view --name robot1            of a receiver with that name
   ml2-receiver view --no-browser --port 8700    for `ssh -L 8700:127.0.0.1:8700`
 """
@@ -31,8 +41,15 @@ examples:
 def add_parser(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser(
         "view",
-        help="see images, plots and state live in a browser, and change them",
+        help="see images, plots and state of a receiver or a recording in a browser",
         epilog=_EPILOG,
+    )
+    parser.add_argument(
+        "bag",
+        type=Path,
+        nargs="?",
+        metavar="BAG",
+        help="folder of a recording; default: the running receiver",
     )
     parser.add_argument(
         "--port", type=_port, default=0, help="0 lets the system choose; default: 0"
@@ -49,40 +66,69 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    use_profile()
-    with (
-        ros_needed(),
-        optional_packages(
-            "cv2", "websockets", command="view", pip="pip install './host_receiver[view]'"
-        ),
+    with optional_packages(
+        "cv2", "websockets", command="view", pip="pip install './host_receiver[view]'"
     ):
-        from ..viewing.access import Token  # reads the profile
-        from ..viewing.controls import controls
-        from ..viewing.live_view import LiveView
+        from ..viewing.access import Token
         from ..viewing.server import ViewServer
-        from ..viewing.steering import Steering
-    with diagnostics_node() as node:
-        node.rows(options.name, PATIENCE_S)
+    source = _live(options) if options.bag is None else _recorded(options)
     try:
         listener = listen((_LOOPBACK, options.port))
     except ListenError as error:
         raise ListenError(
             str(error), hint="Choose another port with --port, or leave it out."
         ) from error
-    token, view = Token(), LiveView(options.name, options.eyes)
+    token = Token()
     address = f"http://{_LOOPBACK}:{listener.getsockname()[1]}/#{token.text}"
-    steering = Steering(view, options.name, controls(options.eyes))
-    server = ViewServer(listener, view, steering, token)
+    with listener, source as (view, steered):
+        server = ViewServer(listener, view, steered, token)
+        try:
+            print(f"open {address}", flush=True)
+            if not options.no_browser and _has_screen():
+                webbrowser.open(address)
+            stopping.wait()
+        finally:
+            server.close()
+    return 0
+
+
+@contextmanager
+def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
+    use_profile()
+    with ros_needed():
+        from ..viewing.live_source import LiveSource  # reads the profile
+        from ..viewing.steering import Steering
+    from ..viewing.controls import controls
+    from ..viewing.view import View
+
+    with diagnostics_node() as node:
+        node.rows(options.name, PATIENCE_S)
+    source = LiveSource(options.name)
+    view = View(source, options.name, options.eyes)
+    steering = Steering(view, source.context, options.name, controls(options.eyes))
     try:
-        print(f"open {address}", flush=True)
-        if not options.no_browser and _has_screen():
-            webbrowser.open(address)
-        stopping.wait()
+        yield view, steering
     finally:
-        server.close()
         steering.close()
         view.close()
-    return 0
+
+
+@contextmanager
+def _recorded(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
+    from ..viewing.recorded_source import RecordedSource
+    from ..viewing.view import View
+
+    if options.name:
+        raise RecordingError(
+            f"--name is of a running receiver, but {options.bag} is a recording",
+            hint="Leave out the one or the other.",
+        )
+    source = RecordedSource(options.bag)
+    view = View(source, source.receiver, options.eyes)
+    try:
+        yield view, source
+    finally:
+        view.close()
 
 
 def _has_screen() -> bool:

@@ -62,9 +62,29 @@ class Timeline:
 
     def toggle(self) -> None:
         """Pauses or resumes."""
+        self.pause(not self._is_paused)
+
+    def pause(self, is_paused: bool = True) -> None:
+        """Pauses, or resumes."""
         with self._lock:
             self._stop_at(self._now_ns())
-            self._is_paused = not self._is_paused
+            self._is_paused = is_paused
+
+    @property
+    def rate(self) -> float:
+        """The speed."""
+        return self._rate
+
+    def set_rate(self, rate: float) -> None:
+        """Goes on at another speed."""
+        with self._lock:
+            self._stop_at(self._now_ns())
+            self._rate = rate
+
+    def hold(self, time_ns: int) -> None:
+        """Goes on from a time that the player has not passed; no jump."""
+        with self._lock:
+            self._stop_at(time_ns)
 
     def jump(self, time_ns: int) -> None:
         """Jumps to a time of the recording."""

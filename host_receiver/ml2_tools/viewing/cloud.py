@@ -6,11 +6,10 @@ import threading
 import time
 
 import numpy as np
-from rclpy.serialization import deserialize_message
 
-from ml2_receiver.topics.message_types import message_class
 from ml2_receiver.topics.stamps import header_stamp_ns
 
+from ..bags.decoding import decoder
 from ..geometry.lens import Floats
 from ..images.pixels import pixels_of
 from ..products.points import points_of
@@ -43,21 +42,26 @@ class Cloud:
             number, type, payload = depth.newest
             if number not in (0, self._used) and now_s >= self._next_s:
                 self._used, self._next_s = number, now_s + 1 / _MOST_HZ
-                points = self._points(type, payload)
+                points = self._points(type, payload) if type else None
                 if points is not None:
                     self._encoded = self._encoded[0] + 1, framed(CLOUD, 0, points.tobytes())
             return self._encoded
 
+    def forget(self) -> None:
+        """Forgets the points: the next ones may be of an earlier time."""
+        with self._lock:
+            self._next_s = 0
+            self._encoded = self._encoded[0] + 1, framed(CLOUD, 0, b"")
+
     def _points(self, type: str, payload: bytes) -> Floats | None:
         lens = self._scene.lens(_DEPTH)
         try:
-            message = deserialize_message(payload, message_class(type))
+            message = decoder(type)(payload)
             pose = self._scene.pose_at(_DEPTH, header_stamp_ns(message.header))
             if lens is None or pose is None:
                 return None
             points = points_of(pixels_of(message), lens)
-        # rclpy raises RuntimeError for a payload that is not of the type.
-        except (ValueError, RuntimeError):
+        except ValueError:
             return None
         height, width = points.shape[:2]
         step = int(np.ceil(np.sqrt(height * width / _MOST_POINTS)))

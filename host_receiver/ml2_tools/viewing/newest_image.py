@@ -7,10 +7,7 @@ import struct
 import threading
 import time
 
-from rclpy.serialization import deserialize_message
-
-from ml2_receiver.topics.message_types import message_class
-
+from ..bags.decoding import decoder
 from .preview import preview_of
 
 _MOST_HZ = 15
@@ -20,7 +17,7 @@ _FAR_M = struct.Struct("<f")
 
 
 class NewestImage:
-    """The newest image of a stream, of at most 15 images per second. Thread-safe."""
+    """The newest image of a stream, encoded at most 15 times per second. Thread-safe."""
 
     def __init__(self, stream: str) -> None:
         self._stream = stream
@@ -30,44 +27,45 @@ class NewestImage:
         self._encoded: tuple[int, bytes | str] = 0, b""
 
     @property
-    def number(self) -> int:
-        """The number of the newest image, counted from 1; 0 before the first."""
-        return self._newest[0]
-
-    @property
     def newest(self) -> tuple[int, str, bytes]:
-        """The number of the newest image, its type and its CDR."""
+        """The number of the newest image, from 1, its type and its CDR; empty without one."""
         return self._newest
 
     def take(self, type: str, payload: bytes) -> bool:
-        """Takes a message's CDR; returns False if the image comes too early and is left out."""
-        now_s = time.monotonic()
+        """Takes a message's CDR; returns False if it will not be encoded yet."""
         with self._taking:
-            if now_s < self._next_s - _EARLY / _MOST_HZ:
-                return False
-            self._next_s = max(self._next_s, now_s) + 1 / _MOST_HZ
             self._newest = self._newest[0] + 1, type, payload
-        return True
+        return self._is_due()
+
+    def forget(self) -> None:
+        """Forgets the image: the next one may be an older one."""
+        with self._taking:
+            self._newest = self._newest[0] + 1, "", b""
 
     def encoded(self) -> tuple[int, bytes | str]:
-        """Returns the number and the message of the newest image for browsers.
+        """Returns number and message for browsers of the newest image, or of one just before.
 
         The message is bytes: the length of the stream's name, the name, the end of the colour scale
         in metres as a float32, and a JPEG. Of an image that cannot be shown it is JSON that says
-        why.
+        why; the reason is empty after forget().
         """
         with self._encoding:
             number, type, payload = self._newest
-            if number != self._encoded[0]:
+            if number != self._encoded[0] and self._is_due():
+                self._next_s = max(self._next_s, time.monotonic()) + 1 / _MOST_HZ
                 self._encoded = number, self._encode(type, payload)
             return self._encoded
 
+    def _is_due(self) -> bool:
+        return time.monotonic() >= self._next_s - _EARLY / _MOST_HZ
+
     def _encode(self, type: str, payload: bytes) -> bytes | str:
+        if not type:
+            return json.dumps({"type": "image", "stream": self._stream, "reason": ""})
         try:
-            message = deserialize_message(payload, message_class(type))
+            message = decoder(type)(payload)
             jpeg, far_m = preview_of(message, is_distance=self._stream == "depth")
-        # rclpy raises RuntimeError for a payload that is not of the type.
-        except (ValueError, RuntimeError) as error:
+        except ValueError as error:
             return json.dumps({"type": "image", "stream": self._stream, "reason": str(error)})
         return framed(self._stream, far_m, jpeg)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -68,28 +67,42 @@ UNITS = {it.name: it.unit for it in _SENSOR_PLOTS} | {CLOCK: "ms", THROUGHPUT: "
 
 
 class Series:
-    """The values of one plot in the last 30 s, at most 50 per second. Thread-safe."""
+    """The values of one plot in the last 30 s, at most 50 per second. Thread-safe.
+
+    Times are in s on any clock.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._last_s = 0.0
+        self._last_s = -math.inf
         self._count = 0
         self._values: deque[tuple[float, Values]] = deque(maxlen=SHOWN_S * _MOST_HZ)
 
-    def add(self, values: Sequence[float]) -> None:
-        """Adds values of now; leaves them out if there are none, or if the last are too new."""
-        now_s = time.time()
+    def is_due(self, at_s: float) -> bool:
+        """Returns True unless the last values are too new for others of this time."""
+        return at_s >= self._last_s + 1 / _MOST_HZ
+
+    def add(self, values: Sequence[float], at_s: float) -> None:
+        """Adds values of a time; leaves them out if there are none, or if they are not due."""
         with self._lock:
-            if not values or abs(now_s - self._last_s) < 1 / _MOST_HZ:
-                return
-            self._last_s, self._count = now_s, self._count + 1
-            known = tuple(it if math.isfinite(it) else None for it in values)
-            self._values.append((now_s, known))
+            if values and self.is_due(at_s):
+                self._append(at_s, tuple(it if math.isfinite(it) else None for it in values))
+
+    def forget(self) -> None:
+        """Forgets all values; who has them is told by a time without any values."""
+        with self._lock:
+            self._values.clear()
+            self._append(0, ())
+            self._last_s = -math.inf
+
+    def _append(self, at_s: float, values: Values) -> None:
+        self._last_s, self._count = at_s, self._count + 1
+        self._values.append((at_s, values))
 
     def since(self, count: int) -> tuple[int, list[tuple[float, Values]]]:
         """Returns the count of all values so far, and those after the first `count`.
 
-        A value is a time in s since 1970, on the clock of this machine, with numbers or None.
+        A value is a time in s with numbers or None.
         """
         with self._lock:
             new = min(self._count - count, len(self._values))

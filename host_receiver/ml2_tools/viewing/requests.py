@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ml2_receiver.wire.json_body import Scalar
 
-from .controls import SERVICES, Control
+from .controls import Control
 
 # Larger messages end the connection before they are read whole.
 MOST_BYTES = 4096
+SLOWEST, FASTEST = 0.25, 4
 
 
 class RequestError(Exception):
@@ -48,22 +49,57 @@ class Call:
     service: str
 
 
-type Request = Show | Seen | Change | Call
+@dataclass(frozen=True)
+class Play:
+    """The recording shall play, or stand still."""
+
+    is_playing: bool
 
 
-def parse_request(
-    message: str | bytes, names: Collection[str], controls: Mapping[str, Control]
-) -> Request:
+@dataclass(frozen=True)
+class Seek:
+    """The recording shall be shown from this time in s after its first message."""
+
+    offset_s: float
+
+
+@dataclass(frozen=True)
+class Speed:
+    """The recording shall be played so many times as fast."""
+
+    rate: float
+
+
+# What steers the source of the view.
+type Steer = Change | Call | Play | Seek | Speed
+type Request = Show | Seen | Steer
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a browser may ask for.
+
+    Attributes:
+        controls: the sections that it may set.
+        services: the services that it may call.
+        length_s: the length of the recording; None without one.
+    """
+
+    controls: Mapping[str, Control] = field(default_factory=dict)
+    services: Collection[str] = ()
+    length_s: float | None = None
+
+
+def parse_request(message: str | bytes, names: Collection[str], offer: Offer) -> Request:
     """Reads a message: one of
-    `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"set": SECTION, "to": {KEY: VALUE, ...}}` and
-    `{"call": SERVICE}`.
+    `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"set": SECTION, "to": {KEY: VALUE, ...}}`,
+    `{"call": SERVICE}`, `{"play": BOOL}`, `{"seek": SECONDS}` and `{"speed": RATE}`.
 
     Args:
         names: the streams that the browser may ask for.
-        controls: the sections that it may set.
 
     Raises:
-        RequestError: it is another message, or names another stream, key, value or service.
+        RequestError: it is another message, or asks for what is not offered.
     """
     try:
         found = json.loads(message) if isinstance(message, str) else None
@@ -75,12 +111,29 @@ def parse_request(
         case {"seen": str(name), **rest} if not rest:
             return Seen(name)
         case {"set": str(section), "to": dict(values), **rest} if (
-            not rest and section in controls and controls[section].takes(values)
+            not rest and section in offer.controls and offer.controls[section].takes(values)
         ):
             return Change(section, values)
-        case {"call": str(service), **rest} if not rest and service in SERVICES:
+        case {"call": str(service), **rest} if not rest and service in offer.services:
             return Call(service)
+    if offer.length_s is not None:
+        match found:
+            case {"play": bool(is_playing), **rest} if not rest:
+                return Play(is_playing)
+            case {"seek": int() | float() as offset_s, **rest} if not rest and _is_within(
+                offset_s, 0, offer.length_s
+            ):
+                return Seek(float(offset_s))
+            case {"speed": int() | float() as rate, **rest} if not rest and _is_within(
+                rate, SLOWEST, FASTEST
+            ):
+                return Speed(float(rate))
     raise RequestError("expected a message of the page, with values that it offers")
+
+
+def _is_within(value: float, least: float, most: float) -> bool:
+    # True is a number, too.
+    return not isinstance(value, bool) and least <= value <= most
 
 
 def _are_of(streams: list[Any], names: Collection[str]) -> bool:

@@ -11,11 +11,9 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.topics.message_types import message_class
 
+from ..bags.decoding import decoder
 from ..geometry.camera import camera_of
 from ..geometry.lens import Lens
 from ..geometry.pose import Pose, pose_of
@@ -27,7 +25,7 @@ from .state import published_images
 type Place = list[float] | None
 
 SCENE = "scene"
-_TF, _TF_STATIC = "/tf", "/tf_static"
+TF, TF_STATIC = "/tf", "/tf_static"
 _HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
 # What a camera_info fills begins with this, and ends with the stream.
 _LENS = "lens "
@@ -42,6 +40,8 @@ _PERIOD_S, _LENS_PERIOD_S = 0.05, 0.5
 
 class Scene:
     """The newest poses of head, cameras, hands and gaze. Thread-safe.
+
+    Times are in s on any clock.
 
     Args:
         receiver: the receiver's --name, or empty.
@@ -70,7 +70,7 @@ class Scene:
         Args:
             shown: the streams whose images are shown; of others, camera_info would wake the camera.
         """
-        found = {it: (it, "tf2_msgs/msg/TFMessage") for it in (_TF, _TF_STATIC)}
+        found = {it: (it, "tf2_msgs/msg/TFMessage") for it in (TF, TF_STATIC)}
         for name, it in rows.items():
             if "type" in it and it["stream"] in (*_HANDS, _GAZE):
                 found[it["stream"]] = name, it["type"]
@@ -80,25 +80,32 @@ class Scene:
                 found[f"{_LENS}{stream}"] = name, "sensor_msgs/msg/CameraInfo"
         return found
 
-    def take(self, filled: str, type: str, payload: bytes) -> None:
-        """Takes the CDR of a message of the topic that fills `filled`; ignores an invalid one."""
-        # rclpy raises RuntimeError for a payload that is not of the type.
-        with suppress(ValueError, RuntimeError), self._lock:
-            if not self._is_due(filled):
+    def take(self, filled: str, type: str, payload: bytes, at_s: float) -> None:
+        """Takes the CDR of a message of the topic that fills `filled`; ignores an invalid one.
+
+        Args:
+            at_s: when the message came.
+        """
+        with suppress(ValueError), self._lock:
+            if not self._is_due(filled, at_s):
                 return
-            message = deserialize_message(payload, message_class(type))
-            if filled == _TF:
-                self._take_transforms(message)
-            elif filled == _TF_STATIC:
+            message = decoder(type)(payload)
+            if filled == TF:
+                self._take_transforms(message, at_s)
+            elif filled == TF_STATIC:
                 self._tree.stand(message)
             elif filled in _HANDS:
-                joints = [_place(it.position) for it in message.poses]
-                self._hands[filled] = time.monotonic(), joints
+                self._hands[filled] = at_s, [_place(it.position) for it in message.poses]
             elif filled == _GAZE:
-                self._poses[filled] = time.monotonic(), pose_of(_Transform(message.pose))
+                self._poses[filled] = at_s, pose_of(_Transform(message.pose))
             else:
-                camera = filled.removeprefix(_LENS)
-                self._lenses[camera] = time.monotonic(), camera_of(message).lens
+                self._lenses[filled.removeprefix(_LENS)] = at_s, camera_of(message).lens
+
+    def forget(self) -> None:
+        """Forgets what came: the next messages may be of an earlier time."""
+        with self._lock:
+            for newest in (self._poses, self._hands, self._lenses, self._at, self._due_s):
+                newest.clear()
 
     def lens(self, stream: str) -> Lens | None:
         """Returns the lens of a camera that is shown."""
@@ -112,15 +119,14 @@ class Scene:
             poses = self._at.get(self._frames[stream])
             return None if poses is None else poses.get(stamp_ns)
 
-    def newest(self) -> tuple[int, str]:
+    def newest(self, now_s: float) -> tuple[int, str]:
         """Returns the number of the scene, from 1, and its JSON; 15 new ones per second at most.
 
         Poses are matrices, column by column.
         """
         with self._lock:
-            now_s = time.monotonic()
-            if now_s >= self._next_s:
-                self._next_s = now_s + 1 / _MOST_HZ
+            if time.monotonic() >= self._next_s:
+                self._next_s = time.monotonic() + 1 / _MOST_HZ
                 message = json.dumps(self._scene(now_s - _FRESH_S))
                 if message != self._message[1]:
                     self._message = self._message[0] + 1, message
@@ -141,21 +147,20 @@ class Scene:
             "cameras": cameras,
         }
 
-    def _is_due(self, filled: str) -> bool:
-        now_s = time.monotonic()
-        if filled in (_TF, _TF_STATIC):
+    def _is_due(self, filled: str, at_s: float) -> bool:
+        if filled in (TF, TF_STATIC):
             return True
-        if now_s < self._due_s.get(filled, 0):
+        if at_s < self._due_s.get(filled, -math.inf):
             return False
-        self._due_s[filled] = now_s + (_LENS_PERIOD_S if filled.startswith(_LENS) else _PERIOD_S)
+        self._due_s[filled] = at_s + (_LENS_PERIOD_S if filled.startswith(_LENS) else _PERIOD_S)
         return True
 
-    def _take_transforms(self, message: Any) -> None:
+    def _take_transforms(self, message: Any, at_s: float) -> None:
         for it in message.transforms:
             if it.child_frame_id == self._head:
-                self._poses[_HEAD] = time.monotonic(), pose_of(it.transform)
+                self._poses[_HEAD] = at_s, pose_of(it.transform)
         for frame, stamp_ns, pose in self._tree.poses(message):
-            self._poses[frame] = time.monotonic(), pose
+            self._poses[frame] = at_s, pose
             poses = self._at.setdefault(frame, OrderedDict())
             poses[stamp_ns] = pose
             if len(poses) > _KEPT_POSES:

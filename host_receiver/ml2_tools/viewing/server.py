@@ -16,10 +16,10 @@ from websockets.http11 import Request, Response
 from websockets.sync.server import ServerConnection, serve
 
 from .access import Token, is_own_host, is_own_origin
-from .live_view import LiveView
 from .page_files import HEADERS, page_files
 from .requests import MOST_BYTES, RequestError
-from .steering import Steering
+from .steered import Steered
+from .view import View
 from .visitor import Visitor
 
 SOCKET_PATH = "/live"
@@ -38,10 +38,8 @@ class ViewServer:
         listener: a listening socket of the loopback interface; the server closes it.
     """
 
-    def __init__(
-        self, listener: socket.socket, view: LiveView, steering: Steering, token: Token
-    ) -> None:
-        self._view, self._steering, self._token = view, steering, token
+    def __init__(self, listener: socket.socket, view: View, steered: Steered, token: Token) -> None:
+        self._view, self._steered, self._token = view, steered, token
         self._files = page_files()
         self._places = threading.BoundedSemaphore(_MOST_VISITORS)
         self._server = serve(
@@ -92,7 +90,7 @@ class ViewServer:
                 connection.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
                 return
             try:
-                Visitor(connection, self._view, self._steering).serve()
+                Visitor(connection, self._view, self._steered).serve()
             except RequestError as error:
                 connection.close(CloseCode.POLICY_VIOLATION, str(error))
             finally:

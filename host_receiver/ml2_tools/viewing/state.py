@@ -101,6 +101,33 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
     }
 
 
+def recorded_state(
+    rows: Rows, facts: Mapping[str, str], rates_hz: Mapping[str, float], modes: Mapping[str, str]
+) -> dict[str, Any]:
+    """Returns the state of a recording as an object for JSON; what it cannot say is None.
+
+    Args:
+        facts: the words of each fact.
+        rates_hz: the rate of each topic.
+    """
+    unknown = dict.fromkeys(("expected_hz", "latency_p50_ms", "latency_p99_ms", "lost"))
+    images = published_images(rows)
+    return {
+        "type": "state",
+        "facts": [asdict(Fact(name, text)) for name, text in facts.items()],
+        "streams": [
+            {"id": it, "is_eye": is_eye(it), "level": _OK, "topic": topic, "state": ""}
+            | {"rate_hz": rates_hz.get(topic), "mode": modes.get(it, ""), "lowered": ""}
+            | unknown
+            for it in image_streams(with_eyes=True)
+            if it in images
+            for topic in images[it][:1]
+        ],
+        "applied": {},
+        "warnings": [],
+    }
+
+
 def mode_in_words(values: Mapping[str, Any] | None) -> str:
     """Returns a camera's applied values, such as "1016x1016@30 jpeg"; empty without a mode."""
     keys = ("resolution_width", "resolution_height", "update_rate", "format")

@@ -5,49 +5,43 @@ from __future__ import annotations
 import json
 import queue
 import threading
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from rclpy.context import Context
 
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.receiver_client import ReceiverClient
 from ml2_receiver.wire.json_body import Scalar
 
-from .controls import Control
-from .live_view import LiveView
-from .requests import Call, Change
+from .controls import SERVICES, Control
+from .requests import Call, Change, Offer, Steer
+from .steered import Answer, Newest
+from .view import View
 
 _PERIOD_S = 1.0
 _PATIENCE_S = 3.0
 
 
-class Answer(NamedTuple):
-    """What the receiver says of a request; `to` is the section or the service."""
-
-    to: str
-    is_done: bool
-    text: str
-
-    def message(self) -> str:
-        """Returns the message for the browser."""
-        return json.dumps({"type": "answer", **self._asdict()})
-
-
 class Steering:
-    """Carries out the requests of all browsers, one after another. Thread-safe.
+    """Carries out requests at a running receiver, one after another, as Steered. Thread-safe.
 
     A thread of its own waits for the receiver. While a browser is connected, it reads the values in
     force each second, because other programs change them, too.
 
     Args:
         view: is notified of new values, by `changed`.
+        context: the context for a node of its own.
         receiver: the receiver's --name, or empty.
         controls: the controls by section.
     """
 
-    def __init__(self, view: LiveView, receiver: str, controls: Mapping[str, Control]) -> None:
-        self.controls = controls
+    def __init__(
+        self, view: View, context: Context, receiver: str, controls: Mapping[str, Control]
+    ) -> None:
+        self.offer = Offer(controls, SERVICES)
         self._view = view
-        self._client = ReceiverClient(view.context, receiver, _PATIENCE_S)
+        self._client = ReceiverClient(context, receiver, _PATIENCE_S)
         self._settings: tuple[int, str] = 0, ""
         self._is_over = False
         self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -61,13 +55,15 @@ class Steering:
         self._thread.join()
         self._client.close()
 
-    @property
-    def settings(self) -> tuple[int, str]:
-        """The number of the newest values in force, from 1, and their JSON; 0 before the first."""
-        return self._settings
+    def described(self) -> dict[str, Any]:
+        return {"controls": [it.described() for it in self.offer.controls.values()]}
 
-    def submit(self, request: Change | Call, answered: Callable[[Answer], None]) -> None:
-        """Carries out a request later; calls `answered` in the thread of this object."""
+    def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
+        return [("settings", lambda: self._settings)]
+
+    def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
+        """Carries out a Change or a Call later; calls `answered` in the thread of this object."""
+        assert isinstance(request, Change | Call), request
 
         def carry_out() -> None:
             answer = self._answer(request)
@@ -96,12 +92,12 @@ class Steering:
             return Answer(to, False, str(error))
 
     def _read_settings(self) -> None:
-        names = [name for control in self.controls.values() for name in control.parameters()]
+        names = [name for control in self.offer.controls.values() for name in control.parameters()]
         try:
             values = self._client.get(names)
         except RosError:
             return  # the page says that the receiver does not report
-        sections: dict[str, dict[str, Scalar]] = {section: {} for section in self.controls}
+        sections: dict[str, dict[str, Scalar]] = {section: {} for section in self.offer.controls}
         for name, value in values.items():
             section, _, key = name.partition(".")
             sections[section][key] = value

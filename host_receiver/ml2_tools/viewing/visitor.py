@@ -12,18 +12,18 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection
 
 from .cloud import CLOUD
-from .live_view import LiveView
 from .plots import SHOWN_S, UNITS
-from .requests import Call, Change, RequestError, Seen, Show, parse_request
+from .requests import RequestError, Seen, Show, Steer, parse_request
 from .scene import SCENE
-from .steering import Answer, Steering
+from .steered import Answer, Steered
+from .view import View
 
 _MOST_UNDER_WAY = 2
 # A page asks for one change of a section, and one call of a service, at a time.
 _MOST_ASKED = 64
 _PERIOD_S = 0.1
 # The kinds of text messages that a browser acknowledges like images.
-_STATE, _SETTINGS, _SAMPLES = "state", "settings", "samples"
+_STATE, _SAMPLES = "state", "samples"
 
 
 class Visitor:
@@ -32,8 +32,8 @@ class Visitor:
     serve() reads in the calling thread. A second thread sends: only it waits for a slow browser.
     """
 
-    def __init__(self, connection: ServerConnection, view: LiveView, steering: Steering) -> None:
-        self._connection, self._view, self._steering = connection, view, steering
+    def __init__(self, connection: ServerConnection, view: View, steered: Steered) -> None:
+        self._connection, self._view, self._steered = connection, view, steered
         self._shown: frozenset[str] = frozenset()
         self._under_way: Counter[str] = Counter()
         # The number of the newest image or state that was sent, and the count of plotted values.
@@ -66,7 +66,7 @@ class Visitor:
             sender.join()
 
     def _take(self, message: str | bytes) -> None:
-        match parse_request(message, self._view.offered, self._steering.controls):
+        match parse_request(message, self._view.offered, self._steered.offer):
             case Show(streams):
                 self._shown = streams
                 self._view.watch(self, streams)
@@ -82,12 +82,12 @@ class Visitor:
             self._under_way[name] -= 1
             self._view.changed.notify_all()
 
-    def _ask(self, request: Change | Call) -> None:
+    def _ask(self, request: Steer) -> None:
         with self._view.changed:
             if self._asked == _MOST_ASKED:
                 raise RequestError("too many requests wait for an answer")
             self._asked += 1
-        self._steering.submit(request, self._answered)
+        self._steered.submit(request, self._answered)
 
     def _answered(self, answer: Answer) -> None:
         with self._view.changed:
@@ -119,9 +119,9 @@ class Visitor:
         hello = {
             "type": "hello",
             "images": list(self._view.images),
-            "plots": [{"name": name, "unit": unit} for name, unit in UNITS.items()],
+            "plots": [{"name": name, "unit": UNITS[name]} for name in self._view.series],
             "shown_s": SHOWN_S,
-            "controls": [it.described() for it in self._steering.controls.values()],
+            **self._steered.described(),
         }
         return json.dumps(hello)
 
@@ -145,11 +145,11 @@ class Visitor:
         for stream in shown & view.images.keys():
             yield stream, view.images[stream].encoded
         if SCENE in shown:
-            yield SCENE, view.scene.newest
+            yield SCENE, lambda: view.scene.newest(view.now_s)
         if CLOUD in shown:
             yield CLOUD, lambda: view.cloud.encoded(view.images["depth"])
         yield _STATE, lambda: view.state
-        yield _SETTINGS, lambda: self._steering.settings
+        yield from self._steered.sources()
 
     def _may_send(self, kind: str) -> bool:
         return self._under_way[kind] < _MOST_UNDER_WAY
@@ -160,5 +160,5 @@ class Visitor:
             self._plotted[name], new = series.since(self._plotted[name])
             if new:
                 plots[name] = new
-        samples = {"type": _SAMPLES, "now_s": time.time(), "plots": plots}
+        samples = {"type": _SAMPLES, "now_s": self._view.now_s, "plots": plots}
         return json.dumps(samples) if plots else None

@@ -1,4 +1,4 @@
-// The connection to the server that served this page. Images, states, settings and samples are
+// The connection to the server that served this page. All messages but hello and answers are
 // acknowledged once they are shown, so that a slow page gets fewer of them.
 
 const RETRY_MS = 2000;
@@ -46,6 +46,7 @@ export function connect(handlers) {
       case "scene":
       case "state":
       case "settings":
+      case "position":
         handlers[message.type](message);
         return message.type;
       default:

@@ -6,6 +6,7 @@ import { Facts } from "./facts.js";
 import { Plots } from "./plots.js";
 import { SceneView } from "./scene.js";
 import { Streams } from "./streams.js";
+import { TimeLine } from "./timeline.js";
 
 const OVERDUE_MS = 3000;
 const notice = document.getElementById("notice");
@@ -15,6 +16,7 @@ const scene = new SceneView(askForShown);
 let configuration = null;
 let streams = null;
 let plots = null;
+let timeLine = null;
 let reportedAt = 0;
 let shown = [];
 let asked = "";
@@ -34,18 +36,25 @@ function askForShown() {
 const connection = connect({
   ended: say,
   hello(hello) {
-    say("Waiting for the receiver's report…");
+    const { recording } = hello;
+    say(recording ? "Reading the recording…" : "Waiting for the receiver's report…");
     reportedAt = 0;
     // The server of this page may have restarted, with other streams.
     streams?.close();
     plots?.close();
+    timeLine?.close();
     [shown, asked] = [[], ""];
     streams = new Streams(hello.images, (streams) => {
       shown = streams;
       askForShown();
     });
     plots = new Plots(hello.plots, hello.shown_s);
-    configuration = new Configuration(hello.controls, (request) => connection.send(request));
+    const ask = (request) => connection.send(request);
+    // Only a receiver is steered, and only a recording has a time line.
+    for (const id of ["actions", "configuration"]) document.getElementById(id).hidden = Boolean(recording);
+    if (recording) document.getElementById("nothing").textContent = "The recording has no images.";
+    configuration = new Configuration(hello.controls ?? [], ask);
+    timeLine = recording ? new TimeLine(recording, ask) : null;
     actions.reset();
     askForShown();
   },
@@ -59,8 +68,13 @@ const connection = connect({
   },
   scene: (poses) => scene.show(poses),
   cloud: (places) => scene.showCloud(places),
+  position(position) {
+    if (timeLine.show(position)) scene.forgetTrail();
+    plots.setClock(position.at_s, position.is_playing ? position.rate : 0);
+  },
   settings: (settings) => configuration.show(settings),
   answer(answer) {
+    timeLine?.answer();
     actions.answer(answer);
     configuration.answer(answer);
   },

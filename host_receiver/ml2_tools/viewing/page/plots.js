@@ -9,8 +9,8 @@ export class Plots {
   #section = document.getElementById("plots");
   #plots;
   #shownS;
-  // Server's clock minus this page's, in s: the plots move with the server's.
-  #offsetS = 0;
+  // What the server's clock showed at a time of this page's: the plots move with the server's.
+  #clock = { nowS: 0, rate: 1, sinceMs: 0 };
   #timer;
 
   constructor(plots, shownS) {
@@ -25,13 +25,19 @@ export class Plots {
   }
 
   add({ now_s, plots }) {
-    this.#offsetS = now_s - performance.now() / 1000;
+    this.setClock(now_s, this.#clock.rate);
     for (const [name, values] of Object.entries(plots)) this.#plots.get(name)?.add(values);
+  }
+
+  // The server's clock shows so many seconds now, and runs at a rate; 0 is a pause.
+  setClock(nowS, rate) {
+    this.#clock = { nowS, rate, sinceMs: performance.now() };
   }
 
   #draw() {
     if (document.hidden) return;
-    const nowS = performance.now() / 1000 + this.#offsetS;
+    const { nowS: thenS, rate, sinceMs } = this.#clock;
+    const nowS = thenS + ((performance.now() - sinceMs) / 1000) * rate;
     for (const plot of this.#plots.values()) plot.draw(nowS - this.#shownS, nowS);
   }
 }
@@ -48,8 +54,11 @@ class Plot {
     this.#canvas.setAttribute("aria-label", `${name} in ${unit} over the last 30 s`);
   }
 
+  // A time without values says that the earlier ones do not count any more.
   add(values) {
-    this.#values.push(...values);
+    const last = values.findLastIndex(([, it]) => !it.length);
+    if (last >= 0) this.#values = [];
+    this.#values.push(...values.slice(last + 1));
   }
 
   draw(beginS, endS) {

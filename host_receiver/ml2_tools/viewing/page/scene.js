@@ -73,6 +73,11 @@ export class SceneView {
     this.#draw();
   }
 
+  // What comes next may be of another time.
+  forgetTrail() {
+    this.#objects.forgetTrail();
+  }
+
   showCloud(places) {
     this.#objects.showCloud(places);
     this.#draw();

@@ -71,6 +71,10 @@ export class SceneObjects {
     this.#colours.needsUpdate = true;
   }
 
+  forgetTrail() {
+    this.#passed = [];
+  }
+
   // Names and colours of what can be seen.
   legend() {
     const cameras = [...this.#cameras].filter(([, it]) => it.object.visible);

@@ -119,8 +119,10 @@ class Tile {
 
   show(stream) {
     const expected = stream.expected_hz === null ? "" : ` of ${number(stream.expected_hz)}`;
-    const lost = stream.lost ? element("span", "level-1", `${stream.lost} lost`) : "nothing lost";
-    this.#rate.replaceChildren(`${number(stream.rate_hz, 1)}${expected} Hz, `, lost);
+    const lost = stream.lost ? element("span", "level-1", `, ${stream.lost} lost`) : ", nothing lost";
+    this.#rate.replaceChildren(`${number(stream.rate_hz, 1)}${expected} Hz`, stream.lost === null ? "" : lost);
+    // A recording says nothing of losses and latency.
+    this.#latency.hidden = stream.lost === null;
     const [p50, p99] = [number(stream.latency_p50_ms, 1), number(stream.latency_p99_ms, 1)];
     setText(this.#latency, `latency ${p50} ms, p99 ${p99} ms`);
     const lowered = element("span", "level-1", `, lowered to ${stream.lowered}`);
@@ -143,16 +145,22 @@ class Tile {
     image.close();
   }
 
+  // Without a reason there is just no image.
   fail(reason) {
     this.#state.className = "level-2";
     setText(this.#state, reason);
+    if (!reason) this.#clear();
   }
 
   #label() {
     this.#veil.hidden = this.isOn || !this.#isEye;
     this.#button.hidden = !this.#veil.hidden;
     setText(this.#button, this.isOn ? "Hide" : "Show");
-    if (!this.isOn) this.#canvas.getContext("2d").reset();
+    if (!this.isOn) this.#clear();
+  }
+
+  #clear() {
+    this.#canvas.getContext("2d").reset();
   }
 }
 

@@ -1,0 +1,29 @@
+"""The topics that fill the view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+
+
+class Kind(Enum):
+    """How many messages of a topic matter: of IMAGE and LATCHED the newest one, of STATIC all."""
+
+    IMAGE = auto()
+    SENSOR = auto()
+    LATCHED = auto()
+    STATIC = auto()
+
+
+@dataclass(frozen=True, eq=False)
+class Feed:
+    """A topic that fills a part of the view.
+
+    `take` gets the CDR of each message, and when it came in s on the clock of the source.
+    """
+
+    topic: str
+    type: str
+    kind: Kind
+    take: Callable[[bytes, float], None]

@@ -1,0 +1,103 @@
+"""The ROS node of `ml2-receiver view`, which takes the messages of a running receiver."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+
+from ml2_receiver.ros.context import tool_node
+from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
+from ml2_receiver.topics.status_name import split_status_name
+
+from ..geometry.transform_tree import STATIC_DEPTH
+from ..monitoring.topic_table import Rows
+from .feed import Feed, Kind
+from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s
+from .state import Levels, state_of
+from .view import View
+
+_DEPTH = 10
+_QOS = {
+    Kind.IMAGE: QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+    Kind.SENSOR: QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT),
+    Kind.LATCHED: QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    Kind.STATIC: QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+}
+
+
+class LiveSource:
+    """A running receiver, as a Source.
+
+    Args:
+        receiver: the receiver's --name, or empty.
+
+    Raises:
+        RosError: ROS does not start.
+    """
+
+    def __init__(self, receiver: str) -> None:
+        self._receiver = receiver
+        self._closing = ExitStack()
+        self._node = self._closing.enter_context(tool_node("ml2_view"))
+        self._subscriptions: dict[Feed, RawSubscription] = {}
+
+    @property
+    def context(self) -> Context:
+        """The context for more nodes of this process; it ends with this node."""
+        return self._node.context
+
+    def start(self, view: View) -> None:
+        starting = threading.Lock()
+
+        def diagnosed(payload: bytes) -> None:
+            with starting:  # the view asks for more topics at once
+                rows, levels = self._read(payload)
+            if rows:
+                view.report(rows, levels)
+                view.series[CLOCK].add(clock_uncertainty_ms(rows), self.now_s())
+                view.series[THROUGHPUT].add(received_mbit_per_s(rows), self.now_s())
+
+        type = "diagnostic_msgs/msg/DiagnosticArray"
+        rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), diagnosed)
+        with starting:
+            self._taker = RawTaker(self._node, [rows])
+        self._closing.callback(self._taker.stop)
+
+    def close(self) -> None:
+        self._closing.close()
+
+    def now_s(self) -> float:
+        return time.monotonic()
+
+    def add(self, feed: Feed) -> None:
+        def take(payload: bytes) -> None:
+            feed.take(payload, self.now_s())
+
+        subscription = RawSubscription(feed.type, feed.topic, _QOS[feed.kind], take)
+        self._subscriptions[feed] = subscription
+        self._taker.add(subscription)
+
+    def remove(self, feed: Feed) -> None:
+        self._taker.remove(self._subscriptions.pop(feed))
+
+    def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
+        return state_of(rows, levels, modes, battery)
+
+    def _read(self, payload: bytes) -> tuple[Rows, Levels]:
+        rows: dict[str, dict[str, str]] = {}
+        levels: dict[str, int] = {}
+        for status in deserialize_message(payload, DiagnosticArray).status:
+            receiver, row = split_status_name(status.name) or (None, "")
+            if receiver == self._receiver:
+                values = {pair.key: pair.value for pair in status.values}
+                rows[row] = values | {"message": status.message}
+                levels[row] = status.level[0]
+        return rows, levels

@@ -1,0 +1,90 @@
+// The time line of a recording: shows the position in it, and moves it.
+import { setText } from "./elements.js";
+
+const REDRAW_MS = 100;
+
+export class TimeLine {
+  #bar = document.getElementById("timeline");
+  #button = this.#bar.querySelector("button");
+  #slider = this.#bar.querySelector("input");
+  #speed = this.#bar.querySelector("select");
+  #output = this.#bar.querySelector("output");
+  #recording;
+  #ask;
+  // The newest wish of each kind; the server gets one at a time.
+  #wishes = {};
+  #isAsked = false;
+  #isMoved = false;
+  #position = { at_s: 0, rate: 1, is_playing: false, jumps: 0 };
+  #sinceMs = 0;
+  #timer;
+
+  constructor(recording, ask) {
+    this.#recording = recording;
+    this.#ask = ask;
+    this.#bar.hidden = false;
+    this.#slider.max = recording.length_s;
+    this.#speed.replaceChildren(...recording.speeds.map((it) => new Option(`${it}×`, it)));
+    this.#button.onclick = () => this.#wish("play", !this.#position.is_playing);
+    this.#speed.onchange = () => this.#wish("speed", Number(this.#speed.value));
+    this.#slider.oninput = () => {
+      this.#isMoved = true;
+      this.#tell(Number(this.#slider.value));
+      this.#wish("seek", Math.min(Number(this.#slider.value), recording.length_s));
+    };
+    this.#slider.onchange = () => (this.#isMoved = false);
+    this.#timer = setInterval(() => this.#draw(), REDRAW_MS);
+  }
+
+  close() {
+    clearInterval(this.#timer);
+    this.#bar.hidden = true;
+  }
+
+  // Returns true if the position has jumped.
+  show(position) {
+    const hasJumped = position.jumps !== this.#position.jumps;
+    // Until the answer, a position may be that before the wish.
+    if (this.#isAsked) return hasJumped;
+    this.#position = position;
+    this.#sinceMs = performance.now();
+    setText(this.#button, position.is_playing ? "Pause" : "Play");
+    this.#speed.value = position.rate;
+    this.#draw();
+    return hasJumped;
+  }
+
+  answer() {
+    this.#isAsked = false;
+    this.#send();
+  }
+
+  #wish(kind, value) {
+    this.#wishes[kind] = value;
+    this.#send();
+  }
+
+  #send() {
+    const [kind] = Object.keys(this.#wishes);
+    if (this.#isAsked || !kind) return;
+    this.#isAsked = true;
+    this.#ask({ [kind]: this.#wishes[kind] });
+    delete this.#wishes[kind];
+  }
+
+  #draw() {
+    if (this.#isMoved || this.#isAsked) return;
+    const { at_s, rate, is_playing } = this.#position;
+    const passedS = is_playing ? ((performance.now() - this.#sinceMs) / 1000) * rate : 0;
+    const atS = Math.min(at_s + passedS, this.#recording.length_s);
+    this.#slider.value = atS;
+    this.#tell(atS);
+  }
+
+  #tell(atS) {
+    const { begin_s, length_s } = this.#recording;
+    const day = new Date((begin_s + atS) * 1000).toLocaleTimeString([], { hour12: false, fractionalSecondDigits: 1, hour: "2-digit", minute: "2-digit", second: "2-digit" });
+    setText(this.#output, `${atS.toFixed(1)} of ${length_s.toFixed(1)} s · ${day}`);
+    this.#slider.setAttribute("aria-valuetext", `${atS.toFixed(1)} s`);
+  }
+}

@@ -1,0 +1,226 @@
+"""Images, 3D view, plots and state of one source, for browsers."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Callable, Mapping, Set
+from contextlib import suppress
+from functools import partial
+from typing import Any, Protocol
+
+from ml2_receiver.topics.string_message import decode_string
+
+from ..bags.decoding import decoder
+from ..monitoring.topic_table import Rows
+from .cloud import CLOUD, Cloud
+from .feed import Feed, Kind
+from .newest_image import NewestImage
+from .plots import SENSOR_PLOTS, UNITS, Plot, Series
+from .scene import SCENE, TF_STATIC, Scene
+from .state import Levels, image_streams, mode_in_words, published_images, topic_prefix
+
+_BATTERY, _CONFIG = "battery", "config"
+
+
+class Source(Protocol):
+    """Messages and state for one view. Thread-safe."""
+
+    def start(self, view: View) -> None:
+        """Reports rows to the view from now on; may do so at once, and in any thread."""
+
+    def close(self) -> None:
+        """Ends its threads; no method may be called afterwards."""
+
+    def now_s(self) -> float:
+        """Returns the present time of its clock in s, whose zero means nothing."""
+
+    def add(self, feed: Feed) -> None:
+        """Begins to take the messages of a topic; in a thread of its own."""
+
+    def remove(self, feed: Feed) -> None:
+        """Ends what add() began."""
+
+    def state(self, rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str) -> Any:
+        """Returns the state that the page shows, as an object for JSON.
+
+        Args:
+            rows, levels: what was reported last.
+            modes: the mode of each camera in words.
+            battery: the charge of the battery in words.
+
+        Raises:
+            KeyError, ValueError: the rows are of another version.
+        """
+
+
+class View:
+    """What browsers may see of a source. Thread-safe.
+
+    The source's threads bring the messages. It gets images while a browser shows them, and other
+    messages while there is a browser.
+
+    Args:
+        receiver: the receiver's --name, or empty.
+        with_eyes: True if browsers may ask for images of eye cameras.
+
+    Attributes:
+        changed: notified when there is a new image or a new state.
+        images: the newest image of each stream that browsers may ask for.
+        scene: the poses of the 3D view.
+        cloud: the points of the 3D view.
+        series: the values of each plot.
+    """
+
+    def __init__(self, source: Source, receiver: str, with_eyes: bool) -> None:
+        self._source = source
+        self.changed = threading.Condition()
+        self.images = {it: NewestImage(it) for it in image_streams(with_eyes)}
+        self.scene = Scene(receiver)
+        self.cloud = Cloud(self.scene)
+        self.series = {name: Series() for name in UNITS}
+        self._state: tuple[int, str] = 0, ""
+        self._rows: Rows = {}
+        self._modes: dict[str, str] = {}
+        self._battery = "not reported"
+        self._watched: dict[object, frozenset[str]] = {}
+        self._in_scene: Mapping[str, tuple[str, str]] = {}
+        # By what they fill and their topic.
+        self._feeds: dict[tuple[str, str], Feed] = {}
+        self._settling = threading.Lock()
+        source.start(self)
+
+    def close(self) -> None:
+        """Closes the source; no method may be called afterwards."""
+        self._source.close()
+
+    @property
+    def offered(self) -> Set[str]:
+        """The streams, and parts of the 3D view, that browsers may ask for."""
+        return self.images.keys() | {SCENE, CLOUD}
+
+    @property
+    def is_watched(self) -> bool:
+        """True while a browser is connected."""
+        return bool(self._watched)
+
+    @property
+    def state(self) -> tuple[int, str]:
+        """The number of the newest state, from 1, and its JSON; 0 before the first."""
+        return self._state
+
+    @property
+    def now_s(self) -> float:
+        """The present time on the clock of plots and poses."""
+        return self._source.now_s()
+
+    def watch(self, browser: object, streams: frozenset[str] | None) -> None:
+        """Sets what of `offered` a browser shows; None once the browser is gone."""
+        with self._settling:
+            if streams is None:
+                self._watched.pop(browser, None)
+            else:
+                self._watched[browser] = streams
+            self._settle()
+
+    def report(self, rows: Rows, levels: Levels) -> None:
+        """Takes what the source says of its topics, in the form of rows of /diagnostics."""
+        with self._settling:
+            self._rows = rows
+            self._settle()
+        try:
+            state = self._source.state(rows, levels, self._modes, self._battery)
+        except (KeyError, ValueError) as error:
+            self.fail(f"the receiver's version has another /diagnostics: {error!r}")
+        else:
+            self._show(state)
+
+    def fail(self, problem: str) -> None:
+        """Shows instead of the state why there is none."""
+        self._show({"type": "state", "problem": problem})
+
+    def forget(self) -> None:
+        """Forgets all messages: the next ones may be of any time."""
+        for image in self.images.values():
+            image.forget()
+        self.scene.forget()
+        self.cloud.forget()
+        for series in self.series.values():
+            series.forget()
+
+    def _show(self, state: Any) -> None:
+        with self.changed:
+            self._state = self._state[0] + 1, json.dumps(state)
+            self.changed.notify_all()
+
+    def _settle(self) -> None:
+        """Follows what is watched and published, and nothing else."""
+        wanted = self._wanted() if self._watched else {}
+        for key in self._feeds.keys() - wanted.keys():
+            self._source.remove(self._feeds.pop(key))
+            if (stream := key[0]) in self.images:  # nobody may see an old image as a new one
+                self.images[stream].forget()
+        for key in wanted.keys() - self._feeds.keys():
+            self._feeds[key] = self._feed(*key, wanted[key])
+            self._source.add(self._feeds[key])
+
+    def _wanted(self) -> dict[tuple[str, str], str]:
+        """Returns the types of the wanted topics, by what they fill and their name."""
+        images = published_images(self._rows)
+        found = {
+            stream: images[stream]
+            for streams in self._watched.values()
+            for stream in streams & images.keys()
+        }
+        topics = {
+            it["stream"]: (name, it["type"]) for name, it in self._rows.items() if "type" in it
+        }
+        for plot in SENSOR_PLOTS.values():
+            if (stream := next((it for it in plot.streams if it in topics), None)) is not None:
+                found[plot.name] = topics[stream]
+        if _BATTERY in topics:
+            found[_BATTERY] = topics[_BATTERY]
+        shown = frozenset[str]().union(*self._watched.values())
+        if SCENE in shown:
+            self._in_scene = self.scene.topics(self._rows, shown)
+            found |= self._in_scene
+        if (prefix := topic_prefix(self._rows)) is not None:
+            found[_CONFIG] = f"{prefix}/config", "std_msgs/msg/String"
+        return {(name, topic): type for name, (topic, type) in found.items()}
+
+    def _feed(self, name: str, topic: str, type: str) -> Feed:
+        if name in self.images:
+            return Feed(topic, type, Kind.IMAGE, partial(self._take_image, name, type))
+        if name in self._in_scene:
+            kind = Kind.STATIC if topic == TF_STATIC else Kind.SENSOR
+            return Feed(topic, type, kind, partial(self.scene.take, name, type))
+        if name == _CONFIG:
+            return Feed(topic, type, Kind.LATCHED, self._configured)
+        if name == _BATTERY:
+            return Feed(topic, type, Kind.SENSOR, partial(self._charged, decoder(type)))
+        take = partial(self._add, SENSOR_PLOTS[name], decoder(type))
+        return Feed(topic, type, Kind.SENSOR, take)
+
+    def _take_image(self, stream: str, type: str, payload: bytes, _: float) -> None:
+        if self.images[stream].take(type, payload):
+            with self.changed:
+                self.changed.notify_all()
+
+    def _add(self, plot: Plot, decode: Callable[[bytes], Any], payload: bytes, at_s: float) -> None:
+        series = self.series[plot.name]
+        # A headset's bytes that are not of the type must not end the thread.
+        with suppress(ValueError):
+            if series.is_due(at_s):
+                series.add(plot.read(decode(payload)), at_s)
+
+    def _charged(self, decode: Callable[[bytes], Any], payload: bytes, _: float) -> None:
+        with suppress(ValueError):
+            share = decode(payload).percentage
+            self._battery = f"{share * 100:.0f} %" if math.isfinite(share) else self._battery
+
+    def _configured(self, payload: bytes, _: float) -> None:
+        with suppress(ValueError, KeyError, AttributeError, TypeError, RecursionError):
+            streams = json.loads(decode_string(payload))["streams"]
+            values = {stream: answer.get("values") for stream, answer in streams.items()}
+            self._modes = {stream: mode_in_words(it) for stream, it in values.items()}

@@ -1,0 +1,110 @@
+"""A recording in many chunks, written by the library of MCAP: grey images that tell their time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from mcap.writer import Writer
+
+from bag_scene import TYPES, battery
+from ml2_receiver.topics.string_message import encode_string
+
+PREFIX = "/robot1/magic_leap2"
+IMAGE = "sensor_msgs/msg/Image"
+WORLD, EYE = f"{PREFIX}/world_left/image_raw", f"{PREFIX}/eye_nasal_left/image_raw"
+BATTERY, CONFIG, STATIC = f"{PREFIX}/battery", f"{PREFIX}/config", "/tf_static"
+TYPE_OF = {
+    WORLD: IMAGE,
+    EYE: IMAGE,
+    BATTERY: "sensor_msgs/msg/BatteryState",
+    CONFIG: "std_msgs/msg/String",
+    STATIC: "tf2_msgs/msg/TFMessage",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+HZ = 10
+LENGTH_S = 20
+# The eye camera starts late and stops early.
+EYE_S = 1, 5
+BEGIN_NS = 1_700_000_000 * 10**9
+_CHUNK_BYTES = 16 << 10
+
+
+class Recorded(NamedTuple):
+    topic: str
+    time_ns: int
+    payload: bytes
+
+
+def grey(number: int) -> int:
+    """The level of all pixels of an image; JPEG keeps a flat one within 2."""
+    return 20 + number
+
+
+def time_ns(number: int) -> int:
+    """The time of recording of an image."""
+    return BEGIN_NS + number * 10**9 // HZ
+
+
+def messages() -> Iterator[Recorded]:
+    """Yields all messages in the order of their times."""
+    yield Recorded(CONFIG, BEGIN_NS, encode_string(_CONFIG))
+    yield Recorded(STATIC, BEGIN_NS, transform("head_frame", "mount", 0))
+    yield Recorded(BATTERY, BEGIN_NS, battery(0))
+    for number in range(LENGTH_S * HZ + 1):
+        yield Recorded("/tf", time_ns(number), transform("magicleap_world", "head_frame", number))
+        yield Recorded(WORLD, time_ns(number), image(number))
+        if EYE_S[0] * HZ <= number <= EYE_S[1] * HZ:
+            yield Recorded(EYE, time_ns(number), image(number))
+
+
+def image(number: int) -> bytes:
+    kinds = TYPES.types
+    header = _header("robot1/world_left_optical_frame")
+    pixels = np.full(48 * 64, grey(number), np.uint8)
+    message = kinds[IMAGE](header, 48, 64, "mono8", 0, 64, pixels)
+    return bytes(TYPES.serialize_cdr(message, IMAGE))
+
+
+def transform(parent: str, child: str, metres: float) -> bytes:
+    """One along the x axis."""
+    kinds = TYPES.types
+    moved = kinds["geometry_msgs/msg/Transform"](
+        kinds["geometry_msgs/msg/Vector3"](float(metres), 0.0, 0.0),
+        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+    )
+    stamped = kinds["geometry_msgs/msg/TransformStamped"](
+        _header(f"robot1/{parent}"), f"robot1/{child}", moved
+    )
+    type = "tf2_msgs/msg/TFMessage"
+    return bytes(TYPES.serialize_cdr(kinds[type]([stamped]), type))
+
+
+def write(folder: Path, *, is_finished: bool = True) -> Path:
+    """Writes the recording; an unfinished one has neither an index nor its last chunk."""
+    folder.mkdir()
+    with (folder / "room_0.mcap").open("wb") as file:
+        writer = Writer(file, chunk_size=_CHUNK_BYTES)
+        writer.start("ros2", "test")
+        schemas = {it: writer.register_schema(it, "ros2msg", b"") for it in TYPE_OF.values()}
+        channels = {
+            topic: writer.register_channel(topic, "cdr", schemas[type])
+            for topic, type in TYPE_OF.items()
+        }
+        for it in messages():
+            writer.add_message(channels[it.topic], it.time_ns, it.payload, it.time_ns)
+        if is_finished:
+            writer.finish()
+    return folder
+
+
+def _header(frame: str) -> Any:
+    time = TYPES.types["builtin_interfaces/msg/Time"](7, 5)
+    return TYPES.types["std_msgs/msg/Header"](time, frame)
+
+
+_CONFIG = """{"headset": "device name", "session": "s", "streams": {"world_left": {
+  "result": "applied", "reason": null, "topics": [], "values": {"resolution_width": 1016,
+  "resolution_height": 1016, "update_rate": 30, "format": "Grayscale"}}}}"""

@@ -1,0 +1,99 @@
+"""A recording on the page: the panels, and the time line."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from images import await_images
+from lab import SCREEN, Lab
+from processes import RECEIVER, isolated_environment, line_with, process
+from test_page import CONTROLS, REPORTS
+
+_LENGTH_S = 4
+_PIXELS = "() => document.querySelector('[data-stream=color] canvas').toDataURL()"
+_POSITION = "() => Number(document.querySelector('#timeline input').value)"
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """The page of a recording of the lab; `view` has no ROS to reach the lab with."""
+    folder = tmp_path_factory.mktemp("recording")
+    record = ["record", folder / "walk", "--attach", "--duration", str(_LENGTH_S)]
+    # The next recording of the lab shall be in a folder of its own.
+    for command in (record, ["set", "record.folder="]):
+        subprocess.run(
+            [RECEIVER, *command], env=lab.environment, check=True, stdout=subprocess.DEVNULL
+        )
+    view: list[str | Path] = [RECEIVER, "view", folder / "walk", "--no-browser"]
+    with process(view, isolated_environment(), folder / "view.log") as playing:
+        context = browser.new_context(viewport=SCREEN, color_scheme="light")
+        page = context.new_page()
+        page.goto(line_with(playing, "open ").split()[1])
+        expect(page.locator("#facts")).to_contain_text("walk")
+        yield page
+        context.close()
+
+
+def test_the_panels_play(page: Page) -> None:
+    for stream in ("color", "depth", "world_left"):
+        await_images(page, stream, 2)
+        caption = page.locator(f"[data-stream={stream}] figcaption p")
+        expect(caption.first).to_have_text(re.compile(r"^\d\d\.\d Hz$"))
+        expect(caption.nth(1)).to_be_hidden()
+        expect(caption.nth(2)).to_have_text(re.compile(r"^\d+x\d+@30 \w+$"))
+    for name in ("head", "color", "hand left", "gaze"):
+        expect(page.locator("#scene").get_by_role("list")).to_contain_text(name)
+    expect(page.locator("#plots output").first).to_have_text(re.compile(r"x -?\d+\.\d+ y"))
+    page.screenshot(path=REPORTS / "view_recording.png")
+
+
+def test_a_recording_has_no_controls_of_a_receiver(page: Page) -> None:
+    for name in ("Record", "Stop streams", "Test the link"):
+        expect(page.get_by_role("button", name=name, exact=True)).to_have_count(0)
+    expect(page.get_by_text("Sensors and modes")).to_be_hidden()
+    expect(page.locator("#facts")).not_to_contain_text("security")
+
+
+def test_keys_pause_seek_and_play(page: Page) -> None:
+    bar = page.get_by_role("group", name="Time line")
+    button, slider = bar.get_by_role("button"), bar.get_by_role("slider")
+    said = bar.get_by_role("status")
+    # It may have come to its end.
+    if button.text_content() == "Pause":
+        button.press("Enter")
+    expect(button).to_have_text("Play")
+    slider.press("End")
+    expect(said).to_have_text(re.compile(r"^[3-5]\.\d of [3-5]\.\d s · \d\d:\d\d:\d\d\.\d$"))
+    slider.press("Home")
+    expect(said).to_have_text(re.compile(r"^0\.0 of "))
+    slider.press("ArrowRight")
+    expect(said).to_have_text(re.compile(r"^0\.1 of "))
+    first = pixels(page)
+    slider.fill("2.5")
+    expect(said).to_have_text(re.compile(r"^2\.5 of "))
+    page.wait_for_function(f"(first) => ({_PIXELS})() !== first", arg=first)
+    bar.get_by_role("combobox").select_option("4")
+    button.press("Space")
+    page.wait_for_function(f"() => ({_POSITION})() > 2.8")
+
+
+def pixels(page: Page) -> str:
+    found: str = page.evaluate(_PIXELS)
+    return found
+
+
+def test_each_control_of_a_recording_is_reached_with_the_tab_key(page: Page) -> None:
+    focused = f"{CONTROLS}.indexOf(document.activeElement)"
+    count = page.evaluate(f"{CONTROLS}.length")
+    reached = set[int]()
+    for _ in range(count + 1):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate(focused))
+    assert count > 8
+    assert reached >= set(range(count))
