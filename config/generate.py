@@ -21,6 +21,7 @@ from kotlin_table import kotlin_table  # noqa: E402
 from message_definitions import message_definitions  # noqa: E402
 from ml2_receiver.table.reader import load_table  # noqa: E402
 from sensor_table import with_sensor_table  # noqa: E402
+from type_hashes import type_hashes  # noqa: E402
 from unity_metas import unity_metas  # noqa: E402
 
 KOTLIN = ROOT / "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
@@ -53,6 +54,7 @@ def outputs() -> Iterator[tuple[Path, str]]:
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
     yield PYTHON / "generated/__init__.py", ""
     yield PYTHON / "generated/message_definitions.py", message_definitions(table)
+    yield PYTHON / "generated/type_hashes.py", type_hashes()
     yield PYTHON / "generated/version.py", PYTHON_VERSION.format(version)
     yield KOTLIN / "generated/Version.kt", KOTLIN_VERSION.format(version)
     yield from unity_metas(UNITY)

@@ -16,7 +16,7 @@ from rosbags.rosbag2 import Reader
 import bag_scene
 from bag_readers import READERS, Seen, digest, mcap_file, with_javascript, with_mcap, with_rosbags
 from ml2_receiver.errors import PublishError, RecordingError
-from ml2_receiver.generated.message_definitions import HASHES
+from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter

@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from ..generated.message_definitions import HASHES
+from ..generated.type_hashes import HASHES
 from .bag_topic import BagTopic
 
 _VERSION = 9  # rosbag2_storage/bag_metadata.hpp of Jazzy

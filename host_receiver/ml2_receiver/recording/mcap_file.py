@@ -8,7 +8,8 @@ from mcap.records import Channel, Schema
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
-from ..generated.message_definitions import DEFINITIONS, HASHES
+from ..generated.message_definitions import DEFINITIONS
+from ..generated.type_hashes import HASHES
 from ..generated.version import VERSION
 from .bag_metadata import BagFile, to_yaml
 from .bag_topic import BagTopic
