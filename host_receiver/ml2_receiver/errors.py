@@ -5,8 +5,9 @@ ReceiverError
 ├── CalibrationError  a user's camera calibration
 ├── TableError        the stream table, config/streams.yaml
 ├── ProtocolError     a peer broke the protocol
-├── PublishError      ROS or the recording rejected a message
+├── PublishError      ROS, Zenoh or the recording rejected a message
 ├── RosError          ROS 2 itself
+├── ZenohError        the configuration of Zenoh
 ├── PackageError      an optional package is missing
 ├── ExportError       nothing to export, or not in that format
 ├── LatencyError      nothing to measure, or no plot of it
@@ -127,11 +128,15 @@ class ProtocolError(ReceiverError):
 
 
 class PublishError(ReceiverError):
-    """ROS or the recording rejected a topic or a message."""
+    """ROS, Zenoh or the recording rejected a topic or a message."""
 
 
 class RosError(ReceiverError):
     """ROS 2 is missing, or rejected its arguments."""
+
+
+class ZenohError(ReceiverError):
+    """Zenoh does not take its configuration, or an option of it is wrong."""
 
 
 class PackageError(ReceiverError):

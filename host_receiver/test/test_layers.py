@@ -12,8 +12,8 @@ ROOT = Path(__file__).resolve().parents[1]
 LAYERS = {
     "ml2_receiver": (
         "errors", "generated", "wire", "table", "configuration", "security", "processes",
-        "transport", "pairing", "session", "topics", "recording", "ros", "headset", "doctor",
-        "commands", "cli", "__main__",
+        "transport", "pairing", "session", "topics", "recording", "ros", "zenoh", "headset",
+        "doctor", "commands", "cli", "__main__",
     ),
     "ml2_tools": (
         "geometry", "images", "bags", "monitoring", "export", "inspection", "products",

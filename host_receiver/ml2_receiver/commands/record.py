@@ -11,13 +11,11 @@ from ..recording.bag_folder import make_folder
 from ..recording.mcap_file import COMPRESSIONS
 from ..recording.options import RecordingOptions
 from ..recording.recording import Recording, losses, summary
-from ..session.report import Report
-from ..session.sink import Applied, Publish
-from ..table.stream_table import Topic
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
 from .endpoint import Endpoint
+from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
 from .record_attached import record_attached
 from .recording_wait import Standing, wait
@@ -165,19 +163,3 @@ def _recording_options(options: argparse.Namespace) -> RecordingOptions:
 
 def _ended_early(out: Path, reason: str) -> str:
     return f"the recording has ended: {reason}; what was written is in {out}"
-
-
-class PrintedEvents:
-    """A Sink that prints events to stderr and nothing else, where no ROS log does."""
-
-    def open(self, topic: Topic) -> Publish:
-        return lambda _: None
-
-    def configured(self, applied: Applied) -> None:
-        """Its events tell."""
-
-    def event(self, text: str) -> None:
-        print(text, file=sys.stderr, flush=True)
-
-    def session_ended(self, report: Report) -> None:
-        """Its event tells."""

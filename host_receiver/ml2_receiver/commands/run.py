@@ -1,7 +1,9 @@
 """ml2-receiver run: publishes what a headset sends."""
 
 import argparse
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, link_in_words
@@ -9,9 +11,15 @@ from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
 from .config import Subparsers
 from .endpoint import Endpoint
+from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal
 from .view_beside import view_beside
+from .zenoh_start import add_zenoh, check, zenoh_output
+
+if TYPE_CHECKING:
+    from ..ros.node import RosNode
+    from ..zenoh.output import ZenohOutput
 
 _EPILOG = """\
 Headsets find it by its name where it listens on the network. Whatever follows --ros-args goes to
@@ -22,6 +30,7 @@ examples:
   ml2-receiver run --listen 0.0.0.0:7755 --config my.yaml
   ml2-receiver run --listen 0.0.0.0:7756 --name robot1    a second headset, kept apart
   ml2-receiver run --view                              and show its streams in a browser
+  ml2-receiver run --no-ros --zenoh tcp/HOST:7447      on Zenoh, from a PC without ROS 2
   ml2-receiver run --ros-args --log-level debug
 """
 
@@ -36,28 +45,55 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--view", action="store_true", help="also run `ml2-receiver view`, the page in a browser"
     )
+    add_zenoh(parser)
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
+    check(options)
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
         endpoint = stack.enter_context(Endpoint(options))
-        node = make_node(config, options)
-        stack.callback(node.close)
-        sinks = FanOut([node])
-        sink = CalibratedSink(sinks, node.config.calibrations)
-        idle, is_paused = node.idle_streams, options.start_paused
-        with serving(endpoint, node.config, sink, is_paused=is_paused, idle=idle) as server:
-            node.serve(server, file, sink.use, sinks)
+        node = None if options.no_ros else make_node(config, options)
+        if node is not None:
+            config = node.config
+            stack.callback(node.close)
+        sinks = FanOut([PrintedEvents() if node is None else node])
+
+        def is_lazy() -> bool:
+            return bool((config if node is None else node.config).values["publish.lazy"])
+
+        zenoh = zenoh_output(options, config, sinks, is_lazy)
+        sink = CalibratedSink(sinks, config.calibrations)
+        idle, is_paused = _idle(node, zenoh, is_lazy), options.start_paused
+        with serving(endpoint, config, sink, is_paused=is_paused, idle=idle) as server:
+            if node is not None:
+                node.serve(server, file, sink.use, sinks)
+            if zenoh is not None:
+                stack.callback(zenoh.close)
+                zenoh.serve(server)
             print(f"listening on {server.address}", flush=True)
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
-            needs = images_mbit_per_s(node.config)
+            needs = images_mbit_per_s(config)
             asked = {id: it for id, it in needs.items() if id not in endpoint.excluded}
-            print(link_in_words(node.config, asked, bound_mbit_per_s(node.config)), flush=True)
+            print(link_in_words(config, asked, bound_mbit_per_s(config)), flush=True)
             if options.view:
                 stack.enter_context(view_beside(options.name))
             stopping.wait()
     return 0
+
+
+def _idle(
+    node: "RosNode | None", zenoh: "ZenohOutput | None", is_lazy: Callable[[], bool]
+) -> Callable[[], Collection[str]]:
+    """Returns a function that returns the streams that nobody needs at present."""
+
+    def idle() -> Collection[str]:
+        demand = {} if zenoh is None else zenoh.demand()
+        if node is not None:
+            return node.idle_streams() - {stream for stream, wanted in demand.items() if wanted}
+        return {stream for stream, wanted in demand.items() if not wanted} if is_lazy() else ()
+
+    return idle

@@ -3,8 +3,6 @@
 DEFINITIONS are .msg text with all types it uses, as the schema encoding `ros2msg` of MCAP has them.
 """
 
-# ruff: noqa: E501
-
 DEFINITIONS = {
     "geometry_msgs/msg/PoseArray": """\
 std_msgs/Header header

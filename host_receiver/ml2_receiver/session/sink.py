@@ -1,4 +1,4 @@
-"""The interface of the receiver's outputs: ROS and recordings."""
+"""The interface of the receiver's outputs: ROS, Zenoh and recordings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ class Applied:
 
 
 class Sink(Protocol):
-    """An output for topics, payloads and events: ROS or a recording.
+    """An output for topics, payloads and events: ROS, Zenoh or a recording.
 
     Calls of these methods do not overlap; they may overlap with calls of the functions that open()
     returned. None of them may block.

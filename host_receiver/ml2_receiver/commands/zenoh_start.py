@@ -1,0 +1,99 @@
+"""The options about Zenoh, and the output that they describe."""
+
+import argparse
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..configuration.config import Config
+from ..errors import PackageError, ZenohError
+from ..table.reader import load_table
+from ..topics.fan_out import FanOut
+
+if TYPE_CHECKING:
+    from ..zenoh.output import ZenohOutput
+
+_ENDPOINT = re.compile(r"[a-z][a-z0-9-]*/[^/?#]+:(\d{1,5})([?#].*)?", re.ASCII)
+_DOMAIN = re.compile(r"\d{1,3}", re.ASCII)
+
+
+def add_zenoh(parser: argparse.ArgumentParser) -> None:
+    """--zenoh, --zenoh-config and --no-ros."""
+    parser.add_argument(
+        "--zenoh",
+        type=_endpoint,
+        metavar="ENDPOINT",
+        help="also publish through this Zenoh router, such as tcp/HOST:7447 or tls/HOST:7447, for"
+        " ROS 2 nodes with rmw_zenoh and other programs",
+    )
+    parser.add_argument(
+        "--zenoh-config",
+        type=Path,
+        metavar="FILE",
+        help="configuration of the Zenoh session, such as its certificates, in JSON5",
+    )
+    parser.add_argument(
+        "--no-ros", action="store_true", help="publish only on Zenoh; needs no ROS 2"
+    )
+
+
+def check(options: argparse.Namespace) -> None:
+    """Checks that the options fit together.
+
+    Raises:
+        ZenohError: they do not.
+    """
+    if options.no_ros and options.view:
+        raise ZenohError("--view shows topics of ROS 2, so it does not go with --no-ros")
+    if options.zenoh is None and (options.no_ros or options.zenoh_config):
+        given = "--no-ros" if options.no_ros else "--zenoh-config"
+        raise ZenohError(
+            f"{given} needs --zenoh",
+            hint="Add --zenoh ENDPOINT; `ml2-receiver record --no-ros` needs neither.",
+        )
+
+
+def zenoh_output(
+    options: argparse.Namespace, config: Config, sinks: FanOut, is_lazy: Callable[[], bool]
+) -> "ZenohOutput | None":
+    """Returns the output, which is not connected yet, or None without --zenoh.
+
+    Raises:
+        PackageError: the package eclipse-zenoh is not installed.
+        ZenohError: Zenoh does not take its configuration, or ROS_DOMAIN_ID is wrong.
+    """
+    if options.zenoh is None:
+        return None
+    try:
+        from ..zenoh.configuration import session_configuration
+        from ..zenoh.output import Identity, ZenohOutput
+    except ModuleNotFoundError as error:
+        if error.name != "zenoh":
+            raise
+        raise PackageError(
+            "--zenoh needs the package eclipse-zenoh, which is not installed",
+            hint="Run `pip install 'ml2-receiver[zenoh]'`, or in the clone"
+            " `build/venv/bin/pip install './host_receiver[zenoh]'`.",
+        ) from error
+    session = session_configuration(options.zenoh, options.zenoh_config)
+    identity = Identity(config.name, config.prefix, _domain())
+    return ZenohOutput(session, options.zenoh, identity, load_table(), sinks, is_lazy)
+
+
+def _domain() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not _DOMAIN.fullmatch(text) or int(text) > 232:
+        raise ZenohError(f"expected a ROS_DOMAIN_ID from 0 to 232, found {text!r}")
+    return int(text)
+
+
+def _endpoint(text: str) -> str:
+    """Parses PROTOCOL/HOST:PORT, for argparse."""
+    found = _ENDPOINT.fullmatch(text)
+    if found is None or not 1 <= int(found[1]) <= 0xFFFF:
+        raise argparse.ArgumentTypeError(
+            f"expected PROTOCOL/HOST:PORT, such as tcp/192.168.1.5:7447, found {text!r}"
+        )
+    return text

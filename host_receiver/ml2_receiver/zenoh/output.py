@@ -1,0 +1,168 @@
+"""Keeps a session with a router, and publishes there."""
+
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import Literal
+
+import zenoh
+
+from ..errors import PublishError
+from ..table.stream_table import StreamTable
+from ..topics.control import Control
+from ..topics.diagnostics import Diagnostics, security_row
+from ..topics.fan_out import FanOut
+from ..topics.status_message import encode_statuses
+from .sink import ZenohSink
+from .unreachable import why_unreachable
+
+_PERIOD_S = 1.0  # of /diagnostics, and of attempts to connect
+
+type _News = Literal["matched", "router", "close"]
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What is said of this receiver.
+
+    Attributes:
+        receiver: as in --name, may be empty.
+        prefix: of the relative topics.
+        domain: the ROS domain id.
+    """
+
+    receiver: str
+    prefix: str
+    domain: int
+
+
+class ZenohOutput:
+    """Adds a ZenohSink to `sinks` as soon as the router answers, and /diagnostics once a second.
+
+    A thread tries to connect until it succeeds; later Zenoh does so itself. Events say what is not
+    reachable and why, and what is connected. close() must be called.
+
+    Args:
+        config: of the session.
+        endpoint: the router in it.
+        is_lazy: returns True if streams without subscribers shall be idle.
+    """
+
+    def __init__(
+        self,
+        config: zenoh.Config,
+        endpoint: str,
+        identity: Identity,
+        table: StreamTable,
+        sinks: FanOut,
+        is_lazy: Callable[[], bool],
+    ) -> None:
+        self._config, self._endpoint, self._identity = config, endpoint, identity
+        self._table, self._sinks, self._is_lazy = table, sinks, is_lazy
+        self._sink: ZenohSink | None = None
+        self._control: Control | None = None
+        self._diagnostics = Diagnostics(identity.prefix)
+        self._news: SimpleQueue[_News] = SimpleQueue()
+        self._said = ""
+        self._thread = threading.Thread(target=self._run, name="zenoh")
+
+    def serve(self, control: Control) -> None:
+        """Begins; `control` is what runs the streams."""
+        self._control = control
+        self._thread.start()
+
+    def demand(self) -> Mapping[str, bool]:
+        """Returns for each stream with topics whether it has a subscriber; empty without a router.
+
+        Any thread may call it.
+        """
+        sink = self._sink
+        return {} if sink is None else sink.demand()
+
+    def close(self) -> None:
+        """Ends the topics and the session; blocks for 4 s at most while there is no router."""
+        self._news.put("close")
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _run(self) -> None:
+        session = self._session()
+        if session is None:
+            return
+        with session:
+            sink = self._sink = self._new_sink(session)
+            self._sinks.add(sink)
+            # From here on, since those before are known.
+            listener = session.info.declare_transport_events_listener(
+                lambda _: self._news.put("router")
+            )
+            self._say_connection(session)
+            self._follow(session, sink)
+            listener.undeclare()
+            self._sinks.remove(sink)
+            sink.close()
+
+    def _session(self) -> zenoh.Session | None:
+        """Returns a session, or None after close()."""
+        while True:
+            try:
+                return zenoh.open(self._config)
+            except zenoh.ZError:
+                self._say_unreachable()
+            if self._next(_PERIOD_S) == "close":
+                return None
+
+    def _new_sink(self, session: zenoh.Session) -> ZenohSink:
+        mine = self._identity
+        return ZenohSink(
+            session,
+            self._table,
+            mine.prefix,
+            mine.receiver,
+            mine.domain,
+            lambda: self._news.put("matched"),
+        )
+
+    def _follow(self, session: zenoh.Session, sink: ZenohSink) -> None:
+        due_s = time.monotonic()
+        while (news := self._next(due_s - time.monotonic())) != "close":
+            if news == "matched" and self._control is not None and self._is_lazy():
+                self._control.update()
+            if news == "router":
+                self._say_connection(session)
+            if time.monotonic() >= due_s:
+                due_s += _PERIOD_S
+                self._report(sink)
+
+    def _next(self, timeout_s: float) -> _News | None:
+        with suppress(Empty):
+            return self._news.get(timeout=max(0.0, timeout_s))
+        return None
+
+    def _say_connection(self, session: zenoh.Session) -> None:
+        if session.info.routers_zid() or session.info.peers_zid():
+            self._say(f"Zenoh: connected to {self._endpoint}")
+        else:
+            self._say_unreachable()
+
+    def _say_unreachable(self) -> None:
+        tls = json.loads(self._config.get_json("transport/link/tls"))
+        reason = why_unreachable(self._endpoint, tls)
+        self._say(f"Zenoh: {self._endpoint} is not reached: {reason}; trying again")
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._sinks.event(text)
+
+    def _report(self, sink: ZenohSink) -> None:
+        assert self._control is not None
+        rows = self._diagnostics.rows(self._control.report(), time.monotonic())
+        rows.append(security_row(self._control.protection()))
+        more = {name: {"zenoh_published": str(it)} for name, it in sink.published().items()}
+        with suppress(PublishError):  # the session has ended, which its own event says
+            sink.diagnose(encode_statuses(self._identity.receiver, rows, more, time.time_ns()))

@@ -1,0 +1,211 @@
+"""`ml2-receiver run --zenoh`: beside ROS, without ROS, and with wrong input."""
+
+import contextlib
+import itertools
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import pytest
+import zenoh
+from rosbags.typesys import Stores, get_typestore
+
+import bag_scene
+from ml2_receiver.cli import main
+from mock_device import MockDevice
+from ros_processes import Child, Receiver, Subscriber, environment
+from waiting import LIMIT_S, await_true
+from zenoh_peers import free_endpoint, open_router
+
+CONFIG = """
+/**:
+  ros__parameters:
+    world_left: {enabled: true}
+    battery: {enabled: true}
+"""
+# Runs the command where Python finds nothing of ROS.
+WITHOUT_ROS = """
+import sys
+class NoRos:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0].endswith(("_msgs", "_srvs", "_interfaces")) or name in (
+            "rclpy", "rosidl_parser"):
+            raise ModuleNotFoundError(f"{name} was imported", name=name)
+sys.meta_path.insert(0, NoRos())
+from ml2_receiver.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+ROUTER = str(Path(__file__).with_name("zenoh_peers.py"))
+LISTEN = ("--listen", "127.0.0.1:0", "--insecure")
+
+
+def key(name: str) -> str:
+    return f"{environment()['ROS_DOMAIN_ID']}/{name}/*/*"
+
+
+def await_sample(samples: "SimpleQueue[zenoh.Sample]", send: Any) -> bytes:
+    """Sends until a sample comes: what is sent before its subscriber is known goes nowhere."""
+    for number in itertools.count():
+        send(number)
+        with contextlib.suppress(Empty):
+            return samples.get(timeout=0.1).payload.to_bytes()
+    raise AssertionError
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_endpoint()
+
+
+@pytest.fixture
+def router(endpoint: str) -> Iterator[zenoh.Session]:
+    with open_router(endpoint) as router:
+        yield router
+
+
+def without_ros(config: Path, endpoint: str, *options: str) -> Child:
+    given = ("--config", str(config), *LISTEN, "--no-ros", "--zenoh", endpoint)
+    return Child("-c", WITHOUT_ROS, "run", *given, *options)
+
+
+def test_without_ros_all_topics_and_diagnostics_are_on_zenoh(
+    config: Path, endpoint: str, router: zenoh.Session
+) -> None:
+    images: SimpleQueue[zenoh.Sample] = SimpleQueue()
+    statuses: SimpleQueue[zenoh.Sample] = SimpleQueue()
+    router.declare_subscriber(key("magic_leap2/world_left/image_raw"), images.put)
+    router.declare_subscriber(key("diagnostics"), statuses.put)
+    with without_ros(config, endpoint) as receiver:
+        address = receiver.line().removeprefix("listening on ")
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        with MockDevice(address, says_ping=True) as device:
+            device.start()
+            image = await_sample(
+                images, lambda it: device.publish("world_left/image_raw", bag_scene.image(it))
+            )
+            assert image[4:] in {bag_scene.image(number)[4:] for number in range(100)}
+            store = get_typestore(Stores.ROS2_JAZZY)
+
+            def names() -> set[str]:
+                payload = statuses.get(timeout=LIMIT_S).payload.to_bytes()
+                array: Any = store.deserialize_cdr(payload, "diagnostic_msgs/msg/DiagnosticArray")
+                return {status.name for status in array.status}
+
+            await_true(lambda: "ml2_receiver: /magic_leap2/world_left/image_raw" in names())
+            assert "ml2_receiver: session" in names()
+            device.leave()
+        assert receiver.end(signal.SIGTERM) == 0
+
+
+def test_beside_ros_both_get_the_same_bytes(
+    config: Path, endpoint: str, router: zenoh.Session
+) -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    samples: SimpleQueue[zenoh.Sample] = SimpleQueue()
+    router.declare_subscriber(key("magic_leap2/battery"), samples.put)
+    with Receiver(config, "--zenoh", endpoint) as receiver:
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        with MockDevice(receiver.address, says_ping=True) as device:
+            device.start()
+            with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
+                for number in itertools.count():
+                    device.publish("battery", bag_scene.battery(number))
+                    if subscriber.has_line(0.1):
+                        break
+                last = bag_scene.battery(5000)
+                device.publish("battery", last)
+                await_true(lambda: subscriber.message().startswith(last))  # DDS pads to 4 bytes
+            await_true(lambda: samples.get(timeout=LIMIT_S).payload.to_bytes() == last)
+
+
+def test_a_router_that_is_not_there_is_said_and_tried_again(config: Path, endpoint: str) -> None:
+    with without_ros(config, endpoint) as receiver:
+        receiver.await_error(f"Zenoh: {endpoint} is not reached: Connection refused; trying again")
+        with open_router(endpoint):
+            receiver.await_error(f"Zenoh: connected to {endpoint}")
+        await_true(lambda: sum("Connection refused" in it for it in receiver.errors) == 2)
+        with open_router(endpoint):
+            await_true(lambda: sum("connected to" in it for it in receiver.errors) == 2)
+        assert receiver.end() == 0
+
+
+def test_it_ends_at_once_while_there_is_no_router(config: Path, endpoint: str) -> None:
+    with without_ros(config, endpoint) as receiver:
+        receiver.await_error("is not reached")
+        assert receiver.end() == 0
+
+
+@pytest.mark.parametrize(
+    "address", ["127.0.0.1:7447", "router", "tcp/router", "tcp/:7447", "tcp/router:0", ""]
+)
+def test_an_endpoint_has_protocol_host_and_port(
+    address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "--no-ros", "--zenoh", address])
+    error = capsys.readouterr().err.splitlines()[-1]
+    expected = "expected PROTOCOL/HOST:PORT, such as tcp/192.168.1.5:7447"
+    assert error.endswith(f"argument --zenoh: {expected}, found {address!r}")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "{} cannot be read: No such file or directory"),
+        ("{mode: ", "{} is no configuration of Zenoh: line 1, column 8: expected "),
+        ("{mood: 1}", "{} is no configuration of Zenoh: unknown field `mood`, expected one of "),
+    ],
+)
+def test_a_wrong_configuration_of_zenoh_ends_it(
+    tmp_path: Path, config: Path, capsys: pytest.CaptureFixture[str], content: str | None, said: str
+) -> None:
+    file = tmp_path / "zenoh.json5"
+    if content is not None:
+        file.write_text(content)
+    options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1", "--zenoh-config", str(file)]
+    assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
+    lines = [it for it in capsys.readouterr().err.splitlines() if "WARNING" not in it]
+    assert lines[0].startswith(said.format(file))
+    assert lines[1].startswith("hint: ")
+    assert len(lines) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--no-ros"], "--no-ros needs --zenoh"),
+        (["--zenoh-config", "zenoh.json5"], "--zenoh-config needs --zenoh"),
+        (["--no-ros", "--view", "--zenoh", "tcp/a:1"], "--view shows topics of ROS 2"),
+    ],
+)
+def test_options_that_do_not_fit_end_it(
+    capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
+    assert main(["run", *options]) == 2
+    assert capsys.readouterr().err.startswith(said)
+
+
+def test_a_missing_package_is_named_with_the_command_that_installs_it(
+    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [it for it in sys.modules if it.startswith("ml2_receiver.zenoh")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "zenoh", None)
+    options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1"]
+    assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
+    error = capsys.readouterr().err
+    assert "--zenoh needs the package eclipse-zenoh, which is not installed" in error
+    assert "pip install 'ml2-receiver[zenoh]'" in error
+
+
+def test_a_domain_that_there_is_not_ends_it(
+    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(os.environ, "ROS_DOMAIN_ID", "seven")
+    options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1"]
+    assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
+    assert "expected a ROS_DOMAIN_ID from 0 to 232, found 'seven'" in capsys.readouterr().err

@@ -1,0 +1,38 @@
+"""Routers and other programs of Zenoh, for tests; as a program, a router on an endpoint."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+from typing import Any
+
+import zenoh
+
+
+def free_endpoint(protocol: str = "tcp") -> str:
+    """An endpoint of this machine on a port that the system chose."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return f"{protocol}/127.0.0.1:{taken.getsockname()[1]}"
+
+
+def open_session(mode: str, values: dict[str, Any]) -> zenoh.Session:
+    config = zenoh.Config()
+    ours = {"mode": mode, "scouting/multicast/enabled": False, "scouting/delay": 0}
+    for key, value in {**ours, **values}.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
+def open_router(endpoint: str, **values: Any) -> zenoh.Session:
+    return open_session("router", {"listen/endpoints": [endpoint], **values})
+
+
+def open_client(endpoint: str, **values: Any) -> zenoh.Session:
+    return open_session("client", {"connect/endpoints": [endpoint], **values})
+
+
+if __name__ == "__main__":
+    with open_router(sys.argv[1], **json.loads(sys.argv[2])):
+        print("listening", flush=True)
+        sys.stdin.read()
