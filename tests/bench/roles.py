@@ -22,7 +22,7 @@ from typing import Any
 
 from endpoint import start_endpoint
 from frames import BARE_TOPIC, CONFIG, DEPTH, IMAGE_PAYLOAD, REQUEST
-from ml2_receiver.commands.record import PrintedEvents
+from ml2_receiver.commands.printed_events import PrintedEvents
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.ros.fastdds import apply_default_profile
