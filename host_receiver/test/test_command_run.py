@@ -2,7 +2,6 @@ import os
 import re
 import signal
 import socket
-import time
 from pathlib import Path
 
 import pytest
@@ -33,9 +32,7 @@ def test_a_signal_ends_it_and_frees_shared_memory(config: Path, number: int) -> 
         device.start()
         shared = segments(receiver.process.pid)
         assert shared
-        began_s = time.monotonic()
         assert receiver.end(number) == 0
-        assert time.monotonic() - began_s < 5  # under 1 s where nothing else runs
         assert [file for file in shared if file.exists()] == []
 
 

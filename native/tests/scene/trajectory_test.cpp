@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <fstream>
+#include <string>
+
+#include <unistd.h>
 
 using namespace ml2sim;
 
@@ -36,7 +39,7 @@ void expectConsistent(const Trajectory &trajectory, double t) {
 class TumFile : public testing::Test {
   protected:
     std::string write(const std::string &text) {
-        const std::string path = testing::TempDir() + testing::UnitTest::GetInstance()->current_test_info()->name();
+        const std::string path = testing::TempDir() + "ml2scene_" + std::to_string(getpid()) + ".tum";
         std::ofstream(path) << text;
         return path;
     }

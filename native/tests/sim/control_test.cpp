@@ -5,6 +5,8 @@
 #include <fstream>
 #include <string>
 
+#include <unistd.h>
+
 #include "headset.h"
 #include "ml_time.h"
 
@@ -222,7 +224,7 @@ TEST_F(Control, LandmarksAreInTheRoomAndWallsBoundThem) {
 class TumPath : public SimulatedHeadset {};
 
 TEST_F(TumPath, TheHeadRestsUntilACameraShowsItAndAfterItsEnd) {
-    const auto path = testing::TempDir() + "ml2sim_path.tum";
+    const auto path = testing::TempDir() + "ml2sim_path_" + std::to_string(getpid()) + ".tum";
     std::ofstream(path) << "# timestamp tx ty tz qx qy qz qw\n10 0 0 0 0 0 0 1\n11 0.5 0 0 0 0 0 1\n12 1 0 0 0 0 0 1\n";
     set("trajectory", path.c_str());
     ml2sim_pose head;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <unistd.h>
+
 #include "cameras_fixture.h"
 
 /** Pixels to points of the world, by the frame's own intrinsics and pose and nothing of the simulator's. */
@@ -115,7 +117,7 @@ TEST_F(DepthPoints, AreOnTheWallsToAMillimetreOnALoop) {
 }
 
 TEST_F(DepthPoints, AreOnTheWallsOnAPathFromAFile) {
-    const auto path = testing::TempDir() + "ml2sim_depth_path.tum";
+    const auto path = testing::TempDir() + "ml2sim_depth_path_" + std::to_string(getpid()) + ".tum";
     std::ofstream(path) << "0 0 0 0 0 0 0 1\n1 0.4 0.2 0 0 0 0.3 0.95\n2 0.9 0 0.1 0 0 0 1\n";
     set("trajectory", path.c_str());
     getLongRange(2100 * kMillisecond);
