@@ -56,6 +56,12 @@ def jpeg(number: int) -> bytes:
     return _compressed(number, "world_left_optical_frame", "mono8; jpeg compressed mono8", data)
 
 
+def colour_jpeg(pixels: NDArray[np.uint8]) -> bytes:
+    """A CompressedImage of blue, green and red."""
+    data = cv2.imencode(".jpg", pixels)[1].ravel()
+    return _compressed(0, "color_optical_frame", "rgb8; jpeg compressed bgr8", data)
+
+
 def millimetres(number: int) -> NDArray[np.uint16]:
     """Returns the random depth of an image."""
     return np.random.default_rng(number).integers(0, 5000, (6, 8)).astype(np.uint16)
@@ -63,7 +69,11 @@ def millimetres(number: int) -> NDArray[np.uint16]:
 
 def depth(number: int) -> bytes:
     """A CompressedImage of millimetres()."""
-    data = np.frombuffer(compressed_depth(millimetres(number)), np.uint8)
+    return depth_of(millimetres(number), number)
+
+
+def depth_of(millimetres: NDArray[np.uint16], number: int = 0) -> bytes:
+    data = np.frombuffer(compressed_depth(millimetres), np.uint8)
     return _compressed(number, "depth_optical_frame", FORMAT, data)
 
 

@@ -109,6 +109,18 @@ def test_what_is_shown_in_a_pause_is_there_at_once_and_again(browser: Browser) -
         browser.say(show=[])
 
 
+def test_an_image_in_full_size_tells_its_pixels(browser: Browser) -> None:
+    ask(browser, seek=7)
+    browser.say(show=["full world_left"])
+    await_all(browser, image_of("full world_left", grey(70)))
+    browser.say(pixel="world_left", at=[63, 47])
+    assert browser.text("pixel") == {"type": "pixel", "at": [63, 47], "value": [grey(70)]}
+    browser.say(pixel="world_left", at=[64, 47])
+    assert browser.text("pixel")["value"] == []
+    browser.say(pixel="scene", at=[0, 0])
+    assert browser.end()[0] == 1008
+
+
 def test_latched_messages_are_shown_wherever_a_seek_leads(browser: Browser) -> None:
     ask(browser, seek=19)
     while not (state := browser.text("state"))["streams"][0]["mode"]:

@@ -16,11 +16,12 @@ from ml2_tools.viewing.access import Token, is_own_host, is_own_origin
 from ml2_tools.viewing.controls import SERVICES, controls
 from ml2_tools.viewing.page_files import HEADERS, page_files
 from ml2_tools.viewing.plots import Series
-from ml2_tools.viewing.preview import Preview, preview_of
+from ml2_tools.viewing.preview import Preview, full_of, preview_of
 from ml2_tools.viewing.requests import (
     Call,
     Change,
     Offer,
+    Pixel,
     Play,
     RequestError,
     Seek,
@@ -68,10 +69,21 @@ def test_a_small_jpeg_stays_as_it_is() -> None:
     assert preview_of(message, is_distance=False) == Preview(message.data, 0)
 
 
-def test_a_large_jpeg_is_made_smaller() -> None:
+def test_a_large_jpeg_is_made_smaller_but_stays_as_it_is_in_full_size() -> None:
     noise = np.random.default_rng(1).integers(0, 256, (1080, 1920, 3), np.uint8)
-    found = preview_of(jpeg(noise, 95), is_distance=False)
+    message = jpeg(noise, 95)
+    found = preview_of(message, is_distance=False)
     assert decoded(found).shape == (360, 640, 3)
+    assert full_of(message, is_distance=False) == Preview(message.data, 0)
+
+
+def test_other_images_are_encoded_in_full_size() -> None:
+    ramp = np.tile(np.linspace(0, 255, 1280, dtype=np.uint8), (960, 1))
+    found = decoded(full_of(image(ramp, "mono8"), is_distance=False))
+    assert np.abs(found.astype(int) - ramp).max() <= 3
+    metres = image(np.full((960, 1280), 0.9, np.float32), "32FC1")
+    depth = full_of(metres, is_distance=True)
+    assert (decoded(depth).shape, depth.far_m) == ((960, 1280, 3), 1)
 
 
 @pytest.mark.parametrize(
@@ -144,6 +156,8 @@ def test_requests_are_read() -> None:
     assert parse_request('{"show": []}', STREAMS, LIVE) == Show(frozenset())
     assert parse_request('{"seen": "state"}', STREAMS, LIVE) == Seen("state")
     assert parse_request('{"call": "stop"}', STREAMS, LIVE) == Call("stop")
+    pixel = '{"pixel": "color", "at": [1, 0]}'
+    assert parse_request(pixel, STREAMS, LIVE) == Pixel("color", 1, 0)
     values: dict[str, Any] = {
         "stream": 1,
         "mode": "544x480@5",
@@ -212,6 +226,10 @@ def test_a_recording_takes_no_other_requests(message: str) -> None:
         '{"set": "eye_nasal_left", "to": {"enabled": true}}',
         '{"set": ["battery"], "to": {"enabled": true}}',
         '{"call": "reload"}',
+        '{"pixel": "color"}',
+        '{"pixel": "color", "at": [1]}',
+        '{"pixel": "color", "at": [1.5, 0]}',
+        '{"pixel": "eye_nasal_left", "at": [0, 0]}',
         '{"call": ["stop"]}',
         '{"play": true}',
         '{"seek": 0}',

@@ -7,14 +7,16 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 
+import numpy as np
 import pytest
 
 import bag_scene
 from ml2_tools.viewing import newest_image
+from ml2_tools.viewing.full_image import FullImage
 from ml2_tools.viewing.newest_image import NewestImage
 from ml2_tools.viewing.preview import preview_of
 
-TYPE = "sensor_msgs/msg/Image"
+TYPE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
 def test_an_image_is_encoded_once_for_all_browsers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,6 +56,42 @@ def test_a_forgotten_image_is_gone_for_browsers_too() -> None:
     image.forget()
     number, message = image.encoded()
     assert (number, json.loads(message)["reason"]) == (2, "")
+
+
+def test_each_image_in_full_size_is_encoded_under_a_name_of_its_own() -> None:
+    image = FullImage("world_left")
+    for number in range(1, 4):
+        assert image.take(TYPE, bag_scene.image(number))
+        found, message = image.encoded()
+        assert (found, message[:16]) == (number, b"\x0ffull world_left")
+
+
+def test_pixels_are_those_of_the_original_image() -> None:
+    grey, depth, colour = FullImage("world_left"), FullImage("depth"), FullImage("color")
+    grey.take(TYPE, bag_scene.image(1))
+    depth.take(COMPRESSED, bag_scene.depth(1))
+    assert grey.pixel(63, 47) == [bag_scene.pixels(1)[47, 63]]
+    metres = bag_scene.millimetres(1) / 1000
+    assert depth.pixel(5, 2) == [pytest.approx(metres[2, 5])]
+    blue = np.full((16, 16, 3), (250, 100, 10), np.uint8)
+    colour.take(COMPRESSED, bag_scene.colour_jpeg(blue))
+    assert colour.pixel(8, 8) == [pytest.approx(it, abs=3) for it in (10, 100, 250)]
+    # A new image has new pixels.
+    grey.take(TYPE, bag_scene.image(2))
+    assert grey.pixel(63, 47) == [bag_scene.pixels(2)[47, 63]]
+
+
+def test_what_has_no_value_is_said() -> None:
+    image, depth = FullImage("world_left"), FullImage("depth")
+    assert image.pixel(0, 0) == []
+    image.take(TYPE, bag_scene.image(1))
+    for column, row in ((64, 0), (0, 48), (-1, 0), (0, -1), (10**30, 0)):
+        assert image.pixel(column, row) == []
+    image.take(TYPE, b"no image")
+    assert image.pixel(0, 0) == []
+    invalid = np.zeros((4, 4), np.uint16)
+    depth.take(COMPRESSED, bag_scene.depth_of(invalid))
+    assert depth.pixel(0, 0) == [None]
 
 
 @pytest.mark.parametrize("payload", [b"", b"\0\1\0\0" + b"\xff" * 40, bag_scene.image(1)[:-100]])

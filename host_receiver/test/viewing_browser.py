@@ -67,7 +67,7 @@ class Browser:
             json.loads(message) if isinstance(message, str) else picture(message)
         )
         kind = found.stream if isinstance(found, Picture) else found.get("stream", found["type"])
-        if acknowledges and kind not in ("hello", "answer"):
+        if acknowledges and kind not in ("hello", "answer", "pixel"):
             self.say(seen=kind)
         return found
 

@@ -28,6 +28,7 @@ def seeds() -> Iterator[bytes]:
     yield b'{"set": "depth_center", "to": {"stream": 1, "mode": "544x480@5"}}'
     yield b'{"set": "world_left", "to": {"enabled": true, "format": "jpeg"}}'
     yield b'{"call": "stop"}'
+    yield b'{"pixel": "color", "at": [3, 4]}'
     yield b'{"seek": 12.5}'
     yield b'{"speed": 0.5}'
     yield b'{"play": true}'

@@ -6,9 +6,10 @@ import json
 import struct
 import threading
 import time
+from typing import Any
 
 from ..bags.decoding import decoder
-from .preview import preview_of
+from .preview import Preview, preview_of
 
 _MOST_HZ = 15
 # An image that is early by this share of a period is taken, so that 30 Hz become 15 and not 10.
@@ -17,14 +18,23 @@ _FAR_M = struct.Struct("<f")
 
 
 class NewestImage:
-    """The newest image of a stream, encoded at most 15 times per second. Thread-safe."""
+    """The newest image of a stream, encoded at most 15 times per second. Thread-safe.
 
-    def __init__(self, stream: str) -> None:
-        self._stream = stream
+    Args:
+        name: the name of its messages for browsers.
+    """
+
+    def __init__(self, stream: str, name: str = "") -> None:
+        self._is_distance, self._name = stream == "depth", name or stream
         self._taking, self._encoding = threading.Lock(), threading.Lock()
         self._newest: tuple[int, str, bytes] = 0, "", b""
         self._next_s = 0.0
         self._encoded: tuple[int, bytes | str] = 0, b""
+
+    _most_hz: float = _MOST_HZ
+
+    def _jpeg_of(self, message: Any, is_distance: bool) -> Preview:
+        return preview_of(message, is_distance)
 
     @property
     def newest(self) -> tuple[int, str, bytes]:
@@ -52,22 +62,22 @@ class NewestImage:
         with self._encoding:
             number, type, payload = self._newest
             if number != self._encoded[0] and self._is_due():
-                self._next_s = max(self._next_s, time.monotonic()) + 1 / _MOST_HZ
+                self._next_s = max(self._next_s, time.monotonic()) + 1 / self._most_hz
                 self._encoded = number, self._encode(type, payload)
             return self._encoded
 
     def _is_due(self) -> bool:
-        return time.monotonic() >= self._next_s - _EARLY / _MOST_HZ
+        return time.monotonic() >= self._next_s - _EARLY / self._most_hz
 
     def _encode(self, type: str, payload: bytes) -> bytes | str:
         if not type:
-            return json.dumps({"type": "image", "stream": self._stream, "reason": ""})
+            return json.dumps({"type": "image", "stream": self._name, "reason": ""})
         try:
             message = decoder(type)(payload)
-            jpeg, far_m = preview_of(message, is_distance=self._stream == "depth")
+            jpeg, far_m = self._jpeg_of(message, self._is_distance)
         except ValueError as error:
-            return json.dumps({"type": "image", "stream": self._stream, "reason": str(error)})
-        return framed(self._stream, far_m, jpeg)
+            return json.dumps({"type": "image", "stream": self._name, "reason": str(error)})
+        return framed(self._name, far_m, jpeg)
 
 
 def framed(name: str, far_m: float, data: bytes) -> bytes:

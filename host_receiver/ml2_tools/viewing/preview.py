@@ -1,4 +1,4 @@
-"""Makes small JPEGs of image messages."""
+"""Makes JPEGs of image messages."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ..images.size import jpeg_size
 
 _LONGEST_SIDE = 640
 _QUALITY = 80
+_FULL_QUALITY = 95
 # A JPEG of a camera goes to the browser as it is, unless it has more bytes than this.
 _MOST_PASSED_BYTES = 256 * 1024
 # The ends of scales, times powers of ten: they change seldom while the scene changes.
@@ -40,14 +41,40 @@ def preview_of(message: Any, is_distance: bool) -> Preview:
     Raises:
         ValueError: the image is invalid, or has an encoding that pixels_of() does not read.
     """
-    is_jpeg = is_compressed(message) and "jpeg" in message.format
-    if is_jpeg and len(message.data) <= _MOST_PASSED_BYTES:
-        jpeg_size(message.data)
-        return Preview(bytes(message.data), 0)
-    pixels = _reduced(pixels_of(message))
+    if _is_jpeg(message) and len(message.data) <= _MOST_PASSED_BYTES:
+        return _passed(message)
+    return _encoded(_reduced(pixels_of(message)), is_distance, _QUALITY)
+
+
+def full_of(message: Any, is_distance: bool) -> Preview:
+    """Returns a JPEG of an image in full size, in the colours of preview_of().
+
+    A JPEG is passed unchanged.
+
+    Raises:
+        ValueError: as preview_of().
+    """
+    if _is_jpeg(message):
+        return _passed(message)
+    return _encoded(pixels_of(message), is_distance, _FULL_QUALITY)
+
+
+def _is_jpeg(message: Any) -> bool:
+    return is_compressed(message) and "jpeg" in message.format
+
+
+def _passed(message: Any) -> Preview:
+    jpeg_size(message.data)
+    return Preview(bytes(message.data), 0)
+
+
+def _encoded(pixels: NDArray[Any], is_distance: bool, quality: int) -> Preview:
     if pixels.dtype == np.uint8:
-        return Preview(_jpeg(pixels), 0)
-    return _coloured(pixels) if is_distance else Preview(_jpeg(_grey(pixels)), 0)
+        return Preview(_jpeg(pixels, quality), 0)
+    if not is_distance:
+        return Preview(_jpeg(_grey(pixels), quality), 0)
+    levels, far_m = _coloured(pixels)
+    return Preview(_jpeg(levels, quality), far_m)
 
 
 def _reduced(pixels: NDArray[Any]) -> NDArray[Any]:
@@ -61,14 +88,15 @@ def _reduced(pixels: NDArray[Any]) -> NDArray[Any]:
     return cv2.resize(pixels, size, interpolation=cv2.INTER_AREA if is_grey else cv2.INTER_NEAREST)
 
 
-def _coloured(metres: NDArray[np.float32]) -> Preview:
+def _coloured(metres: NDArray[np.float32]) -> tuple[NDArray[Any], float]:
+    """Returns the colours, and the distance at the end of their scale."""
     is_valid = np.isfinite(metres) & (metres > 0)
     far_m = _scale_end(metres[is_valid])
     shares = np.where(is_valid, metres, 0) / far_m
     levels = (np.clip(shares, 0, 1) * 255).astype(np.uint8)
     coloured = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
     coloured[~is_valid] = 0
-    return Preview(_jpeg(coloured), far_m)
+    return coloured, far_m
 
 
 def _scale_end(metres: NDArray[np.float32]) -> float:
@@ -84,8 +112,8 @@ def _grey(values: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.asarray(np.clip(known / white, 0, 1) * 255, np.uint8)
 
 
-def _jpeg(pixels: NDArray[Any]) -> bytes:
-    done, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+def _jpeg(pixels: NDArray[Any], quality: int) -> bytes:
+    done, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
     if not done:
         raise ValueError(f"OpenCV makes no JPEG of {pixels.shape[1]}x{pixels.shape[0]} pixels")
     return data.tobytes()

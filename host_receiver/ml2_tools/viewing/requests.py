@@ -35,6 +35,15 @@ class Seen:
 
 
 @dataclass(frozen=True)
+class Pixel:
+    """The browser wants to know the value of a pixel of a stream's newest image in full size."""
+
+    stream: str
+    column: int
+    row: int
+
+
+@dataclass(frozen=True)
 class Change:
     """The receiver shall set these keys of a section; their values are legal one by one."""
 
@@ -72,7 +81,7 @@ class Speed:
 
 # What steers the source of the view.
 type Steer = Change | Call | Play | Seek | Speed
-type Request = Show | Seen | Steer
+type Request = Show | Seen | Pixel | Steer
 
 
 @dataclass(frozen=True)
@@ -92,8 +101,9 @@ class Offer:
 
 def parse_request(message: str | bytes, names: Collection[str], offer: Offer) -> Request:
     """Reads a message: one of
-    `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"set": SECTION, "to": {KEY: VALUE, ...}}`,
-    `{"call": SERVICE}`, `{"play": BOOL}`, `{"seek": SECONDS}` and `{"speed": RATE}`.
+    `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"pixel": STREAM, "at": [COLUMN, ROW]}`,
+    `{"set": SECTION, "to": {KEY: VALUE, ...}}`, `{"call": SERVICE}`, `{"play": BOOL}`,
+    `{"seek": SECONDS}` and `{"speed": RATE}`.
 
     Args:
         names: the streams that the browser may ask for.
@@ -105,30 +115,45 @@ def parse_request(message: str | bytes, names: Collection[str], offer: Offer) ->
         found = json.loads(message) if isinstance(message, str) else None
     except (ValueError, RecursionError):
         found = None
+    request: Request | None = _look(found, names) or _change(found, offer)
+    if request is None and offer.length_s is not None:
+        request = _move(found, offer.length_s)
+    if request is None:
+        raise RequestError("expected a message of the page, with values that it offers")
+    return request
+
+
+def _look(found: Any, names: Collection[str]) -> Show | Seen | Pixel | None:
     match found:
         case {"show": list(streams), **rest} if not rest and _are_of(streams, names):
             return Show(frozenset(streams))
         case {"seen": str(name), **rest} if not rest:
             return Seen(name)
+        case {"pixel": str(stream), "at": [int(column), int(row)], **rest} if not rest:
+            return Pixel(stream, column, row) if stream in names else None
+    return None
+
+
+def _change(found: Any, offer: Offer) -> Change | Call | None:
+    match found:
         case {"set": str(section), "to": dict(values), **rest} if (
             not rest and section in offer.controls and offer.controls[section].takes(values)
         ):
             return Change(section, values)
         case {"call": str(service), **rest} if not rest and service in offer.services:
             return Call(service)
-    if offer.length_s is not None:
-        match found:
-            case {"play": bool(is_playing), **rest} if not rest:
-                return Play(is_playing)
-            case {"seek": int() | float() as offset_s, **rest} if not rest and _is_within(
-                offset_s, 0, offer.length_s
-            ):
-                return Seek(float(offset_s))
-            case {"speed": int() | float() as rate, **rest} if not rest and _is_within(
-                rate, SLOWEST, FASTEST
-            ):
-                return Speed(float(rate))
-    raise RequestError("expected a message of the page, with values that it offers")
+    return None
+
+
+def _move(found: Any, length_s: float) -> Play | Seek | Speed | None:
+    match found:
+        case {"play": bool(is_playing), **rest} if not rest:
+            return Play(is_playing)
+        case {"seek": int() | float() as offset_s, **rest} if not rest:
+            return Seek(float(offset_s)) if _is_within(offset_s, 0, length_s) else None
+        case {"speed": int() | float() as rate, **rest} if not rest:
+            return Speed(float(rate)) if _is_within(rate, SLOWEST, FASTEST) else None
+    return None
 
 
 def _is_within(value: float, least: float, most: float) -> bool:

@@ -16,6 +16,7 @@ from ..bags.decoding import decoder
 from ..monitoring.topic_table import Rows
 from .cloud import CLOUD, Cloud
 from .feed import Feed, Kind
+from .full_image import FullImage, full_name
 from .newest_image import NewestImage
 from .plots import SENSOR_PLOTS, UNITS, Plot, Series
 from .scene import SCENE, TF_STATIC, Scene
@@ -67,7 +68,8 @@ class View:
 
     Attributes:
         changed: notified when there is a new image or a new state.
-        images: the newest image of each stream that browsers may ask for.
+        streams: the streams whose images browsers may ask for.
+        images: the newest image of each stream, and that in full size by full_name().
         scene: the poses of the 3D view.
         cloud: the points of the 3D view.
         series: the values of each plot.
@@ -76,7 +78,9 @@ class View:
     def __init__(self, source: Source, receiver: str, with_eyes: bool) -> None:
         self._source = source
         self.changed = threading.Condition()
-        self.images = {it: NewestImage(it) for it in image_streams(with_eyes)}
+        self.streams = image_streams(with_eyes)
+        self.full = {full_name(it): FullImage(it) for it in self.streams}
+        self.images = {it: NewestImage(it) for it in self.streams} | self.full
         self.scene = Scene(receiver)
         self.cloud = Cloud(self.scene)
         self.series = {name: Series() for name in UNITS}
@@ -167,11 +171,11 @@ class View:
 
     def _wanted(self) -> dict[tuple[str, str], str]:
         """Returns the types of the wanted topics, by what they fill and their name."""
-        images = published_images(self._rows)
+        shown = frozenset[str]().union(*self._watched.values())
         found = {
-            stream: images[stream]
-            for streams in self._watched.values()
-            for stream in streams & images.keys()
+            name: topic
+            for stream, topic in published_images(self._rows).items()
+            for name in {stream, full_name(stream)} & shown & self.images.keys()
         }
         topics = {
             it["stream"]: (name, it["type"]) for name, it in self._rows.items() if "type" in it
@@ -181,7 +185,6 @@ class View:
                 found[plot.name] = topics[stream]
         if _BATTERY in topics:
             found[_BATTERY] = topics[_BATTERY]
-        shown = frozenset[str]().union(*self._watched.values())
         if SCENE in shown:
             self._in_scene = self.scene.topics(self._rows, shown)
             found |= self._in_scene

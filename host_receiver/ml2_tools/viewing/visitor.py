@@ -12,10 +12,11 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection
 
 from .cloud import CLOUD
+from .full_image import full_name
 from .plots import SHOWN_S, UNITS
-from .requests import RequestError, Seen, Show, Steer, parse_request
+from .requests import Pixel, RequestError, Seen, Show, Steer, parse_request
 from .scene import SCENE
-from .steered import Answer, Steered
+from .steered import Steered
 from .view import View
 
 _MOST_UNDER_WAY = 2
@@ -42,7 +43,7 @@ class Visitor:
         self._next_samples_s = 0.0
         # How many requests have no sent answer yet, and the answers to send.
         self._asked = 0
-        self._answers: deque[Answer] = deque()
+        self._answers: deque[str] = deque()
         self._is_over = False
 
     def serve(self) -> None:
@@ -72,6 +73,8 @@ class Visitor:
                 self._view.watch(self, streams)
             case Seen(name):
                 self._acknowledge(name)
+            case Pixel(stream, column, row):
+                self._tell_pixel(stream, column, row)
             case request:
                 self._ask(request)
 
@@ -83,15 +86,25 @@ class Visitor:
             self._view.changed.notify_all()
 
     def _ask(self, request: Steer) -> None:
+        self._expect_answer()
+        self._steered.submit(request, lambda answer: self._answer(answer.message()))
+
+    def _tell_pixel(self, stream: str, column: int, row: int) -> None:
+        if (image := self._view.full.get(full_name(stream))) is None:
+            raise RequestError("expected a stream with images")
+        self._expect_answer()
+        pixel = {"type": "pixel", "at": [column, row], "value": image.pixel(column, row)}
+        self._answer(json.dumps(pixel))
+
+    def _expect_answer(self) -> None:
         with self._view.changed:
             if self._asked == _MOST_ASKED:
                 raise RequestError("too many requests wait for an answer")
             self._asked += 1
-        self._steered.submit(request, self._answered)
 
-    def _answered(self, answer: Answer) -> None:
+    def _answer(self, message: str) -> None:
         with self._view.changed:
-            self._answers.append(answer)
+            self._answers.append(message)
             self._view.changed.notify_all()
 
     def _send(self) -> None:
@@ -105,7 +118,7 @@ class Visitor:
                     self._connection.send(message)
                     has_sent = True
                 while self._answers:
-                    self._connection.send(self._answers.popleft().message())
+                    self._connection.send(self._answers.popleft())
                     has_sent = True
                     with self._view.changed:
                         self._asked -= 1
@@ -118,7 +131,7 @@ class Visitor:
     def _hello(self) -> str:
         hello = {
             "type": "hello",
-            "images": list(self._view.images),
+            "images": self._view.streams,
             "plots": [{"name": name, "unit": UNITS[name]} for name in self._view.series],
             "shown_s": SHOWN_S,
             **self._steered.described(),

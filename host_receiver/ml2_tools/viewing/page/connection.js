@@ -41,7 +41,8 @@ export function connect(handlers) {
         handlers.brokenImage(message.stream, message.reason);
         return message.stream;
       case "answer":
-        handlers.answer(message);
+      case "pixel":
+        handlers[message.type](message);
         return null;
       case "scene":
       case "state":

@@ -2,6 +2,7 @@
 import { Actions } from "./actions.js";
 import { Configuration } from "./configuration.js";
 import { connect } from "./connection.js";
+import { Enlarged } from "./enlarged.js";
 import { Facts } from "./facts.js";
 import { Plots } from "./plots.js";
 import { SceneView } from "./scene.js";
@@ -9,10 +10,13 @@ import { Streams } from "./streams.js";
 import { TimeLine } from "./timeline.js";
 
 const OVERDUE_MS = 3000;
+// Messages of images in full size are named by this and the stream.
+const FULL = "full ";
 const notice = document.getElementById("notice");
 const facts = new Facts();
 const actions = new Actions((request) => connection.send(request));
 const scene = new SceneView(askForShown);
+const enlarged = new Enlarged(askForShown, (request) => connection.send(request));
 let configuration = null;
 let streams = null;
 let plots = null;
@@ -27,10 +31,15 @@ function say(text) {
 }
 
 function askForShown() {
-  const wanted = [...shown, ...scene.wanted];
+  // An image in full size covers all others.
+  const wanted = enlarged.wanted ?? [...shown, ...scene.wanted];
   if (!connection.isOpen() || wanted.join() === asked) return;
   asked = wanted.join();
   connection.send({ show: wanted });
+}
+
+function shownBy(name, show) {
+  return name.startsWith(FULL) ? show(enlarged, name.slice(FULL.length)) : show(streams, name);
 }
 
 const connection = connect({
@@ -43,11 +52,13 @@ const connection = connect({
     streams?.close();
     plots?.close();
     timeLine?.close();
+    enlarged.close();
     [shown, asked] = [[], ""];
-    streams = new Streams(hello.images, (streams) => {
+    const showImages = (streams) => {
       shown = streams;
       askForShown();
-    });
+    };
+    streams = new Streams(hello.images, showImages, (stream) => enlarged.open(stream));
     plots = new Plots(hello.plots, hello.shown_s);
     const ask = (request) => connection.send(request);
     // Only a receiver is steered, and only a recording has a time line.
@@ -79,8 +90,9 @@ const connection = connect({
     configuration.answer(answer);
   },
   samples: (samples) => plots.add(samples),
-  image: (stream, jpeg, farMetres) => streams.draw(stream, jpeg, farMetres),
-  brokenImage: (stream, reason) => streams.fail(stream, reason),
+  image: (name, jpeg, farMetres) => shownBy(name, (it, stream) => it.draw(stream, jpeg, farMetres)),
+  brokenImage: (name, reason) => shownBy(name, (it, stream) => it.fail(stream, reason)),
+  pixel: (pixel) => enlarged.pixel(pixel),
 });
 
 setInterval(() => {

@@ -6,6 +6,7 @@ const UNKNOWN = "–";
 export class Streams {
   #offered;
   #ask;
+  #enlarge;
   #asked = "";
   #grid = document.getElementById("streams");
   #tiles = new Map();
@@ -18,9 +19,10 @@ export class Streams {
   });
   #visibilityChanged = () => this.#askForImages();
 
-  constructor(offered, ask) {
+  constructor(offered, ask, enlarge) {
     this.#offered = new Set(offered);
     this.#ask = ask;
+    this.#enlarge = enlarge;
     document.addEventListener("visibilitychange", this.#visibilityChanged);
   }
 
@@ -52,7 +54,7 @@ export class Streams {
   }
 
   #add(stream) {
-    const tile = new Tile(stream, () => this.#askForImages());
+    const tile = new Tile(stream, () => this.#askForImages(), () => this.#enlarge(stream.id));
     this.#tiles.set(stream.id, tile);
     this.#grid.append(tile.figure);
     this.#observer.observe(tile.figure);
@@ -86,15 +88,21 @@ class Tile {
   #far = element("span");
   #isEye;
 
-  constructor(stream, changed) {
+  constructor(stream, changed, enlarge) {
     const name = stream.id.replaceAll("_", " ");
     this.#isEye = stream.is_eye;
     // Eye images are biometric data: they come only after a click.
     this.isOn = !stream.is_eye;
     this.#canvas.width = 4;
     this.#canvas.height = 3;
-    this.#canvas.setAttribute("role", "img");
-    this.#canvas.setAttribute("aria-label", `newest image of ${name}`);
+    this.#canvas.setAttribute("role", "button");
+    this.#canvas.setAttribute("aria-label", `newest image of ${name}; Enter shows it in full size`);
+    this.#canvas.onclick = () => this.isOn && enlarge();
+    this.#canvas.onkeydown = (event) => {
+      if (!this.isOn || !["Enter", " "].includes(event.key)) return;
+      event.preventDefault();
+      enlarge();
+    };
     this.#button.type = "button";
     const consent = element("button", "", "Show this eye");
     consent.type = "button";
@@ -132,7 +140,7 @@ class Tile {
   }
 
   async draw(jpeg, farMetres) {
-    const image = await createImageBitmap(jpeg).catch(() => null);
+    const image = await createImageBitmap(jpeg, { imageOrientation: "none" }).catch(() => null);
     if (!image) return this.fail("the browser cannot read the image");
     // A click may have hidden the image while it was decoded.
     if (this.isOn) {
@@ -156,6 +164,8 @@ class Tile {
     this.#veil.hidden = this.isOn || !this.#isEye;
     this.#button.hidden = !this.#veil.hidden;
     setText(this.#button, this.isOn ? "Hide" : "Show");
+    if (this.isOn) this.#canvas.tabIndex = 0;
+    else this.#canvas.removeAttribute("tabindex");
     if (!this.isOn) this.#clear();
   }
 
