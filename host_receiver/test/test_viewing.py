@@ -312,6 +312,9 @@ ROWS = {
         "gaps": "2",
         "unpublished": "1",
         "latency_p50_ms": "12.5",
+        "window.capture_to_sent_ms": "10.5",
+        "window.sent_to_received_ms": "1.25",
+        "window.received_to_published_ms": "0.75",
         "message": "lost messages: 2",
     },
     "/magic_leap2/battery": {
@@ -342,6 +345,7 @@ def test_the_state_has_what_diagnostics_say() -> None:
         "state": "",
         "mode": "1016x1016@30 jpeg",
         "lowered": "15 Hz",
+        "stages_ms": [10.5, 1.25, 0.75],
     }
     facts = {it["name"]: (it["text"], it["level"]) for it in state["facts"]}
     assert list(facts) == ["headset", "security", "clock", "link", "recording", "heat", "battery"]
@@ -351,6 +355,42 @@ def test_the_state_has_what_diagnostics_say() -> None:
     assert state["applied"] == {"world_left": "running, 1016x1016@30 jpeg"}
     assert [it["row"] for it in state["warnings"]] == ["adaptation", "lost messages"]
     assert state["warnings"][-1]["text"] == "/magic_leap2/battery 4"
+
+
+def test_without_ros_time_on_the_headset_there_are_no_stages() -> None:
+    row = {key: it for key, it in ROWS[WORLD].items() if not key.startswith("window.")}
+    (stream,) = state_of(ROWS | {WORLD: row}, {}, {}, "")["streams"]
+    assert stream["stages_ms"] is None
+
+
+def test_a_missing_permission_is_named_once_with_how_to_grant_it() -> None:
+    camera, hands = "android.permission.CAMERA", "com.magicleap.permission.HAND_TRACKING"
+    session = ROWS["session"] | {
+        "state.world_left": "waiting: no permission",
+        "missing.world_left": camera,
+        "state.color": "waiting: no permission",
+        "missing.color": camera,
+        "state.hand_left": "waiting: no permission",
+        "missing.hand_left": hands,
+    }
+    warnings = state_of(ROWS | {"session": session}, {}, {}, "")["warnings"]
+    found = {it["row"]: it["text"] for it in warnings if "permission" in it["row"]}
+    assert found == {
+        f"permission {camera} is missing": "grant it with"
+        " `ml2-receiver headset grant world_left color`",
+        f"permission {hands} is missing": "grant it with `ml2-receiver headset grant hand_left`",
+    }
+
+
+def test_a_silent_stream_without_an_image_is_a_warning() -> None:
+    session = ROWS["session"] | {
+        "state.world_left": "silent: nothing has come for 3 s",
+        "state.gyro_left": "silent: nothing has come for 5 s",
+        "state.battery": "waiting: no message has come yet",
+    }
+    warnings = state_of(ROWS | {"session": session}, {}, {}, "")["warnings"]
+    silent = [(it["row"], it["text"]) for it in warnings if it["text"].startswith("silent")]
+    assert silent == [("gyro_left", "silent: nothing has come for 5 s")]
 
 
 def test_a_stream_that_does_not_run_says_why() -> None:

@@ -37,8 +37,12 @@ def test_images_of_each_stream_come_and_change(page: Page) -> None:
     show_eye(page)
     for stream in IMAGES:
         await_images(page, stream)
-        rate = tile(page, stream).locator("figcaption p").first
+        rate, latency, stages = tile(page, stream).locator("figcaption p").all()[:3]
         expect(rate).to_have_text(re.compile(r"^[1-9]\d*\.\d of \d+ Hz, "))
+        expect(latency).to_have_text(re.compile(r"^latency \d+\.\d ms, "))
+        expect(stages).to_have_text(
+            re.compile(r"^\d+\.\d headset \+ -?\d+\.\d link \+ \d+\.\d host$")
+        )
     REPORTS.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=REPORTS / "view.png")
 

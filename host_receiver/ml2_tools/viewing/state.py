@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ml2_receiver.session.statistics import SHARES
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
+from ml2_receiver.topics.judgement import read_judgements
 
 from ..images.image_topic import image_topics
 from ..monitoring.topic_table import Rows, topic_figures
@@ -17,6 +19,7 @@ type Levels = Mapping[str, int]
 
 _EYES = "com.magicleap.permission.EYE_CAMERA"
 _OK, _WARN = 0, 1
+_SILENT = ("silent", "refused", "failed")
 _MOST_NAMED = 5
 # The rows whose words are facts, with the words for a row that is not there.
 _FACTS = {"security": "not reported", "clock": "not synchronised yet", "link": "not tested"}
@@ -93,11 +96,17 @@ def state_of(rows: Rows, levels: Levels, modes: Mapping[str, str], battery: str)
         "streams": [
             _stream(it, figures[images[it]], levels.get(images[it], _OK))
             | {"mode": modes.get(it, ""), "lowered": lowered.get(it, "")}
+            | {"stages_ms": _stages_ms(rows[images[it]])}
             for it in image_streams(with_eyes=True)
             if it in images
         ],
         "applied": _applied(rows, modes),
-        "warnings": [*_warnings(rows, levels), *_losses(others)],
+        "warnings": [
+            *_missing_permissions(rows),
+            *_silences(rows, images),
+            *_warnings(rows, levels),
+            *_losses(others),
+        ],
     }
 
 
@@ -117,6 +126,7 @@ def recorded_state(
         "facts": [asdict(Fact(name, text)) for name, text in facts.items()],
         "streams": [
             {"id": it, "is_eye": is_eye(it), "level": _OK, "topic": topic, "state": ""}
+            | {"stages_ms": None}
             | {"rate_hz": rates_hz.get(topic), "mode": modes.get(it, ""), "lowered": ""}
             | unknown
             for it in image_streams(with_eyes=True)
@@ -166,6 +176,37 @@ def _stream(stream: str, figures: Mapping[str, Any], level: int) -> dict[str, An
     return {"id": stream, "is_eye": is_eye(stream), "level": level, "state": words} | {
         key: figures[key] for key in same
     }
+
+
+def _stages_ms(row: Mapping[str, str]) -> list[float] | None:
+    """Returns the means of SHARES over the last second; None if the headset knows no ROS time."""
+    keys = [f"window.{share}_ms" for share in SHARES]
+    return [float(row[key]) for key in keys] if all(key in row for key in keys) else None
+
+
+def _missing_permissions(rows: Rows) -> list[dict[str, Any]]:
+    """Returns a warning for each permission that requested streams wait for."""
+    waiting = defaultdict[str, list[str]](list)
+    for stream, it in read_judgements(rows.get("session", {})).items():
+        if it.permission is not None:
+            waiting[it.permission].append(stream)
+    return [
+        {
+            "row": f"permission {permission} is missing",
+            "text": f"grant it with `ml2-receiver headset grant {' '.join(streams)}`",
+            "level": _WARN,
+        }
+        for permission, streams in waiting.items()
+    ]
+
+
+def _silences(rows: Rows, shown: Collection[str]) -> list[dict[str, Any]]:
+    """Returns a warning for each requested stream that does not deliver, and has no image."""
+    return [
+        {"row": stream, "text": it.text, "level": _WARN}
+        for stream, it in read_judgements(rows.get("session", {})).items()
+        if it.state in _SILENT and it.permission is None and stream not in shown
+    ]
 
 
 def _applied(rows: Rows, modes: Mapping[str, str]) -> dict[str, str]:

@@ -80,6 +80,7 @@ class Tile {
   #canvas = element("canvas");
   #rate = element("p");
   #latency = element("p", "quiet");
+  #stages = element("p", "quiet");
   #mode = element("p", "quiet");
   #state = element("p");
   #button = element("button");
@@ -116,7 +117,7 @@ class Tile {
     this.#scale.hidden = true;
     const title = element("div", "title", element("b", "", name), this.#button);
     const caption = element(
-      "figcaption", "", title, this.#rate, this.#latency, this.#mode, this.#state,
+      "figcaption", "", title, this.#rate, this.#latency, this.#stages, this.#mode, this.#state,
     );
     const veil = this.#isEye ? [this.#veil] : [];
     this.figure = element("figure", "", this.#canvas, ...veil, this.#scale, caption);
@@ -133,6 +134,10 @@ class Tile {
     this.#latency.hidden = stream.lost === null;
     const [p50, p99] = [number(stream.latency_p50_ms, 1), number(stream.latency_p99_ms, 1)];
     setText(this.#latency, `latency ${p50} ms, p99 ${p99} ms`);
+    this.#stages.hidden = !stream.stages_ms;
+    const [toSent, toReceived, toPublished] = (stream.stages_ms ?? []).map((it) => it.toFixed(1));
+    setText(this.#stages, `${toSent} headset + ${toReceived} link + ${toPublished} host`);
+    this.#stages.title = "means of the last second, in ms: capture to sent, sent to received, received to published";
     const lowered = element("span", "level-1", `, lowered to ${stream.lowered}`);
     this.#mode.replaceChildren(stream.mode || "mode unknown", stream.lowered ? lowered : "");
     this.#state.className = `level-${stream.level}`;
