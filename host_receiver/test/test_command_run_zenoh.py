@@ -122,6 +122,24 @@ def test_beside_ros_both_get_the_same_bytes(
             await_true(lambda: samples.get(timeout=LIMIT_S).payload.to_bytes() == last)
 
 
+def test_only_with_lazy_streams_without_subscribers_on_zenoh_pause(
+    config: Path, endpoint: str, router: zenoh.Session
+) -> None:
+    config.write_text(f"{CONFIG}    publish: {{lazy: true}}\n")
+    with without_ros(config, endpoint) as receiver:
+        address = receiver.line().removeprefix("listening on ")
+        receiver.await_error(f"Zenoh: connected to {endpoint}")
+        with MockDevice(address, says_ping=True) as device:
+            device.configure()
+            assert device.reconfigure().streams == {}
+            subscriber = router.declare_subscriber(key("magic_leap2/battery"), lambda _: None)
+            asked = device.reconfigure()
+            assert set(asked.streams) == {"battery"}
+            device.expect_start(asked.request)
+            subscriber.undeclare()
+            assert device.reconfigure().streams == {}
+
+
 def test_a_router_that_is_not_there_is_said_and_tried_again(config: Path, endpoint: str) -> None:
     with without_ros(config, endpoint) as receiver:
         receiver.await_error(f"Zenoh: {endpoint} is not reached: Connection refused; trying again")

@@ -4,6 +4,7 @@ import ssl
 import threading
 from contextlib import suppress
 from datetime import UTC, datetime
+from ipaddress import ip_address
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -20,7 +21,10 @@ _PERIOD_S = 0.02
 
 
 class Certificate:
-    """A key and its certificate, self-signed or by `issuer`, in files of a folder."""
+    """A key and its certificate, self-signed or by `issuer`, in files of a folder.
+
+    With `is_server` it is one for programs on 127.0.0.1.
+    """
 
     def __init__(
         self,
@@ -29,11 +33,12 @@ class Certificate:
         issuer: "Certificate | None" = None,
         *,
         is_authority: bool = False,
+        is_server: bool = False,
     ) -> None:
         self.key = ec.generate_private_key(ec.SECP256R1())
         subject: x509.Name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name)])
         self.subject = subject
-        certificate = (
+        builder = (
             x509.CertificateBuilder()
             .subject_name(subject)
             .issuer_name(issuer.subject if issuer else subject)
@@ -42,16 +47,19 @@ class Certificate:
             .not_valid_before(datetime(2000, 1, 1, tzinfo=UTC))
             .not_valid_after(datetime(9999, 12, 31, 23, 59, 59, tzinfo=UTC))
             .add_extension(x509.BasicConstraints(is_authority, None), critical=True)
-            .sign(issuer.key if issuer else self.key, SHA256())
         )
+        if is_server:
+            host = x509.IPAddress(ip_address("127.0.0.1"))
+            builder = builder.add_extension(x509.SubjectAlternativeName([host]), critical=False)
+        certificate = builder.sign(issuer.key if issuer else self.key, SHA256())
         self.der = certificate.public_bytes(Encoding.DER)
         chain = certificate.public_bytes(Encoding.PEM)
         if issuer is not None:
             chain += ssl.DER_cert_to_PEM_cert(issuer.der).encode()
         folder.mkdir(parents=True, exist_ok=True)
-        self._key_file, self._chain_file = folder / "key.pem", folder / "chain.pem"
-        self._chain_file.write_bytes(chain)
-        self._key_file.write_bytes(
+        self.key_file, self.chain_file = folder / "key.pem", folder / "chain.pem"
+        self.chain_file.write_bytes(chain)
+        self.key_file.write_bytes(
             self.key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
         )
 
@@ -64,7 +72,7 @@ class Certificate:
     def context(self) -> ssl.SSLContext:
         """Returns the context of a device that shows this certificate."""
         context = anonymous_context()
-        context.load_cert_chain(self._chain_file, self._key_file)
+        context.load_cert_chain(self.chain_file, self.key_file)
         return context
 
 

@@ -34,5 +34,5 @@ def open_client(endpoint: str, **values: Any) -> zenoh.Session:
 
 if __name__ == "__main__":
     with open_router(sys.argv[1], **json.loads(sys.argv[2])):
-        print("listening", flush=True)
+        print("ready", flush=True)
         sys.stdin.read()

@@ -96,6 +96,7 @@ class ZenohOutput:
         with session:
             sink = self._sink = self._new_sink(session)
             self._sinks.add(sink)
+            self._news.put("matched")  # nobody has subscribed yet
             # From here on, since those before are known.
             listener = session.info.declare_transport_events_listener(
                 lambda _: self._news.put("router")
