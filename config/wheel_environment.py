@@ -1,4 +1,4 @@
-"""A virtual environment of a wheel and nothing but what it requires.
+"""A virtual environment of a wheel and nothing but what it, or one of its extras, requires.
 
 Requirements are links to the packages of the Python that runs this, so that no network is needed
 and their versions are those that the tests use.
@@ -14,7 +14,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 
-def make(folder: Path, wheel: Path) -> Path:
+def make(folder: Path, wheel: Path, extra: str = "") -> Path:
     """Makes the environment in a folder that is not there yet; returns its bin/python."""
     venv.create(folder, symlinks=True)
     python = folder / "bin" / "python"
@@ -26,21 +26,21 @@ def make(folder: Path, wheel: Path) -> Path:
     subprocess.run([*pip, "install", *install, name], check=True, env=environment)
     (packages,) = folder.glob("lib/python*/site-packages")
     (installed,) = distributions(path=[str(packages)])
-    for needed in _closure(installed).values():
+    for needed in _closure(installed, extra).values():
         for entry in {Path(file).parts[0] for file in needed.files or ()} - {"..", "__pycache__"}:
             if not (packages / entry).exists():
                 (packages / entry).symlink_to(Path(str(needed.locate_file(entry))))
     return python
 
 
-def _closure(root: Distribution) -> dict[str, Distribution]:
-    """All that a distribution requires without extras, by name."""
+def _closure(root: Distribution, extra: str) -> dict[str, Distribution]:
+    """All that a distribution requires, by name; `extra` is one of its own, or empty."""
     found: dict[str, Distribution] = {}
     open_requirements = list(root.requires or ())
     while open_requirements:
         requirement = Requirement(open_requirements.pop())
         marker = requirement.marker
-        if requirement.name in found or (marker and not marker.evaluate({"extra": ""})):
+        if requirement.name in found or (marker and not marker.evaluate({"extra": extra})):
             continue
         found[requirement.name] = distribution(requirement.name)
         open_requirements += found[requirement.name].requires or ()

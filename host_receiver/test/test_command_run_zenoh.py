@@ -198,6 +198,7 @@ def test_a_wrong_configuration_of_zenoh_ends_it(
         (["--no-ros"], "--no-ros needs --zenoh"),
         (["--zenoh-config", "zenoh.json5"], "--zenoh-config needs --zenoh"),
         (["--no-ros", "--view", "--zenoh", "tcp/a:1"], "--view shows topics of ROS 2"),
+        (["--no-ros", "--start-paused", "--zenoh", "tcp/a:1"], "--start-paused waits for"),
     ],
 )
 def test_options_that_do_not_fit_end_it(
@@ -217,7 +218,7 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(
     assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
     error = capsys.readouterr().err
     assert "--zenoh needs the package eclipse-zenoh, which is not installed" in error
-    assert "pip install 'ml2-receiver[zenoh]'" in error
+    assert "hint: Run in the clone `pip install './host_receiver[zenoh]'`." in error
 
 
 def test_a_domain_that_there_is_not_ends_it(

@@ -87,7 +87,7 @@ def test_what_messages_tell_to_install_is_a_folder_of_the_clone_with_its_extra(
 ) -> None:
     subprocess.run(["cp", "-rL", str(RECEIVER), str(tmp_path / RECEIVER.name)], check=True)
     names = installed_by_name()
-    extras = ("evaluate", "products", "view")
+    extras = ("evaluate", "products", "view", "zenoh")
     assert {f"./host_receiver[{it}]" for it in extras} <= set(names)
     resolve = ["install", "--dry-run", "--no-deps", "--no-index", "--no-build-isolation"]
     done = subprocess.run(

@@ -6,12 +6,15 @@ import os
 import signal
 import subprocess
 from pathlib import Path
+from queue import SimpleQueue
 
 import pytest
 from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
 import wheel_environment
 from dist import DIST, ROOT, VERSION
+from zenoh_peers import free_endpoint, open_router
 
 HEADSET = ROOT / "ml2-sensors-aar/simulator/ml2-headset"
 CONFIG = """
@@ -29,6 +32,13 @@ _TIMEOUT_S = 60
 def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (wheel,) = DIST.glob("*.whl")
     return wheel_environment.make(tmp_path_factory.mktemp("installed") / "venv", wheel)
+
+
+@pytest.fixture(scope="module")
+def python_with_zenoh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    (wheel,) = DIST.glob("*.whl")
+    folder = tmp_path_factory.mktemp("with_zenoh") / "venv"
+    return wheel_environment.make(folder, wheel, "zenoh")
 
 
 @pytest.fixture
@@ -102,3 +112,38 @@ def test_a_session_without_ros_is_recorded(receiver: Path, config: Path, tmp_pat
     with Reader(walk) as bag:
         counts = {connection.topic: connection.msgcount for connection in bag.connections}
     assert all(counts[topic] > 0 for topic in TOPICS)
+
+
+def test_it_publishes_on_zenoh_without_ros(
+    python_with_zenoh: Path, config: Path, tmp_path: Path
+) -> None:
+    look = "import importlib.util as u; print(u.find_spec('rclpy'), u.find_spec('sensor_msgs'))"
+    assert output(tmp_path, python_with_zenoh, "-c", look) == "None None\n"
+    endpoint = free_endpoint()
+    options = ("--no-ros", "--insecure", "--listen", "127.0.0.1:0", "--config", config)
+    command: list[str | Path] = [python_with_zenoh.with_name("ml2-receiver"), "run", *options]
+    samples: SimpleQueue[bytes] = SimpleQueue()
+    with (
+        open_router(endpoint) as router,
+        subprocess.Popen(
+            [*command, "--zenoh", endpoint],
+            cwd=tmp_path,
+            env=elsewhere(tmp_path) | {"ROS_DOMAIN_ID": "3"},
+            stdout=subprocess.PIPE,
+            text=True,
+        ) as receiving,
+    ):
+        router.declare_subscriber(
+            "3/magic_leap2/gyro_left/imu/**", lambda it: samples.put(it.payload.to_bytes())
+        )
+        assert receiving.stdout is not None
+        address = next(line.split()[2] for line in receiving.stdout if line.startswith(LISTENING))
+        try:
+            headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
+            subprocess.run(headset, check=True, timeout=_TIMEOUT_S, capture_output=True)
+        finally:
+            receiving.send_signal(signal.SIGINT)
+            receiving.communicate(timeout=_TIMEOUT_S)
+        assert receiving.returncode == 0
+    assert samples.qsize() > 100
+    get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(samples.get(), "sensor_msgs/msg/Imu")

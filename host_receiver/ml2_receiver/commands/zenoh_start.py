@@ -47,6 +47,8 @@ def check(options: argparse.Namespace) -> None:
     """
     if options.no_ros and options.view:
         raise ZenohError("--view shows topics of ROS 2, so it does not go with --no-ros")
+    if options.no_ros and options.start_paused:
+        raise ZenohError("--start-paused waits for a service of ROS 2, which --no-ros lacks")
     if options.zenoh is None and (options.no_ros or options.zenoh_config):
         given = "--no-ros" if options.no_ros else "--zenoh-config"
         raise ZenohError(
@@ -74,8 +76,7 @@ def zenoh_output(
             raise
         raise PackageError(
             "--zenoh needs the package eclipse-zenoh, which is not installed",
-            hint="Run `pip install 'ml2-receiver[zenoh]'`, or in the clone"
-            " `build/venv/bin/pip install './host_receiver[zenoh]'`.",
+            hint="Run in the clone `pip install './host_receiver[zenoh]'`.",
         ) from error
     session = session_configuration(options.zenoh, options.zenoh_config)
     identity = Identity(config.name, config.prefix, _domain())

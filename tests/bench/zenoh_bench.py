@@ -1,0 +1,197 @@
+"""Measures the Zenoh sink: CPU time, the longest put, and inertial samples on a thin link.
+
+The router is a session of eclipse-zenoh in mode `router`, in a process of its own. CPU is that of
+the whole publishing process. `unsubscribed` has no subscriber, `shared` one behind a router on this
+machine by shared memory, `tcp` the same without shared memory. `rclpy_cpu_ms_per_mb` has the same
+payloads by rclpy's raw publish. Images come 100 times per second, small messages 2000 times. The
+longest put is that of 300 images of 1 MB while the subscriber, or the router, stands still. The
+thin link is a token bucket of 20 Mbit/s, which images fill; it needs root.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from ml2_receiver.session.sink import Publish
+from ml2_receiver.zenoh.configuration import session_configuration
+from ros_processes import Subscriber, environment
+from shaped_link import Host, link, why_not
+from waiting import await_true
+from zenoh_peers import free_endpoint
+from zenoh_roles import IMAGE, IMAGE_BYTES, IMU, IMU_BYTES, sink_of
+
+_ROLES = Path(__file__).with_name("zenoh_roles.py")
+_PERIOD_S, _SMALL_PERIOD_S = 0.01, 0.0005
+_MOST_S = 120
+_MEGABYTES = IMAGE_BYTES / 1e6
+_WITHOUT_SHARED_MEMORY = {"transport": {"shared_memory": {"enabled": False}}}
+_THIN = {"transport": {"link": {"tcp": {"so_sndbuf": 65536}}}}
+_THIN_MBIT = 20
+
+
+def main(results_file: Path, count: int, duration_s: float) -> None:
+    results = costs(count) | {"longest_put_ms": {it: longest_ms(it) for it in ("read", "route")}}
+    reason = why_not()
+    results["thin_link"] = thin_link(duration_s) if reason is None else {"not_measured": reason}
+    results["load_average"] = os.getloadavg()[0]
+    results_file.parent.mkdir(parents=True, exist_ok=True)
+    results_file.write_text(json.dumps(results, indent=2) + "\n")
+
+
+@contextmanager
+def role(*arguments: str, host: Host | None = None) -> Iterator[subprocess.Popen[str]]:
+    prefix = () if host is None else host.prefix
+    command = (*prefix, sys.executable, str(_ROLES), *arguments)
+    pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, **pipes) as child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "ready\n"
+        try:
+            yield child
+        finally:
+            child.kill()
+
+
+@contextmanager
+def configuration(values: dict[str, Any]) -> Iterator[Path]:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "zenoh.json5")
+        file.write_text(json.dumps(values))
+        yield file
+
+
+@contextmanager
+def publishers(
+    values: dict[str, Any], *, is_subscribed: bool
+) -> Iterator[tuple[Publish, Publish, dict[str, subprocess.Popen[str]]]]:
+    """Functions that publish an image and an inertial sample, and the other processes."""
+    endpoint = free_endpoint()
+    with (
+        role("route", endpoint) as router,
+        configuration(values) as file,
+        zenoh.open(session_configuration(endpoint, file)) as session,
+    ):
+        sink = sink_of(session)
+        image, imu = sink.open(IMAGE), sink.open(IMU)
+        if not is_subscribed:
+            yield image, imu, {"route": router}
+            return
+        with role("read", endpoint) as reader:
+            await_true(lambda: all(sink.demand().values()))
+            yield image, imu, {"route": router, "read": reader}
+
+
+def cpu_s(publish: Publish, payload_bytes: int, count: int, period_s: float = _PERIOD_S) -> float:
+    """CPU time of this process per message, without that of waiting for the next one."""
+    _publish(publish, payload_bytes, 20, period_s)
+    pauses_s = _publish(lambda _: None, 1, count, period_s)
+    return _publish(publish, payload_bytes, count, period_s) - pauses_s
+
+
+def _publish(publish: Publish, payload_bytes: int, count: int, period_s: float) -> float:
+    payload = bytearray(payload_bytes)
+    began_s = time.process_time()
+    for _ in range(count):
+        publish(payload)
+        time.sleep(period_s)
+    return (time.process_time() - began_s) / count
+
+
+def costs(count: int) -> dict[str, Any]:
+    of_images: dict[str, float] = {}
+    small: list[float] = []
+    for name, values, is_subscribed in (
+        ("unsubscribed", {}, False),
+        ("shared", {}, True),
+        ("tcp", _WITHOUT_SHARED_MEMORY, True),
+    ):
+        with publishers(values, is_subscribed=is_subscribed) as (image, imu, _):
+            of_images[name] = cpu_s(image, IMAGE_BYTES, count) * 1e3 / _MEGABYTES
+            if is_subscribed:
+                small.append(cpu_s(imu, IMU_BYTES, 10 * count, _SMALL_PERIOD_S) * 1e6)
+    return {
+        "cpu_ms_per_mb": of_images,
+        "us_per_small": statistics.mean(small),
+        "rclpy_cpu_ms_per_mb": rclpy_costs(count),
+    }
+
+
+def rclpy_costs(count: int) -> dict[str, float]:
+    os.environ |= {key: it for key, it in environment().items() if key.startswith("ROS_")}
+    import rclpy
+    from sensor_msgs.msg import Image
+
+    from ml2_receiver.ros.raw_publish import raw_publish, takes_bytearray
+
+    rclpy.init()
+    node = rclpy.create_node("bench")
+    publisher = node.create_publisher(Image, "/bench", 5)
+    publish = raw_publish(publisher, takes_bytearray(publisher, Image()))
+
+    def cost() -> float:
+        return cpu_s(publish, IMAGE_BYTES, count) * 1e3 / _MEGABYTES
+
+    costs = {"unsubscribed": cost()}
+    with Subscriber("/bench", "sensor_msgs/msg/Image"):
+        await_true(lambda: publisher.get_subscription_count() > 0)
+        costs["subscribed"] = cost()
+    node.destroy_node()
+    rclpy.shutdown()
+    return costs
+
+
+def longest_ms(stalled: str) -> float:
+    with publishers(_WITHOUT_SHARED_MEMORY, is_subscribed=True) as (image, _, children):
+        payload = bytearray(IMAGE_BYTES)
+        children[stalled].send_signal(signal.SIGSTOP)
+        longest_s = 0.0
+        for _ in range(300):
+            longest_s = max(longest_s, _elapsed_s(lambda: image(payload)))
+            time.sleep(_PERIOD_S)
+        children[stalled].send_signal(signal.SIGCONT)
+    return longest_s * 1e3
+
+
+def _elapsed_s(act: Callable[[], None]) -> float:
+    began_s = time.perf_counter()
+    act()
+    return time.perf_counter() - began_s
+
+
+def thin_link(duration_s: float) -> dict[str, float]:
+    with link("cubic", _THIN_MBIT) as made, configuration(_THIN) as file:
+        endpoint = f"tcp/{made.receiver.address}:7447"
+        with (
+            role("route", endpoint, host=made.receiver),
+            role("delays", endpoint, host=made.receiver) as reader,
+        ):
+            with role("load", endpoint, str(file), str(duration_s), host=made.headset) as sender:
+                assert sender.stdout is not None
+                published = json.loads(sender.stdout.readline())
+            found = json.loads(reader.communicate(timeout=_MOST_S)[0])
+    ms = sorted(it / 1e6 for it in found["delays_ns"])
+    return {
+        "imu_p50_ms": statistics.median(ms),
+        "imu_p99_ms": ms[int(0.99 * len(ms))],
+        "imu_lost": found["lost"],
+        "imu_received": len(ms),
+        "imu_published": published[f"/m/{IMU.name}"],
+        "images_published": published[f"/m/{IMAGE.name}"],
+    }
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]))
