@@ -56,19 +56,24 @@ class Observed:
     last_s: float = 0.0
     last_payload: bytes = b""
     start_count: int = 0
+    last_stamp_ns: int = 0
     latencies_ms: array[float] = field(default_factory=lambda: array("d"))
+    gaps_ms: array[float] = field(default_factory=lambda: array("d"))
 
     def take(self, payload: bytes) -> None:
         """Counts one message, as it arrives."""
-        now_ns = time.time_ns()
+        now_ns, stamp_ns = time.time_ns(), self.read_stamp(payload)
         self.last_s = now_ns * 1e-9
         if self.count == 0:
             self.first_s = self.last_s
+        else:
+            self.gaps_ms.append((stamp_ns - self.last_stamp_ns) * 1e-6)
+        self.last_stamp_ns = stamp_ns
         self.count += 1
         self.start_count += self.last_s - self.first_s < START_S
         self.size_bytes += len(payload)
         self.last_payload = payload
-        self.latencies_ms.append((now_ns - self.read_stamp(payload)) * 1e-6)
+        self.latencies_ms.append((now_ns - stamp_ns) * 1e-6)
 
     def row(self) -> dict[str, Any]:
         span_s = self.last_s - self.first_s
@@ -83,6 +88,10 @@ class Observed:
             "latency_ms": _percentiles(self.latencies_ms),
         }
 
+    def gaps(self) -> dict[str, float]:
+        """The times between successive stamps, after the first START_S seconds."""
+        return _percentiles(self.gaps_ms[self.start_count :])
+
     def phases(self) -> dict[str, dict[str, float]]:
         """The latency of the first START_S seconds, and that of the rest."""
         return {
@@ -91,9 +100,9 @@ class Observed:
         }
 
 
-def _percentiles(latencies_ms: array[float]) -> dict[str, float]:
+def _percentiles(times_ms: array[float]) -> dict[str, float]:
     # A copy, since an array whose memory is looked at cannot grow
-    p50, p99, maximum = np.percentile(np.array(latencies_ms[:] or [0.0]), (50, 99, 100))
+    p50, p99, maximum = np.percentile(np.array(times_ms[:] or [0.0]), (50, 99, 100))
     return {"p50": float(p50), "p99": float(p99), "max": float(maximum)}
 
 
@@ -188,7 +197,7 @@ class Observer(Node):
         topics = {
             name: observed.row()
             | {"diagnostics": self._of(name)}
-            | ({"phases_ms": observed.phases()} if final else {})
+            | ({"phases_ms": observed.phases(), "gaps_ms": observed.gaps()} if final else {})
             for name, observed in self.topics.items()
         }
         return {

@@ -112,6 +112,7 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
         "imu_lost": int(imu["diagnostics"].get("produced", imu["count"])) - imu["count"],
         "world_hz": [round(it["rate_hz"], 1) for name, it in images.items() if "/world_" in name],
         "image_hz": {name: round(it["rate_hz"], 1) for name, it in images.items()},
+        "world_gaps_ms": [it["gaps_ms"] for name, it in images.items() if "/world_" in name],
         "drops_after_start": loaded.drops_after_start,
         "drops": drops,
         "sent_mbit": sent_bytes * 8e-6 / loaded.duration_s,
