@@ -187,8 +187,8 @@ def test_demand_follows_subscribers(
 def test_a_session_that_ended_refuses_messages(router: zenoh.Session, endpoint: str) -> None:
     session = zenoh.open(session_configuration(endpoint, None))
     sink = ZenohSink(session, TABLE, "/magic_leap2", "", DOMAIN, lambda: None)
-    publish = sink.open(BATTERY)
+    publish = sink.open(STATIC)
     session.close()
     with pytest.raises(PublishError):
         publish(bytearray(b"payload"))
-    assert sink.published() == {"/magic_leap2/battery": 0}
+    assert sink.published() == {"/tf_static": 0}

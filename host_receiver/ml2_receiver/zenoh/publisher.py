@@ -70,13 +70,15 @@ class ZenohPublisher:
             if not self._is_open:
                 return
             number = self.published + 1
-            try:
-                self._publisher.put(
-                    payload, attachment=attachment(number, time.time_ns(), self._gid)
-                )
-            except zenoh.ZError as error:
-                raise PublishError(f"Zenoh: {error}") from error
+            if self.has_subscriber:  # else Zenoh would copy the payload and drop it
+                self._put(payload, attachment(number, time.time_ns(), self._gid))
             self.published = number
+
+    def _put(self, payload: bytes | bytearray, attachment: bytes) -> None:
+        try:
+            self._publisher.put(payload, attachment=attachment)
+        except zenoh.ZError as error:
+            raise PublishError(f"Zenoh: {error}") from error
 
     def close(self) -> None:
         """Ends the topic; the session must be open."""
