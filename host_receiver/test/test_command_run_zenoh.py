@@ -1,5 +1,6 @@
 """`ml2-receiver run --zenoh`: beside ROS, without ROS, and with wrong input."""
 
+import argparse
 import contextlib
 import itertools
 import os
@@ -15,7 +16,11 @@ import zenoh
 from rosbags.typesys import Stores, get_typestore
 
 import bag_scene
+from fake_sink import FakeSink
 from ml2_receiver.cli import main
+from ml2_receiver.commands.zenoh_start import zenoh_output
+from ml2_receiver.configuration.config import parse_config
+from ml2_receiver.topics.fan_out import FanOut
 from mock_device import MockDevice
 from ros_processes import Child, Receiver, Subscriber, environment
 from waiting import LIMIT_S, await_true
@@ -39,7 +44,6 @@ sys.meta_path.insert(0, NoRos())
 from ml2_receiver.cli import main
 sys.exit(main(sys.argv[1:]))
 """
-ROUTER = str(Path(__file__).with_name("zenoh_peers.py"))
 LISTEN = ("--listen", "127.0.0.1:0", "--insecure")
 
 
@@ -206,6 +210,29 @@ def test_options_that_do_not_fit_end_it(
 ) -> None:
     assert main(["run", *options]) == 2
     assert capsys.readouterr().err.startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "is_warned"),
+    [
+        ("tcp/192.0.2.1:7447#iface=lo", True),
+        ("udp/router:7447", True),
+        ("tls/192.0.2.1:7447", False),
+        ("quic/router:7447", False),
+        ("tcp/127.0.0.1:7447", False),
+        ("tcp/[::1]:7447", False),
+        ("tcp/localhost:7447", False),
+        ("tcp/localhost.example.com:7447", True),
+    ],
+)
+def test_plaintext_to_another_machine_is_warned_of(
+    capsys: pytest.CaptureFixture[str], endpoint: str, is_warned: bool
+) -> None:
+    options = argparse.Namespace(zenoh=endpoint, zenoh_config=None)
+    zenoh_output(options, parse_config(CONFIG.encode()), FanOut([FakeSink()]), lambda: False)
+    error = capsys.readouterr().err
+    assert (f"WARNING: {endpoint.partition('#')[0]}: no encryption" in error) == is_warned
+    assert "iface" not in error
 
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(

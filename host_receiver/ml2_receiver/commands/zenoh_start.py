@@ -3,6 +3,7 @@
 import argparse
 import os
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from ..zenoh.output import ZenohOutput
 
 _ENDPOINT = re.compile(r"[a-z][a-z0-9-]*/[^/?#]+:(\d{1,5})([?#].*)?", re.ASCII)
+# On this machine, or encrypted.
+_PRIVATE = re.compile(r"(tls|quic)/.*|[a-z]+/(127\.|localhost:|\[::1\]:).*", re.DOTALL)
+_PLAINTEXT = "WARNING: {}: no encryption, and everybody on the way can read all streams"
 _DOMAIN = re.compile(r"\d{1,3}", re.ASCII)
 
 
@@ -79,6 +83,9 @@ def zenoh_output(
             hint="Run in the clone `pip install './host_receiver[zenoh]'`.",
         ) from error
     session = session_configuration(options.zenoh, options.zenoh_config)
+    if not _PRIVATE.fullmatch(options.zenoh):
+        router = options.zenoh.partition("#")[0]
+        print(_PLAINTEXT.format(router), file=sys.stderr, flush=True)
     identity = Identity(config.name, config.prefix, _domain())
     return ZenohOutput(session, options.zenoh, identity, load_table(), sinks, is_lazy)
 

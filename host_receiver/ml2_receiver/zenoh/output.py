@@ -67,6 +67,7 @@ class ZenohOutput:
         self._control: Control | None = None
         self._diagnostics = Diagnostics(identity.prefix)
         self._news: SimpleQueue[_News] = SimpleQueue()
+        self._router = endpoint.partition("#")[0]  # what follows may hold a key
         self._said = ""
         self._thread = threading.Thread(target=self._run, name="zenoh")
 
@@ -146,14 +147,14 @@ class ZenohOutput:
 
     def _say_connection(self, session: zenoh.Session) -> None:
         if session.info.routers_zid() or session.info.peers_zid():
-            self._say(f"Zenoh: connected to {self._endpoint}")
+            self._say(f"Zenoh: connected to {self._router}")
         else:
             self._say_unreachable()
 
     def _say_unreachable(self) -> None:
         tls = json.loads(self._config.get_json("transport/link/tls"))
         reason = why_unreachable(self._endpoint, tls)
-        self._say(f"Zenoh: {self._endpoint} is not reached: {reason}; trying again")
+        self._say(f"Zenoh: {self._router} is not reached: {reason}; trying again")
 
     def _say(self, text: str) -> None:
         if text != self._said:
