@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
 import bag_scene
+from ml2_receiver.pairing.uri import PairingUri
+from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
 from repeated import repeated
 from ros_processes import Child, Client, Receiver
+from test_command_pair import Device
+from test_pairing_listener import PAIRED
 from viewing_browser import Browser, Picture, View
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
@@ -164,6 +171,59 @@ def test_services_are_called(device: MockDevice, view: View) -> None:
         assert browser.text("answer")["is_done"] is True
         while browser.text("state")["applied"].get("battery") != "paused":
             pass
+
+
+def test_a_headset_is_paired_on_the_page(
+    device: MockDevice, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    keys = tmp_path / "keys"
+    with View("--keys", str(keys), "--receiver-port", "4711") as view:
+        with Browser(view.url, view.token) as browser:
+            browser.say(pair=True)
+            news = browser.text("pairing")
+            assert 295 < news["left_s"] <= 300
+            assert code_of(news["modules"]) == news["uri"]
+            uri = PairingUri.parse(news["uri"])
+            # Each address of this machine leads to the same listener.
+            own = Device(tmp_path, replace(uri, host="127.0.0.1"))
+            assert own.pair() == (PAIRED, {"name": socket.gethostname(), "port": 4711})
+            assert browser.text("pairing") == {
+                "type": "pairing",
+                "is_done": True,
+                "text": "paired with Magic Leap 2",
+            }
+        (paired,) = PairedDevices(keys).load()
+        assert paired.fingerprint == own.certificate.fingerprint
+        said = " ".join(view.errors)
+    assert uri.token not in said + capfd.readouterr().err
+
+
+def test_a_pairing_ends_with_the_page_that_began_it(device: MockDevice, tmp_path: Path) -> None:
+    with View("--keys", str(tmp_path / "keys")) as view:
+        with Browser(view.url, view.token) as browser, Browser(view.url, view.token) as other:
+            browser.say(pair=True)
+            first = browser.text("pairing")["uri"]
+            browser.say(pair=False)
+            assert browser.text("pairing") == {"type": "pairing", "is_done": False, "text": ""}
+            other.say(pair=True)
+            while (second := other.text("pairing").get("uri")) in (None, first):
+                pass
+        for uri in map(PairingUri.parse, (first, second)):
+            await_refused(uri.port)
+
+
+def code_of(modules: list[str]) -> str:
+    """The text of a QR code, as OpenCV reads it."""
+    white = np.array([[it == "0" for it in row] for row in modules], np.uint8) * 255
+    text, _, _ = cv2.QRCodeDetector().detectAndDecode(white.repeat(8, 0).repeat(8, 1))
+    return text
+
+
+def await_refused(port: int) -> None:
+    """Waits until nobody listens on a port; the test's time limit ends an endless wait."""
+    with suppress(ConnectionRefusedError):
+        while True:
+            socket.create_connection(("127.0.0.1", port), 5).close()
 
 
 def answer(to: str, is_done: bool, text: str) -> dict[str, Any]:

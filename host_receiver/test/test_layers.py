@@ -28,6 +28,7 @@ PUBLIC = (
     "ml2_receiver.table",
     "ml2_receiver.configuration.calibration",
     "ml2_receiver.security",
+    "ml2_receiver.pairing",
     "ml2_receiver.transport",
     "ml2_receiver.session.statistics",
     "ml2_receiver.session.streams",

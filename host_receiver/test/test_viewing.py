@@ -21,6 +21,7 @@ from ml2_tools.viewing.requests import (
     Call,
     Change,
     Offer,
+    Pair,
     Pixel,
     Play,
     RequestError,
@@ -35,7 +36,7 @@ from ml2_tools.viewing.state import image_streams, is_eye, state_of, topic_prefi
 STREAMS = ("color", "world_left")
 THREE = "/three.min.js"
 CONTROLS = controls(with_eyes=False)
-LIVE, RECORDED = Offer(CONTROLS, SERVICES), Offer(length_s=20.5)
+LIVE, RECORDED = Offer(CONTROLS, SERVICES, has_pairing=True), Offer(length_s=20.5)
 WORLD = "/magic_leap2/world_left/image_raw"
 
 
@@ -156,6 +157,7 @@ def test_requests_are_read() -> None:
     assert parse_request('{"show": []}', STREAMS, LIVE) == Show(frozenset())
     assert parse_request('{"seen": "state"}', STREAMS, LIVE) == Seen("state")
     assert parse_request('{"call": "stop"}', STREAMS, LIVE) == Call("stop")
+    assert parse_request('{"pair": true}', STREAMS, LIVE) == Pair(True)
     pixel = '{"pixel": "color", "at": [1, 0]}'
     assert parse_request(pixel, STREAMS, LIVE) == Pixel("color", 1, 0)
     values: dict[str, Any] = {
@@ -180,6 +182,7 @@ def test_requests_to_a_recording_are_read() -> None:
     "message",
     [
         '{"play": 1}',
+        '{"pair": true}',
         '{"seek": 20.6}',
         '{"seek": -0.1}',
         '{"seek": NaN}',
@@ -231,6 +234,7 @@ def test_a_recording_takes_no_other_requests(message: str) -> None:
         '{"pixel": "color", "at": [1.5, 0]}',
         '{"pixel": "eye_nasal_left", "at": [0, 0]}',
         '{"call": ["stop"]}',
+        '{"pair": 1}',
         '{"play": true}',
         '{"seek": 0}',
         '{"speed": 1}',

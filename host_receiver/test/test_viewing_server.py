@@ -22,6 +22,7 @@ from ml2_tools.viewing.access import Token
 from ml2_tools.viewing.controls import controls
 from ml2_tools.viewing.live_source import LiveSource
 from ml2_tools.viewing.page_files import HEADERS, page_files
+from ml2_tools.viewing.pairing import PagePairing
 from ml2_tools.viewing.server import WRONG_TOKEN, ViewServer
 from ml2_tools.viewing.steering import Steering
 from ml2_tools.viewing.view import View
@@ -43,7 +44,8 @@ def url(ros_of_children: None) -> Iterator[str]:
     address = f"http://127.0.0.1:{listener.getsockname()[1]}"
     source = LiveSource("")
     view = View(source, "", with_eyes=False)
-    steering = Steering(view, source.context, "", controls(with_eyes=False))
+    pairing = PagePairing(view, pytest.fail)
+    steering = Steering(view, source.context, "", controls(with_eyes=False), pairing)
     server = ViewServer(listener, view, steering, TOKEN)
     yield address
     server.close()

@@ -2,26 +2,21 @@
 
 import argparse
 import math
-import socket
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import segno
 from rich.live import Live
 
 from ..errors import PairingError
-from ..generated.version import VERSION
-from ..pairing.listener import PairingListener
-from ..pairing.pairing import VALID_S, Pairing
+from ..pairing.offer import PairingOffer
 from ..pairing.uri import PairingUri
-from ..security.identity import Identity
-from ..security.paired_devices import PairedDevice, PairedDevices
+from ..security.paired_devices import PairedDevice
 from ..session.event_limit import EventLimit
-from ..transport.discovery import announced_hosts
-from ..transport.listener import everywhere, listen
+from ..transport.listener import everywhere
 from .config import Subparsers
 from .endpoint import PORT, add_keys
 from .options import name, port
@@ -68,28 +63,21 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    identity = Identity.of(options.keys)
-    pairing = Pairing(identity.fingerprint)
-    with listen(options.listen) as socket_:
-        host, pairing_port = socket_.getsockname()[:2]
-        hosts = announced_hosts(host)
-        _show([PairingUri(it, pairing_port, identity.fingerprint, pairing.token) for it in hosts])
-        listener = PairingListener(
-            socket_,
-            identity,
-            PairedDevices(options.keys),
-            pairing,
-            name=options.name or socket.gethostname(),
-            software=f"ml2-receiver {VERSION}",
-            sessions_port=options.port,
-            say=EventLimit(_warn, time.monotonic, per_second=_LINES_PER_S).say,
-        )
-        try:
-            device = _wait(listener, pairing, stopping)
-        finally:
-            listener.close()
+    offer = PairingOffer(
+        options.listen, options.keys, options.name, options.port, failed_attempts()
+    )
+    try:
+        _show(offer.uris)
+        device = _wait(offer, stopping)
+    finally:
+        offer.close()
     print(f"paired with {device.name!r}, fingerprint {device.fingerprint}")
     return 0
+
+
+def failed_attempts() -> Callable[[str], None]:
+    """Returns a function that prints failed attempts to pair, at most two per second."""
+    return EventLimit(_warn, time.monotonic, per_second=_LINES_PER_S).say
 
 
 def _warn(text: str) -> None:
@@ -108,38 +96,23 @@ def _show(uris: Sequence[PairingUri]) -> None:
         print(f"this machine is {other.host}, too, for a headset on another network")
 
 
-def _wait(listener: PairingListener, pairing: Pairing, stopping: threading.Event) -> PairedDevice:
-    with _countdown(pairing):
-        while not listener.ended.wait(_POLL_S):
+def _wait(offer: PairingOffer, stopping: threading.Event) -> PairedDevice:
+    with _countdown(offer):
+        while (device := offer.wait(_POLL_S)) is None:
             if stopping.is_set():
                 raise PairingError("no headset was paired")
-            if pairing.is_guessed_at:
-                raise PairingError(
-                    "no headset was paired: too many wrong tokens arrived",
-                    hint="Somebody on the network may be guessing. Pair on another network, or by"
-                    " cable: `ml2-receiver headset start --pair URI`.",
-                )
-            if not pairing.left_s and listener.device is None:
-                raise PairingError(
-                    f"no headset was paired within {VALID_S / 60:.0f} minutes",
-                    hint="Run `ml2-receiver pair` again, and enter its code on the headset in that"
-                    " time. The headset must reach this machine: check Wi-Fi and firewall.",
-                )
-    if listener.failure is not None:
-        raise listener.failure
-    assert listener.device is not None
-    return listener.device
+    return device
 
 
 @contextmanager
-def _countdown(pairing: Pairing) -> Iterator[None]:
+def _countdown(offer: PairingOffer) -> Iterator[None]:
     if not sys.stdout.isatty():
         yield
         return
-    with Live(get_renderable=lambda: _left(pairing), refresh_per_second=2, transient=True):
+    with Live(get_renderable=lambda: _left(offer), refresh_per_second=2, transient=True):
         yield
 
 
-def _left(pairing: Pairing) -> str:
-    minutes, seconds = divmod(math.ceil(pairing.left_s), 60)
+def _left(offer: PairingOffer) -> str:
+    minutes, seconds = divmod(math.ceil(offer.left_s), 60)
     return f"waiting for the headset, {minutes}:{seconds:02} left"

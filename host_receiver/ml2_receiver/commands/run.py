@@ -80,7 +80,8 @@ def _run(options: argparse.Namespace) -> int:
             asked = {id: it for id, it in needs.items() if id not in endpoint.excluded}
             print(link_in_words(config, asked, bound_mbit_per_s(config)), flush=True)
             if options.view:
-                stack.enter_context(view_beside(options.name))
+                port = endpoint.listener.getsockname()[1]
+                stack.enter_context(view_beside(options.name, options.keys, port))
             stopping.wait()
     return 0
 

@@ -6,16 +6,20 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 
 @contextmanager
-def view_beside(name: str) -> Iterator[None]:
+def view_beside(name: str, keys: Path, port: int) -> Iterator[None]:
     """Runs the page of the receiver with this --name as a process; ends it when left.
+
+    Pairing on the page uses the folder `keys`, and headsets then connect to `port`.
 
     A process of its own costs the receiver's threads nothing. If it fails, it says why, and the
     receiver goes on.
     """
     command = [sys.executable, "-P", "-m", "ml2_receiver", "view", "--name", name]
+    command += ["--keys", str(keys), "--receiver-port", str(port)]
     with subprocess.Popen(command) as page:
         try:
             yield

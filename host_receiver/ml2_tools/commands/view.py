@@ -11,12 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.endpoint import PORT, add_keys
 from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
 from ml2_receiver.commands.options import add_name, port
+from ml2_receiver.commands.pair import failed_attempts
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import ListenError, RecordingError
-from ml2_receiver.transport.listener import listen
+from ml2_receiver.pairing.offer import PairingOffer
+from ml2_receiver.transport.listener import everywhere, listen
 
 from .optional_packages import optional_packages
 
@@ -60,6 +63,13 @@ def add_parser(subparsers: Subparsers) -> None:
         action="store_true",
         help="offer the images of eye cameras, which are biometric data",
     )
+    parser.add_argument(
+        "--receiver-port",
+        type=port,
+        default=PORT,
+        help=f"where `run` listens, for a headset that is paired on the page; default: {PORT}",
+    )
+    add_keys(parser)
     add_name(parser)
     parser.set_defaults(run=_run)
 
@@ -99,18 +109,25 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
         from ..viewing.live_source import LiveSource  # reads the profile
         from ..viewing.steering import Steering
     from ..viewing.controls import controls
+    from ..viewing.pairing import PagePairing
     from ..viewing.view import View
 
     with diagnostics_node() as node:
         node.rows(options.name, PATIENCE_S)
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)
-    steering = Steering(view, source.context, options.name, controls(options.eyes))
+    pairing = PagePairing(view, lambda: _pairing_offer(options))
+    steering = Steering(view, source.context, options.name, controls(options.eyes), pairing)
     try:
         yield view, steering
     finally:
         steering.close()
         view.close()
+
+
+def _pairing_offer(options: argparse.Namespace) -> PairingOffer:
+    port, say = options.receiver_port, failed_attempts()
+    return PairingOffer(everywhere(0), options.keys, options.name, port, say)
 
 
 @contextmanager

@@ -79,8 +79,15 @@ class Speed:
     rate: float
 
 
+@dataclass(frozen=True)
+class Pair:
+    """A headset shall be paired, or the pairing shall end."""
+
+    is_wanted: bool
+
+
 # What steers the source of the view.
-type Steer = Change | Call | Play | Seek | Speed
+type Steer = Change | Call | Pair | Play | Seek | Speed
 type Request = Show | Seen | Pixel | Steer
 
 
@@ -91,19 +98,21 @@ class Offer:
     Attributes:
         controls: the sections that it may set.
         services: the services that it may call.
+        has_pairing: True if it may begin and end a pairing.
         length_s: the length of the recording; None without one.
     """
 
     controls: Mapping[str, Control] = field(default_factory=dict)
     services: Collection[str] = ()
+    has_pairing: bool = False
     length_s: float | None = None
 
 
 def parse_request(message: str | bytes, names: Collection[str], offer: Offer) -> Request:
     """Reads a message: one of
     `{"show": [STREAM, ...]}`, `{"seen": NAME}`, `{"pixel": STREAM, "at": [COLUMN, ROW]}`,
-    `{"set": SECTION, "to": {KEY: VALUE, ...}}`, `{"call": SERVICE}`, `{"play": BOOL}`,
-    `{"seek": SECONDS}` and `{"speed": RATE}`.
+    `{"set": SECTION, "to": {KEY: VALUE, ...}}`, `{"call": SERVICE}`, `{"pair": BOOL}`,
+    `{"play": BOOL}`, `{"seek": SECONDS}` and `{"speed": RATE}`.
 
     Args:
         names: the streams that the browser may ask for.
@@ -134,7 +143,7 @@ def _look(found: Any, names: Collection[str]) -> Show | Seen | Pixel | None:
     return None
 
 
-def _change(found: Any, offer: Offer) -> Change | Call | None:
+def _change(found: Any, offer: Offer) -> Change | Call | Pair | None:
     match found:
         case {"set": str(section), "to": dict(values), **rest} if (
             not rest and section in offer.controls and offer.controls[section].takes(values)
@@ -142,6 +151,8 @@ def _change(found: Any, offer: Offer) -> Change | Call | None:
             return Change(section, values)
         case {"call": str(service), **rest} if not rest and service in offer.services:
             return Call(service)
+        case {"pair": bool(is_wanted), **rest} if not rest and offer.has_pairing:
+            return Pair(is_wanted)
     return None
 
 

@@ -10,12 +10,13 @@ from typing import Any
 
 from rclpy.context import Context
 
-from ml2_receiver.errors import RosError
+from ml2_receiver.errors import ReceiverError, RosError
 from ml2_receiver.ros.receiver_client import ReceiverClient
 from ml2_receiver.wire.json_body import Scalar
 
 from .controls import SERVICES, Control
-from .requests import Call, Change, Offer, Steer
+from .pairing import PagePairing
+from .requests import Call, Change, Offer, Pair, Steer
 from .steered import Answer, Newest
 from .view import View
 
@@ -34,13 +35,19 @@ class Steering:
         context: the context for a node of its own.
         receiver: the receiver's --name, or empty.
         controls: the controls by section.
+        pairing: pairs headsets with the receiver; close() ends it.
     """
 
     def __init__(
-        self, view: View, context: Context, receiver: str, controls: Mapping[str, Control]
+        self,
+        view: View,
+        context: Context,
+        receiver: str,
+        controls: Mapping[str, Control],
+        pairing: PagePairing,
     ) -> None:
-        self.offer = Offer(controls, SERVICES)
-        self._view = view
+        self.offer = Offer(controls, SERVICES, has_pairing=True)
+        self._view, self._pairing = view, pairing
         self._client = ReceiverClient(context, receiver, _PATIENCE_S)
         self._settings: tuple[int, str] = 0, ""
         self._is_over = False
@@ -54,16 +61,20 @@ class Steering:
         self._tasks.put(_nothing)
         self._thread.join()
         self._client.close()
+        self._pairing.end()
 
     def described(self) -> dict[str, Any]:
         return {"controls": [it.described() for it in self.offer.controls.values()]}
 
     def sources(self) -> Iterable[tuple[str, Callable[[], Newest]]]:
-        return [("settings", lambda: self._settings)]
+        return [
+            ("settings", lambda: self._settings),
+            ("pairing", lambda: self._pairing.newest),
+        ]
 
     def submit(self, request: Steer, answered: Callable[[Answer], None]) -> None:
-        """Carries out a Change or a Call later; calls `answered` in the thread of this object."""
-        assert isinstance(request, Change | Call), request
+        """Carries out a request later; calls `answered` in the thread of this object."""
+        assert isinstance(request, Change | Call | Pair), request
 
         def carry_out() -> None:
             answer = self._answer(request)
@@ -81,7 +92,9 @@ class Steering:
                 if self._view.is_watched:
                     self._read_settings()
 
-    def _answer(self, request: Change | Call) -> Answer:
+    def _answer(self, request: Change | Call | Pair) -> Answer:
+        if isinstance(request, Pair):
+            return self._pair(request)
         to = request.service if isinstance(request, Call) else request.section
         try:
             if isinstance(request, Call):
@@ -90,6 +103,16 @@ class Steering:
             return Answer(to, *self._client.set(values))
         except RosError as error:
             return Answer(to, False, str(error))
+
+    def _pair(self, request: Pair) -> Answer:
+        try:
+            if request.is_wanted:
+                self._pairing.begin()
+            else:
+                self._pairing.end()
+        except ReceiverError as error:
+            return Answer("pair", False, error.in_one_line())
+        return Answer("pair", True, "")
 
     def _read_settings(self) -> None:
         names = [name for control in self.offer.controls.values() for name in control.parameters()]

@@ -7,7 +7,7 @@ export class Actions {
   #waiting = new Set();
 
   constructor(ask) {
-    for (const button of this.#bar.querySelectorAll("button")) {
+    for (const button of this.#bar.querySelectorAll("[data-call]")) {
       const service = button.dataset.call;
       button.onclick = () => {
         if (this.#waiting.has(service)) return;
@@ -21,7 +21,7 @@ export class Actions {
   // Forgets requests that a lost connection leaves without an answer.
   reset() {
     this.#waiting.clear();
-    for (const button of this.#bar.querySelectorAll("button")) button.removeAttribute("aria-busy");
+    for (const button of this.#bar.querySelectorAll("[data-call]")) button.removeAttribute("aria-busy");
   }
 
   answer({ to, is_done, text }) {

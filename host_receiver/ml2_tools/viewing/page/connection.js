@@ -47,6 +47,7 @@ export function connect(handlers) {
       case "scene":
       case "state":
       case "settings":
+      case "pairing":
       case "position":
         handlers[message.type](message);
         return message.type;

@@ -4,6 +4,7 @@ import { Configuration } from "./configuration.js";
 import { connect } from "./connection.js";
 import { Enlarged } from "./enlarged.js";
 import { Facts } from "./facts.js";
+import { Pairing } from "./pairing.js";
 import { Plots } from "./plots.js";
 import { SceneView } from "./scene.js";
 import { Streams } from "./streams.js";
@@ -17,6 +18,7 @@ const facts = new Facts();
 const actions = new Actions((request) => connection.send(request));
 const scene = new SceneView(askForShown);
 const enlarged = new Enlarged(askForShown, (request) => connection.send(request));
+const pairing = new Pairing((request) => connection.send(request));
 let configuration = null;
 let streams = null;
 let plots = null;
@@ -53,6 +55,7 @@ const connection = connect({
     plots?.close();
     timeLine?.close();
     enlarged.close();
+    pairing.close();
     [shown, asked] = [[], ""];
     const showImages = (streams) => {
       shown = streams;
@@ -83,10 +86,12 @@ const connection = connect({
     if (timeLine.show(position)) scene.forgetTrail();
     plots.setClock(position.at_s, position.is_playing ? position.rate : 0);
   },
+  pairing: (news) => pairing.show(news),
   settings: (settings) => configuration.show(settings),
   answer(answer) {
     timeLine?.answer();
     actions.answer(answer);
+    pairing.answer(answer);
     configuration.answer(answer);
   },
   samples: (samples) => plots.add(samples),

@@ -135,8 +135,8 @@ class Tile {
     const [p50, p99] = [number(stream.latency_p50_ms, 1), number(stream.latency_p99_ms, 1)];
     setText(this.#latency, `latency ${p50} ms, p99 ${p99} ms`);
     this.#stages.hidden = !stream.stages_ms;
-    const [toSent, toReceived, toPublished] = (stream.stages_ms ?? []).map((it) => it.toFixed(1));
-    setText(this.#stages, `${toSent} headset + ${toReceived} link + ${toPublished} host`);
+    const [toSent, toReceived, toPublished] = (stream.stages_ms ?? []).map((it) => it.toFixed(it < 10 ? 1 : 0));
+    setText(this.#stages, `headset ${toSent}, link ${toReceived}, host ${toPublished}`);
     this.#stages.title = "means of the last second, in ms: capture to sent, sent to received, received to published";
     const lowered = element("span", "level-1", `, lowered to ${stream.lowered}`);
     this.#mode.replaceChildren(stream.mode || "mode unknown", stream.lowered ? lowered : "");

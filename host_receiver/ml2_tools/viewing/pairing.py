@@ -1,0 +1,87 @@
+"""Pairs a headset while the page shows a QR code."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import segno
+
+from ml2_receiver.errors import ReceiverError
+from ml2_receiver.pairing.offer import PairingOffer
+
+from .steered import Newest
+from .view import View
+
+_POLL_S = 0.2
+
+
+class PagePairing:
+    """At most one pairing at a time, in a thread of its own. Thread-safe.
+
+    Args:
+        view: is notified of news, by `changed`; without its browsers no pairing goes on.
+        offer: begins to listen for a device; may raise ReceiverError.
+    """
+
+    def __init__(self, view: View, offer: Callable[[], PairingOffer]) -> None:
+        self._view, self._offer = view, offer
+        self._newest: Newest = 0, ""
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def newest(self) -> Newest:
+        """The number of the newest message, from 1, and the message; 0 before the first.
+
+        While a device is waited for, it has the URI, the modules of its QR code, the time left, and
+        this machine's other addresses.
+        """
+        return self._newest
+
+    def begin(self) -> None:
+        """Begins a pairing, unless one goes on.
+
+        Raises:
+            ReceiverError: this machine cannot listen, or its keys cannot be read.
+        """
+        with self._lock:
+            if self._thread is not None and self._thread.is_alive():
+                return
+            offer = self._offer()
+            self._stopping.clear()
+            self._thread = threading.Thread(target=self._run, args=[offer], name="view-pairing")
+            self._thread.start()
+
+    def end(self) -> None:
+        """Ends the pairing that goes on."""
+        with self._lock:
+            self._stopping.set()
+            if self._thread is not None:
+                self._thread.join()
+
+    def _run(self, offer: PairingOffer) -> None:
+        uri, others = str(offer.uris[0]), [it.host for it in offer.uris[1:]]
+        code = segno.make_qr(uri, error="m")
+        modules = ["".join(map(str, row)) for row in code.matrix_iter(border=4)]
+        self._tell(uri=uri, others=others, modules=modules, left_s=offer.left_s)
+        device, text = None, ""
+        try:
+            while device is None and not self._stopping.is_set() and self._view.is_watched:
+                device = offer.wait(_POLL_S)
+        except ReceiverError as error:
+            text = error.in_one_line()
+        finally:
+            offer.close()
+        if device is not None:
+            text = f"paired with {device.name}"
+        self._tell(is_done=device is not None, text=text)
+
+    def _tell(self, **news: Any) -> None:
+        with self._view.changed:
+            message = json.dumps({"type": "pairing", **news})
+            self._newest = self._newest[0] + 1, message
+            self._view.changed.notify_all()
