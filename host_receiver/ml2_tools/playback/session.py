@@ -95,12 +95,10 @@ class Session:
         except BaseException:
             self._close()
             raise
-        self._threads = [
-            threading.Thread(target=self._guard, args=[work], name=work.__name__)
-            for work in (self._listen, self._send_statuses)
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._listening = threading.Thread(target=self._guard, args=[self._listen])
+        self._reporting = threading.Thread(target=self._guard, args=[self._send_statuses])
+        self._listening.start()
+        self._reporting.start()
 
     def is_wanted(self, topic: Topic) -> bool:
         """Returns True if the receiver has requested the topic and takes its messages."""
@@ -114,7 +112,7 @@ class Session:
     def finish(self) -> None:
         """Sends the final STATUS and BYE, if the receiver is still there."""
         self._finishing.set()
-        self._threads[1].join()
+        self._reporting.join()
         with suppress(PlaybackError, OSError):
             for lane in self._lanes.values():
                 if lane is not self._control:
@@ -123,7 +121,7 @@ class Session:
             self._control.set_timeout(_CLOSING_S)
             self._control.send(Kind.BYE, Bye("the recording has ended"))
             self._control.end_output()
-        self._threads[0].join()
+        self._listening.join()
         self._close()
 
     def _greet(self) -> None:
@@ -141,6 +139,9 @@ class Session:
         try:
             work()
         except (PlaybackError, ProtocolError) as error:
+            if threading.current_thread() is not self._listening:
+                # The receiver ends all lanes at once, and says why on this one.
+                self._listening.join(_CLOSING_S)
             self._end(str(error))
 
     def _end(self, reason: str) -> None:
