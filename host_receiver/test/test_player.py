@@ -212,3 +212,25 @@ def test_a_broken_file_is_a_recording_error_and_nothing_else(
             pass
     except RecordingError:
         pass
+
+
+def test_a_timeline_changes_its_speed_pauses_and_goes_on_from_elsewhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = Scene(monkeypatch)
+    line = Timeline(0, 0, 1, is_paused=False)
+    line.start(0)
+    scene.pass_time(2)
+    line.set_rate(4)
+    line.start(0)
+    scene.pass_time(1)
+    assert (line.now_ns(), line.rate) == (6 * SECOND_NS, 4)
+    line.pause()
+    line.start(0)
+    scene.pass_time(5)
+    assert (line.now_ns(), line.is_paused) == (6 * SECOND_NS, True)
+    line.pause(False)
+    line.hold(3 * SECOND_NS)
+    line.start(0)
+    scene.pass_time(1)
+    assert (line.now_ns(), line.position) == (7 * SECOND_NS, (0, 0))

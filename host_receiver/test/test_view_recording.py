@@ -14,6 +14,7 @@ from ml2_receiver.cli import main
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_writer import BagWriter
 from recorded_room import BEGIN_NS, EYE_S, HZ, LENGTH_S, grey
+from ros_processes import Child
 from viewing_browser import Browser, Picture, View
 
 
@@ -236,6 +237,13 @@ def test_what_is_no_recording_is_refused_in_one_line(
         assert len(hints) <= 1
     assert main(["view", "--name", "robot1", str(room)]) == 2
     assert "--name" in capsys.readouterr().err
+
+
+def test_it_needs_no_ros(room: Path) -> None:
+    program = """import sys; sys.modules["rclpy"] = None
+from ml2_receiver.cli import main; sys.exit(main(["view", "--no-browser", sys.argv[1]]))"""
+    with Child("-c", program, str(room)) as view:
+        assert view.first_line().startswith("open http://127.0.0.1:")
 
 
 def test_it_ends_with_an_interrupt(room: Path) -> None:
