@@ -23,7 +23,7 @@ def dialog(page: Page) -> Locator:
 
 def test_a_click_enlarges_and_escape_returns(page: Page, dialog: Locator) -> None:
     canvas = dialog.locator("canvas")
-    page.wait_for_function("() => document.querySelector('dialog canvas').width === 544")
+    page.wait_for_function("() => document.querySelector('#enlarged canvas').width === 544")
     box = canvas.bounding_box()
     assert box is not None
     assert min(box["width"] / 544, box["height"] / 480) > 1.2
@@ -49,7 +49,7 @@ def test_keys_enlarge_an_image_and_choose_a_pixel(page: Page) -> None:
     tile.focus()
     page.keyboard.press("Enter")
     dialog = page.get_by_role("dialog")
-    page.wait_for_function("() => document.querySelector('dialog canvas').width === 640")
+    page.wait_for_function("() => document.querySelector('#enlarged canvas').width === 640")
     page.keyboard.press("ArrowRight")
     words = re.compile(r"^321, 240: red \d+, green \d+, blue \d+$")
     expect(dialog.get_by_role("status")).to_have_text(words)
