@@ -16,8 +16,7 @@ Pose gazeInHead(int64_t mltime);
 /** Returns the centre of an eye, with -z at the fixation point. */
 Pose eyeInHead(Side eye, int64_t mltime);
 
-/** Returns a joint of XrHandJointEXT. Hands rest in front of the head, each joint 1 cm farther along -z than the last.
- */
+/** Returns a joint of XrHandJointEXT. Hands rest in front of the head, raised by 60 degrees, palms away from it. */
 Pose jointInHead(Side hand, uint32_t joint);
 
 /** Returns the pose of the controller. It goes up and down by 5 cm in front of the head in 2 s, and swings. */

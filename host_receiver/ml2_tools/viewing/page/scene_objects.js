@@ -15,7 +15,7 @@ const TRAIL_MS = 30000;
 const MOST_TRAIL = 1000;
 const FRUSTUM_M = 0.3;
 const GAZE_M = 2;
-const JOINT_M = 0.009;
+const JOINT_M = 0.006;
 // OpenXR's XrHandJointEXT: 0 is the palm, 1 the wrist, then come the fingers from the thumb on.
 const JOINTS = 26;
 const FINGERS = [[1, 2, 3, 4, 5], [1, 6, 7, 8, 9, 10], [1, 11, 12, 13, 14, 15], [1, 16, 17, 18, 19, 20], [1, 21, 22, 23, 24, 25]];
