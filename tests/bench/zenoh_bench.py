@@ -38,7 +38,8 @@ _PERIOD_S, _SMALL_PERIOD_S = 0.01, 0.0005
 _MOST_S = 120
 _MEGABYTES = IMAGE_BYTES / 1e6
 _WITHOUT_SHARED_MEMORY = {"transport": {"shared_memory": {"enabled": False}}}
-_THIN = {"transport": {"link": {"tcp": {"so_sndbuf": 65536}}}}
+# Network namespaces of one machine share its memory, which would bypass the link.
+_THIN = {"transport": {"link": {"tcp": {"so_sndbuf": 65536}}, "shared_memory": {"enabled": False}}}
 _THIN_MBIT = 20
 
 
@@ -189,6 +190,7 @@ def thin_link(duration_s: float) -> dict[str, float]:
         "imu_lost": found["lost"],
         "imu_received": len(ms),
         "imu_published": published[f"/m/{IMU.name}"],
+        "images_received": found["images"],
         "images_published": published[f"/m/{IMAGE.name}"],
     }
 

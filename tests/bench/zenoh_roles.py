@@ -1,19 +1,23 @@
 """The processes of zenoh_bench.py.
 
-Usage: zenoh_roles.py route|read|delays ENDPOINT, or load ENDPOINT CONFIG SECONDS. `route` is a
-router. `read` takes everything. `delays` prints at the end of its input the delays of inertial
-samples in ns, from publishing to arrival, and how many it lacks. `load` publishes images and
-inertial samples through the receiver's sink.
+Usage: zenoh_roles.py route|read|delays ENDPOINT, or load ENDPOINT CONFIG SECONDS, or
+headsets ENDPOINT NUMBER MESSAGES_PER_S. `route` is a router. `read` takes everything. `delays`
+prints at the end of its input the delays of inertial samples in ns, from publishing to arrival, and
+how many it lacks. `load` publishes images and inertial samples through the receiver's sink.
+`headsets` are so many sessions with all topics of a headset, each of which publishes so many
+inertial samples per second in sum.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import struct
 import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import zenoh
@@ -27,7 +31,7 @@ from zenoh_peers import open_client, open_router
 IMAGE_BYTES, IMU_BYTES = 1_000_000, 324
 IMAGE = next(it for it in load_table().streams["world_left"].topics if it.role == "image")
 IMU = load_table().streams["gyro_left"].topics[0]
-EVERYTHING = "0/m/**"
+EVERYTHING = "0/**"
 _IMAGE_PERIOD_S, _IMU_PERIOD_S = 1 / 30, 1 / 500
 _ATTACHMENT = struct.Struct("<qq")
 
@@ -49,9 +53,12 @@ def read(endpoint: str) -> None:
 
 def delays(endpoint: str) -> None:
     found: list[tuple[int, int]] = []
+    images = 0
 
     def take(sample: zenoh.Sample) -> None:
+        nonlocal images
         now_ns = time.time_ns()
+        images += IMAGE.name in str(sample.key_expr)
         if IMU.name in str(sample.key_expr) and sample.attachment is not None:
             number, sent_ns = _ATTACHMENT.unpack_from(sample.attachment.to_bytes())
             found.append((number, now_ns - sent_ns))
@@ -60,7 +67,8 @@ def delays(endpoint: str) -> None:
         session.declare_subscriber(EVERYTHING, take)
         wait_for_the_end()
     lost = found[-1][0] - found[0][0] + 1 - len(found)
-    print(json.dumps({"delays_ns": [delay_ns for _, delay_ns in found], "lost": lost}))
+    delays_ns = [delay_ns for _, delay_ns in found]
+    print(json.dumps({"delays_ns": delays_ns, "lost": lost, "images": images}))
 
 
 def load(endpoint: str, config: str, duration_s: str) -> None:
@@ -86,6 +94,29 @@ def load(endpoint: str, config: str, duration_s: str) -> None:
         sink.close()
 
 
+def headsets(endpoint: str, number: str, messages_per_s: str) -> None:
+    rate_hz, ended = float(messages_per_s), threading.Event()
+    topics = [topic for stream in load_table().streams.values() for topic in stream.topics]
+    with ExitStack() as stack:
+        sinks, publishers = [], []
+        for index in range(int(number)):
+            session = stack.enter_context(zenoh.open(session_configuration(endpoint, None)))
+            sink = ZenohSink(session, load_table(), f"/h{index}", f"h{index}", 0, lambda: None)
+            publishers.append({topic: sink.open(topic) for topic in topics}[IMU])
+            sinks.append(sink)  # whose topics end when Python collects it
+        print("ready", flush=True)
+        if rate_hz:
+            period_s = 1 / (rate_hz * len(publishers))
+            everywhere = itertools.cycle(publishers)
+
+            def publish(payload: bytearray) -> None:
+                next(everywhere)(payload)
+
+            threading.Thread(target=_publish, args=[publish, IMU_BYTES, period_s, ended]).start()
+        sys.stdin.read()
+        ended.set()
+
+
 def _publish(publish: Publish, count: int, period_s: float, ended: threading.Event) -> None:
     payload = bytearray(count)
     due_s = time.monotonic()
@@ -104,6 +135,7 @@ ROLES: dict[str, Callable[..., None]] = {
     "read": read,
     "delays": delays,
     "load": load,
+    "headsets": headsets,
 }
 
 if __name__ == "__main__":
