@@ -31,7 +31,7 @@ _LOOPBACK = "127.0.0.1"
 _EPILOG = """\
 Run it next to `ml2-receiver run`, or name a recording, for which neither a receiver nor ROS is
 needed. The page is for browsers of this machine. The address has a secret: whoever has it can see
-the images and change what the headset sends.
+the images, change what the headset sends, and pair a headset.
 
 examples:
   ml2-receiver view
