@@ -19,5 +19,7 @@ _HAVE_COME = """([stream, wanted]) => {
 
 def await_images(page: Page, stream: str, count: int = 3) -> None:
     """Waits until the page has drawn `count` more images that differ, each of many levels."""
+    # The page asks for images only while they can be seen.
+    page.locator(f"[data-stream={stream}]").scroll_into_view_if_needed()
     page.evaluate("(stream) => { (window.seenImages ??= {})[stream] = new Set(); }", stream)
     page.wait_for_function(_HAVE_COME, arg=[stream, count], polling=50)
