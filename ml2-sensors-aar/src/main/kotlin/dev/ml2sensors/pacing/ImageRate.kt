@@ -86,9 +86,11 @@ internal class ImageRate(startNanos: Long) {
      */
     fun mostUnderWayBytes(nowNanos: Long): Double {
         val rate = bytesPerSecond(nowNanos)
-        val delivered = min(rate, (congestedAt ?: rate) * PLATEAU_END)
-        return (rate * roundTrips.leastNanos + delivered * (tolerated + SEEN_NANOS)) * 1e-9
+        return (rate * roundTrips.leastNanos + proven(rate) * (tolerated + SEEN_NANOS)) * 1e-9
     }
+
+    /** The part of [rate] that is at most a little above the congested one: the link was seen to have so much. */
+    private fun proven(rate: Double) = min(rate, (congestedAt ?: rate) * PLATEAU_END)
 
     /** The rate in parts of the congested rate, after [seconds] of growth. */
     private fun growth(seconds: Double): Double {
@@ -186,14 +188,17 @@ internal class ImageRate(startNanos: Long) {
         val before = congestion?.takeIf { isRelated && (it.isMeasured || !isFilled) }
         val rate = bytesPerSecond(nowNanos)
         if (before == null) {
-            congestedAt = max(delivered, knownRate(rate, nowNanos)).coerceIn(rate / DEEPEST_CUT, rate)
+            // Images with pauses show less than the link delivers
+            val least = (if (isFilled) proven(rate) else rate) / DEEPEST_CUT
+            congestedAt = max(delivered, knownRate(rate, nowNanos)).coerceIn(least, rate)
             congestion = Congestion(checkNotNull(congestedAt), delayNanos, cuts = 1, isFilled)
         } else if (before.cuts == MOST_CUTS && delayNanos > before.delayNanos / 2) {
             roundTrips.restart(roundTrips.leastNanos + delayNanos, nowNanos)
             congestedAt = before.bytesPerSecond
             congestion = null
         } else {
-            congestedAt = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
+            val most = max(LEAST, before.bytesPerSecond * FURTHER_CUT.pow(before.cuts))
+            congestedAt = if (isFilled) delivered.coerceIn(most / DEEPEST_FURTHER_CUT, most) else most
             congestion = Congestion(
                 before.bytesPerSecond,
                 max(before.delayNanos, delayNanos),
@@ -250,6 +255,7 @@ internal class ImageRate(startNanos: Long) {
         private const val SHORTEST_PAUSE_NANOS = 5_000_000L
         private const val FILLED_NANOS = 100_000_000L
         private const val FURTHER_CUT = 0.8
+        private const val DEEPEST_FURTHER_CUT = 2
         private const val MOST_CUTS = 4
         private const val DRAIN = 0.25
 
