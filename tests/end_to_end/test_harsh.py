@@ -10,6 +10,14 @@ from harsh import harsh_run, write
 from simulation import SMALL
 
 DURATION_S = 30.0
+# One camera of each kind sends raw images.
+COMPRESSED = (
+    "world_center",
+    "world_right",
+    "eye_nasal_right",
+    "eye_temple_left",
+    "eye_temple_right",
+)
 
 pytestmark = pytest.mark.timeout(240)
 
@@ -25,6 +33,7 @@ def results(
         folder,
         picture_center=SMALL | {"update_rate": 15},
         depth_center={"stream": 0, "update_rate": 5},
+        **{id: {"format": "jpeg"} for id in COMPRESSED},
     )
     write(results)
     log = (folder / "one" / "headset.log").read_text()
