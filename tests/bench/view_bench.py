@@ -4,6 +4,10 @@ Usage: view_bench.py DURATION, in seconds. Writes build/bench/view.json:
 
 cpu_percent     the process of `view`, in percent of one processor
 rss_mb          its memory at the end
+rss_mb_per_hour the slope of its memory
+threads_grown   how many more threads it has at the end than at the beginning
+files_grown     the same of open files
+imu_p99_ms      from capture to `ml2-receiver latency` for 30 s at most, without and with `view`
 latency_p50_ms  from capture to the client, of images of the RGB camera
 images_per_s    images of all cameras that the client got
 receiver_drops  messages of all topics that the receiver lost meanwhile
@@ -24,6 +28,7 @@ from pathlib import Path
 
 from rclpy.qos import qos_profile_sensor_data
 
+from load_run import Usage, growth
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.diagnostics_node import DiagnosticsNode
 from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
@@ -45,7 +50,9 @@ from viewing_browser import Browser
 
 RESULTS = Path(__file__).resolve().parents[2] / "build" / "bench" / "view.json"
 _COLOR, _TYPE = f"{PREFIX}/color/image_raw/compressed", "sensor_msgs/msg/CompressedImage"
+_IMU = "gyro_left/imu"
 _WARM_UP_S = 5.0
+_LATENCY_S = 30.0
 _TIMEOUT_S = 60.0
 
 
@@ -109,7 +116,13 @@ def main(duration_s: float) -> None:
     with tempfile.TemporaryDirectory(prefix="ml2_view") as name, ExitStack() as stack:
         folder, stamps = Path(name), Stamps()
         (folder / "config.yaml").write_text(compressed_config())
-        address, pid = _start(stack, folder, environment)
+        _start(stack, folder, environment)
+        measured_s = min(duration_s, _LATENCY_S)
+        without_ms = _imu_p99_ms(_latency(measured_s))
+        view = stack.enter_context(
+            process([RECEIVER, "view", "--no-browser", "--eyes"], environment, folder / "view.log")
+        )
+        address, usage = line_with(view, "open ").split()[1], Usage(view.pid)
         diagnostics = DiagnosticsNode()
         stack.callback(diagnostics.close)
         node = stack.enter_context(tool_node("view_bench"))
@@ -118,13 +131,18 @@ def main(duration_s: float) -> None:
         _run(client, _WARM_UP_S)
         client.images.clear()
         client.color.clear()
-        lost, cpu_s, began_s = _lost(diagnostics), _cpu_s(pid), time.monotonic()
-        _run(client, duration_s)
+        lost, began_s = _lost(diagnostics), time.monotonic()
+        latency = _latency(measured_s)
+        _run(client, duration_s, usage)
         passed_s = time.monotonic() - began_s
         ages_ms = [stamps.latency_ms(*it) for it in client.color]
         results = {
-            "cpu_percent": 100 * (_cpu_s(pid) - cpu_s) / passed_s,
-            "rss_mb": _rss_mb(pid),
+            "cpu_percent": usage.cpu_percent,
+            "rss_mb": usage.rss_bytes[-1] / 1e6,
+            "rss_mb_per_hour": usage.memory_mb_per_hour,
+            "threads_grown": growth(usage.threads),
+            "files_grown": growth(usage.files),
+            "imu_p99_ms": {"without": without_ms, "with": _imu_p99_ms(latency)},
             "latency_p50_ms": statistics.median(it for it in ages_ms if it is not None),
             "images_per_s": len(client.images) / passed_s,
             "receiver_drops": _lost(diagnostics) - lost,
@@ -134,36 +152,40 @@ def main(duration_s: float) -> None:
     RESULTS.write_text(json.dumps(results, indent=2) + "\n")
 
 
-def _start(stack: ExitStack, folder: Path, environment: dict[str, str]) -> tuple[str, int]:
-    """Starts receiver, headset and page; returns the page's address and its process."""
+def _start(stack: ExitStack, folder: Path, environment: dict[str, str]) -> None:
+    """Starts receiver and headset."""
 
     def start(name: str, command: list[str | Path]) -> subprocess.Popen[str]:
         return stack.enter_context(process(command, environment, folder / f"{name}.log"))
 
     receiver = start("receiver", receive_command(folder / "config.yaml", "127.0.0.1:0"))
     start("headset", headset_command(listening_address(receiver)))
-    view = start("view", [RECEIVER, "view", "--no-browser", "--eyes"])
-    return line_with(view, "open ").split()[1], view.pid
 
 
-def _run(client: Client, duration_s: float) -> None:
+def _latency(duration_s: float) -> subprocess.Popen[str]:
+    command: list[str | Path] = [RECEIVER, "latency", "--once", "--duration", str(duration_s)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def _imu_p99_ms(latency: subprocess.Popen[str]) -> float:
+    """Waits for the table of `latency`, whose last column but one is p99."""
+    rows = map(str.split, latency.communicate()[0].splitlines())
+    return next(float(row[-2]) for row in rows if row and row[0] == _IMU)
+
+
+def _run(client: Client, duration_s: float, usage: Usage | None = None) -> None:
+    """Takes what comes, and samples the usage about once per second."""
     end_s = time.monotonic() + duration_s
-    while time.monotonic() < end_s:
+    due_s = 0.0
+    while (now_s := time.monotonic()) < end_s:
         client.take()
+        if usage is not None and now_s >= due_s:
+            usage.sample()
+            due_s = now_s + 1.0
 
 
 def _lost(diagnostics: DiagnosticsNode) -> int:
     return sum(it["lost"] for it in topic_figures(diagnostics.rows("", _TIMEOUT_S)))
-
-
-def _cpu_s(pid: int) -> float:
-    user, system = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
-    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
-
-
-def _rss_mb(pid: int) -> float:
-    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from typing import Any
 
 import yaml
 
-from load_run import Loaded, Usage, load_run
+from load_run import Loaded, Usage, growth, load_run
 from processes import ROOT
 from proxy import Proxy
 from simulation import raw_config
@@ -186,18 +186,9 @@ def _slopes(usage: dict[str, Usage]) -> dict[str, Any]:
     return {
         "memory_mb_per_hour": {role: it.memory_mb_per_hour for role, it in own.items()},
         "memory_mb": {role: _memory_growth(it.rss_bytes) for role, it in own.items()},
-        "threads": {role: _growth(it.threads) for role, it in own.items()},
-        "files": {role: _growth(it.files) for role, it in own.items()},
+        "threads": {role: growth(it.threads) for role, it in own.items()},
+        "files": {role: growth(it.files) for role, it in own.items()},
     }
-
-
-def _growth(counts: list[int]) -> float:
-    """Returns the growth from the second tenth of the time to the last but one.
-
-    Medians are compared, because connections open and close.
-    """
-    tenth = len(counts) // 10
-    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(counts[tenth : 2 * tenth])
 
 
 def _memory_growth(rss_bytes: list[int]) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import statistics
 import subprocess
 import sys
 import time
@@ -80,6 +81,15 @@ class Usage:
         since = len(self.times_s) // 4
         hours = np.array(self.times_s[since:]) / 3600
         return float(np.polyfit(hours, np.array(self.rss_bytes[since:]) / 1e6, 1)[0])
+
+
+def growth(counts: list[int]) -> float:
+    """Returns the growth from the second tenth of the time to the last but one.
+
+    Medians are compared, because connections open and close.
+    """
+    tenth = len(counts) // 10
+    return statistics.median(counts[-2 * tenth : -1]) - statistics.median(counts[tenth : 2 * tenth])
 
 
 @dataclass(frozen=True)
