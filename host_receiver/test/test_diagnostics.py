@@ -532,6 +532,31 @@ def test_a_stream_runs_although_one_of_its_topics_is_switched_off(
     assert states(diagnostics, told, 0.0) == {"depth": "running"}
 
 
+@pytest.mark.parametrize(
+    ("format", "of_raw", "of_compressed"),
+    [
+        ("jpeg", {"needs": "format=Grayscale"}, {"expected_hz": "30"}),
+        ("Grayscale", {"expected_hz": "30"}, {"needs": "format=jpeg"}),
+    ],
+)
+def test_a_topic_of_another_format_is_not_expected(
+    diagnostics: Diagnostics,
+    statistics: TopicStatistics,
+    format: str,
+    of_raw: dict[str, str],
+    of_compressed: dict[str, str],
+) -> None:
+    images = [it for it in load_table().streams["world_left"].topics if "image_raw" in it.name]
+    topics = [TopicReport(it, statistics, None) for it in images]
+    answer = StreamAnswer("applied", {"format": format, "update_rate": 30})
+    told = replace(report(statistics), topics=topics, answers={"world_left": answer})
+    *_, raw, compressed = diagnostics.rows(told, 0.0)
+    assert compressed.name.endswith("/compressed")
+    for row, expected in ((raw, of_raw), (compressed, of_compressed)):
+        found = {key: row.values[key] for key in ("needs", "expected_hz") if key in row.values}
+        assert found == expected
+
+
 def test_a_reason_of_a_running_stream_hides_no_silence(
     diagnostics: Diagnostics, statistics: TopicStatistics
 ) -> None:

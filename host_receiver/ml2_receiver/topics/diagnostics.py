@@ -96,12 +96,24 @@ class Diagnostics:
             "gaps": str(_gaps(topic, report)),
             "unpublished": str(statistics.unpublished),
         }
-        if (rate_hz := expected_hz(topic, report)) is not None:
+        if (needed := _needed(topic, report)) is not None:
+            values["needs"] = needed
+        elif (rate_hz := expected_hz(topic, report)) is not None:
             values["expected_hz"] = f"{rate_hz:g}"
         values |= _reported(topic, report) | _latency(statistics)
         values |= _window(statistics.times_ns(past.received, received))
         past.time_s, past.received, past.received_bytes = now_s, received, received_bytes
         return Row(name, *_in_words(topic, judgement, _gaps(topic, report)), values)
+
+
+def _needed(topic: TopicReport, report: Report) -> str | None:
+    """Returns the value without which the headset does not send a topic, unless it is set."""
+    condition, answer = topic.topic.when, report.answers.get(topic.topic.stream)
+    values = (answer.values if answer else None) or {}
+    if condition is None or condition.key not in values or condition.holds(values):
+        return None
+    is_word = isinstance(condition.value, bool)
+    return f"{condition.key}={str(condition.value).lower() if is_word else condition.value}"
 
 
 def _in_words(topic: TopicReport, judgement: Judgement, gaps: int) -> tuple[Level, str]:

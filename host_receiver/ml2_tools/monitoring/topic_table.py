@@ -28,11 +28,12 @@ def topic_figures(rows: Rows) -> list[dict[str, Any]]:
 
     `lost` counts all drops, on the host and on the headset. Rates and latencies are those of the
     last second. Unknown values are None; without `expected_hz` the topic comes as delivered.
+    A topic that the stream's configuration leaves out says in `state` what it needs.
     `stream_state` is that of the topic's stream, as `devices` has it; `state` says it in words.
     """
     states = {id: it.state for id, it in read_judgements(rows.get("session", {})).items()}
     return [
-        {"topic": name, "type": values["type"], "state": values["message"]}
+        {"topic": name, "type": values["type"], "state": _state(values)}
         | {"stream": values["stream"], "stream_state": states.get(values["stream"])}
         | {key: _number(values.get(key)) for key in _NUMBERS if key != "lost"}
         | {"lost": _lost(values), "dropped": _dropped(values)}
@@ -53,6 +54,11 @@ def topic_table(rows: Rows) -> Table:
         cells = (_cell(topic[key], _UNKNOWN.get(key, "-")) for key in _NUMBERS)
         table.add_row(topic["topic"], *cells, topic["state"])
     return table
+
+
+def _state(values: Mapping[str, str]) -> str:
+    needed = values.get("needs")
+    return values["message"] if needed is None else f"{values['message']}, needs {needed}"
 
 
 def _dropped(values: Mapping[str, str]) -> dict[str, int]:

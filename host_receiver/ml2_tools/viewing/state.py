@@ -57,6 +57,9 @@ def published_images(rows: Rows) -> dict[str, tuple[str, str]]:
         # A topic stays after its stream, which only the session does not name then.
         if f"state.{stream}" not in rows.get("session", {}) or "type" not in values:
             continue
+        # It also stays when the stream has another format.
+        if "needs" in values:
+            continue
         if stream not in load_table().streams:
             continue
         if any(name.endswith(f"/{it.name}") for it in image_topics(stream)):
