@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from typing import Any
 
@@ -16,6 +17,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
 
+from ml2_tools.geometry.other_frames import OtherFrames
 from ml2_tools.viewing.cloud import Cloud
 from ml2_tools.viewing.newest_image import NewestImage
 from ml2_tools.viewing.scene import Scene
@@ -92,6 +94,58 @@ def test_an_untracked_joint_has_no_place() -> None:
     poses = PoseArray(poses=[tracked, lost])
     scene.take("hand_left", HANDS, serialize_message(poses), 100)
     assert shown(scene)["hands"] == {"hand_left": [[0.25, 0, 0], None]}
+
+
+def test_a_tag_in_the_image_of_a_camera_is_where_the_camera_sees_it() -> None:
+    scene = Scene("robot1")
+    depth = f"robot1/{DEPTH}"
+    take_transforms(scene, "/tf", transform(f"robot1/{WORLD}", depth, (1, 0, 0), LOOKS_AHEAD))
+    take_transforms(scene, "/tf", transform(depth, "tag36h11:3", (0, 0, 2)))
+    found = shown(scene)["frames"]
+    assert found.keys() == {"tag36h11:3"}
+    assert found["tag36h11:3"][12:15] == pytest.approx([3, 0, 0], abs=1e-4)
+
+
+def test_a_robot_whose_map_is_the_parent_of_the_world_is_shown() -> None:
+    scene = Scene("")
+    take_transforms(scene, "/tf_static", transform("map", WORLD, (1, 0, 0)))
+    take_transforms(scene, "/tf", transform("map", "base_link", (5, 2, 0)))
+    found = shown(scene)["frames"]
+    assert {name: it[12:15] for name, it in found.items()} == {
+        "map": [-1, 0, 0],
+        "base_link": [4, 2, 0],
+    }
+
+
+def test_frames_that_nothing_attaches_to_the_world_are_not_shown() -> None:
+    scene = Scene("")
+    circle = transform("here", "there", (1, 0, 0)), transform("there", "here", (1, 0, 0))
+    own = transform(WORLD, "head_frame", (1, 2, 3)), transform("head_frame", DEPTH, (0, 0, 0))
+    take_transforms(scene, "/tf_static", *circle, own[1])
+    take_transforms(scene, "/tf", *circle, own[0], transform("odom", "base_link", (1, 0, 0)))
+    assert shown(scene)["frames"] == {}
+
+
+def test_other_frames_that_stop_coming_vanish_and_static_ones_stay() -> None:
+    frames = OtherFrames(WORLD, [])
+    frames.take(TFMessage(transforms=[transform(WORLD, "table", (1, 0, 0))]), math.inf)
+    frames.take(TFMessage(transforms=[transform(WORLD, "tag", (1, 0, 0))]), 101)
+    assert frames.poses({}, 101).keys() == {"table", "tag"}
+    assert frames.poses({}, 101.1).keys() == {"table"}
+    frames.take(TFMessage(transforms=[transform(WORLD, "cup", (1, 0, 0))]), 200)
+    frames.forget()
+    assert frames.poses({}, 101.1).keys() == {"table"}
+
+
+def test_of_endless_frames_the_first_are_shown() -> None:
+    frames = OtherFrames(WORLD, [])
+    many = [transform(WORLD, f"frame{number}", (1, 0, 0)) for number in range(300)]
+    frames.take(TFMessage(transforms=many), 101)
+    assert len(frames.poses({}, 100)) == 200
+    frames.take(TFMessage(transforms=[transform(WORLD, "late", (1, 0, 0))]), 201)
+    assert frames.poses({}, 200) == {}
+    frames.take(TFMessage(transforms=[transform(WORLD, "late", (1, 0, 0))]), 201)
+    assert frames.poses({}, 200).keys() == {"late"}
 
 
 def test_invalid_messages_are_ignored() -> None:

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 
 import pytest
+import rclpy
+from geometry_msgs.msg import TransformStamped
 from playwright.sync_api import Browser, Locator, Page, WebSocket, expect
+from rclpy.context import Context
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tf2_msgs.msg import TFMessage
 
 from lab import SCREEN, Lab
 
@@ -45,6 +51,23 @@ def test_dragging_and_arrow_keys_leave_the_head(page: Page, scene: Locator) -> N
     expect(orbit).to_have_attribute("aria-pressed", "false")
     scene.locator("canvas").drag_to(scene.locator("ul"))
     expect(orbit).to_have_attribute("aria-pressed", "true")
+
+
+def test_a_frame_that_another_program_attaches_to_the_world_is_shown(
+    scene: Locator, lab: Lab
+) -> None:
+    robot = TransformStamped()
+    robot.header.frame_id, robot.child_frame_id = "magicleap_world", "robot_base_link"
+    with ExitStack() as stack:
+        context = Context()
+        rclpy.init(context=context, domain_id=int(lab.environment["ROS_DOMAIN_ID"]))
+        stack.callback(context.shutdown)
+        node = rclpy.create_node("robot", context=context)
+        stack.callback(node.destroy_node)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        publisher = node.create_publisher(TFMessage, "/tf_static", latched)
+        publisher.publish(TFMessage(transforms=[robot]))
+        expect(scene.get_by_role("list")).to_contain_text("robot_base_link")
 
 
 def test_points_come_while_the_image_of_depth_is_shown(browser: Browser, lab: Lab) -> None:

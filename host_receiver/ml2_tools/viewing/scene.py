@@ -16,6 +16,7 @@ from ml2_receiver.table.reader import load_table
 from ..bags.decoding import decoder
 from ..geometry.camera import camera_of
 from ..geometry.lens import Lens
+from ..geometry.other_frames import OtherFrames
 from ..geometry.pose import Pose, pose_of
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import camera_namespace
@@ -39,7 +40,7 @@ _PERIOD_S, _LENS_PERIOD_S = 0.05, 0.5
 
 
 class Scene:
-    """The newest poses of head, cameras, hands and gaze. Thread-safe.
+    """The newest poses of head, cameras, hands, gaze and frames of others. Thread-safe.
 
     Times are in s on any clock.
 
@@ -52,7 +53,12 @@ class Scene:
         self._frames = {it.id: it.frame for it in table.streams.values()}
         frames = {prefix + frame: frame for frame in self._frames.values()}
         self._head = prefix + table.head_frame
-        self._tree = Tree(frames, prefix + table.world_frame, self._head)
+        world = prefix + table.world_frame
+        self._tree = Tree(frames, world, self._head)
+        bodies = {prefix + it.body_frame for it in table.streams.values() if it.body_frame}
+        # The names in /tf, and those in _poses.
+        self._shown_as = {self._head: _HEAD, **frames}
+        self._others = OtherFrames(world, {self._head, *frames, *bodies} - {world})
         self._lock = threading.Lock()
         # What is shown by its name, with the time at which it came.
         self._poses: dict[str, tuple[float, Pose]] = {}
@@ -92,7 +98,9 @@ class Scene:
             message = decoder(type)(payload)
             if filled == TF:
                 self._take_transforms(message, at_s)
+                self._others.take(message, at_s + _FRESH_S)
             elif filled == TF_STATIC:
+                self._others.take(message, math.inf)
                 self._tree.stand(message)
             elif filled in _HANDS:
                 self._hands[filled] = at_s, [_place(it.position) for it in message.poses]
@@ -106,6 +114,7 @@ class Scene:
         with self._lock:
             for newest in (self._poses, self._hands, self._lenses, self._at, self._due_s):
                 newest.clear()
+            self._others.forget()
 
     def lens(self, stream: str) -> Lens | None:
         """Returns the lens of a camera that is shown."""
@@ -127,13 +136,16 @@ class Scene:
         with self._lock:
             if time.monotonic() >= self._next_s:
                 self._next_s = time.monotonic() + 1 / _MOST_HZ
-                message = json.dumps(self._scene(now_s - _FRESH_S))
+                message = json.dumps(self._scene(now_s))
                 if message != self._message[1]:
                     self._message = self._message[0] + 1, message
             return self._message
 
-    def _scene(self, since_s: float) -> dict[str, Any]:
-        poses = {name: _numbers(it) for name, it in _since(since_s, self._poses)}
+    def _scene(self, now_s: float) -> dict[str, Any]:
+        since_s = now_s - _FRESH_S
+        own = dict(_since(since_s, self._poses))
+        poses = {name: _numbers(it) for name, it in own.items()}
+        known = {frame: own[it] for frame, it in self._shown_as.items() if it in own}
         cameras = {
             stream: {"pose": poses[frame], "corners": _corners(lens)}
             for stream, lens in _since(since_s, self._lenses)
@@ -145,6 +157,7 @@ class Scene:
             "gaze": poses.get(_GAZE),
             "hands": dict(_since(since_s, self._hands)),
             "cameras": cameras,
+            "frames": {name: _numbers(it) for name, it in self._others.poses(known, now_s).items()},
         }
 
     def _is_due(self, filled: str, at_s: float) -> bool:

@@ -16,6 +16,8 @@ const MOST_TRAIL = 1000;
 const FRUSTUM_M = 0.3;
 const GAZE_M = 2;
 const JOINT_M = 0.006;
+const FRAME_M = 0.15;
+const PLACE = new SphereGeometry(0.02, 8, 6);
 // OpenXR's XrHandJointEXT: 0 is the palm, 1 the wrist, then come the fingers from the thumb on.
 const JOINTS = 26;
 const FINGERS = [[1, 2, 3, 4, 5], [1, 6, 7, 8, 9, 10], [1, 11, 12, 13, 14, 15], [1, 16, 17, 18, 19, 20], [1, 21, 22, 23, 24, 25]];
@@ -31,6 +33,8 @@ export class SceneObjects {
   #colours = new BufferAttribute(new Float32Array(5000 * 3), 3);
   #cameras = new Map();
   #hands = new Map();
+  // Of other programs: tags, robots, maps.
+  #frames = new Map();
 
   constructor(space) {
     this.#space = space;
@@ -46,7 +50,7 @@ export class SceneObjects {
     for (const it of this.#hands.values()) space.add(it.joints, it.bones.object);
   }
 
-  show({ head, gaze, hands, cameras }) {
+  show({ head, gaze, hands, cameras, frames }) {
     this.#showHead(head);
     this.#gaze.set(gaze ? [gaze.slice(12, 15), ahead(gaze, GAZE_M)] : []);
     for (const [name, hand] of this.#hands) hand.show(hands[name] ?? []);
@@ -58,6 +62,7 @@ export class SceneObjects {
       camera.set(far.flatMap((it, index) => [[0, 0, 0], it, it, far[(index + 1) % 4]]));
       camera.object.matrix.fromArray(pose);
     }
+    this.#showFrames(frames);
   }
 
   showCloud(places) {
@@ -82,7 +87,27 @@ export class SceneObjects {
     const named = [...cameras.map(([name, it]) => [name, it.colour]), ...hands.map(([name]) => [name, HANDS[name]])];
     if (this.#gaze.count) named.push(["gaze", GAZE]);
     if (this.#head.visible) named.unshift(["head", HEAD]);
-    return named.map(([name, colour]) => [name.replaceAll("_", " "), colour]);
+    const frames = [...this.#frames].map(([name, it]) => [name, it.colour]);
+    return [...named.map(([name, colour]) => [name.replaceAll("_", " "), colour]), ...frames];
+  }
+
+  #showFrames(frames) {
+    for (const [name, { object }] of this.#frames) {
+      if (name in frames) continue;
+      this.#space.remove(object);
+      this.#frames.delete(name);
+    }
+    for (const [name, pose] of Object.entries(frames)) {
+      if (!this.#frames.has(name)) {
+        const colour = CAMERAS[this.#frames.size % CAMERAS.length];
+        const object = new Mesh(PLACE, new MeshBasicMaterial({ color: colour }));
+        object.matrixAutoUpdate = false;
+        object.add(new AxesHelper(FRAME_M));
+        this.#frames.set(name, { object, colour });
+        this.#space.add(object);
+      }
+      this.#frames.get(name).object.matrix.fromArray(pose);
+    }
   }
 
   #showHead(head) {
