@@ -216,7 +216,14 @@ def test_a_recording_takes_no_other_requests(message: str) -> None:
         '{"show": [], "seen": "color"}',
         '{"seen": 1}',
         '{"set": {"general.link": 1}}',
-        '{"set": "general", "to": {"link": "1"}}',
+        '{"set": "general", "to": {"link": "fast"}}',
+        '{"set": "general", "to": {"link": "-1"}}',
+        '{"set": "general", "to": {"link": true}}',
+        '{"set": "general", "to": {"topic_name": "/x"}}',
+        '{"set": "world_left", "to": {"quality": 0}}',
+        '{"set": "world_left", "to": {"quality": 80.5}}',
+        '{"set": "world_left", "to": {"quality": "80"}}',
+        '{"set": "depth_center", "to": {"quality": 80}}',
         '{"set": "battery", "to": {}}',
         '{"set": "battery", "to": {"enabled": 1}}',
         '{"set": "battery", "to": {"enabled": [true]}}',
@@ -253,6 +260,21 @@ def test_each_mode_of_a_control_may_be_asked_for() -> None:
     ]
     assert len(asked) > 40
     assert all(control.takes(values) for control, values in asked)
+
+
+@pytest.mark.parametrize(
+    ("section", "values"),
+    [
+        ("world_left", {"quality": 1}),
+        ("world_left", {"quality": 100, "format": "jpeg"}),
+        ("general", {"link": "auto"}),
+        ("general", {"link": "fixed"}),
+        ("general", {"link": "99.5"}),
+    ],
+)
+def test_quality_and_link_may_be_asked_for(section: str, values: dict[str, int | str]) -> None:
+    message = json.dumps({"set": section, "to": values})
+    assert parse_request(message, STREAMS, LIVE) == Change(section, values)
 
 
 def test_eye_cameras_are_steered_on_request_only() -> None:

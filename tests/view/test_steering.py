@@ -54,6 +54,41 @@ def test_a_mode_and_a_format_reach_the_headset(page: Page) -> None:
     await_images(page, "depth")
 
 
+def test_a_jpeg_quality_reaches_the_headset(page: Page) -> None:
+    quality = page.get_by_label("JPEG quality of world left")
+    expect(quality).to_have_value("80")
+    quality.fill("35")
+    quality.press("Tab")
+    expect(row(page, "world_left")).not_to_have_attribute("aria-busy", "true")
+    expect(quality).to_have_value("35")
+    expect(row(page, "world_left").get_by_role("status")).to_be_empty()
+    page.get_by_label("format of world left").select_option("Grayscale")
+    expect(quality).to_be_hidden()
+    await_images(page, "world_left")
+    page.get_by_label("format of world left").select_option("jpeg")
+    expect(quality).to_have_value("35")
+    await_images(page, "world_left")
+    quality.fill("101")
+    quality.press("Tab")
+    assert quality.evaluate("(it) => it.matches(':invalid')")
+
+
+def test_the_bound_of_the_link_reaches_the_receiver(page: Page) -> None:
+    link = page.get_by_label("link", exact=True)
+    expect(link).to_have_value("auto")
+    link.fill("90")
+    link.press("Tab")
+    expect(row(page, "general")).not_to_have_attribute("aria-busy", "true")
+    expect(link).to_have_value("90")
+    for wrong in ("much", "0", "-5", "1e9999"):
+        link.fill(wrong)
+        link.press("Tab")
+        assert link.evaluate("(it) => it.matches(':invalid')"), wrong
+    link.fill("auto")
+    link.press("Tab")
+    expect(row(page, "general")).not_to_have_attribute("aria-busy", "true")
+
+
 def test_a_refused_change_is_explained_beside_the_control(page: Page) -> None:
     color = row(page, "picture_center")
     mode = page.get_by_label("mode of picture center")

@@ -47,7 +47,7 @@ def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Ite
             known = expected_one_of(sections[section].keys, key)
             message = f"unknown key with value {parameter.text}; {known}"
             yield Problem(parameter.line, name, parameter.text, message)
-        elif not _accepts(parameter.value, sections[section].keys[key]):
+        elif not accepts(parameter.value, sections[section].keys[key]):
             message = f"expected {expected(sections[section].keys[key])}, found {parameter.text}"
             yield Problem(parameter.line, name, parameter.text, message)
 
@@ -62,7 +62,7 @@ def read_values(parameters: Parameters, sections: Mapping[str, Section]) -> dict
         for key in section.keys.values():
             name = f"{section.id}.{key.name}"
             value: object = parameters[name].value if name in parameters else key.default
-            if _accepts(value, key):
+            if accepts(value, key):
                 values[name] = _mbit_per_s(value) if key.type == "link" else value
     return values
 
@@ -117,7 +117,8 @@ def _camera_problem(
     return Problem(parameters[blamed].line, (given or names)[0], found, f"{message}, found {found}")
 
 
-def _accepts(value: object, key: Key) -> TypeGuard[Scalar]:
+def accepts(value: object, key: Key) -> TypeGuard[Scalar]:
+    """Returns True if the key can have the value, with some values of the others."""
     match key.type:
         case "bool":
             return isinstance(value, bool)

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ml2_receiver.configuration.config_rules import LINK_WORDS, accepts
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.table.stream_table import Section
-from ml2_receiver.wire.json_body import Scalar
+from ml2_receiver.table.stream_table import Key, Section
 
 from .state import is_eye
 
@@ -16,7 +16,9 @@ from .state import is_eye
 SERVICES = frozenset(
     ("start", "stop", "test_link", "save_config", "start_recording", "stop_recording")
 )
-_ENABLED, _MODE = "enabled", "mode"
+# What a browser may set, where a section has it. A mode is resolution and rate of a camera.
+_KEYS = ("enabled", "stream", "format", "quality", "link")
+_MODE = "mode"
 
 
 @dataclass(frozen=True)
@@ -26,30 +28,40 @@ class Control:
     Attributes:
         doc: the section's description.
         modes: each mode as stream of the device and "WIDTHxHEIGHT@RATE"; none but for cameras.
-        allowed: the legal values of each key. Not all of them are legal together.
+        keys: the keys beside the mode. Not all of their legal values are legal together.
     """
 
     section: str
     doc: str
     modes: tuple[tuple[int, str], ...]
-    allowed: Mapping[str, tuple[Scalar, ...]]
+    keys: Mapping[str, Key]
 
     def takes(self, values: Mapping[str, object]) -> bool:
         """Returns True if each key may be set, and each value is legal by itself."""
-        # True is equal to 1, and would be a legal stream.
-        return bool(values) and all(
-            any(type(it) is type(value) and it == value for it in self.allowed.get(key, ()))
-            for key, value in values.items()
-        )
+        return bool(values) and all(self._takes(key, value) for key, value in values.items())
+
+    def _takes(self, name: str, value: object) -> bool:
+        if name == _MODE:
+            return value in (mode for _, mode in self.modes)
+        key = self.keys.get(name)
+        return key is not None and accepts(value, key) and (not key.allowed or value in key.allowed)
 
     def parameters(self) -> Iterator[str]:
         """Yields the names of the receiver's parameters for the keys."""
-        return (f"{self.section}.{key}" for key in self.allowed)
+        return (f"{self.section}.{key}" for key in (*self.keys, *([_MODE] if self.modes else [])))
 
     def described(self) -> dict[str, Any]:
-        """Returns what a page needs to show it, for JSON."""
-        formats = self.allowed.get("format", ())
-        return {"section": self.section, "doc": self.doc, "modes": self.modes, "formats": formats}
+        """Returns what a page needs to show it, for JSON; null for a key that it has not."""
+        format, quality = self.keys.get("format"), self.keys.get("quality")
+        return {
+            "section": self.section,
+            "doc": self.doc,
+            "modes": self.modes,
+            "isSwitch": "enabled" in self.keys,
+            "formats": format.allowed if format else (),
+            "quality": (quality.minimum, quality.maximum) if quality else None,
+            "link": LINK_WORDS if "link" in self.keys else None,
+        }
 
 
 def controls(with_eyes: bool) -> dict[str, Control]:
@@ -59,7 +71,7 @@ def controls(with_eyes: bool) -> dict[str, Control]:
     return {
         it.id: _control(it)
         for it in table.sections.values()
-        if _ENABLED in it.keys and (with_eyes or it.id not in eyes)
+        if any(key in it.keys for key in _KEYS) and (with_eyes or it.id not in eyes)
     }
 
 
@@ -70,8 +82,5 @@ def _control(section: Section) -> Control:
         for width, height in mode.resolutions
         for rate in mode.rates
     )
-    allowed: dict[str, tuple[Scalar, ...]] = {_ENABLED: (True, False)}
-    if modes:
-        allowed |= {it: section.keys[it].allowed for it in ("stream", "format")}
-        allowed[_MODE] = tuple(dict.fromkeys(mode for _, mode in modes))
-    return Control(section.id, section.doc, modes, allowed)
+    keys = {it: section.keys[it] for it in _KEYS if it in section.keys}
+    return Control(section.id, section.doc, modes, keys)

@@ -33,10 +33,12 @@ class Row {
   #enabled = element("input");
   #mode = element("select");
   #format = element("select");
+  #quality = element("input");
+  #link = element("input");
   #applied = element("span", "quiet");
   #said = element("span");
 
-  constructor({ section, doc, modes, formats }, ask) {
+  constructor({ section, doc, modes, isSwitch, formats, quality, link }, ask) {
     this.#section = section;
     this.#ask = ask;
     const name = section.replaceAll("_", " ");
@@ -51,15 +53,39 @@ class Row {
     this.#format.setAttribute("aria-label", `format of ${name}`);
     this.#format.replaceChildren(...formats.map((it) => new Option(it)));
     this.#format.onchange = () => this.#wish({ format: this.#format.value });
-    const selects = [];
-    if (modes.length > 1) selects.push(this.#mode);
-    if (formats.length > 1) selects.push(this.#format);
-    this.#said.setAttribute("role", "status");
-    const title = element("label", "", this.#enabled, name);
+    const title = element("label", "", ...(isSwitch ? [this.#enabled] : []), name);
     title.title = doc;
-    this.element = element("li", "", title, ...selects, this.#applied, this.#said);
+    const fields = [];
+    if (modes.length > 1) fields.push(this.#mode);
+    if (formats.length > 1) fields.push(this.#format);
+    if (quality) fields.push(this.#qualityField(name, quality));
+    if (link) fields.push(...this.#linkFields(link));
+    this.#said.setAttribute("role", "status");
+    this.element = element("li", "", title, ...fields, this.#applied, this.#said);
     this.element.dataset.section = section;
     this.#render();
+  }
+
+  #qualityField(name, [least, most]) {
+    Object.assign(this.#quality, { type: "number", min: least, max: most, required: true });
+    this.#quality.setAttribute("aria-label", `JPEG quality of ${name}`);
+    this.#quality.title = `JPEG quality, from ${least} to ${most}`;
+    // The browser says what is wrong with a number out of these bounds.
+    this.#quality.onchange = () => this.#quality.reportValidity() && this.#wish({ quality: this.#quality.valueAsNumber });
+    return this.#quality;
+  }
+
+  #linkFields(words) {
+    const offered = element("datalist", "", ...words.map((it) => new Option(it)));
+    offered.id = `${this.#section}-link`;
+    Object.assign(this.#link, { size: 6, title: `what images do on a slow link: ${words.join(", ")}, or the most Mbit/s` });
+    this.#link.setAttribute("list", offered.id);
+    this.#link.setAttribute("aria-label", "link");
+    // Mbit/s above 0
+    this.#link.pattern = [...words, "(?!0*\\.?0*$)\\d*\\.?\\d+"].join("|");
+    this.#link.required = true;
+    this.#link.onchange = () => this.#link.reportValidity() && this.#wish({ link: this.#link.value });
+    return ["link", this.#link, offered];
   }
 
   show(values) {
@@ -95,15 +121,18 @@ class Row {
     this.#ask({ set: this.#section, to: values });
   }
 
-  // What is in force goes before what was asked for.
+  // What is in force goes before what was asked for, but not before what is being typed.
   #render() {
-    for (const it of [this.#enabled, this.#mode, this.#format]) it.disabled = !this.#values;
+    for (const it of [this.#enabled, this.#mode, this.#format, this.#quality, this.#link]) it.disabled = !this.#values;
     if (this.#asked || !this.#values) return;
     this.element.removeAttribute("aria-busy");
-    const { enabled, stream, mode, format } = this.#values;
+    const { enabled, stream, mode, format, quality, link } = this.#values;
     this.#enabled.checked = enabled;
     this.#mode.value = `${stream} ${mode}`;
     this.#format.value = format;
+    this.#quality.hidden = format !== "jpeg";
+    if (document.activeElement !== this.#quality) this.#quality.value = quality;
+    if (document.activeElement !== this.#link) this.#link.value = link;
   }
 }
 
