@@ -1,10 +1,12 @@
 """Messages of a browser to `ml2-receiver view`: what is taken names only what is offered."""
 
+import math
 from collections.abc import Iterator
 from itertools import product
 
+from ml2_receiver.wire.json_body import Scalar
 from ml2_tools.viewing.access import Token
-from ml2_tools.viewing.controls import SERVICES, controls
+from ml2_tools.viewing.controls import SERVICES, Control, controls
 from ml2_tools.viewing.requests import (
     Call,
     Change,
@@ -27,6 +29,8 @@ def seeds() -> Iterator[bytes]:
     yield b'{"seen": "state"}'
     yield b'{"set": "depth_center", "to": {"stream": 1, "mode": "544x480@5"}}'
     yield b'{"set": "world_left", "to": {"enabled": true, "format": "jpeg"}}'
+    yield b'{"set": "world_left", "to": {"quality": 80}}'
+    yield b'{"set": "general", "to": {"link": "99.5"}}'
     yield b'{"call": "stop"}'
     yield b'{"pixel": "color", "at": [3, 4]}'
     yield b'{"seek": 12.5}'
@@ -52,8 +56,23 @@ def read(data: bytes) -> None:
             case Speed(rate):
                 assert 0.25 <= rate <= 4
             case Change(section, values):
-                allowed = _CONTROLS[section].allowed
                 assert values
-                assert all(value in allowed[key] for key, value in values.items())
+                for key, value in values.items():
+                    assert _is_legal(_CONTROLS[section], key, value), (section, key, value)
             case Call(service):
                 assert service in SERVICES
+
+
+def _is_legal(control: Control, key: str, value: Scalar) -> bool:
+    match key, value:
+        case "mode", str():
+            return value in [mode for _, mode in control.modes]
+        case "enabled", bool():
+            return True
+        case "quality", int():
+            return 1 <= value <= 100
+        case "link", str() | int() | float():
+            return value in ("auto", "fixed") or 0 < float(value) < math.inf
+        case "stream" | "format", int() | str():
+            return value in control.keys[key].allowed
+    return False

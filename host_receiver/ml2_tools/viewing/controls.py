@@ -42,7 +42,7 @@ class Control:
 
     def _takes(self, name: str, value: object) -> bool:
         if name == _MODE:
-            return value in (mode for _, mode in self.modes)
+            return any(value == mode for _, mode in self.modes)
         key = self.keys.get(name)
         return key is not None and accepts(value, key) and (not key.allowed or value in key.allowed)
 
