@@ -54,6 +54,28 @@ def test_every_place_in_the_code_exists() -> None:
     assert not missing, "\n".join(missing)
 
 
+# What defines a name, by the language of its file.
+_DEFINITIONS = {
+    ".kt": r"\b(fun|val|var|class|object|interface)\s+(<[^>]*>\s*)?([\w<>?]+\.)?NAME\b",
+    ".py": r"^\s*(async def|def|class)\s+NAME\b",
+    ".c": r"^\w[\w\s*]*\bNAME\(",
+    ".h": r"^\w[\w\s*]*\bNAME\(",
+}
+
+
+def test_every_function_of_a_walkthrough_is_defined_where_it_says() -> None:
+    sources = {f"/{file.relative_to(ROOT)}": file for file in files()}
+    places = _PLACE.findall((ROOT / "docs" / "walkthroughs.md").read_text())
+    assert len(places) > 50
+    missing = []
+    for file, name in places:
+        definition = _DEFINITIONS[Path(file).suffix].replace("NAME", re.escape(name))
+        found = [it for path, it in sources.items() if path.endswith(f"/{file}")]
+        if not any(re.search(definition, it.read_text(), re.MULTILINE) for it in found):
+            missing.append(f"`{file}:{name}`")
+    assert not missing, "\n".join(missing)
+
+
 def test_lines_that_a_document_shows_of_a_file_are_in_it() -> None:
     quotes = [it for document in files("*.md") for it in _QUOTE.findall(document.read_text())]
     assert quotes
