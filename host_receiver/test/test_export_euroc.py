@@ -145,6 +145,10 @@ def test_open_vins_gets_an_estimator_and_an_imu(tmp_path: Path) -> None:
     assert export(tmp_path, sound(), "--imu", "imu_left", *OPTIONS) == 0
     estimator = opencv(tmp_path / "out/estimator_config.yaml")
     assert estimator.getNode("max_cameras").real() == 1
+    # VioManagerOptions::print_and_load_estimator() and _noise() fail without them
+    zero_velocity = ("chi2_multipler", "max_velocity", "noise_multiplier", "max_disparity")
+    for name in (*zero_velocity, "only_at_beginning"):
+        assert not estimator.getNode(f"zupt_{name}").empty(), name
     chain = tmp_path / "out" / estimator.getNode("relative_config_imu").string()
     storage = opencv(chain)
     unit = storage.getNode("imu0")

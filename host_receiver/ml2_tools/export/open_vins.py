@@ -55,7 +55,13 @@ _FILTER = {
     "feat_rep_msckf": "GLOBAL_3D",
     "feat_rep_slam": "ANCHORED_MSCKF_INVERSE_DEPTH",
     "feat_rep_aruco": "ANCHORED_MSCKF_INVERSE_DEPTH",
+    # The parser wants the values of zero-velocity updates although there are none.
     "try_zupt": False,
+    "zupt_chi2_multipler": 0,
+    "zupt_max_velocity": 0.1,
+    "zupt_noise_multiplier": 10,
+    "zupt_max_disparity": 0.5,
+    "zupt_only_at_beginning": False,
 }
 _FRONT_END = {
     "use_klt": True,
