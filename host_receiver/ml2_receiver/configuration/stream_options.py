@@ -5,9 +5,9 @@ from typing import Any
 
 from rich.table import Table
 
+from ..table.key_values import LINK_WORDS
 from ..table.stream_table import CAMERA_KEYS, Key, Mode, Stream, StreamTable
 from ..wire.json_body import Scalar
-from .config_rules import LINK_WORDS
 
 type StreamOptions = Mapping[str, Mapping[str, Any]]
 

@@ -18,9 +18,9 @@ from rclpy.parameter import Parameter
 
 from ..configuration.calibration import Calibration
 from ..configuration.config import Config
-from ..configuration.config_rules import expected
 from ..configuration.settings import Settings, cameras, mode_name
 from ..errors import ConfigError
+from ..table.key_values import expected
 from ..table.reader import load_table
 from ..table.stream_table import CAMERA_KEYS, Key, Section
 from ..wire.json_body import Scalar

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ml2_receiver.configuration.config_rules import LINK_WORDS, accepts
+from ml2_receiver.table.key_values import LINK_WORDS, accepts
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Key, Section
 
