@@ -26,6 +26,7 @@ CONFIG = """
     world_left: {enabled: true}
     eye_nasal_left: {enabled: true}
     depth_center: {enabled: true, confidence: true}
+    general: {link: fixed}
 """
 QUALITY = {"world_left": 90, "eye_nasal_left": 60}
 COMPRESSED = {
