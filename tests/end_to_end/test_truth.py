@@ -21,7 +21,7 @@ from transforms import stable_since_ns, transforms
 
 SHIFT_NS = 5_000_000
 # Head poses come every 17 ms. In a longer interval, a busy machine has dropped some.
-LONGEST_INTERVAL_NS = 40_000_000
+LONGEST_INTERVAL_NS = 20_000_000
 # The least number of images with a pose; a busy machine drops many.
 MIN_IMAGES = 20
 GYRO = "gyro_left/imu"
