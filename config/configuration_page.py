@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from ml2_receiver.configuration.config_rules import LINK_WORDS
+from ml2_receiver.table.key_values import LINK_WORDS
 from ml2_receiver.table.stream_table import (
     CAMERA_KEYS,
     Key,
