@@ -1,4 +1,4 @@
-"""What of the node fails unexpectedly ends nothing else, and is told."""
+"""A callback of the node that fails unexpectedly ends nothing else, and is reported."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What works of `ros2 param`, `service` and `topic` without `ros2`."""
+"""Commands in place of `ros2 param`, `service` and `topic` where `ros2` is missing."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What programs written against the thesis's scripts get from `ml2-receiver compat`."""
+"""`ml2-receiver compat` publishes as the thesis's scripts did."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which address headsets are let in by."""
+"""Choosing the address at which headsets connect."""
 
 import socket
 from argparse import Namespace

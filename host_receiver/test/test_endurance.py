@@ -1,4 +1,4 @@
-"""What a receiver still holds after many headsets have come and gone."""
+"""A receiver holds nothing of headsets that have gone."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a recording has of a camera, from a bag that rosbags wrote."""
+"""Reading a camera's images and calibration from a bag that rosbags wrote."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What an error tells the user to do, on a line of its own."""
+"""Errors tell the user what to do, on a line of its own."""
 
 import errno
 import importlib

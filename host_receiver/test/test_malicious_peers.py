@@ -1,4 +1,4 @@
-"""What malicious peers can do, while the session of a paired device goes on."""
+"""Malicious peers do not disturb the session of a paired device."""
 
 import resource
 import socket

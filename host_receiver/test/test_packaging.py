@@ -1,4 +1,4 @@
-"""What a ROS workspace and pip get. colcon and ros2 launch themselves are not run here."""
+"""Packages for a ROS workspace and for pip. colcon and ros2 launch are not run here."""
 
 import os
 import re

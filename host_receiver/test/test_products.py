@@ -1,4 +1,4 @@
-"""What makes products of captures, fed by hand."""
+"""Products of captures, fed by hand."""
 
 from __future__ import annotations
 

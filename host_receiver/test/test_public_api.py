@@ -1,4 +1,4 @@
-"""What others may build on: the command with its options, and the names in __all__."""
+"""The public API: the command with its options, and the names in __all__."""
 
 import argparse
 import inspect

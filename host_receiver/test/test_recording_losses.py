@@ -1,4 +1,4 @@
-"""What a recording lacks because it never arrived, over sessions and headsets."""
+"""Losses that a recording states, over sessions and headsets."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What a headset is asked for while it runs: other values, a pause, streams that are idle."""
+"""Requests to a headset while it runs: other values, a pause, streams that are idle."""
 
 from ml2_receiver.session.streams import Request
 from ml2_receiver.wire.kinds import Kind

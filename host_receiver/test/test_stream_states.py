@@ -1,4 +1,4 @@
-"""What a headset says of its streams in STATUS, and what the receiver makes of it."""
+"""States of streams, from STATUS of the headset to the receiver's rows."""
 
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ClockStatus, Event, Status, StreamAnswer, StreamStatus

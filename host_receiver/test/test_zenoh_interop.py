@@ -92,7 +92,7 @@ def imu() -> bytes:
 
 
 def read(sink: ZenohSink, topic: Topic, payload: bytes, theirs: dict[str, Any]) -> Any:
-    """What they make of a payload that we publish."""
+    """Returns the message that zenoh-ros2-sdk reads from a payload that we publish."""
     messages: SimpleQueue[Any] = SimpleQueue()
     publish = sink.open(topic)
     name = topic.full_name(PREFIX)

@@ -1,4 +1,4 @@
-"""What the app holds: manifest, signature, code, the native library, and how large each is."""
+"""Contents of the app: manifest, signature, code, native library, and the size of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the packages hold, and that the same sources always make the same packages."""
+"""Contents of the packages; the same sources always make the same packages."""
 
 from __future__ import annotations
 

@@ -67,6 +67,19 @@ def output(folder: Path, *command: str | Path) -> str:
     return done.stdout
 
 
+def feed(receiving: subprocess.Popen[str]) -> str:
+    """Sends 2 s of a simulated headset to a receiver, ends it, and returns the rest it said."""
+    assert receiving.stdout is not None
+    address = next(line.split()[2] for line in receiving.stdout if line.startswith(LISTENING))
+    try:
+        headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
+        subprocess.run(headset, check=True, timeout=_TIMEOUT_S, capture_output=True)
+    finally:
+        receiving.send_signal(signal.SIGINT)
+        rest, _ = receiving.communicate(timeout=_TIMEOUT_S)
+    return rest
+
+
 def test_the_environment_has_the_wheels_packages_and_no_ros(python: Path, tmp_path: Path) -> None:
     look = "import importlib.util as u; print(u.find_spec('{}'))"
     found = output(tmp_path, python, "-c", look.format("ml2_receiver"))
@@ -98,14 +111,7 @@ def test_a_session_without_ros_is_recorded(receiver: Path, config: Path, tmp_pat
             text=True,
         ) as recording,
     ):
-        assert recording.stdout is not None
-        address = next(line.split()[2] for line in recording.stdout if line.startswith(LISTENING))
-        try:
-            headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
-            subprocess.run(headset, check=True, timeout=_TIMEOUT_S, capture_output=True)
-        finally:
-            recording.send_signal(signal.SIGINT)
-            rest, _ = recording.communicate(timeout=_TIMEOUT_S)
+        rest = feed(recording)
         errors.seek(0)
         assert recording.returncode == 0, errors.read()
     assert f"recorded into {walk}" in rest
@@ -136,14 +142,7 @@ def test_it_publishes_on_zenoh_without_ros(
         router.declare_subscriber(
             "3/magic_leap2/gyro_left/imu/**", lambda it: samples.put(it.payload.to_bytes())
         )
-        assert receiving.stdout is not None
-        address = next(line.split()[2] for line in receiving.stdout if line.startswith(LISTENING))
-        try:
-            headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
-            subprocess.run(headset, check=True, timeout=_TIMEOUT_S, capture_output=True)
-        finally:
-            receiving.send_signal(signal.SIGINT)
-            receiving.communicate(timeout=_TIMEOUT_S)
+        feed(receiving)
         assert receiving.returncode == 0
     assert samples.qsize() > 100
     get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(samples.get(), "sensor_msgs/msg/Imu")

@@ -54,7 +54,7 @@ def test_every_place_in_the_code_exists() -> None:
     assert not missing, "\n".join(missing)
 
 
-# What defines a name, by the language of its file.
+# A definition of a name, by the suffix of the file's language.
 _DEFINITIONS = {
     ".kt": r"\b(fun|val|var|class|object|interface)\s+(<[^>]*>\s*)?([\w<>?]+\.)?NAME\b",
     ".py": r"^\s*(async def|def|class)\s+NAME\b",

@@ -83,7 +83,7 @@ def test_images_have_camera_info_metadata_and_transforms(bag: Path) -> None:
         for check in ("stamps", "jitter"):
             assert checks[image, check]["verdict"] == "ok", checks[image, check]
         for partner in ("camera_info", "metadata"):
-            # What comes with an image that was dropped has none.
+            # A camera_info or metadata whose image was dropped is no error.
             pairs = checks[image, f"pairs with {partner}"]["figures"]
             assert (pairs["pairs"] > 0, pairs["images_alone"]) == (True, 0), pairs
         figures = checks[image, "transforms"]["figures"]

@@ -1,4 +1,4 @@
-"""What a person changes on the page reaches the simulated headset, and the page shows it."""
+"""Changes on the page reach the simulated headset, and the page shows them."""
 
 from __future__ import annotations
 

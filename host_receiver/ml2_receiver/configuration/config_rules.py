@@ -11,7 +11,7 @@ from .parameter_file import Parameter, expected_one_of
 type Parameters = Mapping[str, Parameter]
 type Values = Mapping[str, Scalar]
 
-# What a mode allows for a camera's keys; each narrows the choice for the next.
+# Values that a mode allows for a camera's keys; each key narrows the choice for the next.
 _STEPS: Mapping[tuple[str, ...], Callable[[Mode], Sequence[tuple[Scalar, ...]]]] = {
     ("stream",): lambda mode: [(mode.stream,)],
     ("resolution_width", "resolution_height"): lambda mode: mode.resolutions,

@@ -1,4 +1,4 @@
-"""What values a key of the configuration can have, whatever those of the others are."""
+"""The legal values of one key of the configuration, without regard to other keys."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from typing import TypeGuard
 from ..wire.json_body import Scalar
 from .stream_table import CAMERA_KEYS, Key
 
-# The values of a key of type "link" beside numbers.
+# Legal values of a key of type "link", as are numbers.
 LINK_WORDS = ("auto", "fixed")
 
 # https://design.ros2.org/articles/topic_and_service_names.html; the bound leaves room for the
@@ -17,7 +17,7 @@ _TOPIC = re.compile(r"(?=.{1,200}$)(?!.*__)/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.A
 
 
 def accepts(value: object, key: Key) -> TypeGuard[Scalar]:
-    """Returns True if the key can have the value, with some values of the others."""
+    """Returns True if the value is legal for some values of the other keys."""
     match key.type:
         case "bool":
             return isinstance(value, bool)
@@ -56,7 +56,7 @@ def _is_within(value: float, key: Key) -> bool:
 
 
 def expected(key: Key) -> str:
-    """The values of a key, in words."""
+    """Returns the legal values of a key in words."""
     match key.type:
         case "bool":
             return "true or false"

@@ -1,4 +1,4 @@
-"""What rmw_zenoh of ROS 2 Jazzy writes into keys, liveliness tokens and attachments.
+"""Keys, liveliness tokens and attachments as rmw_zenoh of ROS 2 Jazzy writes them.
 
 rmw_zenoh has had this form of attachments since its version 0.2.4. Its nodes ignore what has
 another form.

@@ -27,7 +27,7 @@ type _News = Literal["matched", "router", "close"]
 
 @dataclass(frozen=True)
 class Identity:
-    """What is said of this receiver.
+    """Names that identify this receiver in messages and topics.
 
     Attributes:
         receiver: as in --name, may be empty.

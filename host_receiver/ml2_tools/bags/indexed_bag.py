@@ -28,7 +28,7 @@ _time_ns = attrgetter("time_ns")
 
 @dataclass(frozen=True)
 class History:
-    """Which messages before a time are wanted of a topic.
+    """The messages before a time that are wanted of a topic.
 
     Attributes:
         depth: the number of messages, the newest ones.

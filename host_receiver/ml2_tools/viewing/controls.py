@@ -16,8 +16,9 @@ from .state import is_eye
 SERVICES = frozenset(
     ("start", "stop", "test_link", "save_config", "start_recording", "stop_recording")
 )
-# What a browser may set, where a section has it. A mode is resolution and rate of a camera.
+# Keys that a browser may set in each section that has them.
 _KEYS = ("enabled", "stream", "format", "quality", "link")
+# Stands for the keys of a camera's resolution and rate, which are set together.
 _MODE = "mode"
 
 

@@ -86,14 +86,14 @@ class Pair:
     is_wanted: bool
 
 
-# What steers the source of the view.
+# Requests that change the source of the view.
 type Steer = Change | Call | Pair | Play | Seek | Speed
 type Request = Show | Seen | Pixel | Steer
 
 
 @dataclass(frozen=True)
 class Offer:
-    """What a browser may ask for.
+    """The requests that a browser may make.
 
     Attributes:
         controls: the sections that it may set.

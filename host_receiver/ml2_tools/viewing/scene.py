@@ -28,7 +28,7 @@ type Place = list[float] | None
 SCENE = "scene"
 TF, TF_STATIC = "/tf", "/tf_static"
 _HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
-# What a camera_info fills begins with this, and ends with the stream.
+# Names of feeds of camera_info begin with this, and end with the stream.
 _LENS = "lens "
 _MOST_HZ = 15
 # What has not come for so long is not shown.

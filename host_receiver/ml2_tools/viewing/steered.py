@@ -1,4 +1,4 @@
-"""What browsers may change of the source that is shown."""
+"""Requests of browsers that change the source of a view."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ type Newest = tuple[int, str]
 
 
 class Answer(NamedTuple):
-    """What became of a request; `to` is the section, the service or the recording."""
+    """The outcome of a request; `to` is the section, the service or the recording."""
 
     to: str
     is_done: bool

@@ -57,7 +57,7 @@ class Source(Protocol):
 
 
 class View:
-    """What browsers may see of a source. Thread-safe.
+    """Images, poses, values and state of one source, kept for browsers. Thread-safe.
 
     The source's threads bring the messages. It gets images while a browser shows them, and other
     messages while there is a browser.

@@ -1,4 +1,4 @@
-"""What OpenCV finds in the rendered pictures is where the camera models say it is."""
+"""OpenCV finds corners in rendered pictures where the camera models place them."""
 
 import json
 import subprocess
