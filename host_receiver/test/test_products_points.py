@@ -53,6 +53,11 @@ def test_points_lie_on_the_wall_behind_their_pixels() -> None:
     assert np.abs(seen.reshape(-1, 2) - np.stack([columns, rows], 1)).max() < 0.02
 
 
+def test_a_step_leaves_rows_and_columns_out() -> None:
+    z = wall(DEPTH, np.eye(4))
+    np.testing.assert_array_equal(points_of(z, DEPTH, 3), points_of(z, DEPTH)[::3, ::3])
+
+
 def test_each_point_has_the_colour_of_its_pixel() -> None:
     """The image says in blue and green which pixel it is, in steps of 8."""
     columns, rows = np.meshgrid(np.arange(COLOR.width) // 8, np.arange(COLOR.height) // 8)

@@ -11,8 +11,11 @@ from ..geometry.pose import Pose
 _BLOCK_POINTS = 16384
 
 
-def points_of(z: Floats, lens: Lens) -> Floats:
+def points_of(z: Floats, lens: Lens, step: int = 1) -> Floats:
     """Returns the points in the optical frame, height x width x 3; NaN where `z` is NaN.
+
+    Args:
+        step: of the rows and columns of `z` that are taken.
 
     Raises:
         ValueError: the image does not have the lens's size.
@@ -20,7 +23,8 @@ def points_of(z: Floats, lens: Lens) -> Floats:
     if z.shape != (lens.height, lens.width):
         found = "x".join(map(str, z.shape[::-1]))
         raise ValueError(f"expected depth of {lens.width}x{lens.height}, found {found}")
-    x, y = rays(lens)
+    z = z[::step, ::step]
+    x, y = (it[::step, ::step] for it in rays(lens))
     points = np.empty((*z.shape, 3), np.float32)
     np.multiply(x, z, out=points[..., 0])
     np.multiply(y, z, out=points[..., 1])

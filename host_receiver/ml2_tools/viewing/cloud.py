@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 
@@ -60,11 +61,9 @@ class Cloud:
             pose = self._scene.pose_at(_DEPTH, header_stamp_ns(message.header))
             if lens is None or pose is None:
                 return None
-            points = points_of(pixels_of(message), lens)
+            step = math.ceil(math.sqrt(lens.height * lens.width / _MOST_POINTS))
+            points = points_of(pixels_of(message), lens, step).reshape(-1, 3)
         except ValueError:
             return None
-        height, width = points.shape[:2]
-        step = int(np.ceil(np.sqrt(height * width / _MOST_POINTS)))
-        sparse = points[::step, ::step].reshape(-1, 3)
-        known = sparse[np.isfinite(sparse).all(axis=1)]
+        known = points[np.isfinite(points).all(axis=1)]
         return np.asarray(known @ pose[:3, :3].T + pose[:3, 3], "<f4")

@@ -8,10 +8,11 @@ from enum import Enum, auto
 
 
 class Kind(Enum):
-    """How many messages of a topic matter: of IMAGE and LATCHED the newest one, of STATIC all."""
+    """How many messages of a topic matter: of TRANSFORMS and STATIC all, of others the newest."""
 
     IMAGE = auto()
     SENSOR = auto()
+    TRANSFORMS = auto()
     LATCHED = auto()
     STATIC = auto()
 

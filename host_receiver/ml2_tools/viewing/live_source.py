@@ -24,10 +24,13 @@ from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s
 from .state import Levels, state_of
 from .view import View
 
-_DEPTH = 10
+# Faster than a page changes, and slower than the inertial samples come.
+_PAUSE_S = 0.01
+_DEPTH = 100
 _QOS = {
     Kind.IMAGE: QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
-    Kind.SENSOR: QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT),
+    Kind.SENSOR: QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+    Kind.TRANSFORMS: QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT),
     Kind.LATCHED: QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     Kind.STATIC: QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL),
 }
@@ -68,7 +71,7 @@ class LiveSource:
         type = "diagnostic_msgs/msg/DiagnosticArray"
         rows = RawSubscription(type, "/diagnostics", QoSProfile(depth=_DEPTH), diagnosed)
         with starting:
-            self._taker = RawTaker(self._node, [rows])
+            self._taker = RawTaker(self._node, [rows], _PAUSE_S)
         self._closing.callback(self._taker.stop)
 
     def close(self) -> None:

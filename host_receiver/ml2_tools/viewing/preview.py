@@ -19,6 +19,11 @@ _MOST_PASSED_BYTES = 256 * 1024
 # The ends of scales, times powers of ten: they change seldom while the scene changes.
 _STEPS = (1, 2, 5)
 _LEAST_FAR_M = 0.5
+# Enough pixels to tell a percentile.
+_SCALE_STEP = 4
+# Turbo, with black for invalid distances.
+_COLOURS = cv2.applyColorMap(np.arange(256, dtype=np.uint8), cv2.COLORMAP_TURBO)
+_COLOURS[0] = 0
 
 
 class Preview(NamedTuple):
@@ -91,12 +96,11 @@ def _reduced(pixels: NDArray[Any]) -> NDArray[Any]:
 def _coloured(metres: NDArray[np.float32]) -> tuple[NDArray[Any], float]:
     """Returns the colours, and the distance at the end of their scale."""
     is_valid = np.isfinite(metres) & (metres > 0)
-    far_m = _scale_end(metres[is_valid])
-    shares = np.where(is_valid, metres, 0) / far_m
-    levels = (np.clip(shares, 0, 1) * 255).astype(np.uint8)
-    coloured = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
-    coloured[~is_valid] = 0
-    return coloured, far_m
+    known = np.where(is_valid, metres, np.float32(0))
+    some = known[::_SCALE_STEP, ::_SCALE_STEP]
+    far_m = _scale_end(some[some > 0])
+    levels = np.maximum(cv2.convertScaleAbs(known, alpha=255 / far_m), is_valid)
+    return cv2.applyColorMap(levels, _COLOURS), far_m
 
 
 def _scale_end(metres: NDArray[np.float32]) -> float:

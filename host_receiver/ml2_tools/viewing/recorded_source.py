@@ -35,6 +35,7 @@ _LEAD_NS = _NANOS // 2
 _HISTORIES = {
     Kind.IMAGE: History(1, 0),
     Kind.SENSOR: History(200, _LEAD_NS),
+    Kind.TRANSFORMS: History(200, _LEAD_NS),
     Kind.LATCHED: History(1, 0),
     Kind.STATIC: History(STATIC_DEPTH, None),
 }

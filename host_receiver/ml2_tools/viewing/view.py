@@ -19,7 +19,7 @@ from .feed import Feed, Kind
 from .full_image import FullImage, full_name
 from .newest_image import NewestImage
 from .plots import SENSOR_PLOTS, UNITS, Plot, Series
-from .scene import SCENE, TF_STATIC, Scene
+from .scene import SCENE, TF, TF_STATIC, Scene
 from .state import Levels, image_streams, mode_in_words, published_images, topic_prefix
 
 _BATTERY, _CONFIG = "battery", "config"
@@ -196,7 +196,7 @@ class View:
         if name in self.images:
             return Feed(topic, type, Kind.IMAGE, partial(self._take_image, name, type))
         if name in self._in_scene:
-            kind = Kind.STATIC if topic == TF_STATIC else Kind.SENSOR
+            kind = {TF: Kind.TRANSFORMS, TF_STATIC: Kind.STATIC}.get(topic, Kind.SENSOR)
             return Feed(topic, type, kind, partial(self.scene.take, name, type))
         if name == _CONFIG:
             return Feed(topic, type, Kind.LATCHED, self._configured)
