@@ -52,12 +52,23 @@ def test_a_file_of_one_without_any_begins_as_the_packaged_one(
 ) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     file = ConfigFile.of_user()
-    assert (file.path, file.is_packaged) == (tmp_path / "ml2_receiver/config.yaml", True)
+    assert (file.path, file.is_packaged) == (tmp_path / "ml2-sensors/config.yaml", True)
     config = Settings.of(file.load()).changed({"battery.enabled": True}).config
     file.save(config)
     assert not file.is_packaged
     assert file.load() == config
     assert "# Tracking cameras." in file.path.read_text()
+
+
+def test_a_file_in_the_folder_of_before_is_read_until_there_is_a_new_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    old, new = tmp_path / "ml2_receiver/config.yaml", tmp_path / "ml2-sensors/config.yaml"
+    for file in (old, new):
+        file.parent.mkdir()
+        file.write_text(TEXT)
+        assert ConfigFile.of_user().path == file
 
 
 def test_a_file_that_was_named_has_to_be_there(tmp_path: Path) -> None:

@@ -113,7 +113,7 @@ def test_of_large_and_many_logs_it_has_the_newest_part(logs: Path, tmp_path: Pat
 
 def test_the_users_own_configuration_is_taken_without_a_file(logs: Path, tmp_path: Path) -> None:
     assert b"packaged" in bundled(tmp_path)["configuration.yaml"]
-    own = tmp_path / "config/ml2_receiver/config.yaml"
+    own = tmp_path / "config/ml2-sensors/config.yaml"
     own.parent.mkdir(parents=True)
     own.write_text("mine")
     assert bundled(tmp_path)["configuration.yaml"] == b"mine"

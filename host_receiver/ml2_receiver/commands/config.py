@@ -3,19 +3,14 @@
 import argparse
 import json
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
-
-import shtab
 
 from ..configuration.config import Config, load_config
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, fitting_change, link_in_words
 from ..table.reader import load_table
 from ..table.stream_table import Topic
-from .options import above_zero
-
-type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+from .options import Subparsers, above_zero, add_file
 
 _CHECK_EPILOG = """\
 Exit code: 0, or 2 with one line per wrong value.
@@ -55,12 +50,6 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     show.add_argument("--json", action="store_true", help="print one object, by stream")
     show.set_defaults(run=_show)
-
-
-def add_file(parser: argparse.ArgumentParser, *names: str, **options: Any) -> None:
-    """Adds an argument that is a file, which shells then complete."""
-    action = parser.add_argument(*names, type=Path, **options)
-    action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
 # rich is imported where a table is printed, as all commands import this module.

@@ -13,10 +13,9 @@ from ..doctor.devices import Device, read_device
 from ..security.paired_devices import PairedDevice, PairedDevices
 from ..table.reader import load_table
 from ..topics.adaptation import LOWERED
-from .config import Subparsers
 from .endpoint import add_keys
 from .live import PATIENCE_S, diagnostics_node
-from .options import add_name
+from .options import Subparsers, add_name
 
 _EPILOG = """\
 A headset connects to a receiver, so this asks the one that runs in this ROS domain; --paired reads

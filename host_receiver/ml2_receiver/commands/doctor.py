@@ -28,10 +28,9 @@ from ..processes import is_listened_on, listener_of, receivers
 from ..ros.fastdds import free_shared_memory_bytes
 from ..table.reader import load_table
 from ..transport.discovery import FoundReceiver, find_receivers
-from .config import Subparsers, add_file
 from .endpoint import PORT
 from .live import PATIENCE_S, diagnostics_node
-from .options import add_name
+from .options import Subparsers, add_file, add_name
 
 if TYPE_CHECKING:
     from ..ros.diagnostics_node import DiagnosticsNode, Values

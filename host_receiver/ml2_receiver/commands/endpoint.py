@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Self
 
 from ..errors import ListenError
-from ..security.folder import default_folder
 from ..session.server import Server
 from ..table.reader import load_table
 from ..transport.access import Access, Everybody, PairedOnly
 from ..transport.discovery import Announcement
 from ..transport.listener import everywhere, listen, text
+from ..user_folder import user_folder
 
 PORT = 7755
 _LOOPBACK, _EVERYWHERE = ("127.0.0.1", PORT), everywhere(PORT)
@@ -30,7 +30,7 @@ def add_keys(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keys",
         type=Path,
-        default=default_folder(),
+        default=user_folder(),
         metavar="FOLDER",
         help="with this receiver's key and the paired devices; default: ~/.config/ml2-sensors",
     )

@@ -18,9 +18,8 @@ from ..headset import app
 from ..headset.adb import adb
 from ..pairing.uri import PairingUri
 from ..table.reader import load_table
-from .config import Subparsers, add_file
 from .endpoint import PORT
-from .options import port
+from .options import Subparsers, add_file, port
 
 _APK = Path(__file__).parents[3] / "build" / "apk" / f"ml2-sensors-{VERSION}.apk"
 _INSTALL_TIMEOUT_S = 180.0

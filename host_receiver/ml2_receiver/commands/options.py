@@ -3,8 +3,20 @@
 import argparse
 import math
 import re
+from pathlib import Path
+from typing import Any
+
+import shtab
+
+type Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _NAME = re.compile(r"([A-Za-z][A-Za-z0-9_]{0,39})?", re.ASCII)
+
+
+def add_file(parser: argparse.ArgumentParser, *names: str, **options: Any) -> None:
+    """Adds an argument that is a file, which shells then complete."""
+    action = parser.add_argument(*names, type=Path, **options)
+    action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
 def add_name(parser: argparse.ArgumentParser) -> None:

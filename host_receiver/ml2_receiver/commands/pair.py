@@ -17,9 +17,8 @@ from ..pairing.uri import PairingUri
 from ..security.paired_devices import PairedDevice
 from ..session.event_limit import EventLimit
 from ..transport.listener import everywhere
-from .config import Subparsers
 from .endpoint import PORT, add_keys
-from .options import name, port
+from .options import Subparsers, name, port
 from .receiving import address
 from .stopping import stop_signal
 

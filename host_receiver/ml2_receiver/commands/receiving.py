@@ -13,9 +13,8 @@ from ..session.server import Server
 from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
 from ..table.reader import load_table
-from .config import add_file
 from .endpoint import Endpoint, add_insecure, add_keys
-from .options import name
+from .options import add_file, name
 from .ros_start import node_arguments, ros_needed, use_profile
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         parser,
         "--config",
         metavar="FILE",
-        help="default: ~/.config/ml2_receiver/config.yaml, or where there is none the packaged one",
+        help="default: ~/.config/ml2-sensors/config.yaml, or where there is none the packaged one",
     )
     parser.add_argument(
         "--listen",

@@ -13,8 +13,8 @@ from ..recording.options import RecordingOptions
 from ..recording.recording import Recording, losses, summary
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
-from .config import Subparsers
 from .endpoint import Endpoint
+from .options import Subparsers
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
 from .record_attached import record_attached

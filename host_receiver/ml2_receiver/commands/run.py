@@ -9,8 +9,8 @@ from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
 from ..topics.fan_out import FanOut
-from .config import Subparsers
 from .endpoint import Endpoint
+from .options import Subparsers
 from .printed_events import PrintedEvents
 from .receiving import add_options, config_file, load, make_node, serving
 from .stopping import stop_signal

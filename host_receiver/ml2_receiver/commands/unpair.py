@@ -3,8 +3,8 @@
 import argparse
 
 from ..security.paired_devices import PairedDevices
-from .config import Subparsers
 from .endpoint import add_keys
+from .options import Subparsers
 
 _EPILOG = """\
 A session of it ends at once. Exit code: 0, or 2 if no such device is paired.

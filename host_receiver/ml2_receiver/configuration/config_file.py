@@ -1,7 +1,6 @@
 """The user's config.yaml: where it is, and how the present configuration is written to it."""
 
 import io
-import os
 from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from importlib import resources
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..errors import ConfigError, Problem
+from ..user_folder import user_folder
 from .config import Config, load_config, parse_config
 from .config_rules import Values
 from .whole_file import replace_file
@@ -26,9 +26,10 @@ class ConfigFile:
 
     @classmethod
     def of_user(cls) -> Self:
-        """`ml2_receiver/config.yaml` in XDG_CONFIG_HOME, or ~/.config."""
-        home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
-        return cls(Path(home, "ml2_receiver", "config.yaml"), is_optional=True)
+        """`config.yaml` in user_folder(), or in `ml2_receiver` beside it, where it once was."""
+        folder = user_folder()
+        path, old = folder / "config.yaml", folder.with_name("ml2_receiver") / "config.yaml"
+        return cls(old if old.exists() and not path.exists() else path, is_optional=True)
 
     @property
     def is_packaged(self) -> bool:
@@ -59,7 +60,7 @@ class ConfigFile:
             data = _edited(data, path.parent, config.values)
             if parse_config(data, path.parent).values != config.values:
                 raise _unwritable(self.path, "expected one place for each key")
-            path.parent.mkdir(parents=True, exist_ok=True)
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             replace_file(path, data)
         except OSError as error:
             raise _unwritable(self.path, error.strerror) from error

@@ -12,11 +12,6 @@ _OTHERS_WRITE = 0o022
 REMOVE_HINT = "Remove it, and pair the headset again: `ml2-receiver pair`."
 
 
-def default_folder() -> Path:
-    """Returns the folder `ml2-sensors` in XDG_CONFIG_HOME, or in ~/.config."""
-    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config", "ml2-sensors")
-
-
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Locks the folder against other receivers, and creates it if it is missing.

@@ -2,9 +2,8 @@
 
 import argparse
 
-from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.live import PATIENCE_S, receiver_client
-from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.errors import RosError
 
 _SERVICES = {

@@ -3,8 +3,7 @@
 import argparse
 import sys
 
-from ml2_receiver.commands.config import Subparsers
-from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
 

@@ -3,9 +3,8 @@
 import argparse
 import signal
 
-from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.live import PATIENCE_S
-from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.table.reader import load_table

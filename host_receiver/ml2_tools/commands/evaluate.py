@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import EvaluationError

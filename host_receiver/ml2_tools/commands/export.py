@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.live import PATIENCE_S
+from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.errors import ExportError
 from ml2_receiver.table.reader import load_table

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ml2_receiver.commands.config import Subparsers
+from ml2_receiver.commands.options import Subparsers
 
 from ..bags.bag_reader import Bag
 from ..inspection.inspection import as_objects, inspect, worst

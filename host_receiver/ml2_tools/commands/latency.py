@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.live import Live
 
-from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.live import PATIENCE_S
-from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import NO_RECEIVER_HINT, LatencyError

@@ -8,8 +8,7 @@ from typing import Any
 
 import yaml
 
-from ml2_receiver.commands.config import Subparsers
-from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.errors import ExportError
 from ml2_receiver.table.reader import load_table
 

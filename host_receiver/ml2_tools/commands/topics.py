@@ -7,9 +7,8 @@ import sys
 from rich.console import Console
 from rich.live import Live
 
-from ml2_receiver.commands.config import Subparsers
 from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
-from ml2_receiver.commands.options import add_name
+from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.stopping import stop_signal
 
 from ..monitoring.topic_table import topic_figures, topic_table
