@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/performance.md from the results of `make bench` in build/bench.
+"""Writes docs/performance.md from the results of `make bench` and `make links` in build/bench.
 
 Run it on the machine that measured, right after `make bench`: the page names the machine and its
 load. A benchmark without results is left out.
@@ -12,6 +12,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Iterator, Mapping
+from datetime import date
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -22,7 +23,8 @@ PAGE = ROOT / "docs" / "performance.md"
 
 HEAD = """# Performance
 
-`tests/bench/performance_page.py` generated this page from the results of `make bench`. The sensors
+`tests/bench/performance_page.py` generated this page from the results of `make bench` and
+`make links`. The sensors
 were simulated or mocked and all programs ran on one machine, so the figures contain no Wi-Fi and no
 headset. CPU time is that of the whole process.
 
@@ -194,8 +196,22 @@ SECTIONS = [
 ]
 
 
+LINKS = """
+## Links
+
+`make links` puts a link of a known rate between headset and receiver: two network namespaces and a
+token bucket with a queue of 50 ms. The latency is that of `imu_left` from its stamp to a
+subscriber, over the whole run. Rates of world cameras are those of center, left and right. Rows
+with `auto` have compressed images that [give way](topics.md#when-the-link-is-too-slow) to the link;
+all others are fixed. Measured on {date}.
+
+| images | link, Mbit/s | round trip, ms | control | IMU p50, p99, ms | IMU lost | world, Hz | sent, Mbit/s | changes |
+|---|---|---|---|---|---|---|---|---|
+"""  # noqa: E501
+
+
 def main() -> None:
-    PAGE.write_text(HEAD + "\n".join([*_machine(), *_sections(), ""]), "utf-8")
+    PAGE.write_text(HEAD + "\n".join([*_machine(), *_links(), *_sections(), ""]), "utf-8")
     print(f"wrote {PAGE.relative_to(ROOT)}")
 
 
@@ -204,20 +220,40 @@ def _machine() -> Iterator[str]:
     model = next((it.partition(":")[2].strip() for it in processors if "model name" in it), "?")
     memory_gb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
     commit = ["git", "log", "-1", "--format=%cs"]
-    date = subprocess.check_output(commit, cwd=ROOT, text=True).strip()
+    committed = subprocess.check_output(commit, cwd=ROOT, text=True).strip()
     yield f"| processor | {model}, {os.cpu_count()} cores |"
     yield f"| memory | {memory_gb:.0f} GB |"
     yield f"| system | {platform.system()} {platform.release().partition('-')[0]}, " + (
         f"Python {platform.python_version()} |"
     )
     yield f"| other load | {_load()} |"
-    yield f"| sources | of {date} |"
+    yield f"| sources | of {committed} |"
 
 
 def _load() -> str:
     """Returns how many programs competed for the cores, by the load average of 15 minutes."""
     load = os.getloadavg()[2]
     return f"load average {load:.1f}" + (", so the machine was busy" if load > 2 else "")
+
+
+def _links() -> Iterator[str]:
+    file = RESULTS / "links.json"
+    if not file.exists():
+        return
+    yield LINKS.format(date=date.fromtimestamp(file.stat().st_mtime)).rstrip()
+    for row in json.loads(file.read_text()):
+        cells = (
+            row["config"],
+            _text(row["link_mbit"]),
+            _text(row["rtt_ms"]),
+            row["congestion"],
+            f"{_text(row['imu_p50_ms'])}, {_text(row['imu_p99_ms'])}",
+            _text(row["imu_lost"]),
+            ", ".join(map(_text, row["world_hz"])),
+            _text(row["sent_mbit"]),
+            str(sum("as configured" in it or "give way" in it for it in row["steps"])),
+        )
+        yield f"| {' | '.join(cells)} |"
 
 
 def _sections() -> Iterator[str]:
