@@ -25,22 +25,22 @@ static bool has_port(int file, get_name get, jint port) {
            (address.port[0] << 8 | address.port[1]) == port;
 }
 
-/** Returns the file descriptor of the connection between two ports; -1 if there is none. */
-static jint find(JNIEnv *env, jclass class, jint local_port, jint remote_port) {
-    (void)env, (void)class;
-    for (int file = 0; file < MOST_FILES; file++) {
-        if (has_port(file, getsockname, local_port) && has_port(file, getpeername, remote_port)) {
-            return file;
-        }
-    }
-    return -1;
-}
-
-/** Returns how many bytes the peer has not acknowledged, tcp(7); 0 if that is not known. */
+/** Returns how many bytes the peer has not acknowledged, tcp(7); -1 if the system does not tell. */
 static jint unacknowledged(JNIEnv *env, jclass class, jint file) {
     (void)env, (void)class;
     int bytes = 0;
-    return ioctl(file, TIOCOUTQ, &bytes) ? 0 : bytes;
+    return ioctl(file, TIOCOUTQ, &bytes) ? -1 : bytes;
+}
+
+/** Returns the file descriptor of the connection between two ports; -1 if there is none whose queue the system tells.
+ */
+static jint find(JNIEnv *env, jclass class, jint local_port, jint remote_port) {
+    for (int file = 0; file < MOST_FILES; file++) {
+        if (has_port(file, getsockname, local_port) && has_port(file, getpeername, remote_port)) {
+            return unacknowledged(env, class, file) < 0 ? -1 : file;
+        }
+    }
+    return -1;
 }
 
 jint send_queue_register(JNIEnv *env) {

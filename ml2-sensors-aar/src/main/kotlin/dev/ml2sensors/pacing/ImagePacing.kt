@@ -25,9 +25,9 @@ internal class ImagePacing(
     @Volatile
     private var isOver = false
 
-    /** When the round trip that is under way began; null while there is none. */
+    /** The round trip that is under way; null while there is none. */
     @Volatile
-    private var askedNanos: Long? = null
+    private var roundTrip: RoundTrip? = null
 
     private var writtenBytes = 0L
 
@@ -94,12 +94,12 @@ internal class ImagePacing(
     private fun waitNanos(): Long {
         if (isOver) return 0
         val now = nanoTime()
-        val asked = askedNanos
         val untilTurn = nextNanos - now
         val underWayBytes = underWayBytes()
         val isLinkFull = synchronized(rate) {
-            rate.acknowledged(writtenBytes - underWayBytes, now)
-            if (asked != null) rate.unanswered(asked, now)
+            acknowledged(underWayBytes, now)
+            val roundTrip = roundTrip
+            if (roundTrip != null && roundTrip.isBehindImages) rate.unanswered(roundTrip.startNanos, now)
             if (untilTurn > 0) rate.waited(now)
             grantedBytes + underWayBytes > maxOf(SLICE_BYTES.toDouble(), rate.mostUnderWayBytes(now))
         }
@@ -110,7 +110,16 @@ internal class ImagePacing(
 
     private fun underWayBytes() = unacknowledged.sumOf { it() }
 
-    private fun isStalled(nowNanos: Long) = askedNanos.let { it != null && nowNanos - it > ImageRate.STALL_NANOS }
+    private fun acknowledged(underWayBytes: Int, nowNanos: Long) {
+        rate.acknowledged(writtenBytes - underWayBytes, nowNanos)
+        if (knowsUnderWay) roundTrip?.acknowledged(writtenBytes - underWayBytes, nowNanos)
+    }
+
+    /** False if no kernel tells what it holds of a lane. */
+    private val knowsUnderWay get() = unacknowledged.isNotEmpty()
+
+    private fun isStalled(nowNanos: Long) =
+        roundTrip.let { it != null && nowNanos - it.startNanos > ImageRate.STALL_NANOS }
 
     /** The [bytes] of [await] were handed to the kernel, or their lane was lost. */
     fun written(bytes: Int): Unit = synchronized(rate) {
@@ -124,6 +133,9 @@ internal class ImagePacing(
         rate.mostBytesPerSecond = bytesPerSecond ?: ImageRate.MOST
     }
 
+    /** Tells whether images are smaller or fewer than the user wants. */
+    fun wantMore(isMoreWanted: Boolean): Unit = synchronized(rate) { rate.isMoreWanted = isMoreWanted }
+
     /** Returns what is known of the link; the arguments are as in [LinkState]. */
     fun link(waitingSinceNanos: Long?, droppedImages: Long): LinkState = synchronized(rate) {
         val now = nanoTime()
@@ -133,21 +145,30 @@ internal class ImagePacing(
 
     /** Measures the round trip of [exchange]; called by one thread. */
     inline fun <T> measured(exchange: () -> T): T {
-        val asked = nanoTime()
-        askedNanos = asked
+        ask()
         try {
-            return exchange().also { roundTrip(nanoTime() - asked) }
+            return exchange().also { answered() }
         } finally {
-            askedNanos = null
+            roundTrip = null
         }
     }
 
-    private fun roundTrip(nanos: Long) {
+    private fun ask() {
+        val underWayBytes = underWayBytes()
+        synchronized(rate) {
+            val acknowledgedBytes = if (knowsUnderWay) writtenBytes - underWayBytes else null
+            roundTrip = RoundTrip(nanoTime(), writtenBytes, acknowledgedBytes)
+        }
+    }
+
+    private fun answered() {
         val underWayBytes = underWayBytes()
         synchronized(rate) {
             val now = nanoTime()
-            rate.acknowledged(writtenBytes - underWayBytes, now)
-            rate.roundTrip(nanos, now)
+            acknowledged(underWayBytes, now)
+            val roundTrip = checkNotNull(roundTrip)
+            val nanos = now - roundTrip.startNanos
+            rate.roundTrip(nanos, roundTrip.onPathNanos(now), now)
         }
     }
 

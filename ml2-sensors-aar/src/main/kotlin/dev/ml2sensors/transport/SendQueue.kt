@@ -8,11 +8,11 @@ import java.nio.channels.SocketChannel
  * read its length; libml2sensors.so asks the kernel. Thread-safe.
  */
 internal class SendQueue private constructor(private val descriptor: Int) {
-    /** Its length in bytes; 0 where the system does not tell it. Must not be read after the connection is closed. */
-    val bytes: Int get() = unacknowledged(descriptor)
+    /** Its length in bytes. Must not be read after the connection is closed. */
+    val bytes: Int get() = unacknowledged(descriptor).coerceAtLeast(0)
 
     companion object {
-        /** Returns the queue of a connected [socket], or null in a process without libml2sensors.so. */
+        /** Returns the queue of a connected [socket]; null if the system does not tell it, or without libml2sensors.so. */
         fun of(socket: SocketChannel): SendQueue? {
             val descriptor = try {
                 find(portOf(socket.localAddress), portOf(socket.remoteAddress))

@@ -76,6 +76,17 @@ class ImagePacingTest {
     }
 
     @Test
+    fun aReceiverThatAnswersLateButHasAllImagesChangesNothing() {
+        val nothing = { 0 }
+        pacing.add(nothing)
+        repeat(20) { roundTrip(1_000_000) }
+        secondsFor(2_000_000)
+        val before = secondsFor(200_000)
+        repeat(2) { roundTrip(30_000_000) }
+        assertTrue(secondsFor(200_000) <= before)
+    }
+
+    @Test
     fun aLinkThatStoodStillHasTheRateThatItHad() = pacing.image {
         repeat(20) { roundTrip(1_000_000) }
         secondsFor(2_000_000)

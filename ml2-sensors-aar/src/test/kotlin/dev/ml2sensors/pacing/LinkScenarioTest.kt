@@ -44,10 +44,40 @@ class LinkScenarioTest {
 
     @Test
     fun aDelayFromElsewhereCostsLittle() {
-        val busyReceiver = { second: Double -> if (second % 8 < 0.06) 12.0 else 0.0 }
-        val result = VirtualLink(10, queueMillis = 50, imagesMbit = 204.0, addedMillis = busyReceiver) { 300.0 }
-            .play("busy receiver")
-        assertTrue(result.imagesP99Millis < 300, "$result")
+        val other = { second: Double -> if (second % 8 < 0.06) 12.0 else 0.0 }
+        val result = VirtualLink(10, queueMillis = 50, imagesMbit = 204.0, routeMillis = other) { 300.0 }
+            .play("delay from elsewhere")
+        assertTrue(result.imagesP99Millis < 400, "$result")
+    }
+
+    @Test
+    fun aReceiverWhoseProgramIsBusyCostsNothing() {
+        val busyAtStart = { second: Double -> if (second < 1.5) 30.0 else 0.0 }
+        val busyOften = { second: Double -> if (second % 2 < 0.3) 25.0 else 0.0 }
+        for (answerMillis in listOf(busyAtStart, busyOften)) {
+            val some = VirtualLink(2, 50, imagesMbit = 100.0, answerMillis = answerMillis) { 300.0 }.play("some images")
+            assertTrue(some.imagesP99Millis < 33, "$some: an image is sent before the next one comes")
+            val all = VirtualLink(2, 50, answerMillis = answerMillis) { 300.0 }.play("as many as the link carries")
+            assertTrue(all.use > 0.9, "$all")
+        }
+    }
+
+    @Test
+    fun imagesWithPausesFindABetterLinkSoonerIfMoreIsWanted() {
+        val (enough, wanted) = listOf(false, true).map { isMoreWanted ->
+            val link = VirtualLink(2, queueMillis = 50, imagesMbit = 10.0, isMoreWanted) {
+                if (it <
+                    55
+                ) {
+                    20.0
+                } else {
+                    100.0
+                }
+            }
+            link.play("better link")
+            link.foundMbit
+        }
+        assertTrue(wanted > 100 && wanted > 2 * enough, "$wanted Mbit/s, or $enough where nothing more is wanted")
     }
 
     @Test
@@ -55,7 +85,7 @@ class LinkScenarioTest {
         val results = listOf(
             VirtualLink(2, 50) { if (it.toInt() / 10 % 2 == 0) 100.0 else 20.0 }.play("100, 20, 100"),
             VirtualLink(2, 50) { if (it % 10 in 5.0..5.5) 0.0 else 100.0 }.play("stalls"),
-            VirtualLink(2, 50, addedMillis = { if (it > 20) 40.0 else 0.0 }) { 100.0 }.play("longer route"),
+            VirtualLink(2, 50, routeMillis = { if (it > 20) 40.0 else 0.0 }) { 100.0 }.play("longer route"),
             VirtualLink(2, 50) { if (it in 10.0..20.0) 50.0 else 100.0 }.play("another sender"),
         )
         report("pacing_changes.json", results)
@@ -97,17 +127,21 @@ internal class ScenarioResult(
  * and its sender writes nothing for a round trip.
  *
  * @param imagesMbit what the images need, which come together 30 times a second; if infinite, images always wait.
- * @param addedMillis returns what is added to the round trip at a second.
+ * @param isMoreWanted as in [ImageRate].
+ * @param routeMillis returns what the route adds to the round trip at a second.
+ * @param answerMillis returns how long the receiver's program takes to answer at a second.
  * @param mbit returns the link's rate at a second.
  */
 internal class VirtualLink(
     private val roundTripMillis: Int,
     private val queueMillis: Int,
     private val imagesMbit: Double = Double.POSITIVE_INFINITY,
-    private val addedMillis: (second: Double) -> Double = { 0.0 },
+    isMoreWanted: Boolean = false,
+    private val routeMillis: (second: Double) -> Double = { 0.0 },
+    private val answerMillis: (second: Double) -> Double = { 0.0 },
     private val mbit: (second: Double) -> Double,
 ) {
-    private val rate = ImageRate(0)
+    private val rate = ImageRate(0).also { it.isMoreWanted = isMoreWanted }
     private var queueBytes = 0.0
 
     /** The bytes of images that were written, and that had left the queue by each of the milliseconds. */
@@ -116,8 +150,13 @@ internal class VirtualLink(
 
     /** The bytes of images that were not written yet. */
     private var waitingBytes = 0.0
-    private var askedMillis = 0
-    private var answerMillis = Double.NaN
+    private var acknowledgedBytes = 0.0
+    private var roundTrip: RoundTrip? = null
+    private var askMillis = ASK_MILLIS
+    private var endMillis = 0.0
+
+    /** The rate at the end. */
+    val foundMbit: Double get() = rate.bytesPerSecond(SECONDS * 1000 * NANOS_PER_MILLI) / BYTES_PER_MBIT_MILLI / 1000
 
     fun play(name: String): ScenarioResult {
         val delays = ArrayList<Double>()
@@ -131,7 +170,7 @@ internal class VirtualLink(
             val sensors = min(SENSORS_MBIT * BYTES_PER_MBIT_MILLI, bytesPerMilli)
             val images = step(millis, bytesPerMilli, sensors)
             val delay = if (bytesPerMilli == 0.0) 0.0 else queueBytes / bytesPerMilli
-            askAndAnswer(millis, delay + roundTripMillis + addedMillis(second))
+            askAndAnswer(millis, delay + roundTripMillis + routeMillis(second) + answerMillis(second))
             if (bytesPerMilli == 0.0) continue
             if (second >= SETTLING_SECONDS) {
                 delays += delay
@@ -167,11 +206,13 @@ internal class VirtualLink(
         val limit = queueMillis * max(bytesPerMilli, 1.0)
         queueBytes = min(queueBytes, limit)
         val room = max(0.0, limit + bytesPerMilli - queueBytes - sensors)
-        val acknowledged = passedBytes[max(0, millis - 1 - roundTripMillis)]
-        val underWay = max(0.0, rate.mostUnderWayBytes(now) - (writtenBytes - acknowledged))
+        val path = roundTripMillis + routeMillis(millis / 1000.0).toInt()
+        acknowledgedBytes = max(acknowledgedBytes, passedBytes[max(0, millis - 1 - path)])
+        val underWay = max(0.0, rate.mostUnderWayBytes(now) - (writtenBytes - acknowledgedBytes))
         val images = min(waitingBytes, minOf(rate.bytesPerSecond(now) / 1000, room, underWay))
         writtenBytes += images
-        rate.acknowledged(acknowledged.toLong(), now)
+        rate.acknowledged(acknowledgedBytes.toLong(), now)
+        roundTrip?.acknowledged(acknowledgedBytes.toLong(), now)
         if (images >= 1) rate.written(now)
         waitingBytes -= images
         if (waitingBytes > 0) rate.waited(now) else rate.pause(now)
@@ -180,15 +221,21 @@ internal class VirtualLink(
         return images
     }
 
-    private fun askAndAnswer(millis: Int, roundTripMillis: Double) {
-        if (answerMillis.isNaN()) {
-            if (millis < askedMillis + ASK_MILLIS) return
-            askedMillis = millis
-            answerMillis = millis + roundTripMillis
+    private fun askAndAnswer(millis: Int, durationMillis: Double) {
+        val now = millis * NANOS_PER_MILLI
+        val roundTrip = roundTrip
+        if (roundTrip == null) {
+            if (millis < askMillis) return
+            this.roundTrip = RoundTrip(now, writtenBytes.toLong(), acknowledgedBytes.toLong())
+            askMillis = millis + ASK_MILLIS
+            endMillis = millis + durationMillis
+        } else if (millis < endMillis) {
+            if (roundTrip.isBehindImages) rate.unanswered(roundTrip.startNanos, now)
+        } else {
+            val end = (endMillis * NANOS_PER_MILLI).toLong()
+            rate.roundTrip(end - roundTrip.startNanos, roundTrip.onPathNanos(end), now)
+            this.roundTrip = null
         }
-        if (millis < answerMillis) return rate.unanswered(askedMillis * NANOS_PER_MILLI, millis * NANOS_PER_MILLI)
-        rate.roundTrip(((answerMillis - askedMillis) * NANOS_PER_MILLI).toLong(), millis * NANOS_PER_MILLI)
-        answerMillis = Double.NaN
     }
 
     private companion object {
