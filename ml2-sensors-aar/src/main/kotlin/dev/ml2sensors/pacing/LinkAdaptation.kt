@@ -26,12 +26,12 @@ internal class LinkState(
  * Lowers what images need when the link carries less, and raises it again: a state machine over [steps], of which the
  * first [level] are in force.
  *
- * - Down: images have waited for half a second, and some were dropped. The next level needs at most [DOWN_TARGET] of
- *   what the link delivered, but not less than a third of before. 1.5 s pass between two such steps.
- * - Up: images have not waited for 5 s, and the pacing allows what the next level needs. Where it does not, one step is
- *   tried after 30 s, since only images that wait show what a link has.
- * - A step up after which images are dropped again is taken back. The next wait is longer: 30 s, then twice as long
- *   each time, to 4 min; and then one step is taken at a time.
+ * - Down: images have waited for half a second, or for 2 s if the pacing allows what they need, and some were dropped.
+ *   The next level needs at most [DOWN_TARGET] of what the link delivered, but not less than a third of before.
+ * - Up: images have not waited for 5 s. The next level needs at most what the pacing allows, and at most three times as
+ *   much as the present one. Where the pacing allows no step, one is tried: only images that wait show what a link carries.
+ * - A step up after which images are dropped again, though the link carries what it did before, is taken back. The next
+ *   wait is longer: 30 s, then twice as long each time, to 4 min; and then one step is taken at a time.
  *
  * Times are of one monotonic clock, in ns. Not thread-safe.
  */
@@ -42,17 +42,16 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     var level: Int = (0..steps.size).first { level -> streams.all { setting(it, level).isWithin(it.present) } }
         private set
 
-    /** A step up; a trial is one that the pacing did not allow. */
-    private class Raise(val from: Int, val atNanos: Long, val isTrial: Boolean, var isTakenBack: Boolean = false)
+    /** A step up; if it was taken back, [carried] is what the link then delivered, in B/s. */
+    private class Raise(val from: Int, val atNanos: Long, var carried: Double? = null)
 
     private val deliveries = Deliveries()
     private var steadySinceNanos = nowNanos
     private var calmSinceNanos = nowNanos
     private var raised: Raise? = null
-    private var patienceNanos = PATIENCE_NANOS
 
-    /** The pacing does not allow the next step up. */
-    private var isTrial = false
+    /** How many steps up were taken back, since one was right or the link became worse. */
+    private var mistakes = 0
 
     init {
         apply()
@@ -65,10 +64,16 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         val waitingSince = link.waitingSinceNanos?.coerceAtLeast(steadySinceNanos)
         val isPressed = waitingSince != null && nowNanos - waitingSince >= PRESSURE_NANOS
         if (isPressed || link.isUnsettled) calmSinceNanos = nowNanos
-        val next = if (isPressed) lower(nowNanos) else raise(link.allowedBytesPerSecond, nowNanos)
+        val isBacklog = needed(level) < link.allowedBytesPerSecond
+        val next = when {
+            !isPressed -> raise(link.allowedBytesPerSecond, nowNanos)
+            isBacklog && nowNanos - checkNotNull(waitingSince) < BACKLOG_NANOS -> level
+            else -> lower(nowNanos)
+        }
         if (next == level) return false
-        noteStep(next, nowNanos)
         level = next
+        // Images that waited before the step are sent first
+        steadySinceNanos = nowNanos + SETTLING_NANOS
         apply()
         return true
     }
@@ -76,39 +81,40 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     private fun lower(nowNanos: Long): Int {
         val delivered = deliveries.bytesPerSecond() ?: return level
         if (!deliveries.hasDrops) return level
-        raised?.let { if (!it.isTakenBack && nowNanos - it.atNanos < RELATED_NANOS) return it.from }
-        val needed = needed(level)
-        val target = maxOf(DOWN_TARGET * delivered, needed / DEEPEST_STEP)
-        return (level + 1..steps.size).firstOrNull { needed(it) <= target } ?: steps.size
+        val target = maxOf(DOWN_TARGET * delivered, needed(level) / DEEPEST_STEP)
+        val fitting = (level + 1..steps.size).firstOrNull { needed(it) <= target } ?: steps.size
+        return takenBack(delivered, nowNanos) ?: fitting
+    }
+
+    /** Returns the level before a recent step up that was a mistake; null if there was none. */
+    private fun takenBack(delivered: Double, nowNanos: Long): Int? {
+        val last = raised?.takeIf { nowNanos - it.atNanos < RELATED_NANOS } ?: return null
+        if (delivered < WORSE_LINK * needed(last.from)) {
+            raised = null
+            mistakes = 0
+            return null
+        }
+        if (last.carried != null) return null
+        last.carried = delivered
+        mistakes = minOf(mistakes + 1, MOST_MISTAKES)
+        return last.from
     }
 
     private fun raise(allowed: Double, nowNanos: Long): Int {
+        val last = raised
+        val mistake = last?.carried
+        if (last != null && mistake == null && nowNanos - last.atNanos > RELATED_NANOS) mistakes = 0
+        // The more often that was wrong, the more the pacing must allow until it is believed
+        val doublings = maxOf(0, mistakes - 1)
+        val isBetter = mistake != null && allowed > BETTER_LINK * (1 shl doublings) * mistake
+        val isCareful = mistake != null && !isBetter
         val calmNanos = nowNanos - maxOf(calmSinceNanos, steadySinceNanos)
-        val isProven = raised?.let { !it.isTakenBack && nowNanos - it.atNanos > PROOF_NANOS } == true
-        if (isProven) patienceNanos = PATIENCE_NANOS
+        val patienceNanos = if (isCareful) LONG_PATIENCE_NANOS shl doublings else PATIENCE_NANOS
         if (level == 0 || calmNanos < patienceNanos) return level
-        // The pacing is not believed soon after it was found wrong
-        val isBelieved = raised?.let { it.isTrial && nowNanos - it.atNanos < TRIAL_NANOS } != true
-        val target = minOf(UP_TARGET * allowed, 2 * needed(level))
-        val lowest = if (patienceNanos > PATIENCE_NANOS) level - 1 else 0
-        val fitting = (lowest until level).firstOrNull { isBelieved && needed(it) <= target }
-        isTrial = fitting == null
-        return fitting ?: if (calmNanos >= maxOf(patienceNanos, TRIAL_NANOS)) level - 1 else level
-    }
-
-    private fun noteStep(next: Int, nowNanos: Long) {
-        val before = raised
-        if (next < level) {
-            raised = Raise(level, nowNanos, isTrial)
-        } else if (before == null || nowNanos - before.atNanos > RELATED_NANOS) {
-            patienceNanos = maxOf(PATIENCE_NANOS, patienceNanos / 2)
-            raised = null
-        } else if (!before.isTakenBack) {
-            patienceNanos = (2 * patienceNanos).coerceIn(TRIAL_NANOS, MOST_PATIENCE_NANOS)
-            before.isTakenBack = true
-        }
-        // Images that waited before the step are sent first
-        steadySinceNanos = nowNanos + SETTLING_NANOS
+        raised = Raise(level, nowNanos)
+        val target = minOf(UP_TARGET * allowed, HIGHEST_STEP * needed(level))
+        val lowest = if (isCareful) level - 1 else 0
+        return (lowest until level).firstOrNull { needed(it) <= target } ?: (level - 1)
     }
 
     /** Returns what all images need at a level, in B/s. */
@@ -121,21 +127,26 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
 
     private companion object {
         const val PRESSURE_NANOS = 500_000_000L
+        const val BACKLOG_NANOS = 2_000_000_000L
         const val SETTLING_NANOS = 1_000_000_000L
         const val PATIENCE_NANOS = 5_000_000_000L
-        const val TRIAL_NANOS = 30_000_000_000L
-        const val MOST_PATIENCE_NANOS = 240_000_000_000L
+        const val LONG_PATIENCE_NANOS = 30_000_000_000L
+        const val MOST_MISTAKES = 4
 
-        /** A step down so soon after one up takes it back. */
+        /** A step down so soon after one up takes it back; one up that lasted longer was right. */
         const val RELATED_NANOS = 60_000_000_000L
 
-        /** A step up that lasted so long was right. */
-        const val PROOF_NANOS = 15_000_000_000L
+        /** A link that carries less than this part of what it did before a step up has become worse. */
+        const val WORSE_LINK = 0.7
+
+        /** A link that may carry so many times what it did when a step up was taken back has become better. */
+        const val BETTER_LINK = 1.5
 
         /** The pacing goes down to this part of the link's rate: images that need more wait again. */
         const val DOWN_TARGET = 0.85
         const val UP_TARGET = 0.8
         const val DEEPEST_STEP = 3
+        const val HIGHEST_STEP = 3
 
         fun steps(streams: List<AdaptedStream>, order: AdaptationSpec): List<AdaptationStep> {
             val groups = order.streams.map { ids -> streams.filter { it.id in ids } }

@@ -60,6 +60,7 @@ internal class ImageAdaptation(private val lane: (String) -> Lane, private val r
                 val waitingSince = lanes.mapNotNull { it.waitingSinceNanos }.minOrNull()
                 val state = link.link(waitingSince, lanes.sumOf { it.overflows })
                 if (adaptation?.follow(state, System.nanoTime()) == true) reportLowered()
+                link.wantMore(streams.values.any { it.present != it.configured })
             }
         }
     }

@@ -1,6 +1,8 @@
 package dev.ml2sensors.pacing
 
 import dev.ml2sensors.table.StreamTable
+import kotlin.math.max
+import kotlin.math.min
 import kotlin.math.pow
 import kotlin.random.Random
 
@@ -33,7 +35,8 @@ internal class AdaptationScenario(
     private var queuedBytes = 0.0
     private var droppedImages = 0L
     private var waitingSince: Long? = null
-    private var pacedMbit = 1.0
+    private var pacedMbit = 10.0
+    private var isLinkKnown = false
 
     val neededMbit: Double get() = streams.sumOf { bytes(it) * it.present.rateHz } * 8e-6
 
@@ -46,9 +49,7 @@ internal class AdaptationScenario(
             val images = stream.present.rateHz / TICKS.toDouble()
             if (random.nextDouble() < images) stream.published((bytes(stream) * any(0.05)).toInt(), stream.present)
         }
-        // Images that wait show the rate; few of them together fit a fast link's queue at any rate
-        pacedMbit = if (waitingSince != null) mbit * (0.85 + 0.25 * random.nextDouble()) else pacedMbit * 1.3
-        pacedMbit = pacedMbit.coerceIn(0.5, if (neededMbit > 0.2 * mbit) 1.2 * mbit + 0.5 else 1000.0)
+        if (mbit > 0) pace(mbit)
         val offered = neededMbit / 8e-6 / TICKS * any(0.05)
         val room = minOf(mbit, pacedMbit) / 8e-6 / TICKS
         val most = streams.sumOf { QUEUE_IMAGES * bytes(it) }
@@ -58,10 +59,30 @@ internal class AdaptationScenario(
         if (waits - delivered > most) droppedImages++
         queuedBytes = minOf(waits - delivered, most)
         waitingSince = if (queuedBytes > 0) waitingSince ?: nowNanos else null
-        val link = LinkState(waitingSince, mbit == 0.0, droppedImages, sentBytes.toLong(), pacedMbit / 8e-6)
+        val isUnsettled = mbit == 0.0 || (waitingSince != null && !isLinkKnown)
+        val link = LinkState(waitingSince, isUnsettled, droppedImages, sentBytes.toLong(), pacedMbit / 8e-6)
         if (adaptation.follow(link, nowNanos)) {
             changes += Change(nowNanos, adaptation.level)
             onChange(streams)
+        }
+    }
+
+    /** The pacing finds the rate of a link while images wait, or in bursts of images with pauses. */
+    private fun pace(mbit: Double) {
+        val growth = when {
+            waitingSince == null -> 2.0.pow(BURST_GROWTH * min(1.0, neededMbit / pacedMbit))
+            isLinkKnown -> GROWTH
+            else -> START_GROWTH
+        }
+        // Small images fit into the queue of a fast link at any rate
+        val queueBytes = mbit / 8e-6 * QUEUE_SECONDS
+        if (waitingSince == null && streams.sumOf { bytes(it) } < queueBytes) {
+            pacedMbit = min(pacedMbit * growth, 1000.0)
+        } else if (pacedMbit * growth < 0.85 * mbit) {
+            pacedMbit *= growth
+        } else {
+            isLinkKnown = true
+            pacedMbit = max(0.5, mbit * (0.85 + 0.25 * random.nextDouble()))
         }
     }
 
@@ -83,6 +104,14 @@ internal class AdaptationScenario(
     private companion object {
         const val SECOND = 1_000_000_000L
         const val TICKS = 10
+
+        /** By which factor the pacing's rate grows in a tick, over its plateau and beyond, and before it knows a link. */
+        const val GROWTH = 1.05
+        const val BURST_GROWTH = 0.05
+
+        /** The pacing lets a queue become so long. */
+        const val QUEUE_SECONDS = 0.008
+        const val START_GROWTH = 1.4
         const val QUEUE_IMAGES = 4
     }
 }
