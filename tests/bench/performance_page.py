@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Writes docs/performance.md from the results of `make bench` and `make links` in build/bench.
 
-Run it on the machine that measured, right after `make bench`: the page names the machine and its
-load. A benchmark without results is left out.
+Run it on the machine that measured: the page names it. A benchmark without results is left out.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from typing import Any, NamedTuple
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "build" / "bench"
 PAGE = ROOT / "docs" / "performance.md"
+_LOAD = RESULTS / "load_average_before.txt"
 
 HEAD = """# Performance
 
@@ -226,14 +226,9 @@ def _machine() -> Iterator[str]:
     yield f"| system | {platform.system()} {platform.release().partition('-')[0]}, " + (
         f"Python {platform.python_version()} |"
     )
-    yield f"| other load | {_load()} |"
+    if _LOAD.exists():
+        yield f"| load average before `make bench` | {_LOAD.read_text().strip()} |"
     yield f"| sources | of {committed} |"
-
-
-def _load() -> str:
-    """Returns how many programs competed for the cores, by the load average of 15 minutes."""
-    load = os.getloadavg()[2]
-    return f"load average {load:.1f}" + (", so the machine was busy" if load > 2 else "")
 
 
 def _links() -> Iterator[str]:
