@@ -45,6 +45,10 @@ internal class CameraPipeline(
     private val poseless =
         if (spec.bodyFrameId == StreamTable.color.bodyFrameId) PoselessImages(spec, report) else null
     private var camera: RosCamera? = null
+    private val publishers = channels.map(::publisher)
+
+    /** One image, as all topics have it. */
+    private class Capture(val sample: ImageSample, val header: Header, val stampNanos: Long, val quality: Int?)
 
     /** Runs until [samples] end or fail. */
     suspend fun run(samples: Flow<Sample>) {
@@ -90,39 +94,37 @@ internal class CameraPipeline(
     }
 
     private suspend fun publish(sample: ImageSample, stampNanos: Long, setting: ImageSetting) {
-        val header = Header(Time.ofNanos(stampNanos), frameIds.of(spec))
+        val capture = Capture(sample, Header(Time.ofNanos(stampNanos), frameIds.of(spec)), stampNanos, setting.quality)
         images.published(channels.sumOf { sample.plane(it.topic.role)?.remaining() ?: 0 }, setting)
-        for (channel in channels) publish(channel, sample, header, stampNanos, setting.quality)
+        for (publish in publishers) publish(capture)
     }
 
-    private suspend fun publish(
-        channel: TopicChannel,
-        sample: ImageSample,
-        header: Header,
-        stampNanos: Long,
-        quality: Int?,
-    ) {
+    /** Returns what publishes a channel's part of a capture. */
+    private fun publisher(channel: TopicChannel): suspend (Capture) -> Unit {
         val topic = channel.topic
         val encoding = topic.encoding ?: spec.encoding
-        when (topic.type) {
-            Image.serializer().rosType -> {
-                val pixels = sample.plane(topic.role) ?: return
-                val image = sample.toImage(header, checkNotNull(encoding), pixels)
-                channel.publish(Image.serializer(), image, stampNanos, sample)
+        return when (topic.type) {
+            Image.serializer().rosType -> { it ->
+                it.sample.plane(topic.role)?.let { pixels ->
+                    val image = it.sample.toImage(it.header, checkNotNull(encoding), pixels)
+                    channel.publish(Image.serializer(), image, it.stampNanos, it.sample)
+                }
             }
 
-            CompressedImage.serializer().rosType -> {
-                val message = sample.toCompressedImage(header, checkNotNull(encoding))
-                channel.publish(CompressedImage.serializer(), message, stampNanos, sample)
+            CompressedImage.serializer().rosType -> { it ->
+                val image = it.sample.toCompressedImage(it.header, checkNotNull(encoding))
+                channel.publish(CompressedImage.serializer(), image, it.stampNanos, it.sample)
             }
 
-            CameraInfo.serializer().rosType -> {
-                val camera = camera(sample) ?: return
-                channel.publish(CameraInfo.serializer(), camera.toCameraInfo(header), stampNanos)
+            CameraInfo.serializer().rosType -> { it ->
+                camera(it.sample)?.let { camera ->
+                    channel.publish(CameraInfo.serializer(), camera.toCameraInfo(it.header), it.stampNanos)
+                }
             }
 
-            StringMessage.serializer().rosType ->
-                channel.publish(StringMessage.serializer(), metadata(sample, header, quality), stampNanos)
+            StringMessage.serializer().rosType -> { it ->
+                channel.publish(StringMessage.serializer(), metadata(it.sample, it.header, it.quality), it.stampNanos)
+            }
 
             else -> error("no camera publishes ${topic.type}")
         }
