@@ -53,7 +53,7 @@ def outputs() -> Iterator[tuple[Path, str]]:
 
     version = ElementTree.parse(ROOT / "pom.xml").findtext(".//{*}revision")
     yield PYTHON / "generated/__init__.py", ""
-    yield PYTHON / "generated/message_definitions.py", message_definitions(table)
+    yield PYTHON / "data/message_definitions.json", message_definitions(table)
     yield PYTHON / "generated/type_hashes.py", type_hashes()
     yield PYTHON / "generated/version.py", PYTHON_VERSION.format(version)
     yield KOTLIN / "generated/Version.kt", KOTLIN_VERSION.format(version)

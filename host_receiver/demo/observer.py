@@ -33,10 +33,10 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.adaptation import ADAPTATION
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.status_name import status_name
+from ml2_tools.live.raw_taker import RawSubscription, RawTaker
 
 RECEIVER_NODE = "/ml2_receiver"
 # After its first message a topic is starting for so long: programs are still being compiled.

@@ -9,14 +9,9 @@ ReceiverError
 ├── RosError          ROS 2 itself
 ├── ZenohError        the configuration of Zenoh
 ├── PackageError      an optional package is missing
-├── ExportError       nothing to export, or not in that format
-├── LatencyError      nothing to measure, or no plot of it
 ├── LinkTestError     the link to the headset cannot be tested now
 ├── RecordingError    a recording that cannot be written or read
-├── EvaluationError   a recording or images that give no trajectory
-├── PlaybackError     a receiver that recordings cannot be played to
 ├── DiscoveryError    receivers cannot be searched for
-├── AdbError          adb, or the headset's app
 ├── KeysError         the folder with keys and paired devices
 ├── PairingError      no device was paired, or there is no such paired device
 └── ListenError       the address to listen on
@@ -143,14 +138,6 @@ class PackageError(ReceiverError):
     """An optional package that a command needs is missing."""
 
 
-class ExportError(ReceiverError):
-    """There is nothing to export, or the format cannot express it."""
-
-
-class LatencyError(ReceiverError):
-    """There is nothing to measure, or it cannot be plotted."""
-
-
 class LinkTestError(ReceiverError):
     """No headset is connected, or its link cannot be tested now."""
 
@@ -159,20 +146,8 @@ class RecordingError(ReceiverError):
     """A recording cannot be written or read."""
 
 
-class EvaluationError(ReceiverError):
-    """There is no trajectory to evaluate, or a package that evaluation needs is missing."""
-
-
-class PlaybackError(ReceiverError):
-    """There is no receiver to play to, or it ended the session."""
-
-
 class DiscoveryError(ReceiverError):
     """Receivers cannot be searched for by name."""
-
-
-class AdbError(ReceiverError):
-    """adb is missing or reaches no headset, or the app there did not carry out a command."""
 
 
 class KeysError(ReceiverError):

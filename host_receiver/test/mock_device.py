@@ -81,7 +81,7 @@ class Wire:
         frame = self.receive()
         assert frame is not None, f"expected {kind.name}, found the end"
         assert frame.header.kind == kind, (kind, frame)
-        return frame.payload
+        return frame.body
 
     def expect_error(self, code: str) -> Error:
         """ERROR with this code, and then the end."""

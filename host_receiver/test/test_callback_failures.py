@@ -17,8 +17,8 @@ from waiting import LIMIT_S
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from ml2_receiver.ros.diagnostics_node import DiagnosticsNode
 from ml2_receiver.ros.node import RosNode
+from ml2_tools.live.diagnostics_node import DiagnosticsNode
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
 NO_TYPE = 99

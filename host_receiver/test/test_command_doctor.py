@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from ml2_receiver.cli import main
-from ml2_receiver.commands import doctor
-from ml2_receiver.doctor.findings import Finding
 from ml2_receiver.transport.discovery import FoundReceiver
+from ml2_tools.commands import doctor
+from ml2_tools.doctor.findings import Finding
 
 
 @pytest.fixture(autouse=True)

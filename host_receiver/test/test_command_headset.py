@@ -12,7 +12,7 @@ import pytest
 
 import adb_stand_in
 from ml2_receiver.cli import main
-from ml2_receiver.headset import app
+from ml2_tools.headset import app
 
 README = Path(__file__).parents[2] / "ml2-sensors-aar" / "app" / "README.md"
 URI = f"ml2s://192.168.1.7:40001?fp={'a1' * 32}&token={'b2' * 16}"
@@ -114,7 +114,7 @@ def test_start_waits_until_it_is_connected(adb: Adb, capsys: pytest.CaptureFixtu
 def test_start_that_does_not_connect_shows_why(
     adb: Adb, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ml2_receiver.commands.headset._CONNECT_TIMEOUT_S", 0)
+    monkeypatch.setattr("ml2_tools.commands.headset._CONNECT_TIMEOUT_S", 0)
     adb.set(states=["connecting"])
     assert main(["headset", "start"]) == 1
     assert "connecting desk" in capsys.readouterr().out
@@ -228,7 +228,7 @@ def test_an_answer_of_another_version_is_said_to_be_one(
     def token(_: int) -> str:
         return "r" * 8
 
-    monkeypatch.setattr("ml2_receiver.headset.app.secrets.token_hex", token)
+    monkeypatch.setattr("ml2_tools.headset.app.secrets.token_hex", token)
     adb.set(silent=True, log=[f'{{"request":"rrrrrrrr","more":{more}}}'])
     assert main(["headset", "stop"]) == 2
     assert "more: expected" in capsys.readouterr().err

@@ -17,7 +17,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from rclpy.node import Node
 
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
+from ml2_tools.live.raw_taker import RawSubscription, RawTaker
 from ml2_tools.monitoring import latency_node
 
 MS = 1_000_000

@@ -26,7 +26,7 @@ from viewing_browser import Browser, Picture, View
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from ml2_receiver.ros.diagnostics_node import DiagnosticsNode
+from ml2_tools.live.diagnostics_node import DiagnosticsNode
 
 CONFIG = """
 /**:

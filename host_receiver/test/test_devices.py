@@ -1,5 +1,5 @@
-from ml2_receiver.doctor.devices import DeviceStream, read_device
 from ml2_receiver.table.reader import load_table
+from ml2_tools.doctor.devices import DeviceStream, read_device
 
 SESSION = {
     "state": "connected",

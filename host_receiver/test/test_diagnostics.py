@@ -3,7 +3,6 @@ from typing import Any
 
 import pytest
 
-from ml2_receiver.doctor.devices import DeviceStream, read_device
 from ml2_receiver.session.report import Report, State, TopicReport
 from ml2_receiver.session.statistics import TopicStatistics
 from ml2_receiver.session.stream_state import Judgement
@@ -20,6 +19,7 @@ from ml2_receiver.wire.messages import (
     StreamStatus,
     Thermal,
 )
+from ml2_tools.doctor.devices import DeviceStream, read_device
 
 TOPIC = load_table().streams["world_left"].topics[0]
 MS = 1_000_000

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from ml2_receiver.cli import main
-from ml2_receiver.commands import doctor
-from ml2_receiver.doctor import bundle
-from ml2_receiver.doctor.findings import Finding
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.identity import Identity
+from ml2_tools.commands import doctor
+from ml2_tools.doctor import bundle
+from ml2_tools.doctor.findings import Finding
 
 TOKEN = "0123456789abcdef" * 2
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(256))

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from ml2_receiver.errors import EvaluationError
+from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation.comparison import STATISTICS, compare
 from ml2_tools.evaluation.evaluation import agreement
 from trajectories import moved, wandering

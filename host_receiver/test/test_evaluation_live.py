@@ -24,7 +24,7 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
 from ml2_receiver.cli import main
-from ml2_receiver.errors import EvaluationError
+from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation import live
 from ml2_tools.evaluation.live import record_live
 from rendered_room import CAMERA, Walk

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ml2_receiver.errors import EvaluationError
+from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation.tum import read_tum, write_tum
 from trajectories import START_NS, wandering
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from ml2_receiver.doctor import findings
 from ml2_receiver.processes import Process, is_listened_on, is_receiver, listener_of
 from ml2_receiver.processes import processes as all_processes
 from ml2_receiver.ros.fastdds import PROFILES_VARIABLE
 from ml2_receiver.transport.discovery import FoundReceiver
+from ml2_tools.doctor import findings
 
 RECEIVER = Process(12, "python3", ("python3", "-P", "-m", "ml2_receiver", "run"))
 OTHER = Process(13, "nginx", ("nginx",))

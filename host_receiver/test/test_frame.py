@@ -56,7 +56,7 @@ def header(
 
 def feed(parser: FrameParser, data: bytes) -> list[Frame]:
     """Returns the frames of `data`, with copies of their payloads."""
-    return [Frame(it.header, bytearray(it.payload)) for it in parser.feed(memoryview(data))]
+    return [Frame(it.header, bytearray(it.body)) for it in parser.feed(memoryview(data))]
 
 
 def feed_chunks(parser: FrameParser, chunks: Iterable[bytes]) -> list[Frame]:
@@ -96,7 +96,7 @@ def test_a_frame_is_its_header_and_body_in_little_endian() -> None:
         "0e 0d 0c 0b 0a 09 08 07 fe ff ff ff ff ff ff ff aa bb"
     )
     (frame,) = feed(FrameParser(Side.DEVICE, LaneKind.IMAGE), data)
-    assert frame.payload == b"\xaa\xbb"
+    assert frame.body == b"\xaa\xbb"
     assert frame.header[2:] == (16, 0, 0x0102, 0x03040506, 2, 0x0708090A0B0C0D0E, -2)
 
 
@@ -112,7 +112,7 @@ def test_every_kind_is_taken_up_to_its_bound_and_refused_above(
     parser = FrameParser(SIDES[side], LANES[lane])
     (frame,) = feed(parser, header(kind, bound) + bytes(bound))
     assert frame.header.kind == kind
-    assert len(frame.payload) == bound
+    assert len(frame.body) == bound
     assert code_of(parser, header(kind, bound + 1)) == "too_large"
 
 
@@ -156,7 +156,7 @@ def test_frames_do_not_depend_on_how_the_bytes_are_cut(
     ends = [*sorted(min(cut, len(stream)) for cut in cuts), len(stream)]
     chunks = [stream[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
     frames = feed_chunks(FrameParser(Side.DEVICE, LaneKind.IMAGE), chunks)
-    assert [frame.payload for frame in frames] == payloads
+    assert [frame.body for frame in frames] == payloads
     assert [frame.header.sequence for frame in frames] == list(range(len(payloads)))
 
 
@@ -193,7 +193,7 @@ def test_a_large_payload_costs_little_more_than_itself() -> None:
     parser = FrameParser(Side.DEVICE, LaneKind.IMAGE)
     stream = data_frame(bytes(16 * MIB))
     tracemalloc.start()
-    (count,) = [len(frame.payload) for frame in parser.feed(memoryview(stream))]
+    (count,) = [len(frame.body) for frame in parser.feed(memoryview(stream))]
     _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert count == 16 * MIB
@@ -207,10 +207,10 @@ def test_the_payload_is_one_bytearray_that_is_reused_without_allocation() -> Non
     tracemalloc.start()
     for _ in range(10):
         (frame,) = parser.feed(memoryview(image))
-        assert frame.payload is first.payload
+        assert frame.body is first.body
     _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert isinstance(first.payload, bytearray)
+    assert isinstance(first.body, bytearray)
     assert peak_bytes < 4 * KIB
 
 

@@ -13,7 +13,7 @@ from mcap.writer import Writer
 
 import bag_scene
 from ml2_receiver.cli import main
-from ml2_receiver.generated.message_definitions import DEFINITIONS
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_tools.bags.bag_reader import Bag
 from ml2_tools.inspection.check import Check
 from ml2_tools.inspection.inspection import inspect

@@ -12,7 +12,7 @@ import yaml
 
 from ml2_receiver.cli import main
 from ml2_receiver.configuration.calibration import Calibration
-from ml2_receiver.errors import ExportError
+from ml2_tools.errors import ExportError
 from ml2_tools.export.kalibr import ImuNoise, RigCamera, camchain, imu
 
 MATRIX = np.array([[900.0, 0, 640], [0, 901, 480], [0, 0, 1]])

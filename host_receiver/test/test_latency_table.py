@@ -5,8 +5,8 @@ import pytest
 from rich.console import Console
 
 from ml2_receiver.cli import main
-from ml2_receiver.errors import LatencyError
 from ml2_receiver.session.statistics import Latency
+from ml2_tools.errors import LatencyError
 from ml2_tools.monitoring.latency import Breakdown
 from ml2_tools.monitoring.latency_table import Breakdowns, latency_table, write_plot
 

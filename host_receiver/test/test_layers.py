@@ -13,11 +13,11 @@ LAYERS = {
     "ml2_receiver": (
         "errors", "user_folder", "generated", "wire", "table", "configuration", "security",
         "processes", "transport", "pairing", "session", "topics", "recording", "ros", "zenoh",
-        "headset", "doctor", "commands", "cli", "__main__",
+        "commands", "cli", "__main__",
     ),
     "ml2_tools": (
-        "geometry", "images", "bags", "monitoring", "export", "inspection", "products",
-        "evaluation", "playback", "compatibility", "viewing", "commands",
+        "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor", "export",
+        "inspection", "products", "evaluation", "playback", "compatibility", "viewing", "commands",
     ),
 }  # fmt: skip
 # Modules of the driver that the toolbox may use; a name stands for all below it.
@@ -26,17 +26,18 @@ PUBLIC = (
     "ml2_receiver.generated",
     "ml2_receiver.wire",
     "ml2_receiver.table",
-    "ml2_receiver.configuration.calibration",
+    "ml2_receiver.configuration",
     "ml2_receiver.security",
+    "ml2_receiver.processes",
     "ml2_receiver.pairing",
     "ml2_receiver.transport",
     "ml2_receiver.session.statistics",
+    "ml2_receiver.session.stream_state",
     "ml2_receiver.session.streams",
     "ml2_receiver.topics",
     "ml2_receiver.recording",
     "ml2_receiver.ros.context",
-    "ml2_receiver.ros.raw_taker",
-    "ml2_receiver.ros.receiver_client",
+    "ml2_receiver.ros.fastdds",
     "ml2_receiver.commands",
 )
 NOT_IN_THE_DRIVER = {"cv2", "matplotlib", "pycolmap", "websockets", "ml2_tools"}

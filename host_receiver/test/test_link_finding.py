@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from ml2_receiver.configuration.config import Config, parse_config
-from ml2_receiver.doctor.link_finding import link_finding
+from ml2_tools.doctor.link_finding import link_finding
 
 SESSION = {"state": "connected"}
 IMAGE_ROW = {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ml2_receiver.cli import main
-from ml2_receiver.errors import EvaluationError
+from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation.slam_files import read_trajectory
 
 # sin and cos of 45 degrees: half of a quarter turn

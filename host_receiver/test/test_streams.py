@@ -121,7 +121,7 @@ def test_a_payload_that_is_not_plain_cdr_is_malformed_and_not_published(payload:
     scene = Scene()
     scene.start()
     with pytest.raises(ProtocolError) as raised:
-        scene.lanes["world_left"].routes[1].receive(data(1)._replace(payload=bytearray(payload)), 0)
+        scene.lanes["world_left"].routes[1].receive(data(1)._replace(body=bytearray(payload)), 0)
     assert raised.value.code == "malformed"
     assert not scene.sink.payloads
 

@@ -2,8 +2,8 @@
 
 from rosbags.typesys import Stores, get_typestore
 
-from ml2_receiver.generated.message_definitions import DEFINITIONS
 from ml2_receiver.generated.type_hashes import HASHES
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 
 # rosbags takes char for uint8, ROS for int8.
 _DIFFERENT_IN_ROSBAGS = {"std_msgs/msg/Char"}

@@ -6,8 +6,7 @@ from types import ModuleType
 import pytest
 
 from ml2_receiver.cli import main
-from ml2_receiver.commands import devices, record_attached
-from ml2_tools.commands import call, latency, topics, view
+from ml2_tools.commands import call, devices, latency, record_attached, topics, view
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 

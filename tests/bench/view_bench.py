@@ -30,10 +30,10 @@ from rclpy.qos import qos_profile_sensor_data
 
 from load_run import Usage, growth
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.ros.diagnostics_node import DiagnosticsNode
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_tools.bags.decoding import decoder
+from ml2_tools.live.diagnostics_node import DiagnosticsNode
+from ml2_tools.live.raw_taker import RawSubscription, RawTaker
 from ml2_tools.monitoring.topic_table import topic_figures
 from processes import (
     PREFIX,

@@ -31,7 +31,7 @@ def parse(case: dict[str, Any], binary: bytes, piece_bytes: int) -> list[tuple[F
         buffer[:count] = rest[:count]
         rest = rest[count:]
         if found := parser.buffer_updated(count):
-            frames.append((found, bytes(found.payload)))
+            frames.append((found, bytes(found.body)))
     assert parser.is_between_frames
     return frames
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import rclpy
 from rclpy.qos import QoSProfile
 
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
+from ml2_tools.live.raw_taker import RawSubscription, RawTaker
 
 _TIMEOUT_S = 40.0
 _POLL_S = 0.1

@@ -46,7 +46,7 @@ def parsed(parser: FrameParser, stream: bytes, piece: int) -> Found:
         except ProtocolError as error:
             return [*found, error.code]
         if frame is not None:
-            assert len(frame.payload) == frame.header.length
-            most = max(most, len(frame.payload))
-            found.append((frame.header, bytes(frame.payload)))
+            assert len(frame.body) == frame.header.length
+            most = max(most, len(frame.body))
+            found.append((frame.header, bytes(frame.body)))
     return found

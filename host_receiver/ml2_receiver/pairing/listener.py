@@ -172,7 +172,7 @@ class _Exchange:
             frame = self._parser.buffer_updated(count)
         if frame.header.kind != Kind.PAIR:
             raise ProtocolError(ErrorCode.UNEXPECTED, "expected PAIR")
-        return Pair.parse(frame.payload)
+        return Pair.parse(frame.body)
 
     def refuse(self, code: ErrorCode, message: str) -> None:
         self.send(Kind.ERROR, Error(code, message, fatal=True))

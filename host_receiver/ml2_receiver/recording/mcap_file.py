@@ -8,12 +8,12 @@ from mcap.records import Channel, Schema
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
-from ..generated.message_definitions import DEFINITIONS
 from ..generated.type_hashes import HASHES
 from ..generated.version import VERSION
 from .bag_metadata import BagFile, to_yaml
 from .bag_topic import BagTopic
 from .mcap_end import end_file
+from .message_definitions import DEFINITIONS
 
 _CHUNK_BYTES = 4 << 20
 COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}

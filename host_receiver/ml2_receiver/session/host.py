@@ -81,9 +81,9 @@ class Host:
     def _first_frame(self, connection: Connection, frame: Frame) -> None:
         match frame.header.kind:
             case Kind.HELLO:
-                self._hello(connection, Hello.parse(frame.payload))
+                self._hello(connection, Hello.parse(frame.body))
             case Kind.JOIN:
-                self._join(connection, Join.parse(frame.payload))
+                self._join(connection, Join.parse(frame.body))
             case _:  # the parser lets only ERROR through, which needs no answer
                 self._log_refusal(connection, "ERROR instead of HELLO or JOIN")
                 close(self._context, connection, Ending.DRAIN)

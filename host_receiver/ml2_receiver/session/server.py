@@ -263,7 +263,7 @@ class Server:
                     raise self._host.refusal(link.connection, header.channel)
             route.receive(frame, received_ns)
         elif header.kind == Kind.TIME_REQUEST:
-            (t1,) = _TIME.unpack(frame.payload)
+            (t1,) = _TIME.unpack(frame.body)
             now_ns = time.time_ns()
             times = _TIMES.pack(t1, received_ns, now_ns)
             link.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))

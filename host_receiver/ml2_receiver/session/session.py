@@ -125,9 +125,9 @@ class Session:
         if connection is self.control:
             self._last_received_s = self._context.clock()
         if frame.header.kind == Kind.ERROR:
-            self._error(connection, Error.parse(frame.payload))
+            self._error(connection, Error.parse(frame.body))
         elif handle := self._handlers.get(frame.header.kind):
-            handle(frame.payload)
+            handle(frame.body)
         else:
             self.skipped_frames += 1
 

@@ -36,10 +36,10 @@ class Header(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """A complete frame. `payload` is the parser's own buffer, see FrameParser."""
+    """A complete frame. `body` is the parser's own buffer, see FrameParser."""
 
     header: Header
-    payload: bytearray
+    body: bytearray
 
 
 def encode_frame(
@@ -67,7 +67,7 @@ class FrameParser:
 
     It is used like asyncio.BufferedProtocol: receive into get_buffer(), then pass the number of
     received bytes to buffer_updated(), which returns a completed frame or None. Where frames are
-    small, receive many at once and pass the bytes to feed() instead. A frame's payload
+    small, receive many at once and pass the bytes to feed() instead. A frame's body
     is one bytearray that is reused: it has exactly the body's length and is valid until the next
     get_buffer(). Its memory grows with the bytes that arrived, not to the length in the header, and
     is kept for the next frame.

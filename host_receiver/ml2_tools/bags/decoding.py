@@ -11,7 +11,7 @@ from mcap.records import Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap_ros2.decoder import DecoderFactory
 
-from ml2_receiver.generated.message_definitions import DEFINITIONS
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 
 _BROKEN = (ValueError, IndexError, OverflowError, struct.error)
 

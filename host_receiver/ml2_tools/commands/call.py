@@ -2,9 +2,10 @@
 
 import argparse
 
-from ml2_receiver.commands.live import PATIENCE_S, receiver_client
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.errors import RosError
+
+from .live import PATIENCE_S, receiver_client
 
 _SERVICES = {
     "start": "let the streams run",

@@ -3,11 +3,12 @@
 import argparse
 import signal
 
-from ml2_receiver.commands.live import PATIENCE_S
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.table.reader import load_table
+
+from .live import PATIENCE_S
 
 _EPILOG = """\
 Works like `ros2 topic echo` for any topic of the ROS domain. Of a long array it prints only the

@@ -13,8 +13,8 @@ from rich.table import Table
 from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import EvaluationError
 
+from ..errors import EvaluationError
 from ..export.kalibr import CAMERAS
 from .optional_packages import optional_packages
 

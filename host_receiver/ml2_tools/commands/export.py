@@ -3,16 +3,16 @@
 import argparse
 from pathlib import Path
 
-from ml2_receiver.commands.live import PATIENCE_S
 from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.ros_start import ros_needed
-from ml2_receiver.errors import ExportError
 from ml2_receiver.table.reader import load_table
 
 from ..bags.bag_reader import BagReader
+from ..errors import ExportError
 from ..export import open_vins, orb_slam3
 from ..export.kalibr import CAMERAS, ImuNoise, camchain, imu
 from ..export.rig import Rig
+from .live import PATIENCE_S
 from .optional_packages import optional_packages
 from .reading import progress
 

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.live import Live
 
-from ml2_receiver.commands.live import PATIENCE_S
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import NO_RECEIVER_HINT, LatencyError
+from ml2_receiver.errors import NO_RECEIVER_HINT
 
+from ..errors import LatencyError
 from ..monitoring.latency_table import latency_table, write_plot
+from .live import PATIENCE_S
 
 if TYPE_CHECKING:
     from ..monitoring.latency_node import LatencyNode

@@ -16,11 +16,11 @@ from ml2_receiver.commands.options import Subparsers, above_zero
 from ml2_receiver.commands.receiving import address
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
 from ml2_receiver.commands.stopping import stop_signal
-from ml2_receiver.errors import PlaybackError
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.table.reader import load_table
 
 from ..bags.bag_reader import BagReader
+from ..errors import PlaybackError
 from ..playback.answers import Repertoire
 from ..playback.lane import Destination
 from ..playback.player import Player

@@ -9,9 +9,9 @@ from typing import Any
 import yaml
 
 from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.errors import ExportError
 from ml2_receiver.table.reader import load_table
 
+from ..errors import ExportError
 from ..images.image_topic import image_topics
 
 _EPILOG = """\

@@ -2,11 +2,12 @@
 
 import argparse
 
-from ml2_receiver.commands.live import PATIENCE_S, receiver_client
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.errors import RosError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.json_body import Scalar
+
+from .live import PATIENCE_S, receiver_client
 
 _EPILOG = """\
 Sets all values in one call: either all are valid together, or none is set. The receiver sends them

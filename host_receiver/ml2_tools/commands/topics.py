@@ -7,11 +7,11 @@ import sys
 from rich.console import Console
 from rich.live import Live
 
-from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.commands.stopping import stop_signal
 
 from ..monitoring.topic_table import topic_figures, topic_table
+from .live import PATIENCE_S, diagnostics_node
 
 _REDRAW_S = 0.5
 _WIDTH = 150

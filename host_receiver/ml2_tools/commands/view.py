@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.endpoint import PORT, add_keys
-from ml2_receiver.commands.live import PATIENCE_S, diagnostics_node
 from ml2_receiver.commands.options import Subparsers, add_name, port
 from ml2_receiver.commands.pair import failed_attempts
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
@@ -20,6 +19,7 @@ from ml2_receiver.errors import ListenError, RecordingError
 from ml2_receiver.pairing.offer import PairingOffer
 from ml2_receiver.transport.listener import everywhere, listen
 
+from .live import PATIENCE_S, diagnostics_node
 from .optional_packages import optional_packages
 
 if TYPE_CHECKING:

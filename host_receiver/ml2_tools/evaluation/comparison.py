@@ -19,8 +19,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from ml2_receiver.errors import EvaluationError
-
+from ..errors import EvaluationError
 from .trajectory import Trajectory
 from .tum import write_tum
 

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ml2_receiver.errors import EvaluationError
-
+from ..errors import EvaluationError
 from .comparison import Comparison, compare
 from .sequence import Sequence
 from .time_offset import time_offset_s

@@ -10,15 +10,15 @@ from pathlib import Path
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from ml2_receiver.errors import EvaluationError
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.table.stream_table import Qos
 
+from ..errors import EvaluationError
 from ..geometry.transform_tree import STATIC_DEPTH
 from ..images.image_topic import image_topics
+from ..live.raw_taker import RawSubscription, RawTaker
 from .sequence import Parts, Sequence
 
 _IMAGES_DEPTH = 60

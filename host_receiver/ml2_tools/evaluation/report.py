@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ml2_receiver.errors import EvaluationError
-
+from ..errors import EvaluationError
 from .comparison import STATISTICS
 from .evaluation import Agreement, Evaluation, summary
 from .plots import PlotData, plots

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ml2_receiver.errors import EvaluationError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.string_message import decode_string
 
 from ..bags.bag_reader import Bag, BagReader
 from ..bags.decoding import decoder
+from ..errors import EvaluationError
 from ..geometry.camera import Camera, camera_of, metadata_stamp_ns
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import image_topic

@@ -10,8 +10,7 @@ from tempfile import TemporaryDirectory
 import cv2
 import pycolmap
 
-from ml2_receiver.errors import EvaluationError
-
+from ..errors import EvaluationError
 from ..geometry.camera import Camera
 from ..images.rectification import rectify
 from .placement import Map

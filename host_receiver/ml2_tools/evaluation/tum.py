@@ -10,8 +10,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 
-from ml2_receiver.errors import EvaluationError
-
+from ..errors import EvaluationError
 from ..geometry.pose import Pose, pose_of
 from .trajectory import Trajectory
 

@@ -12,11 +12,11 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ml2_receiver.errors import ExportError
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.bag_reader import BagReader
 from ..bags.decoding import decoder
+from ..errors import ExportError
 from ..images.pixels import pixels_of
 from .asl_yaml import asl_yaml
 from .kalibr import ImuNoise, RigCamera, distortion

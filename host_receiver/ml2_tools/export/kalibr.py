@@ -13,8 +13,8 @@ import numpy as np
 import yaml
 
 from ml2_receiver.configuration.calibration import Calibration
-from ml2_receiver.errors import ExportError
 
+from ..errors import ExportError
 from ..geometry.pose import Pose
 
 # The cameras whose lens models calibration programs know, in the order of cam0, cam1, ...

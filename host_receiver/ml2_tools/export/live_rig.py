@@ -17,9 +17,9 @@ from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.errors import ExportError
 from ml2_receiver.ros.context import start_ros
 
+from ..errors import ExportError
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import STATIC_DEPTH, Tree
 from ..images.image_topic import image_topic

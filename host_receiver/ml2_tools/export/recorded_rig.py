@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ml2_receiver.errors import ExportError
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.bag_reader import BagMessage, BagReader
 from ..bags.decoding import decoder
+from ..errors import ExportError
 from ..geometry.pose import Pose
 from ..geometry.transform_tree import Tree
 from ..images.image_topic import image_topic

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ml2_receiver.errors import ProtocolError
-from ml2_receiver.generated.message_definitions import DEFINITIONS
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.topics.stamps import header_stamp_ns, stamp_reader
 from ml2_receiver.topics.string_message import decode_string

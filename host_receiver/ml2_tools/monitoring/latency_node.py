@@ -11,10 +11,10 @@ from rclpy.serialization import deserialize_message
 
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.status_name import split_status_name
 
+from ..live.raw_taker import RawSubscription, RawTaker
 from .latency import Breakdown, TopicLatency
 
 # As many messages as a window has. On a busy machine this subscriber must show the delay and not

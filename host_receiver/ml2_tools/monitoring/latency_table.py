@@ -6,8 +6,7 @@ from pathlib import Path
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from ml2_receiver.errors import LatencyError
-
+from ..errors import LatencyError
 from .latency import Breakdown
 
 type Breakdowns = Mapping[str, tuple[str, Breakdown | None]]

@@ -4,7 +4,7 @@ import socket
 import threading
 from dataclasses import dataclass
 
-from ml2_receiver.errors import ErrorCode, PlaybackError, ProtocolError
+from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.security.contexts import device_context
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.transport.tls_transport import TlsTransport
@@ -13,6 +13,8 @@ from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 from ml2_receiver.wire.messages import Error
+
+from ..errors import PlaybackError
 
 _CONNECT_S = 5.0
 
@@ -89,11 +91,11 @@ class Lane:
         if frame is None:
             raise PlaybackError(f"expected {kind.name}, but the receiver ended lane {self.name}")
         if frame.header.kind == Kind.ERROR:
-            error = Error.parse(frame.payload)
+            error = Error.parse(frame.body)
             raise PlaybackError(f"the receiver refuses: {error.code}: {error.message}")
         if frame.header.kind != kind:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"expected {kind.name}, found {frame.header}")
-        return frame.payload
+        return frame.body
 
     def end_output(self) -> None:
         """Closes the sending direction of the connection."""

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 
 from ml2_receiver.errors import RecordingError
-from ml2_receiver.generated.message_definitions import DEFINITIONS
+from ml2_receiver.recording.message_definitions import DEFINITIONS
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.wire.frame import CDR_ENCAPSULATION

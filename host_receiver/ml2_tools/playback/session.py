@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from ml2_receiver.errors import PlaybackError, ProtocolError
+from ml2_receiver.errors import ProtocolError
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import VERSION as PROTOCOL_VERSION
@@ -26,6 +26,7 @@ from ml2_receiver.wire.messages import (
     Welcome,
 )
 
+from ..errors import PlaybackError
 from .answers import LEFT_OUT, Repertoire
 from .device import KINDS, Device
 from .lane import Destination, Lane
@@ -154,16 +155,16 @@ class Session:
         while (frame := self._control.receive()) is not None:
             match frame.header.kind:
                 case Kind.CONFIGURE:
-                    self._configure(Configure.parse(frame.payload))
+                    self._configure(Configure.parse(frame.body))
                 case Kind.START:
-                    if self._device.start(Start.parse(frame.payload)):
+                    if self._device.start(Start.parse(frame.body)):
                         self.started.set()
                 case Kind.PING:
                     self._control.send(Kind.PONG)
                 case Kind.BYE:
-                    self._end(f"the receiver ended the session: {Bye.parse(frame.payload).reason}")
+                    self._end(f"the receiver ended the session: {Bye.parse(frame.body).reason}")
                 case Kind.ERROR:
-                    self._take_error(Error.parse(frame.payload))
+                    self._take_error(Error.parse(frame.body))
         self._end("the receiver has ended the session")
 
     def _configure(self, configure: Configure) -> None:

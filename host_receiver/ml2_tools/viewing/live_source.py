@@ -14,10 +14,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
 from ml2_receiver.ros.context import tool_node
-from ml2_receiver.ros.raw_taker import RawSubscription, RawTaker
 from ml2_receiver.topics.status_name import split_status_name
 
 from ..geometry.transform_tree import STATIC_DEPTH
+from ..live.raw_taker import RawSubscription, RawTaker
 from ..monitoring.topic_table import Rows
 from .feed import Feed, Kind
 from .plots import CLOCK, THROUGHPUT, clock_uncertainty_ms, received_mbit_per_s

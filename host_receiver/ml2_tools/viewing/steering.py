@@ -11,9 +11,9 @@ from typing import Any
 from rclpy.context import Context
 
 from ml2_receiver.errors import ReceiverError, RosError
-from ml2_receiver.ros.receiver_client import ReceiverClient
 from ml2_receiver.wire.json_body import Scalar
 
+from ..live.receiver_client import ReceiverClient
 from .controls import SERVICES, Control
 from .pairing import PagePairing
 from .requests import Call, Change, Offer, Pair, Steer

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ..session.stream_state import Judgement, grant
-from ..table.stream_table import Stream, StreamTable
-from ..topics.adaptation import ADAPTATION, lowered_streams
-from ..topics.judgement import read_judgements
+from ml2_receiver.session.stream_state import Judgement, grant
+from ml2_receiver.table.stream_table import Stream, StreamTable
+from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
+from ml2_receiver.topics.judgement import read_judgements
 
 _PERMISSION, _STREAM = "permission.", "stream."
 

@@ -9,8 +9,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from ..errors import ReceiverError, file_hint
-from ..generated.version import VERSION
+from ml2_receiver.errors import ReceiverError, file_hint
+from ml2_receiver.generated.version import VERSION
 
 _MOST_LOGS = 5
 _MOST_BYTES = 1_000_000

@@ -9,13 +9,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from ml2_receiver.commands.endpoint import add_keys
+from ml2_receiver.commands.options import Subparsers, add_name
+from ml2_receiver.security.paired_devices import PairedDevice, PairedDevices
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.topics.adaptation import LOWERED
+
 from ..doctor.devices import Device, read_device
-from ..security.paired_devices import PairedDevice, PairedDevices
-from ..table.reader import load_table
-from ..topics.adaptation import LOWERED
-from .endpoint import add_keys
 from .live import PATIENCE_S, diagnostics_node
-from .options import Subparsers, add_name
 
 _EPILOG = """\
 A headset connects to a receiver, so this asks the one that runs in this ROS domain; --paired reads

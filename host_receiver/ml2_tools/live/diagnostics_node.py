@@ -10,9 +10,10 @@ from rclpy.context import Context
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-from ..errors import NO_RECEIVER_HINT, RosError
-from ..topics.status_name import split_status_name
-from .context import tool_node
+from ml2_receiver.errors import NO_RECEIVER_HINT, RosError
+from ml2_receiver.ros.context import tool_node
+from ml2_receiver.topics.status_name import split_status_name
+
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from .ros_start import ros_needed
+from ml2_receiver.commands.ros_start import ros_needed
 
 if TYPE_CHECKING:
-    from ..ros.diagnostics_node import DiagnosticsNode
-    from ..ros.receiver_client import ReceiverClient
+    from ..live.diagnostics_node import DiagnosticsNode
+    from ..live.receiver_client import ReceiverClient
 
 PATIENCE_S = 10.0
 
@@ -23,7 +23,7 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
         RosError: ROS is missing or does not start.
     """
     with ros_needed():
-        from ..ros.diagnostics_node import DiagnosticsNode
+        from ..live.diagnostics_node import DiagnosticsNode
     node = DiagnosticsNode()
     try:
         yield node
@@ -39,7 +39,7 @@ def receiver_client(receiver: str, timeout_s: float) -> Iterator[ReceiverClient]
         RosError: ROS is missing or does not start, or there is no such receiver.
     """
     with diagnostics_node() as node:
-        from ..ros.receiver_client import ReceiverClient
+        from ..live.receiver_client import ReceiverClient
 
         node.rows(receiver, timeout_s)
         client = ReceiverClient(node.context, receiver, timeout_s)

@@ -13,8 +13,8 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import Trigger
 
-from ..errors import RosError
-from ..wire.json_body import Scalar
+from ml2_receiver.errors import RosError
+from ml2_receiver.wire.json_body import Scalar
 
 
 class ReceiverClient:

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 
-from ..configuration.config import Config
-from ..configuration.forecast import images_mbit_per_s
-from ..configuration.link_fit import advice
-from ..topics.adaptation import ADAPTATION, lowered_streams
+from ml2_receiver.configuration.config import Config
+from ml2_receiver.configuration.forecast import images_mbit_per_s
+from ml2_receiver.configuration.link_fit import advice
+from ml2_receiver.topics.adaptation import ADAPTATION, lowered_streams
+
 from .findings import Finding
 
 _CHECK = "link to headset"

@@ -9,9 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ..errors import AdbError, ProtocolError
-from ..wire.json_body import JsonBody
-from ..wire.messages import ClockStatus, Thermal
+from ml2_receiver.errors import ProtocolError
+from ml2_receiver.wire.json_body import JsonBody
+from ml2_receiver.wire.messages import ClockStatus, Thermal
+
+from ..errors import AdbError
 from .adb import adb, shell
 
 _INSTALL_HINT = "Install the app of this release: `ml2-receiver headset install`."

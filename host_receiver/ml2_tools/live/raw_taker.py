@@ -19,7 +19,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from ..topics.message_types import message_class
+from ml2_receiver.topics.message_types import message_class
 
 _WAIT_NS = 100_000_000
 

@@ -4,10 +4,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ..processes import Process, is_receiver
-from ..ros.fastdds import NEEDED_BYTES, PROFILES_VARIABLE
-from ..topics.judgement import read_judgements
-from ..transport.discovery import FoundReceiver
+from ml2_receiver.processes import Process, is_receiver
+from ml2_receiver.ros.fastdds import NEEDED_BYTES, PROFILES_VARIABLE
+from ml2_receiver.topics.judgement import read_judgements
+from ml2_receiver.transport.discovery import FoundReceiver
 
 # https://docs.ros.org/en/jazzy/How-To-Guides/DDS-tuning.html asks for as much as there is; several
 # images of 1 MB under way need this.

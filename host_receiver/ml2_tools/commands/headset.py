@@ -12,14 +12,16 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..errors import AdbError, PairingError
-from ..generated.version import VERSION
+from ml2_receiver.commands.endpoint import PORT
+from ml2_receiver.commands.options import Subparsers, add_file, port
+from ml2_receiver.errors import PairingError
+from ml2_receiver.generated.version import VERSION
+from ml2_receiver.pairing.uri import PairingUri
+from ml2_receiver.table.reader import load_table
+
+from ..errors import AdbError
 from ..headset import app
 from ..headset.adb import adb
-from ..pairing.uri import PairingUri
-from ..table.reader import load_table
-from .endpoint import PORT
-from .options import Subparsers, add_file, port
 
 _APK = Path(__file__).parents[3] / "build" / "apk" / f"ml2-sensors-{VERSION}.apk"
 _INSTALL_TIMEOUT_S = 180.0

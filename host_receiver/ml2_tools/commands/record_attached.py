@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
-from ..errors import RecordingError
+from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.errors import RecordingError
+
 from .live import PATIENCE_S, diagnostics_node
 from .recording_wait import Standing, wait
-from .stopping import stop_signal
 
 _ROW = "recording"
 
@@ -22,7 +23,7 @@ def record_attached(options: argparse.Namespace) -> int:
     """
     stopping = stop_signal()
     with diagnostics_node() as node:
-        from ..ros.receiver_client import ReceiverClient
+        from ..live.receiver_client import ReceiverClient
 
         node.rows(options.name, PATIENCE_S)
         client = ReceiverClient(node.context, options.name, PATIENCE_S)

@@ -9,10 +9,10 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
 
-from ..errors import RosError
+from ml2_receiver.errors import RosError
 
 if TYPE_CHECKING:
-    from ..ros.diagnostics_node import DiagnosticsNode, Values
+    from ..live.diagnostics_node import DiagnosticsNode, Values
 
 _SERVICE = "ml2_receiver/test_link"
 _ANSWER_S = 10.0

@@ -6,20 +6,21 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..errors import RecordingError
-from ..recording.bag_folder import make_folder
-from ..recording.mcap_file import COMPRESSIONS
-from ..recording.options import RecordingOptions
-from ..recording.recording import Recording, losses, summary
-from ..topics.calibrated_sink import CalibratedSink
-from ..topics.fan_out import FanOut
-from .endpoint import Endpoint
-from .options import Subparsers
-from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, load, make_node, serving
+from ml2_receiver.commands.endpoint import Endpoint
+from ml2_receiver.commands.options import Subparsers
+from ml2_receiver.commands.printed_events import PrintedEvents
+from ml2_receiver.commands.receiving import add_options, config_file, load, make_node, serving
+from ml2_receiver.commands.stopping import stop_signal
+from ml2_receiver.errors import RecordingError
+from ml2_receiver.recording.bag_folder import make_folder
+from ml2_receiver.recording.mcap_file import COMPRESSIONS
+from ml2_receiver.recording.options import RecordingOptions
+from ml2_receiver.recording.recording import Recording, losses, summary
+from ml2_receiver.topics.calibrated_sink import CalibratedSink
+from ml2_receiver.topics.fan_out import FanOut
+
 from .record_attached import record_attached
 from .recording_wait import Standing, wait
-from .stopping import stop_signal
 
 _MOST = 1 << 31
 _ENDED_EARLY_HINT = (

@@ -16,24 +16,25 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..configuration.config import Config, load_config
-from ..configuration.config_file import ConfigFile
-from ..configuration.parameter_file import node_names
-from ..configuration.settings import config_of
+from ml2_receiver.commands.endpoint import PORT
+from ml2_receiver.commands.options import Subparsers, add_file, add_name
+from ml2_receiver.configuration.config import Config, load_config
+from ml2_receiver.configuration.config_file import ConfigFile
+from ml2_receiver.configuration.parameter_file import node_names
+from ml2_receiver.configuration.settings import config_of
+from ml2_receiver.errors import ConfigError, DiscoveryError, RosError
+from ml2_receiver.processes import is_listened_on, listener_of, receivers
+from ml2_receiver.ros.fastdds import free_shared_memory_bytes
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.transport.discovery import FoundReceiver, find_receivers
+
 from ..doctor import bundle, findings, machine
 from ..doctor.findings import Finding
 from ..doctor.link_finding import link_finding
-from ..errors import ConfigError, DiscoveryError, RosError
-from ..processes import is_listened_on, listener_of, receivers
-from ..ros.fastdds import free_shared_memory_bytes
-from ..table.reader import load_table
-from ..transport.discovery import FoundReceiver, find_receivers
-from .endpoint import PORT
 from .live import PATIENCE_S, diagnostics_node
-from .options import Subparsers, add_file, add_name
 
 if TYPE_CHECKING:
-    from ..ros.diagnostics_node import DiagnosticsNode, Values
+    from ..live.diagnostics_node import DiagnosticsNode, Values
 
 _MARKS = {"ok": "[green]ok[/]", "hint": "[yellow]hint[/]", "wrong": "[red]wrong[/]"}
 _EPILOG = """\
@@ -173,7 +174,7 @@ def _tested(node: DiagnosticsNode, receiver: str) -> Values | str:
 
 def _config(node: DiagnosticsNode, receiver: str) -> Config | None:
     """Returns the configuration in force, or None if the receiver does not tell it."""
-    from ..ros.receiver_client import ReceiverClient
+    from ..live.receiver_client import ReceiverClient
 
     sections = load_table().sections.values()
     client = ReceiverClient(node.context, receiver, PATIENCE_S)
