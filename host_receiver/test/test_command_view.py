@@ -215,7 +215,7 @@ def test_a_pairing_ends_with_the_page_that_began_it(device: MockDevice, tmp_path
 def code_of(modules: list[str]) -> str:
     """The text of a QR code, as OpenCV reads it."""
     white = np.array([[it == "0" for it in row] for row in modules], np.uint8) * 255
-    text, _, _ = cv2.QRCodeDetector().detectAndDecode(white.repeat(8, 0).repeat(8, 1))
+    text, _, _ = cv2.QRCodeDetectorAruco().detectAndDecode(white.repeat(8, 0).repeat(8, 1))
     return text
 
 
