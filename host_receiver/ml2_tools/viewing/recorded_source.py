@@ -126,6 +126,7 @@ class RecordedSource:
             case Speed(rate):
                 self._timeline.set_rate(rate)
         self._woken.set()
+        self._say_position()  # so that no earlier one is sent after the answer
         answered(Answer("recording", True, ""))
 
     def _topics(self) -> tuple[Rows, Mapping[str, float]]:
@@ -226,14 +227,16 @@ class RecordedSource:
     def _report(self) -> None:
         self._next_report_s = time.monotonic() + _PERIOD_S
         self._view.report(self._rows, {})
-        at_s, rate = min(self.now_s(), self._length_s), self._timeline.rate
-        position = {
-            "type": "position",
-            "at_s": at_s,
-            "rate": rate,
-            "is_playing": not self._timeline.is_paused,
-            "jumps": self._timeline.position[0],
-        }
+        self._say_position()
+
+    def _say_position(self) -> None:
         with self._view.changed:
+            position = {
+                "type": "position",
+                "at_s": min(self.now_s(), self._length_s),
+                "rate": self._timeline.rate,
+                "is_playing": not self._timeline.is_paused,
+                "jumps": self._timeline.position[0],
+            }
             self._position = self._position[0] + 1, json.dumps(position)
             self._view.changed.notify_all()

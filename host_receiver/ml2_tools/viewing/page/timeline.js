@@ -28,9 +28,13 @@ export class TimeLine {
     this.#button.onclick = () => this.#wish("play", !this.#position.is_playing);
     this.#speed.onchange = () => this.#wish("speed", Number(this.#speed.value));
     this.#slider.oninput = () => {
+      const atS = Math.min(Number(this.#slider.value), recording.length_s);
       this.#isMoved = true;
-      this.#tell(Number(this.#slider.value));
-      this.#wish("seek", Math.min(Number(this.#slider.value), recording.length_s));
+      // What is drawn until the server tells its own.
+      this.#position = { ...this.#position, at_s: atS };
+      this.#sinceMs = performance.now();
+      this.#tell(atS);
+      this.#wish("seek", atS);
     };
     this.#slider.onchange = () => (this.#isMoved = false);
     this.#timer = setInterval(() => this.#draw(), REDRAW_MS);
