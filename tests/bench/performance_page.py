@@ -24,9 +24,8 @@ _LOAD = RESULTS / "load_average_before.txt"
 HEAD = """# Performance
 
 `tests/bench/performance_page.py` generated this page from the results of `make bench` and
-`make links`. The sensors
-were simulated or mocked and all programs ran on one machine, so the figures contain no Wi-Fi and no
-headset. CPU time is that of the whole process.
+`make links`. The sensors were simulated or mocked and all programs ran on one machine, so the
+figures contain no Wi-Fi and no headset. CPU time is that of the whole process.
 
 | machine | |
 |---|---|

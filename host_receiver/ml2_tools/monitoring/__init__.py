@@ -1,1 +1,1 @@
-"""Reads the topics and diagnostics of running receivers."""
+"""Latencies, rates and losses of topics, as `latency`, `topics` and `echo` show them."""
