@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,8 +13,10 @@ from ..session.server import Server
 from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
 from ..table.reader import load_table
+from ..topics.fan_out import FanOut
 from .endpoint import Endpoint, add_insecure, add_keys
 from .options import add_file, name
+from .printed_events import PrintedEvents
 from .ros_start import node_arguments, ros_needed, use_profile
 
 if TYPE_CHECKING:
@@ -74,12 +76,23 @@ def load(file: ConfigFile, options: argparse.Namespace) -> Config:
     return replace(file.load(), name=options.name)
 
 
-def make_node(config: Config, options: argparse.Namespace) -> "RosNode":
-    """The ROS node, with enough shared memory for images."""
+@contextmanager
+def ros_output(
+    config: Config, options: argparse.Namespace
+) -> "Iterator[tuple[Config, RosNode | None, FanOut]]":
+    """The configuration with ROS's parameters, the node, and the sink of all outputs.
+
+    The node has enough shared memory for images. With --no-ros there is none.
+    """
+    if options.no_ros:
+        yield config, None, FanOut([PrintedEvents()])
+        return
     use_profile()
     with ros_needed():
         from ..ros.node import RosNode  # reads the profile
-    return RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
+    node = RosNode(load_table(), config, node_arguments(options.ros_args, config.name))
+    with closing(node):
+        yield node.config, node, FanOut([node])
 
 
 @contextmanager

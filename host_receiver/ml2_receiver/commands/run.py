@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
-from ..topics.fan_out import FanOut
 from .endpoint import Endpoint
 from .options import Subparsers
-from .printed_events import PrintedEvents
-from .receiving import add_options, config_file, load, make_node, serving
+from .receiving import add_options, config_file, load, ros_output, serving
 from .stopping import stop_signal
 from .view_beside import view_beside
 from .zenoh_start import add_zenoh, check, zenoh_output
@@ -56,11 +54,7 @@ def _run(options: argparse.Namespace) -> int:
     config = load(file, options)
     with ExitStack() as stack:
         endpoint = stack.enter_context(Endpoint(options))
-        node = None if options.no_ros else make_node(config, options)
-        if node is not None:
-            config = node.config
-            stack.callback(node.close)
-        sinks = FanOut([PrintedEvents() if node is None else node])
+        config, node, sinks = stack.enter_context(ros_output(config, options))
 
         def is_lazy() -> bool:
             return bool((config if node is None else node.config).values["publish.lazy"])

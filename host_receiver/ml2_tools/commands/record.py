@@ -8,8 +8,7 @@ from pathlib import Path
 
 from ml2_receiver.commands.endpoint import Endpoint
 from ml2_receiver.commands.options import Subparsers
-from ml2_receiver.commands.printed_events import PrintedEvents
-from ml2_receiver.commands.receiving import add_options, config_file, load, make_node, serving
+from ml2_receiver.commands.receiving import add_options, config_file, load, ros_output, serving
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.recording.bag_folder import make_folder
@@ -17,7 +16,6 @@ from ml2_receiver.recording.mcap_file import COMPRESSIONS
 from ml2_receiver.recording.options import RecordingOptions
 from ml2_receiver.recording.recording import Recording, losses, summary
 from ml2_receiver.topics.calibrated_sink import CalibratedSink
-from ml2_receiver.topics.fan_out import FanOut
 
 from .record_attached import record_attached
 from .recording_wait import Standing, wait
@@ -120,10 +118,7 @@ def _record(options: argparse.Namespace) -> int:
     config = load(file, options)
     with ExitStack() as stack:
         endpoint = stack.enter_context(Endpoint(options))
-        node = None if options.no_ros else make_node(config, options)
-        if node is not None:
-            config = node.config
-            stack.callback(node.close)
+        config, node, sinks = stack.enter_context(ros_output(config, options))
 
         def fail(reason: str) -> None:
             print(f"ERROR: {_ended_early(options.out, reason)}", file=sys.stderr, flush=True)
@@ -131,7 +126,6 @@ def _record(options: argparse.Namespace) -> int:
                 stopping.set()
 
         make_folder(options.out, is_overwriting=options.overwrite)
-        sinks = FanOut([PrintedEvents() if node is None else node])
         recording = Recording(options.out, _recording_options(options), config.prefix, sinks, fail)
         stack.callback(recording.end)
         sink = CalibratedSink(sinks, config.calibrations)
