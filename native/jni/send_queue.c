@@ -32,8 +32,7 @@ static jint unacknowledged(JNIEnv *env, jclass class, jint file) {
     return ioctl(file, TIOCOUTQ, &bytes) ? -1 : bytes;
 }
 
-/** Returns the file descriptor of the connection between two ports; -1 if there is none whose queue the system tells.
- */
+/** Returns the file descriptor of the connection between two ports; -1 without one, or if its queue is not told. */
 static jint find(JNIEnv *env, jclass class, jint local_port, jint remote_port) {
     for (int file = 0; file < MOST_FILES; file++) {
         if (has_port(file, getsockname, local_port) && has_port(file, getpeername, remote_port)) {

@@ -61,13 +61,13 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
     fun follow(link: LinkState, nowNanos: Long): Boolean {
         deliveries.add(link.sentBytes, link.droppedImages, nowNanos)
         if (link.isUnsettled) steadySinceNanos = nowNanos
-        val waitingSince = link.waitingSinceNanos?.coerceAtLeast(steadySinceNanos)
-        val isPressed = waitingSince != null && nowNanos - waitingSince >= PRESSURE_NANOS
+        val waitedNanos = link.waitingSinceNanos?.let { nowNanos - maxOf(it, steadySinceNanos) } ?: 0
+        val isPressed = waitedNanos >= PRESSURE_NANOS
         if (isPressed || link.isUnsettled) calmSinceNanos = nowNanos
-        val isBacklog = needed(level) < link.allowedBytesPerSecond
+        val isBacklog = waitedNanos < BACKLOG_NANOS && needed(level) < link.allowedBytesPerSecond
         val next = when {
             !isPressed -> raise(link.allowedBytesPerSecond, nowNanos)
-            isBacklog && nowNanos - checkNotNull(waitingSince) < BACKLOG_NANOS -> level
+            isBacklog -> level
             else -> lower(nowNanos)
         }
         if (next == level) return false
@@ -131,6 +131,8 @@ internal class LinkAdaptation(private val streams: List<AdaptedStream>, order: A
         const val SETTLING_NANOS = 1_000_000_000L
         const val PATIENCE_NANOS = 5_000_000_000L
         const val LONG_PATIENCE_NANOS = 30_000_000_000L
+
+        /** After so many, the wait is four minutes. */
         const val MOST_MISTAKES = 4
 
         /** A step down so soon after one up takes it back; one up that lasted longer was right. */

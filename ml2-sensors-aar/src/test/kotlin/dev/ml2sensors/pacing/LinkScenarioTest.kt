@@ -65,15 +65,8 @@ class LinkScenarioTest {
     @Test
     fun imagesWithPausesFindABetterLinkSoonerIfMoreIsWanted() {
         val (enough, wanted) = listOf(false, true).map { isMoreWanted ->
-            val link = VirtualLink(2, queueMillis = 50, imagesMbit = 10.0, isMoreWanted) {
-                if (it <
-                    55
-                ) {
-                    20.0
-                } else {
-                    100.0
-                }
-            }
+            val mbit = { second: Double -> if (second < 55) 20.0 else 100.0 }
+            val link = VirtualLink(2, queueMillis = 50, imagesMbit = 10.0, isMoreWanted, mbit = mbit)
             link.play("better link")
             link.foundMbit
         }
