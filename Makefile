@@ -56,7 +56,8 @@ ktlint_version := $(shell sed -n 's|.*<ktlint.version>\(.*\)</.*|\1|p' pom.xml)
 ktlint_jar := build/ktlint/ktlint-cli-$(ktlint_version)-all.jar
 detekt_version := $(shell sed -n 's|.*<detekt.version>\(.*\)</.*|\1|p' pom.xml)
 detekt_jar := build/detekt/detekt-cli-$(detekt_version)-all.jar
-ktlint := java -jar $(ktlint_jar) --relative 'ml2-sensors-aar/**/*.kt' 'ml2-sensors-aar/**/*.kts' '*.kts'
+# Names files: for a pattern, ktlint walks the whole checkout and fails where another check removes a file meanwhile.
+ktlint := git ls-files -co --exclude-standard '*.kt' '*.kts' | xargs java -jar $(ktlint_jar) --relative
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "make %-17s %s\n", $$1, $$2}' Makefile
