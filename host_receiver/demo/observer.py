@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -57,13 +58,17 @@ class Observed:
     last_payload: bytes = b""
     start_count: int = 0
     last_stamp_ns: int = 0
+    received_s: array[float] = field(default_factory=lambda: array("d"))
     latencies_ms: array[float] = field(default_factory=lambda: array("d"))
+    sizes_bytes: array[float] = field(default_factory=lambda: array("d"))
     gaps_ms: array[float] = field(default_factory=lambda: array("d"))
 
     def take(self, payload: bytes) -> None:
         """Counts one message, as it arrives."""
         now_ns, stamp_ns = time.time_ns(), self.read_stamp(payload)
         self.last_s = now_ns * 1e-9
+        self.received_s.append(self.last_s)
+        self.sizes_bytes.append(len(payload))
         if self.count == 0:
             self.first_s = self.last_s
         else:
@@ -74,6 +79,13 @@ class Observed:
         self.size_bytes += len(payload)
         self.last_payload = payload
         self.latencies_ms.append((now_ns - stamp_ns) * 1e-6)
+
+    def arrivals(self) -> NDArray[np.float64]:
+        """Returns a row for each message: arrival in seconds, latency in ms, size in bytes."""
+        whole = len(self.latencies_ms)  # the one that is being taken is not
+        # Copies, since an array whose memory is looked at cannot grow
+        columns = (self.received_s[:whole], self.latencies_ms[:whole], self.sizes_bytes[:whole])
+        return np.column_stack([np.array(column) for column in columns])
 
     def row(self) -> dict[str, Any]:
         span_s = self.last_s - self.first_s
@@ -229,6 +241,7 @@ def main() -> int:
     parser.add_argument("--prefix", required=True)
     parser.add_argument("--qos-depths", type=json.loads, required=True)
     parser.add_argument("--pictures", type=Path, required=True)
+    parser.add_argument("--arrivals", type=Path, help="write here when each message came")
     parser.add_argument("--receiver", default="", help="its --name")
     arguments = parser.parse_args()
     with spun_observer(
@@ -239,6 +252,9 @@ def main() -> int:
             {name: (o.type, o.last_payload) for name, o in observer.topics.items() if o.count},
             arguments.pictures,
         )
+        if arguments.arrivals:
+            arrivals = {name: it.arrivals() for name, it in observer.topics.items()}
+            np.savez(arguments.arrivals, **arrivals)  # type: ignore[arg-type]
         print(json.dumps(observer.snapshot(final=True)), flush=True)
     return 0
 

@@ -9,9 +9,7 @@ measures only these, and writes no file.
 
 from __future__ import annotations
 
-import itertools
 import json
-import subprocess
 import sys
 import threading
 import time
@@ -20,39 +18,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from link_changes import Change, competes, falls_and_rises, followed, nothing, stalls
 from load_run import Loaded, load_run
 from processes import PREFIX, ROOT
-from shaped_link import QUEUE_S, Link, link, why_not
+from shaped_link import Link, link, why_not
 from simulation import compressed_config, compressed_world_and_depth, one_camera, raw_config
 
 RESULTS = ROOT / "build" / "bench"
 FIXED = {"general": {"link": "fixed"}}
 RAW = raw_config(**FIXED)
-_SINK = """
-import socket
-server = socket.create_server({})
-while True:
-    connection, _ = server.accept()
-    while connection.recv(1 << 20):
-        pass
-"""
-_SOURCE = """
-import socket
-connection = socket.create_connection({})
-while True:
-    connection.sendall(bytes(1 << 16))
-"""
-
-
-def _unchanged(made: Link, over: threading.Event) -> None:
-    over.wait()
 
 
 @dataclass(frozen=True)
 class Run:
     """A measurement of `config` over a link.
 
-    `change` may change the link, in a thread, until its event is set.
+    `change` may change the link, in a thread, until its event is set; it notes what it changed.
     """
 
     name: str
@@ -62,7 +45,7 @@ class Run:
     duration_s: float | None = None
     config: str = RAW
     options: tuple[str, ...] = ()
-    change: Callable[[Link, threading.Event], None] = _unchanged
+    change: Callable[[Link, threading.Event, list[Change]], None] = nothing
 
 
 def measure(run: Run, duration_s: float) -> dict[str, Any]:
@@ -73,7 +56,8 @@ def measure(run: Run, duration_s: float) -> dict[str, Any]:
     config.write_text(run.config)
     with link(run.congestion, run.rate_mbit, run.rtt_ms) as made:
         over = threading.Event()
-        changing = threading.Thread(target=run.change, args=[made, over])
+        changes: list[Change] = []
+        changing = threading.Thread(target=run.change, args=[made, over, changes])
         changing.start()
         try:
             hosts = (made.receiver, made.headset)
@@ -83,7 +67,18 @@ def measure(run: Run, duration_s: float) -> dict[str, Any]:
             over.set()
             changing.join()
         steps = adaptations(folder / "one" / "receiver.log")
-        return _row(loaded, run) | {"packets_dropped": made.dropped(), "steps": steps}
+        row = _row(loaded, run) | {"packets_dropped": made.dropped(), "steps": steps}
+        if changes:
+            row["changes"] = _changes(changes, folder / "one" / "arrivals.npz")
+        return row
+
+
+def _changes(changes: list[Change], arrivals: Path) -> list[dict[str, Any]]:
+    """Returns how the streams followed each change, from what the subscriber wrote."""
+    with np.load(arrivals) as topics:
+        messages = np.concatenate([topics[name][:, [0, 2]] for name in topics])
+        imu = topics[f"{PREFIX}/imu_left/imu"][:, :2]
+    return followed(changes, imu, messages[messages[:, 0].argsort()])
 
 
 def adaptations(log: Path) -> list[str]:
@@ -117,37 +112,6 @@ def _row(loaded: Loaded, run: Run) -> dict[str, Any]:
         "drops": drops,
         "sent_mbit": sent_bytes * 8e-6 / loaded.duration_s,
     }
-
-
-def falls_and_rises(made: Link, over: threading.Event) -> None:
-    """Changes 100 Mbit/s to 20 Mbit/s and back each 10 s."""
-    for rate_mbit in itertools.cycle((20, 100)):
-        if over.wait(10):
-            return
-        made.limit(rate_mbit)
-
-
-def stalls(made: Link, over: threading.Event) -> None:
-    """Stops the link of 100 Mbit/s for a second each 5 s, seven times; its queue stays as long."""
-    for _ in range(7):
-        if over.wait(4):
-            return
-        made.limit(0.01, queue_bytes=100e6 / 8 * QUEUE_S)
-        over.wait(1)
-        made.limit(100)
-
-
-def competes(made: Link, over: threading.Event) -> None:
-    """Sends as much as TCP can beside the headset, from 10 to 20 s of each 20 s."""
-    at = (made.receiver.address, 7777)
-    sink = [*made.receiver.prefix, sys.executable, "-c", _SINK.format(at)]
-    with subprocess.Popen(sink) as taking:
-        while not over.wait(10):
-            source = [*made.headset.prefix, sys.executable, "-c", _SOURCE.format(at)]
-            with subprocess.Popen(source) as sending:
-                over.wait(10)
-                sending.kill()
-        taking.kill()
 
 
 NOISE = ("image_noise=2", "depth_noise_m=0.001", "depth_noise_per_m=0.003")

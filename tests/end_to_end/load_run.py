@@ -212,7 +212,8 @@ def _start(
     observe: list[str | Path] = [
         *(sys.executable, OBSERVER, "--prefix", f"/{name}{PREFIX}" if name else PREFIX),
         *("--qos-depths", json.dumps(dict.fromkeys(load_table().qos, _DEPTH))),
-        *("--pictures", folder / "streams.png", "--receiver", name),
+        *("--pictures", folder / "streams.png", "--arrivals", folder / "arrivals.npz"),
+        *("--receiver", name),
     ]
     observer = stack.enter_context(
         process([*near.prefix, *observe], environment, folder / "observer.log")
