@@ -1,7 +1,7 @@
 """Prints figures of the repository: files, lines by area, words of documents, circular imports.
 
-With --check it prints nothing but what is wrong, and fails on circular imports between packages and
-on MOST_FILES files.
+With --check it prints nothing but what is wrong, and fails on circular imports between packages of
+Python and Kotlin and between modules of C and C++, and on MOST_FILES files.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MOST_FILES = 1700
-SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".kts", ".py", ".sh"}
+SOURCES = {".c", ".cpp", ".cs", ".h", ".java", ".kt", ".kts", ".py", ".rs", ".sh"}
 # The first that matches a path is its area; other sources are the product.
 AREAS = {
     "tests": r"(^|/)(tests?|Tests|benchmark)/",
@@ -25,6 +25,9 @@ AREAS = {
 }
 KOTLIN = ROOT / "ml2-sensors-aar" / "src" / "main" / "kotlin" / "dev" / "ml2sensors"
 PYTHON = ("ml2_receiver", "ml2_tools")
+NATIVE = ROOT / "native"
+# Folders of NATIVE whose headers are included by name from other folders.
+HEADERS = ("sdk", "sim", "sim/scene")
 
 
 def files() -> list[Path]:
@@ -72,8 +75,19 @@ def kotlin_imports() -> Iterable[tuple[str, str]]:
             yield user, used
 
 
+def c_includes() -> Iterable[tuple[str, str]]:
+    """Module and included module, for each include in NATIVE; a .c or .cpp and its .h are one."""
+    for file in NATIVE.rglob("*.*"):
+        user = file.relative_to(NATIVE).with_suffix("").as_posix()
+        if file.suffix in {".c", ".cpp", ".h"} and not user.startswith("tests/"):
+            for name in re.findall(r'^#include "(.+)"', file.read_text(), re.MULTILINE):
+                places = [folder / name for folder in (file.parent, *map(NATIVE.joinpath, HEADERS))]
+                used = next(filter(Path.is_file, places)).resolve()
+                yield user, used.relative_to(NATIVE).with_suffix("").as_posix()
+
+
 def circle(imports: Iterable[tuple[str, str]]) -> str | None:
-    """A circle of packages that import each other, if there is one."""
+    """A circle of packages or modules that import each other, if there is one."""
     graph: dict[str, set[str]] = defaultdict(set)
     for user, used in imports:
         if user != used:
@@ -86,8 +100,12 @@ def circle(imports: Iterable[tuple[str, str]]) -> str | None:
 
 
 def problems(count: int) -> list[str]:
-    circles = {"Python": circle(python_imports()), "Kotlin": circle(kotlin_imports())}
-    found = [f"{name} packages import each other: {it}" for name, it in circles.items() if it]
+    circles = {
+        "Python packages import": circle(python_imports()),
+        "Kotlin packages import": circle(kotlin_imports()),
+        "C modules include": circle(c_includes()),
+    }
+    found = [f"{users} each other: {it}" for users, it in circles.items() if it]
     if count >= MOST_FILES:
         found.append(f"the repository has {count} files; fewer than {MOST_FILES} are allowed")
     return found

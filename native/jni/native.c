@@ -5,7 +5,7 @@
 
 #include "../sdk/error.h"
 #include "../sdk/memory.h"
-#include "../sources/slots.h"
+#include "../sources/slot_memory.h"
 #include "failure.h"
 #include "layout.h"
 #include "send_queue.h"

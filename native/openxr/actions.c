@@ -4,8 +4,6 @@
 
 #include "../sdk/error.h"
 #include "../sdk/lock.h"
-#include "poses.h"
-#include "runtime.h"
 
 #define HANDS(path)                                                                                                    \
     { "/user/hand/left" path, "/user/hand/right" path }
@@ -83,7 +81,7 @@ static ml2s_result attach(ml2s_error *error) {
     ml2s_result result = create(error);
     for (uint32_t i = 0; i < PROFILE_COUNT && !result; i++) {
         refusals[i].error = (ml2s_error){.struct_size = sizeof(ml2s_error)};
-        refusals[i].result = xr_has(profiles[i].area)
+        refusals[i].result = xr.areas & XR_AREA_BIT(profiles[i].area)
                                  ? suggest(profiles[i].path, profiles[i].first, profiles[i].end, &refusals[i].error)
                                  : ML2S_OK;
     }
@@ -160,30 +158,4 @@ ml2s_result actions_get_float(enum action action, float *value, ml2s_error *erro
     ml2s_result result = XR_CALL(error, core, xrGetActionStateFloat, xr.session, &info, &state);
     *value = state.isActive ? state.currentState : 0;
     return result;
-}
-
-ml2s_result action_pose_begin(struct action_pose *pose, ml2s_error *error) {
-    return actions_create_space(pose->action, &pose->space, error);
-}
-
-ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error) {
-    if (!pose->space) {
-        return ML2S_OK;
-    }
-    ml2s_result result = XR_CALL(error, core, xrDestroySpace, pose->space);
-    pose->space = XR_NULL_HANDLE;
-    return xr_end(result, error);
-}
-
-ml2s_result action_pose_poll(const struct action_pose *pose, ml2s_pose *out, ml2s_error *error) {
-    struct poses_time now;
-    XrPosef located;
-    bool is_tracked;
-    ml2s_result result = xr_handle_events(error);
-    if (result || (result = actions_sync(error)) || (result = poses_now(&now, error)) ||
-        (result = poses_locate(pose->space, now.time, &located, &is_tracked, error))) {
-        return result;
-    }
-    poses_fill(out, pose->stream, &now, &located, is_tracked);
-    return ML2S_OK;
 }

@@ -39,19 +39,3 @@ ml2s_result actions_create_space(enum action action, XrSpace *space, ml2s_error 
 /** Return the state of an action, which is 0 while nothing is bound to it. */
 ml2s_result actions_get_bool(enum action action, XrActionStateBoolean *state, ml2s_error *error);
 ml2s_result actions_get_float(enum action action, float *value, ml2s_error *error);
-
-/** A sensor that is the pose of one action. Belongs to the thread that opened it. */
-struct action_pose {
-    enum action action;
-    uint32_t stream; /**< ml2s_stream */
-    XrSpace space;
-};
-
-/** Creates the space. The actions are attached. */
-ml2s_result action_pose_begin(struct action_pose *pose, ml2s_error *error);
-
-/** Destroys the space and releases the session, unless it was not begun. */
-ml2s_result action_pose_end(struct action_pose *pose, ml2s_error *error);
-
-/** Returns the current pose, which can be untracked. */
-ml2s_result action_pose_poll(const struct action_pose *pose, ml2s_pose *out, ml2s_error *error);

@@ -1,15 +1,15 @@
 // The hand-held controller: its pose, and its buttons, trigger and touchpad.
 #include "../sources/source.h"
-#include "actions.h"
+#include "action_pose.h"
 #include "poses.h"
 #include "runtime.h"
 
-static struct action_pose controller = {.action = ACTION_CONTROLLER, .stream = ML2S_STREAM_CONTROLLER};
+static struct action_pose controller = {.stream = ML2S_STREAM_CONTROLLER};
 
 static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
     (void)settings;
     ml2s_result result = actions_attach(ACTION_CONTROLLER, "controller", error);
-    return result ? result : action_pose_begin(&controller, error);
+    return result ? result : actions_create_space(ACTION_CONTROLLER, &controller.space, error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {

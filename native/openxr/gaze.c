@@ -1,10 +1,10 @@
 // The gaze ray of both eyes together: its origin and, along -z, its direction.
 #include "../sdk/error.h"
 #include "../sources/source.h"
-#include "actions.h"
+#include "action_pose.h"
 #include "runtime.h"
 
-static struct action_pose gaze = {.action = ACTION_GAZE, .stream = ML2S_STREAM_GAZE};
+static struct action_pose gaze = {.stream = ML2S_STREAM_GAZE};
 
 static ml2s_result check_system(ml2s_error *error) {
     XrSystemEyeGazeInteractionPropertiesEXT properties_of_gaze = {
@@ -22,7 +22,7 @@ static ml2s_result prepare(const ml2s_settings *settings, ml2s_error *error) {
     if (result || (result = check_system(error))) {
         return result;
     }
-    return action_pose_begin(&gaze, error);
+    return actions_create_space(ACTION_GAZE, &gaze.space, error);
 }
 
 static ml2s_result begin(const ml2s_settings *settings, ml2s_error *error) {

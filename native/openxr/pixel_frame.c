@@ -3,7 +3,10 @@
 #include <string.h>
 
 #include "../sdk/error.h"
+#include "../sdk/memory.h"
 #include "../sources/depth_image.h"
+#include "../sources/slot_memory.h"
+#include "pixel_metadata.h"
 #include "poses.h"
 
 static struct radial_factors radial;
@@ -117,9 +120,15 @@ static void read_pose(const struct pixel_sensor *sensor, ml2s_frame *frame) {
     }
 }
 
-ml2s_result pixel_frame_read(struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
-                             const struct pixel_metadata *metadata, uint32_t slot, const ml2s_memory *memory,
-                             ml2s_frame *frame, ml2s_error *error) {
+/**
+ * Fills frame from data. If all pictures lie in memory, which is that of slot, the frame uses that slot. Otherwise they
+ * are copied into another slot; if none is free, the frame is lost. Depth is converted to z along the optical axis, or
+ * NaN, unless the settings ask for the radial distance. Returns ML2S_VENDOR_FAILURE, and a frame without slot, if a
+ * picture does not match the mode or its own description. slot is ML2S_NO_SLOT if memory is no slot.
+ */
+static ml2s_result read_frame(struct pixel_sensor *sensor, const XrPixelSensorDataML *data,
+                              const struct pixel_metadata *metadata, uint32_t slot, const ml2s_memory *memory,
+                              ml2s_frame *frame, ml2s_error *error) {
     frame_begin(frame, sensor->stream, sensor->mode.width, sensor->mode.height);
     frame->frame_number = sensor->frame_count;
     frame->device_nanos = data->captureTime;
@@ -140,6 +149,68 @@ ml2s_result pixel_frame_read(struct pixel_sensor *sensor, const XrPixelSensorDat
         depth_copy(frame, &pictures.of[ML2S_PLANE_IMAGE], &pictures.of[ML2S_PLANE_FLAGS],
                    XR_PIXEL_SENSOR_DEPTH_INVALID_ML,
                    sensor->wants & ML2S_WANT_RADIAL ? NULL : radial_factors_of(&radial, frame));
+    }
+    return result;
+}
+
+/** Returns memory for the runtime to write to: a slot, or else spare memory. */
+static ml2s_result find_memory(struct pixel_sensor *sensor, uint32_t *slot, ml2s_memory *memory, ml2s_error *error) {
+    if (!sensor->is_copied && !slots_take(sensor->stream, sensor->buffer_bytes, slot, memory)) {
+        if (memory->size_bytes >= sensor->buffer_bytes) {
+            return ML2S_OK;
+        }
+        ml2s_release(sensor->stream, *slot);
+        sensor->is_copied = true;
+    }
+    *slot = ML2S_NO_SLOT;
+    if (!sensor->spare.data) {
+        sensor->spare = memory_map(sensor->buffer_bytes);
+    }
+    *memory = sensor->spare;
+    return memory->data ? ML2S_OK
+                        : error_set(error, ML2S_VENDOR_FAILURE, 0, "%s: cannot map %u bytes of memory",
+                                    sensor->mode.path, sensor->buffer_bytes);
+}
+
+/** Reads the next frame. It uses slot if its pictures lie there. */
+static ml2s_result fetch(struct pixel_sensor *sensor, uint64_t timeout_nanos, uint32_t slot, const ml2s_memory *memory,
+                         struct frameset *set, ml2s_error *error) {
+    struct pixel_metadata metadata;
+    XrPixelSensorDataGetInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, NULL, sensor->mode.device_stream,
+                                       sensor->last_capture, (XrDuration)timeout_nanos};
+    XrPixelSensorBufferML buffer = {XR_TYPE_PIXEL_SENSOR_BUFFER_ML, NULL, sensor->buffer_bytes, memory->data};
+    XrPixelSensorDataML data = {.type = XR_TYPE_PIXEL_SENSOR_DATA_ML};
+    pixel_metadata_chain(&metadata, sensor->metadata, &data);
+    ml2s_result result = XR_CALL(error, pixel, xrGetPixelSensorDataML, sensor->sensor, &info, &buffer, &data);
+    ml2s_frame *frame = result ? NULL : frameset_add(set, sensor->stream, error);
+    if (!frame) {
+        return result;
+    }
+    sensor->last_capture = data.captureTime;
+    sensor->frame_count++;
+    frameset_complete(set, frame, read_frame(sensor, &data, &metadata, slot, memory, frame, error));
+    return ML2S_OK;
+}
+
+static bool has(const struct frameset *set, uint32_t stream, uint32_t slot) {
+    bool has = false;
+    for (uint32_t i = 0; i < set->count; i++) {
+        has |= set->frames[i].stream == stream && set->frames[i].slot == slot;
+    }
+    return has;
+}
+
+ml2s_result pixel_frame_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct frameset *set,
+                            ml2s_error *error) {
+    uint32_t slot;
+    ml2s_memory memory;
+    ml2s_result result = find_memory(sensor, &slot, &memory, error);
+    if (result) {
+        return result;
+    }
+    result = fetch(sensor, timeout_nanos, slot, &memory, set, error);
+    if (slot != ML2S_NO_SLOT && !has(set, sensor->stream, slot)) {
+        ml2s_release(sensor->stream, slot);
     }
     return result;
 }

@@ -1,7 +1,6 @@
 /** One running stream of a pixel sensor. Belongs to the thread that started it. */
 #pragma once
 
-#include "../sources/frameset.h"
 #include "negotiation.h"
 
 struct pixel_sensor {
@@ -27,10 +26,3 @@ ml2s_result pixel_sensor_start(struct pixel_sensor *sensor, ml2s_error *error);
 
 /** Stops the stream and destroys its objects, also if it returns a failure. */
 ml2s_result pixel_sensor_stop(struct pixel_sensor *sensor, ml2s_error *error);
-
-/**
- * Waits for the next frame and adds it to set. The runtime writes into a slot of the stream if it can, and otherwise
- * into spare memory, from which the frame is copied.
- */
-ml2s_result pixel_sensor_get(struct pixel_sensor *sensor, uint64_t timeout_nanos, struct frameset *set,
-                             ml2s_error *error);

@@ -4,7 +4,7 @@
 #include "../sdk/error.h"
 #include "../sources/frame.h"
 #include "../sources/source.h"
-#include "pixel_sensor.h"
+#include "pixel_frame.h"
 #include "runtime.h"
 
 /** Longest wait for one sensor while another may have a frame. */
@@ -136,7 +136,7 @@ static ml2s_result poll_sensors(struct source *source, uint64_t wait_nanos, stru
     uint32_t due = oldest_sensor(source);
     for (uint32_t i = 0; i < source->count; i++) {
         ml2s_result result =
-            pixel_sensor_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, set, error);
+            pixel_frame_get(&source->sensors[(due + i) % source->count], i ? 0 : wait_nanos, set, error);
         if (result && result != ML2S_TIMEOUT) {
             return result;
         }

@@ -26,11 +26,8 @@ static const struct area {
 
 #define CLOSED_WITHIN_NANOS INT64_C(1000000000)
 
-struct xr xr;
-
 static lock_t changing = ATOMIC_FLAG_INIT;
 static uint32_t users;
-static uint32_t areas_found;
 
 static ml2s_openxr chosen;
 static char chosen_path[512];
@@ -103,20 +100,17 @@ static bool find_area(const struct area *area, PFN_xrGetInstanceProcAddr get_pro
 }
 
 static void find_areas(PFN_xrGetInstanceProcAddr get_proc) {
-    areas_found = 0;
     for (uint32_t i = 0; i < XR_AREA_COUNT; i++) {
         bool is_enabled = xr.is_borrowed || i == XR_CORE || loader_offers(areas_known[i].extension);
         if (is_enabled && find_area(&areas_known[i], get_proc)) {
-            areas_found |= XR_AREA_BIT(i);
+            xr.areas |= XR_AREA_BIT(i);
         }
     }
 }
 
-bool xr_has(enum xr_area area) { return areas_found & XR_AREA_BIT(area); }
-
 static ml2s_result require(uint32_t areas, ml2s_error *error) {
     for (uint32_t i = 0; i < XR_AREA_COUNT; i++) {
-        if (areas & ~areas_found & XR_AREA_BIT(i)) {
+        if (areas & ~xr.areas & XR_AREA_BIT(i)) {
             return error_set(error, ML2S_NOT_AVAILABLE, 0, "not available: %s%s", areas_known[i].extension,
                              xr.is_borrowed ? " (not enabled by the app)" : "");
         }
@@ -234,33 +228,4 @@ ml2s_result xr_end(ml2s_result result, ml2s_error *error) {
 
 ml2s_result xr_handle_events(ml2s_error *error) {
     return xr.is_borrowed ? require_app_session(error) : session_handle_events(error);
-}
-
-static ml2s_result ml2s_result_of(XrResult result) {
-    switch ((int)result) {
-    case XR_TIMEOUT_EXPIRED:
-        return ML2S_TIMEOUT;
-    case XR_ERROR_RUNTIME_UNAVAILABLE:
-    case XR_ERROR_FORM_FACTOR_UNAVAILABLE:
-    case XR_ERROR_FEATURE_UNSUPPORTED:
-        return ML2S_NOT_AVAILABLE;
-    case XR_ERROR_PERMISSION_INSUFFICIENT:
-        return ML2S_PERMISSION_DENIED;
-    case XR_ERROR_TIME_INVALID:
-        return ML2S_NO_POSE;
-    default:
-        return XR_SUCCEEDED(result) ? ML2S_OK : ML2S_VENDOR_FAILURE;
-    }
-}
-
-ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error) {
-    ml2s_result kind = ml2s_result_of(result);
-    if (kind == ML2S_OK || kind == ML2S_TIMEOUT) {
-        return kind;
-    }
-    char name[XR_MAX_RESULT_STRING_SIZE] = "XrResult";
-    if (xr.core.xrResultToString) {
-        xr.core.xrResultToString(xr.instance, result, name);
-    }
-    return error_set(error, kind, result, "%s: %s (%d)", call, name, result);
 }

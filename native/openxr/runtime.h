@@ -3,8 +3,6 @@
 
 #include "xr_api.h"
 
-#define XR_AREA_BIT(area) (1u << (area))
-
 /** Checks that ml2s_use_openxr was called and its loader exists. Creates nothing. Thread-safe. */
 ml2s_result xr_require(ml2s_error *error);
 
@@ -15,9 +13,6 @@ ml2s_result xr_require(ml2s_error *error);
  */
 ml2s_result xr_begin(uint32_t areas, ml2s_result (*make)(const ml2s_settings *settings, ml2s_error *error),
                      const ml2s_settings *settings, ml2s_error *error);
-
-/** Returns true if the session has the functions of area. Call it while a sensor is open. */
-bool xr_has(enum xr_area area);
 
 /** Releases the session after the objects of make were destroyed with result. Returns the first failure. */
 ml2s_result xr_end(ml2s_result result, ml2s_error *error);

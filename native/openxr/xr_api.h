@@ -79,6 +79,7 @@
 
 #define XR_IDENTIFIER(identifier, table, functions, extension) identifier,
 enum xr_area { XR_AREAS(XR_IDENTIFIER) XR_AREA_COUNT };
+#define XR_AREA_BIT(area) (1u << (area))
 
 #define XR_POINTER(name) PFN_##name name;
 #define XR_TABLE(identifier, table, functions, extension)                                                              \
@@ -92,6 +93,7 @@ extern struct xr {
     XrSystemId system;
     XrSpace world; /**< The LOCAL space. All poses are relative to it. */
     bool is_borrowed;
+    uint32_t areas; /**< XR_AREA_BITs of the areas that instance and session have. */
     XR_AREAS(XR_TABLE)
 } xr;
 

@@ -1,6 +1,7 @@
 // MLCVCamera*: the pose of the colour camera.
 #include "clock.h"
 #include "tracker_registry.h"
+#include "trackers.h"
 #include "tracking.h"
 
 namespace ml2sim {

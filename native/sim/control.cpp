@@ -11,6 +11,7 @@
 #include "ml2sim.h"
 #include "perception.h"
 #include "settings.h"
+#include "trackers.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -82,8 +83,13 @@ void ml2sim_reset(void) {
     resetDepthCamera();
     resetWorldCamera();
     resetEyeCamera();
-    resetPerception();
-    resetInput();
+    stopPerception();
+    resetHeadTracking();
+    resetColorTracking();
+    resetEyeTracking();
+    resetHandTracking();
+    resetController();
+    resetSnapshots();
     resetCounters();
     resetAll();
     wakeWaiters();

@@ -6,6 +6,7 @@
 #include "clock.h"
 #include "eyes_and_hands.h"
 #include "tracker_registry.h"
+#include "trackers.h"
 #include "tracking.h"
 
 namespace ml2sim {
@@ -41,9 +42,10 @@ MLInputControllerStateEx stateNow() {
 
 bool anyControllerTracker() { return !trackers.isEmpty(); }
 
-void resetControllerTracking() { trackers.clear(); }
-
-void resetInput() { inputs.clear(); }
+void resetController() {
+    trackers.clear();
+    inputs.clear();
+}
 
 std::optional<Pose> controllerInHead(const MLCoordinateFrameUID &id, int64_t mltime) {
     if (id.data[0] != kFrames || !anyControllerTracker() || status() == MLControllerStatus_NotActive)

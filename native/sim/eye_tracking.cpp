@@ -4,6 +4,7 @@
 #include "clock.h"
 #include "eyes_and_hands.h"
 #include "tracker_registry.h"
+#include "trackers.h"
 #include "tracking.h"
 
 namespace ml2sim {

@@ -1,6 +1,7 @@
 // MLHeadTracking*: the state of head tracking.
 #include "clock.h"
 #include "tracker_registry.h"
+#include "trackers.h"
 #include "tracking.h"
 
 namespace ml2sim {

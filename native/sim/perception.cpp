@@ -1,4 +1,4 @@
-// MLPerceptionStartup and MLPerceptionShutdown, which affect the whole process.
+// The start of the perception system, which affects the whole process.
 #include "perception.h"
 
 #include <atomic>
@@ -6,7 +6,6 @@
 #include "camera_connection.h"
 #include "clock.h"
 #include "counters.h"
-#include "ml_unused.h"
 
 namespace ml2sim {
 namespace {
@@ -35,15 +34,9 @@ MLResult canCreateTracker() {
     return isAppRunningIt() || hadSnapshot ? MLResult_Ok : MLResult_UnspecifiedFailure;
 }
 
-void resetPerception() {
-    isStarted = false;
+bool stopPerception() {
     hadSnapshot = false;
-    resetHeadTracking();
-    resetColorTracking();
-    resetEyeTracking();
-    resetHandTracking();
-    resetControllerTracking();
-    resetSnapshots();
+    return isStarted.exchange(false);
 }
 
 } // namespace ml2sim
@@ -68,22 +61,5 @@ MLResult MLPerceptionStartup(MLPerceptionSettings *settings) {
     startedAt = mlTimeNow();
     isStarted = true;
     setPerceptionStarted(true);
-    return MLResult_Ok;
-}
-
-MLResult MLPerceptionShutdown(void) {
-    if (!isStarted) {
-        misuse(ML2SIM_MISUSE_RELEASE, "%s: %s", __func__, isAppRunningIt() ? "the app started it" : "not started");
-        return isAppRunningIt() ? MLResult_Ok : MLResult_PerceptionSystemNotStarted;
-    }
-    isStarted = false;
-    const auto state = [](bool isOpen) { return isOpen ? "open" : "closed"; };
-    if (anyHeadTracker() || anyColorTracker() || anyEyeTracker() || anyHandTracker() || anyControllerTracker() ||
-        openSnapshots() > 0)
-        misuse(ML2SIM_MISUSE_UNRELEASED,
-               "%s: trackers of head %s, colour camera %s, eyes %s, hands %s, controller %s, %u snapshots", __func__,
-               state(anyHeadTracker()), state(anyColorTracker()), state(anyEyeTracker()), state(anyHandTracker()),
-               state(anyControllerTracker()), openSnapshots());
-    setPerceptionStarted(false);
     return MLResult_Ok;
 }

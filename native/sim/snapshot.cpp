@@ -10,6 +10,7 @@
 #include "head_path.h"
 #include "ml_unused.h"
 #include "perception.h"
+#include "trackers.h"
 #include "tracking.h"
 
 /** A snapshot stores its time; poses are computed when they are read. Immutable. */

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "../sdk/error.h"
-#include "slots.h"
+#include "slot_memory.h"
 
 enum { ALIGNMENT = 64 };
 

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "../sdk/error.h"
-#include "source.h"
 
 static struct size { uint32_t width, height; } usual[ML2S_STREAM_COUNT], last[ML2S_STREAM_COUNT];
 

@@ -1,4 +1,5 @@
-// Slots whose memory the library maps: the size of their frames, reservation and end.
+#include "slot_memory.h"
+
 #include "slot_pool.h"
 
 enum { ALIGNMENT = 64 };
@@ -52,13 +53,6 @@ ml2s_result slots_take(uint32_t stream, uint64_t size_bytes, uint32_t *slot, ml2
 ml2s_memory slots_memory(uint32_t stream, uint32_t slot) {
     struct slot *leased = slot_of(stream, slot);
     return leased ? leased->memory : (ml2s_memory){0, 0};
-}
-
-void slot_unmap(struct pool *pool, uint32_t index) {
-    uint32_t self = index + 1;
-    atomic_compare_exchange_strong(&pool->latest, &self, 0);
-    memory_unmap(&pool->slots[index].memory);
-    atomic_store(&pool->slots[index].state, 0);
 }
 
 /** Ends the slot at index at once, or with its last lease. */

@@ -13,7 +13,6 @@
 
 #include "../sdk/lock.h"
 #include "../sdk/memory.h"
-#include "slots.h"
 
 /** Bits of a slot's state; 0 is a slot that does not exist. */
 enum {

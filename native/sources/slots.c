@@ -1,18 +1,6 @@
 // Slots: provided memory, writing, the latest frame, and leases.
 #include "slot_pool.h"
 
-static struct pool frames[ML2S_STREAM_COUNT], encoded[ML2S_STREAM_COUNT];
-
-_Static_assert(ML2S_STREAM_COUNT <= ML2S_ENCODED, "the bit ML2S_ENCODED is part of a stream's number");
-
-struct pool *pool_of(uint32_t stream) {
-    uint32_t index = stream & ~ML2S_ENCODED;
-    if (index >= ML2S_STREAM_COUNT) {
-        return 0;
-    }
-    return stream & ML2S_ENCODED ? &encoded[index] : &frames[index];
-}
-
 static bool take_back(struct slot *slot, uint32_t idle) {
     return atomic_compare_exchange_strong(&slot->state, &idle, 0);
 }
@@ -150,23 +138,4 @@ ml2s_result ml2s_acquire_latest(uint32_t stream, int64_t after_nanos, ml2s_frame
 
 ml2s_result ml2s_release(uint32_t stream, uint32_t slot) {
     return slot_of(stream, slot) ? slot_release(pool_of(stream), slot) : ML2S_INVALID_ARGUMENT;
-}
-
-ml2s_result slot_release(struct pool *pool, uint32_t index) {
-    struct slot *leased = &pool->slots[index];
-    uint32_t seen = atomic_load(&leased->state);
-    uint32_t next;
-    do {
-        if (!(seen & LEASES)) {
-            return ML2S_INVALID_ARGUMENT;
-        }
-        next = seen - 1;
-        if (!(next & LEASES)) {
-            next = next & RETIRED ? FREEING : next & ~(uint32_t)WRITING;
-        }
-    } while (!slot_exchange(leased, &seen, next));
-    if (next == FREEING) {
-        slot_unmap(pool, index);
-    }
-    return ML2S_OK;
 }

@@ -4,6 +4,7 @@
 #include "../clock.h"
 #include "../tracking.h"
 #include "entry_points.h"
+#include "modes.h"
 #include "session.h"
 
 namespace ml2sim::xr {

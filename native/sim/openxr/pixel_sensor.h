@@ -4,7 +4,6 @@
 #include <functional>
 #include <optional>
 
-#include "capabilities.h"
 #include "pictures.h"
 #include "runtime.h"
 #include "sensor_models.h"

@@ -1,12 +1,35 @@
 /** What stands and hangs where in the room. */
 #pragma once
 
-#include "scene.h"
+#include "geometry.h"
 #include "surfaces.h"
 
 #include <vector>
 
 namespace ml2sim {
+
+/** Inside of the walls, metres, about the world's origin, where the head starts. */
+constexpr Vec3 kRoomLow = {-3.0, -1.5, -3.5};
+constexpr Vec3 kRoomHigh = {3.0, 1.3, 3.5};
+
+/** Side of a fiducial: ArUco DICT_4X4_50, its four outer corners saddles between black squares. */
+constexpr double kMarkerSide_m = 0.48;
+
+struct Landmark {
+    int tag;    ///< ArUco id.
+    int corner; ///< 0 to 3, clockwise from the marker's top left, as ArUco orders them.
+    Vec3 position;
+};
+
+/** A rectangle that bounds what can be seen: origin + a * width * across + b * height * down, a and b from 0 to 1. */
+struct Plane {
+    Vec3 origin;
+    Vec3 across; ///< Unit.
+    Vec3 down;   ///< Unit.
+    Vec3 normal; ///< Unit, to the side that is seen.
+    double width_m;
+    double height_m;
+};
 
 /** Of the finest textures. */
 constexpr double kTexel_m = 0.004;

@@ -1,6 +1,5 @@
 #include "scene.h"
 
-#include "layout.h"
 #include "light.h"
 #include "paint.h"
 #include "pyramid.h"
@@ -22,8 +21,6 @@ Scene::Scene(uint64_t seed) {
     }
     surfaces_ = std::move(surfaces);
 }
-
-Scene::~Scene() = default;
 
 bool Scene::isClear(Vec3 from, Vec3 to) const {
     const std::vector<Box> &boxes = surfaces_->boxes;

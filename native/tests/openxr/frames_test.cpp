@@ -6,7 +6,7 @@
 
 extern "C" {
 #include "../../sdk/memory.h"
-#include "../../sources/slots.h"
+#include "../../sources/slot_memory.h"
 }
 
 namespace {

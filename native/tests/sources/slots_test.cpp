@@ -11,7 +11,7 @@
 
 extern "C" {
 #include "../../sdk/memory.h"
-#include "../../sources/slots.h"
+#include "../../sources/slot_memory.h"
 }
 
 namespace {

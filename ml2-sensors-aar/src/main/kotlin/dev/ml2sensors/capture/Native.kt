@@ -72,7 +72,7 @@ internal object Native {
 
     /**
      * Reserves the slots of [stream] until [retire]. Their memory is mapped when frames need it. See
-     * native/sources/slots.h.
+     * native/sources/slot_memory.h.
      */
     @JvmStatic
     external fun reserve(stream: Int)

@@ -1,0 +1,34 @@
+#include "xr_api.h"
+
+#include "../sdk/error.h"
+
+struct xr xr;
+
+static ml2s_result ml2s_result_of(XrResult result) {
+    switch ((int)result) {
+    case XR_TIMEOUT_EXPIRED:
+        return ML2S_TIMEOUT;
+    case XR_ERROR_RUNTIME_UNAVAILABLE:
+    case XR_ERROR_FORM_FACTOR_UNAVAILABLE:
+    case XR_ERROR_FEATURE_UNSUPPORTED:
+        return ML2S_NOT_AVAILABLE;
+    case XR_ERROR_PERMISSION_INSUFFICIENT:
+        return ML2S_PERMISSION_DENIED;
+    case XR_ERROR_TIME_INVALID:
+        return ML2S_NO_POSE;
+    default:
+        return XR_SUCCEEDED(result) ? ML2S_OK : ML2S_VENDOR_FAILURE;
+    }
+}
+
+ml2s_result xr_result_of(XrResult result, const char *call, ml2s_error *error) {
+    ml2s_result kind = ml2s_result_of(result);
+    if (kind == ML2S_OK || kind == ML2S_TIMEOUT) {
+        return kind;
+    }
+    char name[XR_MAX_RESULT_STRING_SIZE] = "XrResult";
+    if (xr.core.xrResultToString) {
+        xr.core.xrResultToString(xr.instance, result, name);
+    }
+    return error_set(error, kind, result, "%s: %s (%d)", call, name, result);
+}
