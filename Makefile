@@ -8,7 +8,7 @@ FAULTS ?= 500
 run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
-python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/end_to_end tests/validation tests/view tests/bench
+python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/interop tests/end_to_end tests/validation tests/view tests/bench
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
@@ -251,6 +251,10 @@ audit: setup ## Ask a public database for vulnerabilities of what the receiver n
 
 links: build ## Everything raw over links of 300, 100, 50 and 30 Mbit/s for DURATION seconds each, as root: how late are inertial samples? Result in build/bench/links.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/end_to_end/links.py $(DURATION)
+
+interop: setup ## Have hiroz, an implementation of ROS 2 on Zenoh, read our topics. Needs cargo; the first build takes five minutes
+	cargo build --locked --manifest-path tests/interop/Cargo.toml --target-dir build/interop
+	$(pytest) tests/interop
 
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/bench/soak.py $(DURATION)

@@ -1,0 +1,71 @@
+"""Topics of a receiver on Zenoh, for programs of others that read them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import zenoh
+
+import bag_scene
+from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import Topic
+from ml2_receiver.zenoh.configuration import session_configuration
+from ml2_receiver.zenoh.sink import ZenohSink
+from zenoh_peers import free_endpoint, open_router
+
+DOMAIN, PREFIX = 9, "/robot1/magic_leap2"
+_TABLE = load_table()
+
+
+def _topic(stream: str, role: str, suffix: str = "") -> Topic:
+    topics = _TABLE.streams[stream].topics
+    return next(it for it in topics if it.role == role and it.name.endswith(suffix))
+
+
+IMAGE = _topic("world_left", "image", "image_raw")
+METADATA = _topic("world_left", "metadata")
+IMU = _topic("gyro_left", "imu")
+STATIC = _topic("tf", "tf_static")
+
+
+@contextmanager
+def routed_sink() -> Iterator[tuple[str, ZenohSink]]:
+    """A router of its own, and a sink that publishes there."""
+    endpoint = free_endpoint()
+    with (
+        open_router(endpoint),
+        zenoh.open(session_configuration(endpoint, None)) as session,
+    ):
+        sink = ZenohSink(session, _TABLE, PREFIX, "robot1", DOMAIN, lambda: None)
+        yield endpoint, sink
+        sink.close()
+
+
+def open_topics(sink: ZenohSink) -> dict[str, str]:
+    """Opens the topics above; returns the names of all topics with their types."""
+    opened = (IMU, IMAGE, METADATA, STATIC)
+    for it in opened:
+        sink.open(it)
+    types = {it.full_name(PREFIX): it.type for it in opened}
+    types |= {f"{PREFIX}/{it.name}": it.type for it in _TABLE.receiver_topics}
+    return types | {"/diagnostics": "diagnostic_msgs/msg/DiagnosticArray"}
+
+
+def imu() -> bytes:
+    types = bag_scene.TYPES.types
+    header = types["std_msgs/msg/Header"](
+        stamp=types["builtin_interfaces/msg/Time"](sec=17, nanosec=5), frame_id="gyro_left"
+    )
+    vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    message = types["sensor_msgs/msg/Imu"](
+        header=header,
+        orientation=turn(x=0.0, y=0.0, z=0.0, w=1.0),
+        orientation_covariance=np.zeros(9),
+        angular_velocity=vector(x=0.25, y=-1.5, z=3.0),
+        angular_velocity_covariance=np.zeros(9),
+        linear_acceleration=vector(x=0.0, y=9.75, z=0.0),
+        linear_acceleration_covariance=np.zeros(9),
+    )
+    return bytes(bag_scene.TYPES.serialize_cdr(message, "sensor_msgs/msg/Imu"))

@@ -1,0 +1,54 @@
+//! Reads topics with hiroz, an implementation of ROS 2 on Zenoh that nobody here wrote.
+//!
+//!     hiroz_reader ENDPOINT DOMAIN list COUNT        each topic and its type, once there are COUNT
+//!     hiroz_reader ENDPOINT DOMAIN read TYPE TOPIC   the first message, as JSON
+
+use std::{env, thread, time::Duration};
+
+use hiroz::{Builder, Result, context::ZContextBuilder, node::ZNode};
+use hiroz_msgs::{sensor_msgs::Image, sensor_msgs::Imu, std_msgs};
+use serde_json::{Value, json};
+
+const POLL: Duration = Duration::from_millis(50);
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let [endpoint, domain, command @ ..] = words.as_slice() else {
+        return Err("expected ENDPOINT DOMAIN and a command".into());
+    };
+    let context = ZContextBuilder::default()
+        .with_mode("client")
+        .with_connect_endpoints([*endpoint])
+        .disable_multicast_scouting()
+        .with_domain_id(domain.parse()?)
+        .build()?;
+    let node = context.create_node("hiroz_reader").build()?;
+    match command {
+        ["list", count] => list(&node, count.parse()?),
+        ["read", kind, topic] => println!("{}", read(&node, kind, topic)?),
+        _ => return Err("expected list COUNT, or read TYPE TOPIC".into()),
+    }
+    Ok(())
+}
+
+fn list(node: &ZNode, count: usize) {
+    let mut topics = node.graph().get_topic_names_and_types();
+    while topics.len() < count {
+        thread::sleep(POLL);
+        topics = node.graph().get_topic_names_and_types();
+    }
+    topics.sort();
+    for (name, kind) in topics {
+        println!("{name} {kind}");
+    }
+}
+
+fn read(node: &ZNode, kind: &str, topic: &str) -> Result<Value> {
+    Ok(match kind {
+        "std_msgs/msg/String" => json!(node.create_sub::<std_msgs::String>(topic).build()?.recv()?),
+        "sensor_msgs/msg/Imu" => json!(node.create_sub::<Imu>(topic).build()?.recv()?),
+        "sensor_msgs/msg/Image" => json!(node.create_sub::<Image>(topic).build()?.recv()?),
+        _ => return Err(format!("no reader for {kind}").into()),
+    })
+}
