@@ -120,36 +120,27 @@ def test_a_receiver_that_is_killed_and_restarted_is_found_again(
 
 
 @pytest.mark.parametrize("seed", [1, 2], ids=["the same", "another"])
-def test_a_headset_takes_the_place_of_one_that_was_killed(
+def test_a_headset_takes_the_place_of_those_that_were_killed_at_any_moment(
     waiting: WaitingReceiver, seed: int
 ) -> None:
-    with waiting.started("headset1", headset_command(waiting.address, "--seed", "1")) as first:
-        waiting.await_seconds(2)
-        first.kill()
-    command = headset_command(waiting.address, "--seed", str(seed))
-    with waiting.started("headset2", command) as second:
-        line_with(second, "connected to")
-        waiting.await_reading(after_s=time.time())
-        second.terminate()
-        received = waiting.result()
-    assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_headset_may_die_at_any_moment(waiting: WaitingReceiver, seed: int) -> None:
-    """The times are random during its start, its handshake and its first messages."""
+    """Two die at random times of start, handshake and first messages, one while it streams."""
     moments = random.Random(seed)
-    for number in range(3):
-        with waiting.started(f"killed{number}", headset_command(waiting.address)) as killed:
+    killed = headset_command(waiting.address, "--seed", "1")
+    for number in range(2):
+        with waiting.started(f"killed{number}", killed) as early:
             time.sleep(moments.uniform(0.5, 2.5))
-            killed.kill()
-    with waiting.started("headset", headset_command(waiting.address)) as last:
+            early.kill()
+    with waiting.started("streaming", killed) as streaming:
+        waiting.await_reading(after_s=time.time())
+        streaming.kill()
+    with waiting.started("last", headset_command(waiting.address, "--seed", str(seed))) as last:
         line_with(last, "connected to")
         back_s = time.monotonic()
         waiting.await_reading(after_s=time.time())
         last.terminate()
         received = waiting.result()
     assert received.arrivals_s[GYRO][-1] > back_s
+    assert {len(ids) for ids in received.publishers.values()} == {1}, "publishers stay"
 
 
 def test_a_second_headset_is_refused_and_the_first_goes_on(waiting: WaitingReceiver) -> None:
