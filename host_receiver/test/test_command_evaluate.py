@@ -15,7 +15,7 @@ from ml2_tools.evaluation.tum import read_tum, write_tum
 from ros_processes import environment
 from wall_walk import CAMERA, recording, trajectory
 
-COUNT, LOST = 60, (17,)
+COUNT, LOST = 40, (17,)
 PICTURES = ("plane", "space", "axes", "angles", "errors")
 
 

@@ -58,6 +58,20 @@ def view(device: MockDevice) -> Iterator[View]:
         yield view
 
 
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[View]:
+    """A page of changing images, for the tests that change nothing themselves."""
+    config = tmp_path_factory.mktemp("watched") / "config.yaml"
+    config.write_text(CONFIG)
+    with (
+        Receiver(config, "--insecure-eye-images") as receiver,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
+        device.start()
+        with publishing(device), View() as view:
+            yield view
+
+
 def publishing(device: MockDevice) -> AbstractContextManager[None]:
     """Each image differs from the one before."""
     numbers = count()
@@ -70,8 +84,8 @@ def publishing(device: MockDevice) -> AbstractContextManager[None]:
     return repeated(publish, 0.05)
 
 
-def test_a_browser_sees_the_state_and_images_that_change(device: MockDevice, view: View) -> None:
-    with publishing(device), Browser(view.url, view.token) as browser:
+def test_a_browser_sees_the_state_and_images_that_change(watched: View) -> None:
+    with Browser(watched.url, watched.token) as browser:
         assert [it["name"] for it in browser.text("hello")["plots"]][:2] == [
             "gyroscope",
             "accelerometer",
@@ -97,8 +111,8 @@ def test_a_browser_sees_the_state_and_images_that_change(device: MockDevice, vie
     assert facts["security"].startswith("insecure")
 
 
-def test_depth_comes_in_colours_with_a_scale(device: MockDevice, view: View) -> None:
-    with publishing(device), Browser(view.url, view.token) as browser:
+def test_depth_comes_in_colours_with_a_scale(watched: View) -> None:
+    with Browser(watched.url, watched.token) as browser:
         browser.say(show=["depth"])
         found = browser.picture()
     assert (found.stream, found.far_m) == ("depth", 5)
@@ -106,8 +120,8 @@ def test_depth_comes_in_colours_with_a_scale(device: MockDevice, view: View) -> 
     assert found.pixels.std(axis=2).max() > 20
 
 
-def test_samples_come_while_messages_do(device: MockDevice, view: View) -> None:
-    with publishing(device), Browser(view.url, view.token) as browser:
+def test_samples_come_while_messages_do(watched: View) -> None:
+    with Browser(watched.url, watched.token) as browser:
         while "received" not in (samples := browser.text("samples"))["plots"]:
             pass
     ((time_s, (mbit_per_s,)), *_) = samples["plots"]["received"]
@@ -231,9 +245,7 @@ def answer(to: str, is_done: bool, text: str) -> dict[str, Any]:
 
 
 @pytest.mark.usefixtures("ros_of_children")
-def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(
-    device: MockDevice, view: View
-) -> None:
+def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(watched: View) -> None:
     node = DiagnosticsNode()
 
     def await_subscribers(number: int) -> None:
@@ -242,7 +254,10 @@ def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(
         assert rows[EYE]["subscribers"] == "0"
 
     try:
-        with Browser(view.url, view.token) as first, Browser(view.url, view.token) as second:
+        with (
+            Browser(watched.url, watched.token) as first,
+            Browser(watched.url, watched.token) as second,
+        ):
             await_subscribers(0)
             first.say(show=["world_left"])
             second.say(show=["world_left", "depth"])
@@ -255,8 +270,8 @@ def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(
         node.close()
 
 
-def test_eye_images_need_the_option(device: MockDevice, view: View) -> None:
-    with Browser(view.url, view.token) as browser:
+def test_eye_images_need_the_option(watched: View) -> None:
+    with Browser(watched.url, watched.token) as browser:
         assert "eye_nasal_left" not in browser.text("hello")["images"]
         (eye,) = [it for it in browser.text("state")["streams"] if it["is_eye"]]
         assert eye["id"] == "eye_nasal_left"
@@ -289,8 +304,8 @@ def test_run_starts_the_page_and_ends_it(config: Path) -> None:
             assert browser.end()[0] == 1001
 
 
-def test_a_port_in_use_is_named_with_what_to_do(view: View) -> None:
-    port = view.url.rpartition(":")[2]
+def test_a_port_in_use_is_named_with_what_to_do(watched: View) -> None:
+    port = watched.url.rpartition(":")[2]
     with Child("-m", "ml2_receiver", "view", "--no-browser", "--port", port) as other:
         assert other.wait() == 2
         error, hint = other.errors
