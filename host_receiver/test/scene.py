@@ -1,14 +1,20 @@
-"""A Host without sockets: connections are what a test says, time goes when a test says."""
+"""A Host without sockets and threads; a test says what happens, and at what time."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 from fake_sink import FakeSink
+from ml2_receiver.errors import ProtocolError, PublishError
+from ml2_receiver.session.actions import Close, Ending, Log, Open, Send
 from ml2_receiver.session.connection import Connection
-from ml2_receiver.session.context import Action, Close, Context, Ending, Send
+from ml2_receiver.session.event_limit import event_limits
 from ml2_receiver.session.host import Host
+from ml2_receiver.session.report import Report
 from ml2_receiver.session.settings import ReceiverSettings
-from ml2_receiver.session.streams import Request
+from ml2_receiver.session.sink import Applied
+from ml2_receiver.session.streams import DesiredStreams, Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.frame import MAGIC, VERSION, Frame, Header
@@ -66,8 +72,16 @@ def data(channel: int, sequence: int = 0) -> Frame:
     return Frame(Header(MAGIC, VERSION, Kind.DATA, 0, channel, sequence, 8, 0, 0), payload)
 
 
+def frame(kind: int, body: JsonBody | bytes = b"") -> Frame:
+    payload = bytearray(body if isinstance(body, bytes) else body.to_bytes())
+    return Frame(Header(MAGIC, VERSION, kind, 0, 0, 0, len(payload), 0, 0), payload)
+
+
 class Scene:
-    """Collects what the host wants done; a test looks at it with sent() and ending()."""
+    """Does at once what the host wants of the sink, and collects what it wants of connections.
+
+    A test looks at that with sent() and ending().
+    """
 
     def __init__(
         self,
@@ -77,35 +91,71 @@ class Scene:
         link: Link | None = None,
     ) -> None:
         self.now_s = 100.0
-        self.idle: set[str] = set()
         self.sink = FakeSink()
-        self.actions: list[Action] = []
-        self._seen = 0
-        context = Context(
-            ReceiverSettings("host", "test", excluded=excluded),
-            self.sink,
-            self.actions.append,
-            lambda: self.now_s,
-            lambda: self.idle,
-        )
-        self.host = Host(context, REQUEST, link=link, is_paused=is_paused)
+        self.actions: list[Send | Close] = []
+        self.desired = DesiredStreams(REQUEST, is_paused, (), excluded, link)
+        self.host = Host(ReceiverSettings("host", "test", excluded=excluded))
+        self._limits = event_limits(self.sink.event, lambda: self.now_s)
         self.welcome: Welcome
         self.control: Connection
         self.lanes: dict[str, Connection] = {}
 
+    def perform(self) -> None:
+        while self.host.actions:
+            match self.host.actions.popleft():
+                case Send() | Close() as action:
+                    self.actions.append(action)
+                case Open(topic=topic, route=route) as action:
+                    try:
+                        route.publish = self.sink.open(topic)
+                    except PublishError as refusal:
+                        self.host.topic_refused(action, str(refusal), self.now_s)
+                case Applied() as applied:
+                    self.sink.configured(applied)
+                case Report() as report:
+                    self.sink.session_ended(report)
+                case Log(text, cause):
+                    self._limits[cause].say(text)
+
+    def desire(self, **changes: Any) -> None:
+        """Changes fields of DesiredStreams."""
+        self.desired = replace(self.desired, **changes)
+        self.host.update(self.desired, self.now_s)
+        self.perform()
+
+    def request(self, request: Request, link: Link | None = None) -> None:
+        self.desire(request=request, link=link)
+
+    def test_link(self) -> None:
+        self.host.test_link(self.now_s)
+        self.perform()
+
+    def report(self) -> Report:
+        assert self.host.session is not None
+        return self.host.session.report(self.now_s)
+
     def connect(self, host: str = "address") -> Connection:
         connection = Connection(host, 1, self.now_s)
         self.host.opened(connection)
+        self.perform()
         return connection
 
     def receive(self, connection: Connection, kind: int, body: JsonBody | bytes = b"") -> None:
-        payload = bytearray(body if isinstance(body, bytes) else body.to_bytes())
-        header = Header(MAGIC, VERSION, kind, 0, 0, 0, len(payload), 0, 0)
-        self.host.received(connection, Frame(header, payload))
+        self.receive_frame(connection, frame(kind, body))
+
+    def receive_frame(self, connection: Connection, received: Frame) -> None:
+        self.host.received(connection, received, self.now_s)
+        self.host.update(self.desired, self.now_s)
+        self.perform()
+
+    def fail(self, connection: Connection, error: ProtocolError) -> None:
+        self.host.failed(connection, error)
+        self.perform()
 
     def pass_time(self, seconds: float) -> None:
         self.now_s += seconds
-        self.host.tick()
+        self.host.tick(self.now_s)
+        self.perform()
 
     def sent(self, connection: Connection) -> list[tuple[Kind, JsonBody | None]]:
         """Everything this connection was sent."""
@@ -218,11 +268,19 @@ class Scene:
         assert self.sent(self.control)[-1] == (Kind.START, Start(request))
 
     def receive_data(self, lane: str, number: int, sequence: int = 0) -> None:
-        self.lanes[lane].routes[number].receive(data(number, sequence), 0)
+        self.lanes[lane].routes[number].receive(data(number, sequence), 0, 0)
 
     def end(self, connection: Connection, fault: str | None = None) -> None:
-        self.host.closed(connection, fault)
+        self.host.closed(connection, fault, self.now_s)
+        self.perform()
 
     def is_connected(self) -> bool:
         session = self.host.session
         return session is not None and session.state.value == "connected"
+
+
+def started(**options: Any) -> Scene:
+    """A Scene up to START; the options are the Scene's."""
+    scene = Scene(**options)
+    scene.start()
+    return scene

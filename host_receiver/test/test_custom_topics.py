@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import pytest
 
+from ml2_receiver.session.actions import Open, Send
 from ml2_receiver.session.session import Session
+from ml2_receiver.session.sink import Applied
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ChannelEnd, Configured, Error, Start, StreamAnswer
-from scene import APPLIED, REQUEST, TOPICS, Scene, channel
+from scene import APPLIED, REQUEST, TOPICS, Scene, channel, frame
 
 RULES = load_table().custom_topics
 WITH_CUSTOM: Request = {**REQUEST, "custom": {}}
@@ -30,7 +32,7 @@ TEMPERATURE = custom("temperature")
 
 def answered(scene: Scene, *topics: Topic) -> int:
     """Up to the CONFIGURED that comes after CHANNEL for `topics`; returns its request."""
-    scene.host.request(WITH_CUSTOM)
+    scene.request(WITH_CUSTOM)
     request = scene.asked()[-1].request
     for number, topic in enumerate(topics, FIRST_ID):
         scene.announce(topic, number)
@@ -59,7 +61,7 @@ def test_it_is_published_like_a_topic_of_the_table() -> None:
     scene.receive_data("sensors", FIRST_ID)
     assert len(scene.sink.payloads["custom/temperature"]) == 1
     assert TEMPERATURE in scene.sink.applied[-1].topics
-    rows = {row.topic: row.statistics for row in session(scene).report().topics}
+    rows = {row.topic: row.statistics for row in scene.report().topics}
     assert rows[TEMPERATURE].received == 1
 
 
@@ -81,13 +83,23 @@ def test_one_that_comes_after_configured_is_routed_and_told_at_once() -> None:
     assert TEMPERATURE in scene.sink.applied[-1].topics
 
 
+def test_it_is_opened_before_it_is_started() -> None:
+    scene = started()
+    scene.host.received(scene.control, frame(Kind.CHANNEL, channel(TEMPERATURE, FIRST_ID)), 0)
+    scene.host.update(scene.desired, 0)
+    opened, applied, started_ = scene.host.actions
+    assert isinstance(opened, Open)
+    assert isinstance(applied, Applied)
+    assert isinstance(started_, Send)
+
+
 def test_while_paused_one_that_comes_late_waits_for_its_start() -> None:
     scene = Scene(is_paused=True)
     scene.answer()
     answered(scene)
     scene.announce(TEMPERATURE, FIRST_ID)
     assert starts(scene) == []
-    scene.host.begin()
+    scene.desire(is_paused=False)
     scene.receive_data("sensors", FIRST_ID)
 
 
@@ -103,6 +115,15 @@ def test_a_type_that_is_not_there_is_told_to_device_and_user_and_the_session_goe
     scene.receive_data("sensors", FIRST_ID + 1)
     assert len(scene.sink.payloads["custom/temperature"]) == 1
     assert session(scene).instance.topics["custom/thing"].unpublished == 1
+
+
+def test_a_type_that_is_not_there_is_not_told_to_a_device_that_has_gone() -> None:
+    scene = started()
+    scene.sink.unmakeable = {FLOAT}
+    scene.host.received(scene.control, frame(Kind.CHANNEL, channel(TEMPERATURE, FIRST_ID)), 0)
+    scene.host.closed(scene.control, None, 0)
+    scene.perform()
+    assert Kind.ERROR not in scene.kinds(scene.control)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +145,7 @@ def test_none_may_come_unless_they_were_asked_for() -> None:
 
 def test_one_that_crosses_the_configure_that_forbids_it_may_be_ended() -> None:
     scene = started()
-    scene.host.request(REQUEST)
+    scene.request(REQUEST)
     scene.announce(TEMPERATURE, FIRST_ID)
     scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(FIRST_ID))
     request = scene.asked()[-1].request
@@ -158,4 +179,4 @@ def test_the_next_session_of_an_app_reports_the_topics_of_the_last() -> None:
     scene.greet()
     for lane in list(scene.lanes.values()):
         scene.end(lane)
-    assert session(scene).report().topics[-1].topic == TEMPERATURE
+    assert scene.report().topics[-1].topic == TEMPERATURE

@@ -4,7 +4,7 @@ from ml2_receiver.errors import ErrorCode, ProtocolError
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import ChannelEnd, Configured, Start, StreamAnswer
-from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, data
+from scene import APPLIED, IMAGE, REQUEST, TOPICS, Scene, data, started
 
 REFUSED = StreamAnswer("refused", None, "covered")
 
@@ -26,8 +26,7 @@ def test_channels_open_their_topics_before_start() -> None:
 
 
 def test_payloads_go_to_their_topics_after_start() -> None:
-    scene = Scene()
-    scene.start()
+    scene = started()
     for number in range(1, len(TOPICS) + 1):
         scene.receive_data(TOPICS[number - 1].lane, number)
     assert set(scene.sink.payloads) == {topic.name for topic in TOPICS}
@@ -38,15 +37,14 @@ def test_a_topic_with_a_condition_needs_its_key(is_wanted: bool, error: str | No
     depth = load_table().streams["depth"]
     confidence = next(topic for topic in depth.topics if topic.role == "confidence")
     scene = Scene()
-    scene.host._request = {"depth": {"confidence": is_wanted}}
+    scene.request({"depth": {"confidence": is_wanted}})
     scene.configure()
     scene.announce(confidence, 1)
     assert scene.error(scene.control) == error
 
 
 def test_what_was_on_its_way_when_a_channel_ended_still_arrives() -> None:
-    scene = Scene()
-    scene.start()
+    scene = started()
     scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(1))
     scene.receive_data("world_left", 1)
     assert len(scene.sink.payloads[IMAGE.name]) == 1
@@ -87,24 +85,17 @@ def test_a_paused_receiver_starts_on_request() -> None:
     request = scene.answer()
     scene.receive(scene.control, Kind.PONG)
     assert Kind.START not in scene.kinds(scene.control)
-    scene.host.begin()
-    scene.host.begin()
+    scene.desire(is_paused=False)
+    scene.desire(is_paused=False)
     starts = [body for kind, body in scene.sent(scene.control) if kind == Kind.START]
     assert starts == [Start(request)]
-
-
-def test_a_start_that_was_asked_for_early_is_not_forgotten() -> None:
-    scene = Scene(is_paused=True)
-    scene.host.begin()
-    scene.answer()
-    assert scene.kinds(scene.control)[-1] == Kind.START
 
 
 def refusal(scene: Scene, number: int) -> ErrorCode:
     lane = scene.lanes["world_left"]
     assert number not in lane.routes
     error = scene.host.refusal(lane, number)
-    scene.host.failed(lane, error)
+    scene.fail(lane, error)
     assert scene.error(lane) == error.code
     assert not scene.is_connected()
     return error.code
@@ -118,17 +109,15 @@ def test_data_before_start_is_unexpected() -> None:
 
 @pytest.mark.parametrize("payload", [b"", b"\0\1\0", b"\0\0\0\0", b"\1\0\0\0more"])
 def test_a_payload_that_is_not_plain_cdr_is_malformed_and_not_published(payload: bytes) -> None:
-    scene = Scene()
-    scene.start()
+    scene = started()
     with pytest.raises(ProtocolError) as raised:
-        scene.lanes["world_left"].routes[1].receive(data(1)._replace(body=bytearray(payload)), 0)
+        scene.lanes["world_left"].routes[1].receive(data(1)._replace(body=bytearray(payload)), 0, 0)
     assert raised.value.code == "malformed"
     assert not scene.sink.payloads
 
 
 def test_a_repeated_number_is_malformed_and_not_published() -> None:
-    scene = Scene()
-    scene.start()
+    scene = started()
     scene.receive_data("world_left", 1, sequence=5)
     with pytest.raises(ProtocolError) as raised:
         scene.receive_data("world_left", 1, sequence=5)
@@ -141,8 +130,7 @@ def test_what_ros_does_not_take_is_counted() -> None:
     scene.sink.refuses.add(IMAGE.name)
     scene.start()
     scene.receive_data("world_left", 1)
-    assert scene.host.session is not None
-    statistics = scene.host.session.instance.topics[IMAGE.name]
+    (statistics,) = [it.statistics for it in scene.report().topics if it.topic is IMAGE]
     assert (statistics.received, statistics.unpublished) == (1, 1)
 
 
@@ -153,7 +141,7 @@ def test_a_second_configuration_ends_and_begins_channels() -> None:
     assert session is not None
     wider = {stream: values for stream, values in REQUEST.items() if stream != "battery"}
     wider["head_pose"] = {}
-    scene.host.request(wider)
+    scene.request(wider)
     battery = next(topic for topic in TOPICS if topic.stream == "battery")
     scene.receive(scene.control, Kind.CHANNEL_END, ChannelEnd(TOPICS.index(battery) + 1))
     (pose,) = load_table().streams["head_pose"].topics

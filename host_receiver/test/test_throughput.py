@@ -6,15 +6,14 @@ from ml2_receiver.errors import LinkTestError
 from ml2_receiver.session.throughput import Throughput
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import MAX_LINK_TEST_BYTES, Bye, LinkTest
-from scene import Scene
+from scene import Scene, started
 
 WHOLE = bytes(64 * 1024)
 
 
 @pytest.fixture
 def scene() -> Scene:
-    scene = Scene()
-    scene.start()
+    scene = started()
     scene.join("link_test")
     return scene
 
@@ -24,15 +23,13 @@ def fill(scene: Scene, body: bytes) -> None:
 
 
 def measured(scene: Scene) -> Throughput:
-    session = scene.host.session
-    assert session is not None
-    found = session.report().link
+    found = scene.report().link
     assert found is not None
     return found
 
 
 def test_filler_is_timed_from_the_first_frame_to_the_end(scene: Scene) -> None:
-    scene.host.test_link()
+    scene.test_link()
     assert scene.sent(scene.control)[-1] == (Kind.LINK_TEST, LinkTest(64 << 20))
     scene.pass_time(1.0)  # until the lane is joined and the first frame is here
     fill(scene, WHOLE)
@@ -53,7 +50,7 @@ def test_what_the_streams_get_meanwhile_is_told_and_no_filler_is_in_their_books(
     scene: Scene,
 ) -> None:
     scene.receive_data("world_left", 1, 0)
-    scene.host.test_link()
+    scene.test_link()
     fill(scene, WHOLE)
     for sequence in range(1, 4):
         scene.receive_data("world_left", 1, sequence)
@@ -61,45 +58,44 @@ def test_what_the_streams_get_meanwhile_is_told_and_no_filler_is_in_their_books(
     fill(scene, b"")
     scene.receive_data("world_left", 1, 4)
     assert measured(scene).streams_mbit_per_s == pytest.approx(3 * 8 * 8e-6)
-    assert scene.host.session is not None
-    (row,) = [it for it in scene.host.session.report().topics if it.statistics.received]
+    (row,) = [it for it in scene.report().topics if it.statistics.received]
     assert (row.statistics.received, row.statistics.gaps) == (5, 0)
 
 
 def test_an_end_without_filler_is_no_rate(scene: Scene) -> None:
-    scene.host.test_link()
+    scene.test_link()
     fill(scene, b"")
     assert measured(scene) == Throughput(1, "measured")
 
 
 def test_tests_follow_on_each_other_but_not_at_once(scene: Scene) -> None:
-    scene.host.test_link()
+    scene.test_link()
     with pytest.raises(LinkTestError, match="already"):
-        scene.host.test_link()
+        scene.test_link()
     fill(scene, b"")
-    scene.host.test_link()
+    scene.test_link()
     assert (measured(scene).number, measured(scene).state) == (2, "running")
     assert scene.kinds(scene.control).count(Kind.LINK_TEST) == 2
 
 
 def test_a_headset_that_does_not_answer_is_not_asked_again(scene: Scene) -> None:
-    scene.host.test_link()
+    scene.test_link()
     for _ in range(9):
         scene.pass_time(1.0)
         scene.receive(scene.control, Kind.PONG)
     assert measured(scene).state == "unanswered"
     with pytest.raises(LinkTestError, match="does not answer"):
-        scene.host.test_link()
+        scene.test_link()
     assert scene.is_connected()
     fill(scene, WHOLE)
     scene.pass_time(1.0)
     fill(scene, b"")
     assert measured(scene).state == "measured"
-    scene.host.test_link()
+    scene.test_link()
 
 
 def test_as_much_as_was_asked_for_may_come_and_nothing_more(scene: Scene) -> None:
-    scene.host.test_link()
+    scene.test_link()
     for _ in range(MAX_LINK_TEST_BYTES // len(WHOLE)):
         fill(scene, WHOLE)
     assert scene.is_connected()
@@ -116,7 +112,7 @@ def test_filler_that_was_not_asked_for_is_unexpected(scene: Scene, body: bytes) 
 
 @pytest.mark.parametrize("body", [b"", WHOLE])
 def test_a_test_that_has_ended_takes_nothing_more(scene: Scene, body: bytes) -> None:
-    scene.host.test_link()
+    scene.test_link()
     fill(scene, b"")
     fill(scene, body)
     assert scene.error(scene.lanes["link_test"]) == "unexpected"
@@ -125,10 +121,10 @@ def test_a_test_that_has_ended_takes_nothing_more(scene: Scene, body: bytes) -> 
 def test_without_a_headset_there_is_nothing_to_try() -> None:
     scene = Scene()
     with pytest.raises(LinkTestError, match="no headset"):
-        scene.host.test_link()
+        scene.test_link()
     scene.begin()
     with pytest.raises(LinkTestError, match="no headset"):
-        scene.host.test_link()
+        scene.test_link()
 
 
 def test_a_session_that_is_over_is_not_asked(scene: Scene) -> None:
@@ -136,4 +132,4 @@ def test_a_session_that_is_over_is_not_asked(scene: Scene) -> None:
     for connection in (*scene.lanes.values(), scene.control):
         scene.end(connection)
     with pytest.raises(LinkTestError, match="no headset"):
-        scene.host.test_link()
+        scene.test_link()

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from bodies import CHANNELS, CONFIGURE, CONFIGURED, REQUEST, SESSION, TICKET
 from frame_bytes import json_bytes
 from ml2_receiver.errors import ProtocolError
+from ml2_receiver.session.actions import Send
 from ml2_receiver.session.connection import Connection
-from ml2_receiver.session.context import Send
 from ml2_receiver.wire.frame import Frame, FrameParser, encode_frame
 from ml2_receiver.wire.kinds import Kind, LaneKind, Side
 from scene import Scene, hello
@@ -65,7 +65,7 @@ class _Replay:
 
     def __init__(self, state: int) -> None:
         self.scene = Scene()
-        self.scene.host.request(CONFIGURE["streams"])
+        self.scene.request(CONFIGURE["streams"])
         self._secrets: list[str] = []
         self._lanes: dict[str, tuple[Connection, FrameParser]] = {}
         if state >= _STATES.index("welcomed"):
@@ -105,7 +105,7 @@ class _Replay:
                 if frame is not None:
                     self._dispatch(connection, frame)
             except ProtocolError as error:
-                self.scene.host.failed(connection, error)
+                self.scene.fail(connection, error)
         if connection.is_closing:
             self.end(lane)
 
@@ -120,9 +120,9 @@ class _Replay:
             route = connection.routes.get(frame.header.channel)
             if route is None:
                 raise self.scene.host.refusal(connection, frame.header.channel)
-            route.receive(frame, 0)
+            route.receive(frame, 0, 0)
         elif frame.header.kind != Kind.TIME_REQUEST:
-            self.scene.host.received(connection, frame)
+            self.scene.receive_frame(connection, frame)
 
     def _filled_in(self, data: bytes) -> bytes:
         """Returns the frames with this session's values in place of the placeholders."""
@@ -141,7 +141,7 @@ class _Replay:
         if lane in self._lanes:
             connection, parser = self._lanes.pop(lane)
             fault = None if parser.is_between_frames else "ended inside a frame"
-            self.scene.host.closed(connection, fault)
+            self.scene.end(connection, fault)
 
     def check(self) -> None:
         for event in self.scene.sink.events:

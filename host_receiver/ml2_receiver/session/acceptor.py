@@ -15,8 +15,8 @@ class Acceptor:
 
     Args:
         listener: a socket from listen(); close() closes it.
-        opened: takes each accepted socket with the peer's host and port, in the acceptor's thread;
-            returns False if it failed, and the socket is then closed.
+        opened: takes an accepted socket with the peer's host and port, in the acceptor's thread;
+            returns False if it does not want the socket, which is then closed.
         failed: is told why connections cannot be accepted, in the acceptor's thread.
     """
 

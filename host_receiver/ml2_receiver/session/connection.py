@@ -1,6 +1,5 @@
 """A connection without I/O, and the routes of its DATA frames."""
 
-import time
 from dataclasses import dataclass, field
 
 from ..errors import ErrorCode, ProtocolError, PublishError
@@ -12,7 +11,7 @@ from .statistics import TopicStatistics
 class Route:
     """The publish function and the counters of one channel.
 
-    Only the reader thread of the channel's lane uses them.
+    Only the reader thread of the channel's lane uses them, but `publish` may change before START.
     """
 
     __slots__ = ("publish", "statistics")
@@ -21,8 +20,8 @@ class Route:
         self.publish = publish
         self.statistics = statistics
 
-    def receive(self, frame: Frame, received_ns: int) -> None:
-        """Counts and publishes a DATA frame that arrived at `received_ns` in ROS time.
+    def receive(self, frame: Frame, received_ns: int, now_ns: int) -> None:
+        """Counts and publishes a DATA frame that arrived at `received_ns`; both are ROS time.
 
         Raises:
             ProtocolError: `malformed`.
@@ -34,7 +33,7 @@ class Route:
                 f"DATA of channel {header.channel} begins with {bytes(payload[:4]).hex(' ')!r}, "
                 f"expected {CDR_ENCAPSULATION.hex(' ')!r}",
             )
-        if not self.statistics.record(header, received_ns, time.time_ns()):
+        if not self.statistics.record(header, received_ns, now_ns):
             raise ProtocolError(
                 ErrorCode.MALFORMED,
                 f"DATA of channel {header.channel} has number {header.sequence} after "

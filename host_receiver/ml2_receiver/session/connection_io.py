@@ -4,12 +4,14 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from math import inf
 
 from ..transport.transport import Transport
-from ..wire.frame import Frame, FrameParser
-from ..wire.kinds import LaneKind, Side
+from ..wire.frame import Frame, FrameParser, encode_frame
+from ..wire.json_body import JsonBody
+from ..wire.kinds import Kind, LaneKind, Side
+from .actions import Ending
 from .connection import Connection
-from .context import Ending
 
 _SMALL_FRAMES_BYTES = 64 * 1024
 
@@ -18,14 +20,14 @@ _SMALL_FRAMES_BYTES = 64 * 1024
 class ConnectionIO:
     """The transport and the parser of a Connection.
 
-    Only the reader thread of the connection receives, parses and closes. `abort_s` is the monotonic
-    time at which the connection is aborted; None means never.
+    Only the reader thread of the connection receives, parses and closes. After `abort_s`, monotonic
+    time, the connection is to be aborted.
     """
 
     transport: Transport
     connection: Connection
     parser: FrameParser = field(default_factory=lambda: FrameParser(Side.DEVICE))
-    abort_s: float | None = None
+    abort_s: float = inf
     is_aborted: bool = False
 
     def frames(self) -> Iterator[tuple[Frame, int]]:
@@ -56,6 +58,13 @@ class ConnectionIO:
             received_ns = time.time_ns()
             for frame in self.parser.feed(received[:count]):
                 yield frame, received_ns
+
+    def send(self, kind: Kind, body: JsonBody | None) -> None:
+        """Sends a frame as write() does; WELCOME and JOINED open the connection's lane."""
+        if kind in (Kind.WELCOME, Kind.JOINED) and self.connection.lane is not None:
+            self.parser.lane = LaneKind.of(self.connection.lane)
+        body_bytes = body.to_bytes() if body else b""
+        self.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
 
     def write(self, data: bytes) -> None:
         """Sends without waiting; aborts the connection if the send buffer is full."""

@@ -1,13 +1,17 @@
 """Rate limits for the log lines that peers can cause."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Literal
 
 _MAX_CHARACTERS = 1000
 # At most 24 MB a day.
 _PER_HOUR = 1000
 _HOUR_S = 3600.0
 _ADDRESSES = 1024
+
+type Cause = Literal["session", "refusal", "turned away", "receiver"]
+_PER_SECOND: Mapping[Cause, int] = {"session": 100, "refusal": 10, "turned away": 1, "receiver": 1}
 
 
 class EventLimit:
@@ -62,6 +66,13 @@ class _Window:
             return False
         self._start_s, self.left = now_s, self._limit
         return True
+
+
+def event_limits(
+    log_line: Callable[[str], None], clock: Callable[[], float]
+) -> dict[Cause, EventLimit]:
+    """Returns the limit for the log lines of each cause."""
+    return {it: EventLimit(log_line, clock, per_second=n) for it, n in _PER_SECOND.items()}
 
 
 class OncePerAddress:

@@ -1,62 +1,49 @@
 """The receiver as a state machine without I/O: its connections and its one session."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 
 from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import VERSION, Frame
 from ..wire.kinds import Kind
-from ..wire.messages import Bye, Hello, Join, Link
+from ..wire.messages import Bye, Hello, Join
+from .actions import Action, Close, Ending, Log, Open, Send, close, error_body
 from .connection import Connection
-from .context import Close, Context, Ending, Send, close, error_body
-from .event_limit import EventLimit, OncePerAddress
+from .event_limit import OncePerAddress
 from .report import State
 from .session import Session
+from .settings import ReceiverSettings
 from .statistics import Instance
-from .streams import DesiredStreams, Request
+from .streams import DesiredStreams
 
 
 class Host:
     """The connections of all peers, and the one session.
 
-    Call opened(), received(), failed() and closed() when a connection changes, and tick() a few
-    times per second. Context.act performs the actions that follow. Calls must not overlap.
-
-    Args:
-        request: the streams and values that every headset is asked for, until request() changes
-            them.
-        link: how images give way to the link, until request() changes it; None means that they
-            do not.
-        is_paused: True delays START until begin().
+    Call opened(), received(), failed() and closed() when a connection changes, update() after a
+    frame or when the desired streams may have changed, and tick() a few times per second. Then take
+    and perform `actions`, in any thread and in their order. `now_s` is monotonic time. Calls must
+    not overlap.
     """
 
-    def __init__(
-        self,
-        context: Context,
-        request: Request,
-        *,
-        link: Link | None = None,
-        is_paused: bool = False,
-    ) -> None:
+    def __init__(self, settings: ReceiverSettings) -> None:
         self.session: Session | None = None
-        self._context = context
-        self._request, self._link = request, link
-        self._is_paused = is_paused
+        self.actions: deque[Action] = deque()
+        self._act = self.actions.append
+        self._settings = settings
         self._pending: list[Connection] = []
         self._is_reported = False
         self._successor: tuple[Connection, Hello] | None = None
-        self._refusals = EventLimit(context.sink.event, context.clock, per_second=10)
-        self._busy = OncePerAddress(self._refusals.say)
-        self._events = EventLimit(context.sink.event, context.clock, per_second=100)
+        self._busy = OncePerAddress(lambda text: self._act(Log(text, "refusal")))
 
     def opened(self, connection: Connection) -> None:
         """Adds a connection; closes a pending one if there are too many."""
-        if len(self._pending) >= self._context.settings.limits.unfinished_connections:
+        if len(self._pending) >= self._settings.limits.unfinished_connections:
             oldest = self._oldest_of_busiest_address()
             self._pending.remove(oldest)
             self._log_refusal(oldest, "closed for a newer connection")
             oldest.is_closing = True
-            self._context.act(Close(oldest, Ending.ABORT))
+            self._act(Close(oldest, Ending.ABORT))
         self._pending.append(connection)
 
     def _oldest_of_busiest_address(self) -> Connection:
@@ -64,31 +51,30 @@ class Host:
         counts = Counter(each.host for each in self._pending)
         return max(self._pending, key=lambda each: counts[each.host])
 
-    def received(self, connection: Connection, frame: Frame) -> None:
+    def received(self, connection: Connection, frame: Frame, now_s: float) -> None:
         """Handles a frame other than DATA and TIME_REQUEST."""
         if connection.is_closing:
             return
         try:
             if connection.lane is None:
-                self._first_frame(connection, frame)
+                self._first_frame(connection, frame, now_s)
             elif self.session is not None and connection in self.session:
-                self.session.received(connection, frame)
-                self.update()
-                self._replace_ended_session()
+                self.session.received(connection, frame, now_s)
+                self._replace_ended_session(now_s)
         except ProtocolError as error:
             self.failed(connection, error, sends_error=frame.header.kind != Kind.ERROR)
 
-    def _first_frame(self, connection: Connection, frame: Frame) -> None:
+    def _first_frame(self, connection: Connection, frame: Frame, now_s: float) -> None:
         match frame.header.kind:
             case Kind.HELLO:
-                self._hello(connection, Hello.parse(frame.body))
+                self._hello(connection, Hello.parse(frame.body), now_s)
             case Kind.JOIN:
                 self._join(connection, Join.parse(frame.body))
             case _:  # the parser lets only ERROR through, which needs no answer
                 self._log_refusal(connection, "ERROR instead of HELLO or JOIN")
-                close(self._context, connection, Ending.DRAIN)
+                close(self._act, connection, Ending.DRAIN)
 
-    def _hello(self, connection: Connection, hello: Hello) -> None:
+    def _hello(self, connection: Connection, hello: Hello, now_s: float) -> None:
         if VERSION not in hello.versions:
             raise ProtocolError(
                 ErrorCode.VERSION, f"this receiver speaks {VERSION}, not {hello.versions[:8]}"
@@ -102,7 +88,7 @@ class Host:
         self._successor = connection, hello
         if self.session is not None:
             self.session.finish(State.LOST, "replaced by a new one", Bye("replaced"))
-        self._replace_ended_session()
+        self._replace_ended_session(now_s)
 
     def _current_device(self) -> tuple[Connection, Hello] | None:
         if self._successor is not None or self.session is None or self.session.is_over:
@@ -113,7 +99,7 @@ class Host:
     def _identity(connection: Connection, hello: Hello) -> tuple[str | None, str]:
         return connection.peer, hello.device_id
 
-    def _replace_ended_session(self) -> None:
+    def _replace_ended_session(self, now_s: float) -> None:
         """Reports a session that is over, and begins the session of the waiting device."""
         if self.session is not None:
             if not self.session.is_over:
@@ -121,30 +107,27 @@ class Host:
             if not self._is_reported:
                 self._is_reported = True
                 self._busy.renew()
-                self._context.sink.session_ended(self.session.report())
+                self._act(self.session.report(now_s))
         if self._successor is not None:
-            self._begin(*self._successor)
+            self._begin(*self._successor, now_s)
 
-    def _begin(self, control: Connection, hello: Hello) -> None:
+    def _begin(self, control: Connection, hello: Hello, now_s: float) -> None:
         self._successor = None
         self._is_reported = False
         self._busy.renew()
-        instance = Instance(hello.device_id, hello.instance_id)
-        is_known = self.session is not None and self.session.instance == instance
-        if self.session is not None and is_known:
+        instance, received = Instance(hello.device_id, hello.instance_id), None
+        if self.session is not None and self.session.instance == instance:
             instance = self.session.instance
-        self._events.say(
-            f"{hello.name!r} connected from {control.address}, running {hello.software!r}"
-        )
-        self.session = Session(hello, control, instance, self._context, self._events.say)
-        self.session.welcome(instance.received() if is_known else None)
+            received = instance.received()
+        text = f"{hello.name!r} connected from {control.address}, running {hello.software!r}"
+        self._act(Log(text, "session"))
+        self.session = Session(hello, control, instance, received, self._settings, self._act, now_s)
 
     def _join(self, connection: Connection, join: Join) -> None:
         if self.session is None:
             raise ProtocolError(ErrorCode.TICKET, "there is no session")
         self.session.join(connection, join)
         self._pending.remove(connection)
-        self.update()
 
     def failed(
         self, connection: Connection, error: ProtocolError, *, sends_error: bool = True
@@ -160,8 +143,8 @@ class Host:
         else:
             self._log_refusal(connection, str(error))
         if sends_error:
-            self._context.act(Send(connection, Kind.ERROR, error_body(error)))
-        close(self._context, connection, Ending.DISCARD)
+            self._act(Send(connection, Kind.ERROR, error_body(error)))
+        close(self._act, connection, Ending.DISCARD)
         if self.session is not None and connection in self.session:
             self.session.finish(State.LOST, str(error))
 
@@ -171,7 +154,7 @@ class Host:
             return ProtocolError(ErrorCode.UNEXPECTED, "DATA outside of a session")
         return self.session.streams.data_error(channel)
 
-    def closed(self, connection: Connection, fault: str | None = None) -> None:
+    def closed(self, connection: Connection, fault: str | None, now_s: float) -> None:
         """Removes a connection that has ended and is read to its end.
 
         `fault` says what ended it; None means that the peer did, between two frames.
@@ -183,74 +166,55 @@ class Host:
         if self._successor is not None and self._successor[0] is connection:
             self._successor = None
         if self.session is not None and connection in self.session:
-            self.session.closed(connection, fault)
-        self._replace_ended_session()
+            self.session.closed(connection, fault, now_s)
+        self._replace_ended_session(now_s)
 
-    def tick(self) -> None:
+    def tick(self, now_s: float) -> None:
         """Checks the time-outs of the pending connections and of the session."""
-        handshake_s = self._context.settings.limits.handshake_s
-        latest_s = self._context.clock() - handshake_s
-        for pending in [each for each in self._pending if each.opened_s < latest_s]:
+        handshake_s = self._settings.limits.handshake_s
+        for pending in [it for it in self._pending if it.opened_s < now_s - handshake_s]:
             message = f"no HELLO or JOIN within {handshake_s} s"
             self.failed(pending, ProtocolError(ErrorCode.TIMEOUT, message))
         if self.session is not None:
-            self.session.tick()
-        self._replace_ended_session()
+            self.session.tick(now_s)
+        self._replace_ended_session(now_s)
 
-    def request(self, request: Request, link: Link | None = None) -> None:
-        """Requests other streams, values or `link`.
+    def topic_refused(self, opened: Open, reason: str, now_s: float) -> None:
+        """Takes why the topic of an Open cannot be opened."""
+        is_open = not opened.control.is_closing
+        if is_open and self.session is not None and opened.control in self.session:
+            self.session.topic_refused(opened.channel, reason, now_s)
 
-        Streams whose values stay the same keep running.
-        """
-        self._request, self._link = request, link
-        self.update()
+    def update(self, desired: DesiredStreams, now_s: float) -> None:
+        """Requests the desired streams from the headset if they have changed."""
+        if self.session is not None:
+            self.session.advance(desired, now_s)
 
-    def begin(self) -> None:
-        """Starts the streams, now or as soon as a headset is ready."""
-        self._is_paused = False
-        self.update()
-
-    def pause(self) -> None:
-        """Stops all streams until begin(); the headset stays connected."""
-        self._is_paused = True
-        self.update()
-
-    def test_link(self) -> None:
-        """Starts a link test; the session's report has the result.
-
-        Raises:
-            LinkTestError: no headset is connected, a test is running, or the app does not answer.
-        """
+    def test_link(self, now_s: float) -> None:
+        """Starts a link test, as Session.test_link() does."""
         if self.session is None:
             raise LinkTestError("no headset is connected")
-        self.session.test_link()
+        self.session.test_link(now_s)
 
-    def update(self) -> None:
-        """Requests the desired streams, which depend on Context.idle, if they have changed."""
-        if self.session is not None:
-            idle, excluded = self._context.idle(), self._context.settings.excluded
-            desired = DesiredStreams(self._request, self._is_paused, idle, excluded, self._link)
-            self.session.advance(desired)
-
-    def expel(self, is_allowed: Callable[[str | None], bool]) -> None:
+    def expel(self, is_allowed: Callable[[str | None], bool], now_s: float) -> None:
         """Ends the connections and the session of peers that are not allowed any more."""
         for pending in [each for each in self._pending if each.peer is not None]:
             if not is_allowed(pending.peer):
                 self.failed(pending, ProtocolError(ErrorCode.PAIRING, "it is not paired"))
         if self._successor is not None and not is_allowed(self._successor[0].peer):
-            close(self._context, self._successor[0], Ending.ABORT)
+            close(self._act, self._successor[0], Ending.ABORT)
             self._successor = None
         if self.session is not None and not is_allowed(self.session.control.peer):
             self.session.finish(State.ENDED, "the device was unpaired", Bye("unpaired"))
-        self._replace_ended_session()
+        self._replace_ended_session(now_s)
 
     def stop(self) -> None:
         """Ends the session with BYE, and aborts the pending connections."""
         if self.session is not None:
             self.session.finish(State.ENDED, "the receiver stops", Bye("the receiver stops"))
         for pending in self._pending:
-            close(self._context, pending, Ending.ABORT)
+            close(self._act, pending, Ending.ABORT)
 
     def _log_refusal(self, connection: Connection, text: str) -> None:
         lane = connection.lane or "new connection"
-        self._refusals.say(f"{connection.address} ({lane}): {text}")
+        self._act(Log(f"{connection.address} ({lane}): {text}", "refusal"))

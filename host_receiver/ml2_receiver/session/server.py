@@ -5,24 +5,26 @@ import struct
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 
-from ..errors import ErrorCode, KeysError, ProtocolError
+from ..errors import ErrorCode, KeysError, ProtocolError, PublishError
 from ..transport.access import Access, Protection
 from ..wire.frame import Frame, encode_frame
-from ..wire.kinds import Kind, LaneKind
+from ..wire.kinds import Kind
 from ..wire.messages import Link
 from .acceptor import Acceptor
+from .actions import Action, Close, Log, Open, Send
 from .admission import Admission
 from .connection import Connection
 from .connection_io import ConnectionIO
-from .context import Action, Close, Context, Send
-from .event_limit import EventLimit
+from .event_limit import Cause, event_limits
 from .host import Host
 from .report import Report
 from .settings import ReceiverSettings
-from .sink import Sink
-from .streams import Request
+from .sink import Applied, Sink
+from .streams import DesiredStreams, Request
 
 _TICK_S = 0.1
 _STOP_S = 0.3
@@ -33,8 +35,10 @@ _TIMES = struct.Struct("<qqq")
 class Server:
     """A receiver that listens, and passes what arrives to its sink until stop().
 
-    The reader threads call the functions that Sink.open() returned. The other methods of the sink
-    are called under one lock, so they must not call the server.
+    Each thread tells the Host under one lock what happened, then performs the actions that all
+    threads have caused under another lock, in their order. So the sink is not called under the lock
+    of the Host; of the server it may call report() and protection() alone. The reader threads call
+    the functions that Sink.open() returned.
 
     Args:
         listener: a socket from listen(); stop() closes it.
@@ -45,7 +49,7 @@ class Server:
         link: how images give way to the link, until request() changes it; None means that they
             do not.
         is_paused: True starts no stream before begin().
-        idle: returns the streams that are not needed at present; called under the lock.
+        idle: returns the streams that are not needed at present; called under the lock of the Host.
         access_changed: called in a thread of its own when the paired devices have changed.
     """
 
@@ -62,22 +66,22 @@ class Server:
         idle: Callable[[], Collection[str]] = tuple,
         access_changed: Callable[[], None] = lambda: None,
     ) -> None:
-        clock, limits = time.monotonic, settings.limits
-        context = Context(settings, sink, self._act, clock, idle)
-        self._host = Host(context, request, link=link, is_paused=is_paused)
+        self._host = Host(settings)
+        self._desired = DesiredStreams(request, is_paused, (), settings.excluded, link)
         self._access, self._access_changed = access, access_changed
-        self._admission = Admission(limits, clock)
-        self._turned_away = EventLimit(sink.event, clock, per_second=1)
-        self._failures = EventLimit(self._tell_failure, clock, per_second=1)
-        self._sink, self._limits = sink, limits
-        self._lock = threading.Lock()
+        self._admission = Admission(settings.limits, time.monotonic)
+        self._sink, self._idle = sink, idle
+        self._log_limits = event_limits(self._event, time.monotonic)
+        self._linger_s = settings.limits.linger_s
+        self._lock = threading.Lock()  # of the state
+        self._acting = threading.Lock()  # of the sink and what is sent; never taken under _lock
         self._links: dict[Connection, ConnectionIO] = {}
         self._readers: set[threading.Thread] = set()
         self._stopping = threading.Event()
         self._acceptor = Acceptor(
             listener,
-            lambda accepted, host, port: self._guarded(self._open, accepted, host, port),
-            lambda reason: self._guarded(sink.event, reason),
+            lambda *accepted: bool(self._guarded(lambda: self._open(*accepted))),
+            lambda reason: self._guarded(lambda: self._log(reason, "receiver")),
         )
         ticker = threading.Thread(target=self._tick, name="tick", daemon=True)
         self._threads = [self._acceptor.thread, ticker]
@@ -99,23 +103,23 @@ class Server:
 
     def begin(self) -> None:
         """Starts the streams, now or as soon as a headset is ready."""
-        with self._lock:
-            self._host.begin()
+        with self._update():
+            self._desired = replace(self._desired, is_paused=False)
 
     def pause(self) -> None:
         """Stops all streams until begin(); the headset stays connected."""
-        with self._lock:
-            self._host.pause()
+        with self._update():
+            self._desired = replace(self._desired, is_paused=True)
 
     def request(self, request: Request, link: Link | None = None) -> None:
-        """Requests other streams, values or `link`, as Host.request() does."""
-        with self._lock:
-            self._host.request(request, link)
+        """Requests other streams, values or `link`; streams with unchanged values continue."""
+        with self._update():
+            self._desired = replace(self._desired, request=request, link=link)
 
     def update(self) -> None:
         """Reads which streams are idle, and requests the change from the headset."""
-        with self._lock:
-            self._host.update()
+        with self._update():
+            pass
 
     def test_link(self) -> None:
         """Starts a link test of about 2 s; report() has the result.
@@ -123,19 +127,19 @@ class Server:
         Raises:
             LinkTestError: no headset is connected, a test is running, or the app does not answer.
         """
-        with self._lock:
-            self._host.test_link()
+        with self._step() as now_s:
+            self._host.test_link(now_s)
 
     def report(self) -> Report | None:
         """Returns a snapshot of the current or else the last session; None before the first."""
         with self._lock:
-            return self._host.session.report() if self._host.session else None
+            return self._host.session.report(time.monotonic()) if self._host.session else None
 
     def stop(self) -> None:
         """Sends BYE, reads what has arrived and closes all connections, in less than 1 s."""
         self._stopping.set()
         self._acceptor.stop()
-        with self._lock:
+        with self._step():
             self._host.stop()
         self._join(time.monotonic() + _STOP_S)
         for link in list(self._links.values()):
@@ -147,18 +151,16 @@ class Server:
         for thread in (*self._threads, *list(self._readers)):
             thread.join(max(0.0, deadline_s - time.monotonic()))
 
-    def _open(self, accepted: socket.socket, host: str, port: int) -> None:
+    def _open(self, accepted: socket.socket, host: str, port: int) -> bool:
         self._refresh()
         refusal = self._admission.refusal(host)
         if refusal is not None:
-            self._turned_away.say(f"{host} is turned away: {refusal}")
-            accepted.close()
-            return
+            self._log(f"{host} is turned away: {refusal}", "turned away")
+            return False
         try:
             transport = self._access.transport(accepted)
-        except OSError:
-            accepted.close()  # the peer has disconnected already
-            return
+        except OSError:  # the peer has disconnected already
+            return False
         link = ConnectionIO(transport, Connection(host, port, time.monotonic()))
         reader = threading.Thread(target=self._read, args=[link], daemon=True)
         self._links[link.connection] = link
@@ -166,47 +168,58 @@ class Server:
         self._admission.opened(host)
         self._host.opened(link.connection)
         reader.start()
+        return True
 
     def _refresh(self) -> None:
         try:
             has_changed = self._access.refresh()
         except KeysError as error:
-            self._sink.event(str(error))
+            self._log(str(error), "receiver")
             has_changed = True
         if has_changed:
-            self._host.expel(self._access.allows)
+            self._host.expel(self._access.allows, time.monotonic())
             threading.Thread(target=self._access_changed, daemon=True).start()
 
     def _tick(self) -> None:
         while not self._stopping.wait(_TICK_S):
-            for task in (self._refresh, self._host.tick, self._abort_overdue):
-                self._guarded(task)
+            self._guarded(self._refresh)
+            self._guarded(lambda: self._host.tick(time.monotonic()))
+            with self._acting:
+                for link in list(self._links.values()):
+                    if time.monotonic() > link.abort_s:
+                        link.abort()
 
-    def _abort_overdue(self) -> None:
-        now_s = time.monotonic()
-        for link in self._links.values():
-            if link.abort_s is not None and now_s > link.abort_s:
-                link.abort()
+    def _guarded[T](self, task: Callable[[], T]) -> T | None:
+        """Runs a task as a step, and returns None if it failed.
 
-    def _guarded[*Ts](self, task: Callable[[*Ts], None], *arguments: *Ts) -> bool:
-        """Runs a task under the lock, and returns True if it succeeded.
-
-        An exception that nobody expected, of the sink for example, must not end the thread: the
-        receiver would accept no headset any more.
+        An exception that nobody expected must not end the thread: the receiver would accept no
+        headset any more.
         """
         try:
-            with self._lock:
-                task(*arguments)
+            with self._step():
+                return task()
         except Exception as error:
-            self._failures.say(f"internal error, please report it: {error!r} in {task.__name__}")
-            return False
-        return True
+            self._log_internal(error)
+            return None
 
-    def _tell_failure(self, text: str) -> None:
-        try:
-            self._sink.event(text)
-        except Exception:  # It may be the sink that fails
-            print(text, file=sys.stderr, flush=True)
+    @contextmanager
+    def _step(self) -> Iterator[float]:
+        """Enters the lock of the Host at a time in s, then performs its actions."""
+        with self._lock:
+            yield time.monotonic()
+        with self._acting:
+            while self._host.actions:
+                try:
+                    self._act(self._host.actions.popleft())
+                except Exception as error:
+                    self._log_internal(error)
+
+    @contextmanager
+    def _update(self) -> Iterator[float]:
+        """A step that ends by requesting the streams that are desired and not idle."""
+        with self._step() as now_s:
+            yield now_s
+            self._host.update(replace(self._desired, idle=self._idle()), now_s)
 
     def _read(self, link: ConnectionIO) -> None:
         fault: str | None = "the receiver failed"
@@ -217,40 +230,39 @@ class Server:
         except OSError as error:
             fault = error.strerror or str(error)
         finally:
-            with self._lock:
+            with self._acting:  # so that nothing is written to the next socket of this number
                 link.transport.close()
                 del self._links[link.connection]
+            with self._step() as now_s:
                 self._readers.discard(threading.current_thread())
                 self._admission.closed(link.connection.host)
-                self._host.closed(link.connection, fault)
+                self._host.closed(link.connection, fault, now_s)
 
     def _handshake(self, link: ConnectionIO) -> bool:
         """Returns True if the handshake succeeded; closes the connection of unpaired peers."""
         connection = link.connection
         try:
             peer = link.transport.handshake()
+            with self._step():
+                connection.peer = peer
+                # It may be unpaired since the handshake began, or signed by a paired device's key
+                if not self._access.allows(peer):
+                    raise ProtocolError(ErrorCode.PAIRING, "it is not paired")
+                self._admission.showed(connection.host)
+                return True
         except ProtocolError as error:
-            with self._lock:
+            with self._step():
                 self._admission.failed(connection.host)
                 self._host.failed(connection, error)
             link.transport.discard()
             return False
-        with self._lock:
-            connection.peer = peer
-            if self._access.allows(peer):
-                self._admission.showed(connection.host)
-            else:  # unpaired since the handshake began, or signed by a paired device's key
-                self._admission.failed(connection.host)
-                refusal = ProtocolError(ErrorCode.PAIRING, "it is not paired")
-                self._host.failed(connection, refusal)
-        return True
 
     def _receive(self, link: ConnectionIO) -> None:
         try:
             for frame, received_ns in link.frames():
                 self._dispatch(link, frame, received_ns)
         except ProtocolError as error:
-            with self._lock:
+            with self._step():
                 self._host.failed(link.connection, error)
             link.transport.discard()
 
@@ -261,25 +273,45 @@ class Server:
             if route is None:
                 with self._lock:
                     raise self._host.refusal(link.connection, header.channel)
-            route.receive(frame, received_ns)
+            route.receive(frame, received_ns, time.time_ns())
         elif header.kind == Kind.TIME_REQUEST:
             (t1,) = _TIME.unpack(frame.body)
             now_ns = time.time_ns()
             times = _TIMES.pack(t1, received_ns, now_ns)
             link.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
         else:
-            with self._lock:
-                self._host.received(link.connection, frame)
+            with self._update() as now_s:
+                self._host.received(link.connection, frame, now_s)
 
     def _act(self, action: Action) -> None:
-        link = self._links.get(action.connection)
-        if link is None:
-            return
         match action:
             case Send(connection, kind, body):
-                if kind in (Kind.WELCOME, Kind.JOINED) and connection.lane is not None:
-                    link.parser.lane = LaneKind.of(connection.lane)
-                body_bytes = body.to_bytes() if body else b""
-                link.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
-            case Close(_, ending):
-                link.end(ending, self._limits.linger_s)
+                if (link := self._links.get(connection)) is not None:
+                    link.send(kind, body)
+            case Close(connection, ending):
+                if (link := self._links.get(connection)) is not None:
+                    link.end(ending, self._linger_s)
+            case Open(topic=topic, route=route):
+                try:
+                    route.publish = self._sink.open(topic)
+                except PublishError as refusal:
+                    with self._lock:
+                        self._host.topic_refused(action, str(refusal), time.monotonic())
+            case Applied():
+                self._sink.configured(action)
+            case Report():
+                self._sink.session_ended(action)
+            case Log(text, cause):
+                self._log_limits[cause].say(text)
+
+    def _log_internal(self, error: Exception) -> None:
+        self._log(f"internal error, please report it: {error!r}", "receiver")
+
+    def _log(self, text: str, cause: Cause) -> None:
+        self._host.actions.append(Log(text, cause))
+
+    def _event(self, text: str) -> None:
+        try:
+            self._sink.event(text)
+        except Exception:  # it may be the sink whose failure is logged
+            print(text, file=sys.stderr, flush=True)

@@ -3,8 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from ..errors import ErrorCode, LinkTestError, ProtocolError, PublishError
-from ..table.stream_table import Topic
+from ..errors import ErrorCode, LinkTestError, ProtocolError
 from ..wire.frame import Frame
 from ..wire.json_body import JsonBody
 from ..wire.kinds import Kind
@@ -22,9 +21,10 @@ from ..wire.messages import (
     Status,
     StreamStatus,
 )
+from .actions import Act, Ending, Log, Open, Send, close, error_body
 from .connection import Connection, Route
-from .context import Context, Ending, Send, close, error_body
 from .report import Report, State, TopicReport
+from .settings import ReceiverSettings
 from .sink import Applied, refuse
 from .statistics import Instance, TopicStatistics
 from .stream_state import changes_in_words, stream_states
@@ -39,10 +39,12 @@ _TEST_LANE = "link_test"
 class Session:
     """The lanes, time-outs and end of one session; `streams` negotiates what runs.
 
-    Methods raise ProtocolError when the device broke the protocol. Not thread-safe.
+    Methods raise ProtocolError when the device broke the protocol; `now_s` is monotonic time. Not
+    thread-safe.
 
     Args:
-        log: logs a line for the user.
+        received: the messages of `instance` that arrived before, by topic; None if it is new.
+        act: takes each action that the session requests; the first one sends WELCOME.
     """
 
     def __init__(
@@ -50,37 +52,40 @@ class Session:
         hello: Hello,
         control: Connection,
         instance: Instance,
-        context: Context,
-        log: Callable[[str], None],
+        received: Mapping[str, int] | None,
+        settings: ReceiverSettings,
+        act: Act,
+        now_s: float,
     ) -> None:
         self.hello = hello
         self.id = new_token()
         self.state = State.CONNECTED
-        settings = context.settings
         self.streams = Streams(settings.table, instance.custom, settings.frame_prefix)
         self.instance = instance
-        self.link = LinkTrial(context.clock, instance.received_bytes)
+        self.link = LinkTrial(instance.received_bytes)
         self.status: Status | None = None
         self.skipped_frames = 0
-        self._context, self._log = context, log
+        self._settings, self._act = settings, act
         self.control = control
         self._tickets = Tickets((*_NEEDED_LANES, _TEST_LANE, *settings.table.image_lanes))
         self._open = {control}
-        self._began_s = self._last_received_s = self._last_sent_s = context.clock()
+        self._began_s = self._last_received_s = self._last_sent_s = now_s
         self._lane_ended_s: float | None = None
         self._bye_s: float | None = None
-        self._handlers: dict[int, Callable[[bytearray], None]] = {
-            Kind.CHANNEL: lambda body: self._channel(Channel.parse(body)),
-            Kind.CHANNEL_END: lambda body: self.streams.end(ChannelEnd.parse(body)),
-            Kind.CONFIGURED: lambda body: self._configured(Configured.parse(body)),
-            Kind.STATUS: self._status,
-            Kind.FILLER: lambda body: self.link.filled(len(body)),
-            Kind.PING: lambda _: self.send(Kind.PONG),
-            Kind.PONG: lambda _: None,
-            Kind.EVENT: lambda body: self._log_event(Event.parse(body).text_and_age),
-            Kind.BYE: lambda body: self._bye(Bye.parse(body)),
+        self._handlers: dict[int, Callable[[bytearray, float], None]] = {
+            Kind.CHANNEL: lambda body, _: self._channel(Channel.parse(body)),
+            Kind.CHANNEL_END: lambda body, _: self.streams.end(ChannelEnd.parse(body)),
+            Kind.CONFIGURED: lambda body, _: self._configured(Configured.parse(body)),
+            Kind.STATUS: lambda body, _: self._status(Status.parse(body)),
+            Kind.FILLER: lambda body, now_s: self.link.filled(len(body), now_s),
+            Kind.PING: lambda _, now_s: self._send(Kind.PONG, None, now_s),
+            Kind.PONG: lambda *_: None,
+            Kind.EVENT: lambda body, _: self._log(Event.parse(body).text_and_age),
+            Kind.BYE: lambda body, now_s: self._bye(Bye.parse(body), now_s),
         }
         control.lane = "control"
+        welcome = settings.welcome(self.id, self._tickets.by_lane, received)
+        self._send(Kind.WELCOME, welcome, now_s)
 
     def __contains__(self, connection: Connection) -> bool:
         return connection in self._open
@@ -89,11 +94,6 @@ class Session:
     def is_over(self) -> bool:
         """True if the session has ended and all lanes but control are read to their end."""
         return self.state is not State.CONNECTED and self._open <= {self.control}
-
-    def welcome(self, received: dict[str, int] | None) -> None:
-        """Sends WELCOME; `received` has the messages received by topic, None for a new instance."""
-        settings = self._context.settings
-        self.send(Kind.WELCOME, settings.welcome(self.id, self._tickets.by_lane, received))
 
     def join(self, connection: Connection, join: Join) -> None:
         """Adds a connection as the lane that its JOIN names."""
@@ -107,64 +107,58 @@ class Session:
         self._open.add(connection)
         connection.lane = join.lane
         connection.routes = self.streams.routes.get(join.lane, {})
-        self._context.act(Send(connection, Kind.JOINED, Joined(join.lane)))
+        self._act(Send(connection, Kind.JOINED, Joined(join.lane)))
 
     @property
     def _is_complete(self) -> bool:
         return self._tickets.are_used(_NEEDED_LANES)
 
-    def send(self, kind: Kind, body: JsonBody | None = None) -> None:
+    def _send(self, kind: Kind, body: JsonBody | None, now_s: float) -> None:
         """Sends a frame on control."""
-        self._last_sent_s = self._context.clock()
-        self._context.act(Send(self.control, kind, body))
+        self._last_sent_s = now_s
+        self._act(Send(self.control, kind, body))
 
-    def received(self, connection: Connection, frame: Frame) -> None:
+    def received(self, connection: Connection, frame: Frame, now_s: float) -> None:
         """Handles a frame of one of the lanes, other than DATA and TIME_REQUEST."""
         if self.state is not State.CONNECTED:
             return
         if connection is self.control:
-            self._last_received_s = self._context.clock()
+            self._last_received_s = now_s
         if frame.header.kind == Kind.ERROR:
             self._error(connection, Error.parse(frame.body))
         elif handle := self._handlers.get(frame.header.kind):
-            handle(frame.body)
+            handle(frame.body, now_s)
         else:
             self.skipped_frames += 1
 
     def _channel(self, channel: Channel) -> None:
         topic = self.streams.announce(channel)
-        try:
-            publish = self._context.sink.open(topic)
-        except PublishError as refusal:
-            publish = refuse
-            self._log_event(str(refusal))
-            error = error_body(ProtocolError(ErrorCode.CHANNEL, str(refusal)))
-            self.send(Kind.ERROR, replace(error, fatal=False, channel=channel.id))
         statistics = self.instance.topics.setdefault(topic.name, TopicStatistics())
-        self.streams.route(channel.id, Route(publish, statistics))
+        route = Route(refuse, statistics)
+        self.streams.route(channel.id, route)
+        self._act(Open(self.control, channel.id, topic, route))
         if self.streams.is_answered:
             self._apply()
+
+    def topic_refused(self, channel: int, reason: str, now_s: float) -> None:
+        """Tells user and device that the topic of a channel cannot be opened."""
+        self._log(reason)
+        error = error_body(ProtocolError(ErrorCode.CHANNEL, reason))
+        self._send(Kind.ERROR, replace(error, fatal=False, channel=channel), now_s)
 
     def _configured(self, configured: Configured) -> None:
         known = self.streams.answers
         self.streams.configured(configured)
         for id, answer in self.streams.answers.items():
             if answer.result != "applied" and answer != known.get(id):
-                self._log_event(f"{id} {answer.result}: {answer.reason!r}")
+                self._log(f"{id} {answer.result}: {answer.reason!r}")
         running = [id for id, answer in configured.streams.items() if answer.result != "refused"]
-        self._log_event(f"streams: {', '.join(running) or 'none'}")
+        self._log(f"streams: {', '.join(running) or 'none'}")
         self._apply()
 
     def _apply(self) -> None:
-        self._context.sink.configured(
-            Applied(
-                self.hello.name,
-                self.id,
-                self.streams.answers,
-                self.streams.topics,
-                self._stream_states(),
-            )
-        )
+        answers, topics = self.streams.answers, self.streams.topics
+        self._act(Applied(self.hello.name, self.id, answers, topics, self._stream_states()))
 
     def _stream_states(self) -> dict[str, StreamStatus]:
         return stream_states(self.streams.answers, self._reported)
@@ -173,15 +167,16 @@ class Session:
     def _reported(self) -> Mapping[str, StreamStatus]:
         return (self.status and self.status.streams) or {}
 
-    def advance(self, desired: DesiredStreams) -> None:
+    def advance(self, desired: DesiredStreams, now_s: float) -> None:
         """Sends CONFIGURE or START if one of them is due."""
         if self.state is not State.CONNECTED or not self._is_complete:
             return
         due = self.streams.next_message(desired)
         if due is not None:
-            self.send(Kind.CONFIGURE if isinstance(due, Configure) else Kind.START, due)
+            kind = Kind.CONFIGURE if isinstance(due, Configure) else Kind.START
+            self._send(kind, due, now_s)
 
-    def test_link(self) -> None:
+    def test_link(self, now_s: float) -> None:
         """Starts a link test; report() has the result.
 
         Raises:
@@ -190,14 +185,14 @@ class Session:
         """
         if self.state is not State.CONNECTED or not self._is_complete:
             raise LinkTestError("no headset is connected")
-        self.send(Kind.LINK_TEST, self.link.ask())
+        self._send(Kind.LINK_TEST, self.link.ask(now_s), now_s)
 
-    def _status(self, body: bytearray) -> None:
+    def _status(self, status: Status) -> None:
         known, before = self._reported, self._stream_states()
-        self.status = Status.parse(body)
+        self.status = status
         now = self._stream_states()
         for text in changes_in_words(before, now):
-            self._log_event(text)
+            self._log(text)
         if now != before and self.streams.is_answered:
             self._apply()
         available = {id for id, it in now.items() if it.state == "available"}
@@ -209,14 +204,14 @@ class Session:
         if error.fatal:
             self.finish(State.LOST, text)
         else:
-            self._log_event(text)
+            self._log(text)
 
-    def _bye(self, bye: Bye) -> None:
-        self._log_event(f"says goodbye: {bye.reason!r}")
-        self._bye_s = self._context.clock()
+    def _bye(self, bye: Bye, now_s: float) -> None:
+        self._log(f"says goodbye: {bye.reason!r}")
+        self._bye_s = now_s
         self._end_when_read()
 
-    def closed(self, connection: Connection, fault: str | None) -> None:
+    def closed(self, connection: Connection, fault: str | None, now_s: float) -> None:
         """Removes a connection that has ended; `fault` is None if it ended between two frames."""
         self._open.discard(connection)
         if self.state is not State.CONNECTED:
@@ -228,28 +223,28 @@ class Session:
         elif connection is self.control:
             self.finish(State.LOST, "control ended without BYE")
         elif self._lane_ended_s is None:
-            self._lane_ended_s = self._context.clock()
+            self._lane_ended_s = now_s
 
     def _end_when_read(self) -> None:
         if self._open <= {self.control}:
             self.finish(State.ENDED, "every lane is read")
 
-    def tick(self) -> None:
+    def tick(self, now_s: float) -> None:
         """Checks the time-outs, and sends PING if it is due."""
         if self.state is not State.CONNECTED:
             return
-        now, limits = self._context.clock(), self._context.settings.limits
+        limits = self._settings.limits
         if self._bye_s is not None:
-            if now - self._bye_s > limits.dead_s:
+            if now_s - self._bye_s > limits.dead_s:
                 self.finish(State.ENDED, "some lanes did not end after BYE")
-        elif now - self._last_received_s > limits.dead_s:
+        elif now_s - self._last_received_s > limits.dead_s:
             self.fail(ProtocolError(ErrorCode.TIMEOUT, f"silent for {limits.dead_s} s"))
-        elif not self._is_complete and now - self._began_s > limits.handshake_s:
+        elif not self._is_complete and now_s - self._began_s > limits.handshake_s:
             self.fail(ProtocolError(ErrorCode.TIMEOUT, "time and sensors were not joined"))
-        elif self._lane_ended_s is not None and now - self._lane_ended_s > limits.dead_s:
+        elif self._lane_ended_s is not None and now_s - self._lane_ended_s > limits.dead_s:
             self.finish(State.LOST, "a lane ended without BYE", Bye("a lane ended"))
-        elif now - self._last_sent_s >= limits.ping_s:
-            self.send(Kind.PING)
+        elif now_s - self._last_sent_s >= limits.ping_s:
+            self._send(Kind.PING, None, now_s)
 
     def fail(self, error: ProtocolError) -> None:
         """Ends the session with an ERROR on control."""
@@ -260,15 +255,16 @@ class Session:
         if self.state is not State.CONNECTED:
             return
         self.state = State.ENDED if self._bye_s is not None else state
-        self._log_event(f"session {self.state.value}: {reason}")
+        self._log(f"session {self.state.value}: {reason}")
         if closing_message is not None:
-            self.send(Kind.BYE if isinstance(closing_message, Bye) else Kind.ERROR, closing_message)
+            kind = Kind.BYE if isinstance(closing_message, Bye) else Kind.ERROR
+            self._act(Send(self.control, kind, closing_message))
         for connection in self._open:
             has_message = closing_message is not None and connection is self.control
-            close(self._context, connection, Ending.DISCARD if has_message else Ending.DRAIN)
+            close(self._act, connection, Ending.DISCARD if has_message else Ending.DRAIN)
 
-    def report(self) -> Report:
-        """Returns a snapshot of the session. Thread-safe."""
+    def report(self, now_s: float) -> Report:
+        """Returns a snapshot of the session."""
         status = self.status
         return Report(
             state=self.state,
@@ -281,18 +277,16 @@ class Session:
             capabilities=self.hello.capabilities.streams,
             permissions=self.hello.permissions,
             answers=self.streams.answers,
-            link=self.link.report(),
+            link=self.link.report(now_s),
             thermal=status.thermal if status else None,
             streams=self._stream_states(),
-            topics=[
-                self._topic_report(self.streams.topic(name), counts)
-                for name, counts in list(self.instance.topics.items())
-            ],
+            topics=[self._topic_report(*topic) for topic in self.instance.topics.items()],
         )
 
-    def _topic_report(self, topic: Topic, statistics: TopicStatistics) -> TopicReport:
-        device = self.status.channels.get(topic.name) if self.status else None
+    def _topic_report(self, name: str, statistics: TopicStatistics) -> TopicReport:
+        topic = self.streams.topic(name)
+        device = self.status.channels.get(name) if self.status else None
         return TopicReport(topic, statistics, device, self.streams.is_running(topic))
 
-    def _log_event(self, text: str) -> None:
-        self._log(f"{self.hello.name!r}: {text}")
+    def _log(self, text: str) -> None:
+        self._act(Log(f"{self.hello.name!r}: {text}", "session"))

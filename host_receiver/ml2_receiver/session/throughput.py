@@ -37,39 +37,38 @@ class _Sample:
 
 
 class LinkTrial:
-    """The link tests of one session, one at a time. Not thread-safe.
+    """The link tests of one session, one at a time; `now_s` is monotonic time. Not thread-safe.
 
     Args:
-        clock: monotonic time in s.
         stream_bytes: returns the payload bytes of the streams that have arrived so far.
     """
 
-    def __init__(self, clock: Callable[[], float], stream_bytes: Callable[[], int]) -> None:
-        self._clock, self._stream_bytes = clock, stream_bytes
+    def __init__(self, stream_bytes: Callable[[], int]) -> None:
+        self._stream_bytes = stream_bytes
         self._number = 0
         self._asked_s: float | None = None
         self._filler_bytes = 0
         self._first: _Sample | None = None
         self._last: _Sample | None = None
 
-    def ask(self) -> LinkTest:
+    def ask(self, now_s: float) -> LinkTest:
         """Starts a test and returns the LINK_TEST to send.
 
         Raises:
             LinkTestError: the last test is running, or was not answered.
         """
-        match self._state:
+        match self._state(now_s):
             case "running":
                 raise LinkTestError("the link is being tested already")
             case "unanswered":
                 raise LinkTestError("the headset does not answer: its app has no link test")
         self._number += 1
-        self._asked_s = self._clock()
+        self._asked_s = now_s
         self._filler_bytes = 0
         self._first = self._last = None
         return LinkTest(MAX_LINK_TEST_BYTES)
 
-    def filled(self, length: int) -> None:
+    def filled(self, length: int, now_s: float) -> None:
         """Counts a FILLER frame with a body of `length` bytes; 0 ends the test.
 
         Raises:
@@ -84,27 +83,26 @@ class LinkTrial:
                 f"FILLER of more than {MAX_LINK_TEST_BYTES} B was not asked for",
             )
         if self._first is None:
-            self._first = self._sample()
+            self._first = self._sample(now_s)
         if not length:
-            self._last = self._sample()
+            self._last = self._sample(now_s)
             self._asked_s = None
 
-    def _sample(self) -> _Sample:
-        return _Sample(self._clock(), self._filler_bytes, self._stream_bytes())
+    def _sample(self, now_s: float) -> _Sample:
+        return _Sample(now_s, self._filler_bytes, self._stream_bytes())
 
-    @property
-    def _state(self) -> LinkTestState:
+    def _state(self, now_s: float) -> LinkTestState:
         if self._asked_s is None:
             return "measured"
-        return "running" if self._clock() - self._asked_s <= _TIMEOUT_S else "unanswered"
+        return "running" if now_s - self._asked_s <= _TIMEOUT_S else "unanswered"
 
-    def report(self) -> Throughput | None:
+    def report(self, now_s: float) -> Throughput | None:
         """Returns the last test, or None before the first one."""
         if not self._number:
             return None
         first, last = self._first, self._last
         if first is None or last is None:
-            return Throughput(self._number, self._state)
+            return Throughput(self._number, self._state(now_s))
         duration_s = last.time_s - first.time_s
         per_second = 8e-6 / duration_s if duration_s > 0 else 0.0
         return Throughput(

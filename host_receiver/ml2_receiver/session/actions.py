@@ -1,16 +1,18 @@
-"""The dependencies of the state machines, and the actions that they request."""
+"""The actions that the state machines request; Applied and Report are for the sink."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
 
 from ..errors import ProtocolError
+from ..table.stream_table import Topic
 from ..wire.json_body import JsonBody
 from ..wire.kinds import Kind
 from ..wire.messages import Error
-from .connection import Connection
-from .settings import ReceiverSettings
-from .sink import Sink
+from .connection import Connection, Route
+from .event_limit import Cause
+from .report import Report
+from .sink import Applied
 
 _MESSAGE_CHARACTERS = 500
 
@@ -39,39 +41,39 @@ class Send:
 
 @dataclass(frozen=True)
 class Close:
-    """Close a connection; closed() must follow."""
+    """Close a connection; Host.closed() must follow."""
 
     connection: Connection
     ending: Ending
 
 
-type Action = Send | Close
+@dataclass(frozen=True)
+class Open:
+    """Set `route.publish` to what opens the topic, or call Host.topic_refused()."""
+
+    control: Connection
+    channel: int
+    topic: Topic
+    route: Route
 
 
 @dataclass(frozen=True)
-class Context:
-    """The dependencies of the state machines.
+class Log:
+    """Log a line for the user."""
 
-    Attributes:
-        settings: the receiver's settings.
-        sink: takes topics, messages and events.
-        act: performs an action; called in the order of the actions.
-        clock: returns monotonic time in s.
-        idle: returns the ids of streams that are not needed at present; the headset may pause them.
-    """
-
-    settings: ReceiverSettings
-    sink: Sink
-    act: Callable[[Action], None]
-    clock: Callable[[], float]
-    idle: Callable[[], Collection[str]] = tuple
+    text: str
+    cause: Cause
 
 
-def close(context: Context, connection: Connection, ending: Ending) -> None:
-    """Closes a connection, unless it is closing already."""
+type Action = Send | Close | Open | Applied | Report | Log
+type Act = Callable[[Action], None]
+
+
+def close(act: Act, connection: Connection, ending: Ending) -> None:
+    """Requests to close a connection, unless it is closing already."""
     if not connection.is_closing:
         connection.is_closing = True
-        context.act(Close(connection, ending))
+        act(Close(connection, ending))
 
 
 def error_body(error: ProtocolError) -> Error:
