@@ -207,6 +207,14 @@ all others are fixed. Measured on {date}.
 | images | link, Mbit/s | round trip, ms | control | IMU p50, p99, ms | IMU lost | world, Hz | sent, Mbit/s | changes |
 |---|---|---|---|---|---|---|---|---|
 """  # noqa: E501
+CHANGES = """
+What followed when the link changed, the longest of all changes. *Backlog*: until the last sample of
+before had arrived. *Settled*: until the last sample that took more than 60 ms. *Used*: until a
+second in which images use 80 % of the link; images that gave way to it may need less.
+
+| images | link after the change, Mbit/s | changes | backlog, s | settled, s | used, s |
+|---|---|---|---|---|---|
+"""
 
 
 def main() -> None:
@@ -235,7 +243,8 @@ def _links() -> Iterator[str]:
     if not file.exists():
         return
     yield LINKS.format(date=date.fromtimestamp(file.stat().st_mtime)).rstrip()
-    for row in json.loads(file.read_text()):
+    rows = json.loads(file.read_text())
+    for row in rows:
         cells = (
             row["config"],
             _text(row["link_mbit"]),
@@ -248,6 +257,22 @@ def _links() -> Iterator[str]:
             str(sum("as configured" in it or "give way" in it for it in row["steps"])),
         )
         yield f"| {' | '.join(cells)} |"
+    yield CHANGES.rstrip()
+    for row in rows:
+        for to_mbit, changes in _by_rate(row.get("changes", [])).items():
+            link = "shared" if to_mbit is None else _text(to_mbit)
+            times = [_longest(changes, key) for key in ("backlog_s", "settled_s", "filled_s")]
+            yield f"| {row['config']} | {link} | {len(changes)} | {' | '.join(times)} |"
+
+
+def _by_rate(changes: list[dict[str, Any]]) -> dict[float | None, list[dict[str, Any]]]:
+    rates = dict.fromkeys(change["to_mbit"] for change in changes)
+    return {rate: [it for it in changes if it["to_mbit"] == rate] for rate in rates}
+
+
+def _longest(changes: list[dict[str, Any]], key: str) -> str:
+    times = [change[key] for change in changes]
+    return "" if None in times else f"{max(times):.2f}"
 
 
 def _sections() -> Iterator[str]:

@@ -36,7 +36,10 @@ while True:
 
 @dataclass(frozen=True)
 class Change:
-    """From `at_s` of the wall clock a link has `rate_mbit`, or shares it if that is None."""
+    """From `at_s` of the wall clock a link has `rate_mbit`.
+
+    It stands still with 0, and is shared with None.
+    """
 
     at_s: float
     rate_mbit: float | None
@@ -60,6 +63,7 @@ def stalls(link: Link, over: threading.Event, changes: list[Change]) -> None:
     for _ in range(7):
         if over.wait(4):
             return
+        changes.append(Change(time.time(), 0))
         link.limit(0.01, queue_bytes=100e6 / 8 * QUEUE_S)
         over.wait(1)
         link.limit(100)
@@ -84,7 +88,7 @@ def competes(link: Link, over: threading.Event, changes: list[Change]) -> None:
 def followed(
     changes: list[Change], imu: NDArray[np.float64], messages: NDArray[np.float64]
 ) -> list[dict[str, Any]]:
-    """Returns how fast streams followed each change, until the next one.
+    """Returns how fast streams followed each change that left them a link, until the next one.
 
     `backlog_s` is how long after it the last sample of before came, `settled_s` the last sample
     that took more than SETTLED_MS, and `filled_s` the first second that uses FILLED of the link.
@@ -97,6 +101,8 @@ def followed(
     ends_s = [change.at_s for change in changes[1:]] + [messages[-1, 0]]
     rows = []
     for change, end_s in zip(changes, ends_s, strict=True):
+        if change.rate_mbit == 0:
+            continue
         arrival_s, latency_ms = imu[(imu[:, 0] > change.at_s) & (imu[:, 0] <= end_s)].T
         of_before = arrival_s[arrival_s - latency_ms * 1e-3 < change.at_s]
         late = arrival_s[latency_ms > SETTLED_MS]
