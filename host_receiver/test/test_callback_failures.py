@@ -9,7 +9,6 @@ from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.session.report import Report
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
-from ml2_receiver.transport.access import Protection
 from ml2_receiver.wire.messages import Link
 from mock_device import MockDevice
 from ros_processes import Client
@@ -36,8 +35,8 @@ class FailingControl:
             raise ZeroDivisionError("the first report")
         return None
 
-    def protection(self) -> Protection:
-        return Protection(None)
+    def paired(self) -> None:
+        return None
 
     def begin(self) -> None:
         raise KeyError("begin")

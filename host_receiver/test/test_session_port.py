@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from fake_sink import FakeSink
-from ml2_receiver.commands import endpoint as endpoint
-from ml2_receiver.commands.endpoint import Endpoint
+from ml2_receiver.commands import session_port
 from ml2_receiver.commands.receiving import serving
+from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import everywhere, text
@@ -22,8 +22,8 @@ def port(monkeypatch: pytest.MonkeyPatch) -> int:
     """One that is free instead of the usual one."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         number: int = free.getsockname()[1]
-    monkeypatch.setattr(endpoint, "_LOOPBACK", ("127.0.0.1", number))
-    monkeypatch.setattr(endpoint, "_EVERYWHERE", everywhere(number))
+    monkeypatch.setattr(session_port, "_LOOPBACK", ("127.0.0.1", number))
+    monkeypatch.setattr(session_port, "_EVERYWHERE", everywhere(number))
     return number
 
 
@@ -33,7 +33,7 @@ def options(keys: Path, **others: object) -> Namespace:
 
 
 def listened_on(options: Namespace) -> tuple[str, int]:
-    with Endpoint(options) as way_in:
+    with SessionPort(options) as way_in:
         host, port = way_in.listener.getsockname()[:2]
         return host, port
 
@@ -68,7 +68,7 @@ def test_eye_images_are_withheld_in_the_clear_unless_allowed(
 ) -> None:
     insecure, insecure_eye_images = flags
     flagged = options(tmp_path, insecure=insecure, insecure_eye_images=insecure_eye_images)
-    with Endpoint(flagged) as way_in:
+    with SessionPort(flagged) as way_in:
         withheld = set(way_in.excluded)
     eyes = {f"eye_{place}_{side}" for place in ("nasal", "temple") for side in ("left", "right")}
     assert withheld == (eyes if flags == (True, False) else set())
@@ -80,7 +80,7 @@ def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
     config = tmp_path / "config.yaml"
     config.write_text("/**: {ros__parameters: {battery: {enabled: true}}}")
     with (
-        Endpoint(options(tmp_path / "keys")) as way_in,
+        SessionPort(options(tmp_path / "keys")) as way_in,
         serving(way_in, load_config(config), FakeSink()) as server,
     ):
         assert server.address == f"127.0.0.1:{port}"

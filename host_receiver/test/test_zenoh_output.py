@@ -10,7 +10,6 @@ from ml2_receiver.session.report import Report
 from ml2_receiver.session.streams import Request
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.fan_out import FanOut
-from ml2_receiver.transport.access import Protection
 from ml2_receiver.wire.messages import Link
 from ml2_receiver.zenoh.configuration import session_configuration
 from ml2_receiver.zenoh.output import Identity, ZenohOutput
@@ -29,8 +28,8 @@ class FakeControl:
     def report(self) -> Report | None:
         return None
 
-    def protection(self) -> Protection:
-        return Protection(None)
+    def paired(self) -> None:
+        return None
 
     def update(self) -> None:
         self.updates.put(None)

@@ -17,9 +17,9 @@ from ..pairing.uri import PairingUri
 from ..security.paired_devices import PairedDevice
 from ..session.event_limit import EventLimit
 from ..transport.listener import everywhere
-from .endpoint import PORT, add_keys
 from .options import Subparsers, name, port
 from .receiving import address
+from .session_port import PORT, add_keys
 from .stopping import stop_signal
 
 _EVERYWHERE = everywhere(0)

@@ -14,10 +14,10 @@ from ..session.settings import ReceiverSettings
 from ..session.sink import Sink
 from ..table.reader import load_table
 from ..topics.fan_out import FanOut
-from .endpoint import Endpoint, add_insecure, add_keys
 from .options import add_file, name
 from .printed_events import PrintedEvents
 from .ros_start import node_arguments, ros_needed, use_profile
+from .session_port import SessionPort, add_insecure, add_keys
 
 if TYPE_CHECKING:
     from ..ros.node import RosNode
@@ -97,7 +97,7 @@ def ros_output(
 
 @contextmanager
 def serving(
-    endpoint: Endpoint,
+    port: SessionPort,
     config: Config,
     sink: Sink,
     *,
@@ -106,20 +106,18 @@ def serving(
 ) -> Iterator[Server]:
     """A server that listens until left; the last arguments are the Server's."""
     server = Server(
-        endpoint.listener,
-        endpoint.access,
+        port.listener,
+        port.access,
         sink,
         config.requests,
-        ReceiverSettings(
-            endpoint.name, f"ml2-receiver {VERSION}", config.frame_prefix, endpoint.excluded
-        ),
+        ReceiverSettings(port.name, f"ml2-receiver {VERSION}", config.frame_prefix, port.excluded),
         link=config.link,
         is_paused=is_paused,
         idle=idle,
-        access_changed=lambda: endpoint.follow(server),
+        access_changed=lambda: port.follow(server),
     )
     try:
         yield server
     finally:
-        endpoint.close()
+        port.close()
         server.stop()

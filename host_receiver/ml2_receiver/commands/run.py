@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from ..configuration.forecast import images_mbit_per_s
 from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
-from .endpoint import Endpoint
 from .options import Subparsers
 from .receiving import add_options, config_file, load, ros_output, serving
+from .session_port import SessionPort
 from .stopping import stop_signal
 from .view_beside import view_beside
 from .zenoh_start import add_zenoh, check, zenoh_output
@@ -53,7 +53,7 @@ def _run(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        endpoint = stack.enter_context(Endpoint(options))
+        session_port = stack.enter_context(SessionPort(options))
         config, node, sinks = stack.enter_context(ros_output(config, options))
 
         def is_lazy() -> bool:
@@ -62,7 +62,7 @@ def _run(options: argparse.Namespace) -> int:
         zenoh = zenoh_output(options, config, sinks, is_lazy)
         sink = CalibratedSink(sinks, config.calibrations)
         idle, is_paused = _idle(node, zenoh, is_lazy), options.start_paused
-        with serving(endpoint, config, sink, is_paused=is_paused, idle=idle) as server:
+        with serving(session_port, config, sink, is_paused=is_paused, idle=idle) as server:
             if node is not None:
                 node.serve(server, file, sink.use, sinks)
             if zenoh is not None:
@@ -71,10 +71,10 @@ def _run(options: argparse.Namespace) -> int:
             print(f"listening on {server.address}", flush=True)
             print(f"configuration: {'as packaged' if file.is_packaged else file.path}", flush=True)
             needs = images_mbit_per_s(config)
-            asked = {id: it for id, it in needs.items() if id not in endpoint.excluded}
+            asked = {id: it for id, it in needs.items() if id not in session_port.excluded}
             print(link_in_words(config, asked, bound_mbit_per_s(config)), flush=True)
             if options.view:
-                port = endpoint.listener.getsockname()[1]
+                port = session_port.listener.getsockname()[1]
                 stack.enter_context(view_beside(options.name, options.keys, port))
             stopping.wait()
     return 0

@@ -49,7 +49,7 @@ def add_insecure(parser: argparse.ArgumentParser) -> None:
     )
 
 
-class Endpoint:
+class SessionPort:
     """Listens, is announced, and follows who is paired, until left.
 
     Args:
@@ -79,7 +79,7 @@ class Endpoint:
 
     @property
     def _default(self) -> tuple[str, int]:
-        return _EVERYWHERE if self.access.protection().paired else _LOOPBACK
+        return _EVERYWHERE if self.access.paired() else _LOOPBACK
 
     @property
     def excluded(self) -> Mapping[str, str]:
@@ -117,7 +117,7 @@ class Endpoint:
 
     def _announce(self) -> Announcement:
         host, port = self.listener.getsockname()[:2]
-        if self.access.protection().paired is None:
+        if self.access.paired() is None:
             print(_INSECURE.format(text((host, port))), file=sys.stderr, flush=True)
         return Announcement(self.name, (host, port), self.access.fingerprint, _warn_unannounced)
 

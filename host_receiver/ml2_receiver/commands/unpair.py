@@ -3,8 +3,8 @@
 import argparse
 
 from ..security.paired_devices import PairedDevices
-from .endpoint import add_keys
 from .options import Subparsers
+from .session_port import add_keys
 
 _EPILOG = """\
 A session of it ends at once. Exit code: 0, or 2 if no such device is paired.

@@ -164,7 +164,7 @@ class RosNode:
         if self._recording is not None:
             rows += self._recording.rows(report)
         if self._control is not None:
-            rows.append(security_row(self._control.protection()))
+            rows.append(security_row(self._control.paired()))
         more = {
             topic.full_name(self._prefix): {"subscribers": str(count)}
             for topic, count in self._publishers.subscribers().items()

@@ -11,7 +11,7 @@ _ADDRESSES = 1024
 _IPV6_SITE_BITS = 64
 
 
-class Admission:
+class AddressLimits:
     """The connections and failed attempts of each address.
 
     An attempt fails if the peer shows no paired certificate. A token bucket limits failures to a

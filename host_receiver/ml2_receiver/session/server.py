@@ -5,18 +5,18 @@ import struct
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 
 from ..errors import ErrorCode, KeysError, ProtocolError, PublishError
-from ..transport.access import Access, Protection
+from ..transport.access import Access
 from ..wire.frame import Frame, encode_frame
 from ..wire.kinds import Kind
 from ..wire.messages import Link
 from .acceptor import Acceptor
 from .actions import Action, Close, Log, Open, Send
-from .admission import Admission
+from .address_limits import AddressLimits
 from .connection import Connection
 from .connection_io import ConnectionIO
 from .event_limit import Cause, event_limits
@@ -37,7 +37,7 @@ class Server:
 
     Each thread tells the Host under one lock what happened, then performs the actions that all
     threads have caused under another lock, in their order. So the sink is not called under the lock
-    of the Host; of the server it may call report() and protection() alone. The reader threads call
+    of the Host; of the server it may call report() and paired() alone. The reader threads call
     the functions that Sink.open() returned.
 
     Args:
@@ -69,7 +69,7 @@ class Server:
         self._host = Host(settings)
         self._desired = DesiredStreams(request, is_paused, (), settings.excluded, link)
         self._access, self._access_changed = access, access_changed
-        self._admission = Admission(settings.limits, time.monotonic)
+        self._address_limits = AddressLimits(settings.limits, time.monotonic)
         self._sink, self._idle = sink, idle
         self._log_limits = event_limits(self._event, time.monotonic)
         self._linger_s = settings.limits.linger_s
@@ -97,9 +97,9 @@ class Server:
         """Listens on another address, as Acceptor.listen_on() does; connections stay open."""
         return self._acceptor.listen_on(address)
 
-    def protection(self) -> Protection:
-        """Returns which devices may connect."""
-        return self._access.protection()
+    def paired(self) -> Mapping[str, str] | None:
+        """Returns which devices may connect, as Access.paired()."""
+        return self._access.paired()
 
     def begin(self) -> None:
         """Starts the streams, now or as soon as a headset is ready."""
@@ -153,7 +153,7 @@ class Server:
 
     def _open(self, accepted: socket.socket, host: str, port: int) -> bool:
         self._refresh()
-        refusal = self._admission.refusal(host)
+        refusal = self._address_limits.refusal(host)
         if refusal is not None:
             self._log(f"{host} is turned away: {refusal}", "turned away")
             return False
@@ -165,7 +165,7 @@ class Server:
         reader = threading.Thread(target=self._read, args=[link], daemon=True)
         self._links[link.connection] = link
         self._readers.add(reader)
-        self._admission.opened(host)
+        self._address_limits.opened(host)
         self._host.opened(link.connection)
         reader.start()
         return True
@@ -235,7 +235,7 @@ class Server:
                 del self._links[link.connection]
             with self._step() as now_s:
                 self._readers.discard(threading.current_thread())
-                self._admission.closed(link.connection.host)
+                self._address_limits.closed(link.connection.host)
                 self._host.closed(link.connection, fault, now_s)
 
     def _handshake(self, link: ConnectionIO) -> bool:
@@ -248,11 +248,11 @@ class Server:
                 # It may be unpaired since the handshake began, or signed by a paired device's key
                 if not self._access.allows(peer):
                     raise ProtocolError(ErrorCode.PAIRING, "it is not paired")
-                self._admission.showed(connection.host)
+                self._address_limits.showed(connection.host)
                 return True
         except ProtocolError as error:
             with self._step():
-                self._admission.failed(connection.host)
+                self._address_limits.failed(connection.host)
                 self._host.failed(connection, error)
             link.transport.discard()
             return False

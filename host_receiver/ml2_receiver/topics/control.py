@@ -1,10 +1,10 @@
 """The operations of the receiver that ROS services and parameters call."""
 
+from collections.abc import Mapping
 from typing import Protocol
 
 from ..session.report import Report
 from ..session.streams import Request
-from ..transport.access import Protection
 from ..wire.messages import Link
 
 
@@ -14,8 +14,8 @@ class Control(Protocol):
     def report(self) -> Report | None:
         """Returns the report of the current session, or of the last one."""
 
-    def protection(self) -> Protection:
-        """Returns who may connect."""
+    def paired(self) -> Mapping[str, str] | None:
+        """Returns who may connect, as Access.paired()."""
 
     def begin(self) -> None:
         """Starts the streams, now or as soon as a headset is ready."""

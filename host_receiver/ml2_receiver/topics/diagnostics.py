@@ -11,7 +11,6 @@ from ..session.report import Report, State, TopicReport
 from ..session.statistics import SHARES, TopicStatistics
 from ..session.stream_state import Judgement, in_words
 from ..session.throughput import Throughput
-from ..transport.access import Protection
 from ..wire.messages import ChannelStatus, ClockStatus, StreamAnswer, StreamStatus
 from .adaptation import ADAPTATION, adaptation_message, adaptation_values
 from .judgement import Judge, expected_hz, judgement_values
@@ -194,9 +193,8 @@ def _session(report: Report, judgements: Mapping[str, Judgement]) -> Row:
     return Row("session", level, "; ".join([message, *warnings]), values)
 
 
-def security_row(protection: Protection) -> Row:
-    """Makes the row about who may connect, and about the risk of plaintext."""
-    paired = protection.paired
+def security_row(paired: Mapping[str, str] | None) -> Row:
+    """Makes the row about who may connect, as Access.paired() has them."""
     if paired is None:
         message = "insecure: no encryption, and everybody may connect"
         return Row("security", Level.WARN, message, {"tls": "false"})

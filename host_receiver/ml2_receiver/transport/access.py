@@ -3,7 +3,6 @@
 import socket
 import ssl
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -14,21 +13,10 @@ from .tls_transport import TlsTransport
 from .transport import PlainTransport, Transport
 
 
-@dataclass(frozen=True)
-class Protection:
-    """The protection of the session port.
-
-    `paired` maps the fingerprint of each device that may connect to its name. It is None without
-    TLS, when any device may connect.
-    """
-
-    paired: Mapping[str, str] | None
-
-
 class Access(Protocol):
     """The access rules of the session port.
 
-    Only protection() and `fingerprint` are thread-safe; other calls must not overlap.
+    Only paired() and `fingerprint` are thread-safe; other calls must not overlap.
     """
 
     @property
@@ -53,8 +41,11 @@ class Access(Protocol):
     def allows(self, fingerprint: str | None) -> bool:
         """Returns True if the device with this certificate may have a session."""
 
-    def protection(self) -> Protection:
-        """Returns the present protection, for display."""
+    def paired(self) -> Mapping[str, str] | None:
+        """Returns the names of the devices that may connect, by fingerprint.
+
+        None without TLS, when any device may connect.
+        """
 
 
 class Everybody:
@@ -71,8 +62,8 @@ class Everybody:
     def allows(self, fingerprint: str | None) -> bool:
         return True
 
-    def protection(self) -> Protection:
-        return Protection(None)
+    def paired(self) -> None:
+        return None
 
 
 class PairedOnly:
@@ -118,5 +109,5 @@ class PairedOnly:
     def allows(self, fingerprint: str | None) -> bool:
         return fingerprint in self._devices or fingerprint == self.fingerprint
 
-    def protection(self) -> Protection:
-        return Protection({id: it.name for id, it in self._devices.items()})
+    def paired(self) -> Mapping[str, str]:
+        return {id: it.name for id, it in self._devices.items()}

@@ -164,7 +164,7 @@ class ZenohOutput:
     def _report(self, sink: ZenohSink) -> None:
         assert self._control is not None
         rows = self._diagnostics.rows(self._control.report(), time.monotonic())
-        rows.append(security_row(self._control.protection()))
+        rows.append(security_row(self._control.paired()))
         more = {name: {"zenoh_published": str(it)} for name, it in sink.published().items()}
         with suppress(PublishError):  # the session has ended, which its own event says
             sink.diagnose(encode_statuses(self._identity.receiver, rows, more, time.time_ns()))

@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ml2_receiver.commands.endpoint import add_keys
 from ml2_receiver.commands.options import Subparsers, add_name
+from ml2_receiver.commands.session_port import add_keys
 from ml2_receiver.security.paired_devices import PairedDevice, PairedDevices
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.adaptation import LOWERED

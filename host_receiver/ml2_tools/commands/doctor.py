@@ -16,8 +16,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ml2_receiver.commands.endpoint import PORT
 from ml2_receiver.commands.options import Subparsers, add_file, add_name
+from ml2_receiver.commands.session_port import PORT
 from ml2_receiver.configuration.config import Config, load_config
 from ml2_receiver.configuration.config_file import ConfigFile
 from ml2_receiver.configuration.parameter_file import node_names

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ml2_receiver.commands.endpoint import PORT
 from ml2_receiver.commands.options import Subparsers, add_file, port
+from ml2_receiver.commands.session_port import PORT
 from ml2_receiver.errors import PairingError
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.pairing.uri import PairingUri

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from rich.live import Live
 
-from ml2_receiver.commands.endpoint import PORT, add_keys
 from ml2_receiver.commands.options import Subparsers, above_zero
 from ml2_receiver.commands.receiving import address
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
+from ml2_receiver.commands.session_port import PORT, add_keys
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.table.reader import load_table

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from ml2_receiver.commands.endpoint import Endpoint
 from ml2_receiver.commands.options import Subparsers
 from ml2_receiver.commands.receiving import add_options, config_file, load, ros_output, serving
+from ml2_receiver.commands.session_port import SessionPort
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
 from ml2_receiver.recording.bag_folder import make_folder
@@ -117,7 +117,7 @@ def _record(options: argparse.Namespace) -> int:
     file = config_file(options)
     config = load(file, options)
     with ExitStack() as stack:
-        endpoint = stack.enter_context(Endpoint(options))
+        port = stack.enter_context(SessionPort(options))
         config, node, sinks = stack.enter_context(ros_output(config, options))
 
         def fail(reason: str) -> None:
@@ -129,7 +129,7 @@ def _record(options: argparse.Namespace) -> int:
         recording = Recording(options.out, _recording_options(options), config.prefix, sinks, fail)
         stack.callback(recording.end)
         sink = CalibratedSink(sinks, config.calibrations)
-        with serving(endpoint, config, sink, is_paused=options.start_paused) as server:
+        with serving(port, config, sink, is_paused=options.start_paused) as server:
             if node is not None:
                 node.serve(server, file, sink.use, sinks)
             print(f"listening on {server.address}", flush=True)

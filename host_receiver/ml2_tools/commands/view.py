@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ml2_receiver.commands.endpoint import PORT, add_keys
 from ml2_receiver.commands.options import Subparsers, add_name, port
 from ml2_receiver.commands.pair import failed_attempts
 from ml2_receiver.commands.ros_start import ros_needed, use_profile
+from ml2_receiver.commands.session_port import PORT, add_keys
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import ListenError, RecordingError
 from ml2_receiver.pairing.offer import PairingOffer
