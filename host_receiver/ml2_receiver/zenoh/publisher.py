@@ -21,7 +21,8 @@ class ZenohPublisher:
     Args:
         number: of the publisher within its session, from 1.
         priority: which messages go first where a link is slow.
-        matched: called by a thread of Zenoh when the first subscriber has come, or the last gone.
+        matched: called by a thread of Zenoh when the first subscriber has come, or the last gone;
+            returns at once.
 
     Raises:
         PublishError: Zenoh does not take the name.
@@ -93,7 +94,8 @@ class ZenohPublisher:
             (self._has_subscriber.set if status.matching else self._has_subscriber.clear)()
             matched()
 
-        publisher.declare_matching_listener(changed)
+        # Direct, since otherwise Zenoh's binding starts a thread for each topic
+        publisher.declare_matching_listener(zenoh.handlers.Callback(changed, indirect=False))
 
 
 def _volatile(session: zenoh.Session, key: str, priority: zenoh.Priority) -> zenoh.Publisher:

@@ -28,7 +28,7 @@ class ZenohSink:
         receiver: as in --name, may be empty.
         domain: the ROS domain id.
         matched: called by a thread of Zenoh when a topic's first subscriber has come, or its last
-            one gone.
+            one gone; returns at once.
 
     Raises:
         PublishError: Zenoh does not take the names.
