@@ -181,8 +181,9 @@ def written(
     folder: Path,
     messages: list[tuple[str, int, bytes]],
     types: Mapping[str, str] = MappingProxyType({}),
+    prefix: str = "/p",
 ) -> Path:
-    """A recording of these topics, times in s and payloads, after the configuration.
+    """A recording of these topics, times in s and payloads, after the configuration of `prefix`.
 
     Args:
         types: of topics that are none of BatteryState.
@@ -190,13 +191,14 @@ def written(
     make_folder(folder, is_overwriting=False)
     writer = BagWriter(folder, "none")
     table = load_table()
-    topics = {"/p/config": BagTopic("/p/config", "std_msgs/msg/String", table.qos["latched"])}
+    config = BagTopic(f"{prefix}/config", "std_msgs/msg/String", table.qos["latched"])
+    topics = {config.name: config}
     for name, _, _ in messages:
         type = types.get(name, "sensor_msgs/msg/BatteryState")
         topics[name] = BagTopic(name, type, table.qos["sensor"])
     for topic in topics.values():
         writer.add_topic(topic)
-    writer.write(topics["/p/config"], 0, encode_string(CONFIG))
+    writer.write(config, 0, encode_string(CONFIG))
     for name, time_s, payload in messages:
         writer.write(topics[name], time_s * 10**9, payload)
     writer.close()

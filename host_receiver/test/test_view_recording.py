@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 import recorded_room
+from bag_scene import tf, written
 from ml2_receiver.cli import main
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_writer import BagWriter
+from ml2_tools.viewing.recorded_source import RecordedSource
 from recorded_room import BEGIN_NS, EYE_S, HZ, LENGTH_S, grey
 from ros_processes import Child
 from viewing_browser import Browser, Picture, View
@@ -69,6 +71,15 @@ def text_of(type: str, **values: Any) -> Callable[[dict[str, Any] | Picture], bo
 def is_grey(found: Picture, level: int) -> bool:
     assert found.pixels.shape == (48, 64)
     return bool(np.abs(found.pixels.astype(int) - level).max() <= 2)
+
+
+def test_its_frames_tell_the_name_of_the_receiver(room: Path, tmp_path: Path) -> None:
+    assert RecordedSource(room).receiver == "robot1"
+    types = {"/tf": "tf2_msgs/msg/TFMessage"}
+    for number, payload in enumerate((tf(0), b"", bytes(8))):
+        folder = tmp_path / str(number)
+        written(folder, [("/tf", 1, payload)], types, prefix="/lab/magic_leap2")
+        assert RecordedSource(folder).receiver == ""
 
 
 def test_what_a_recording_is_comes_first(view: View) -> None:

@@ -6,6 +6,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from ml2_receiver.errors import RecordingError
 from ml2_receiver.table.reader import load_table
 
 from ..bags.bag_reader import BagMessage
+from ..bags.decoding import decoder
 from ..bags.indexed_bag import History, IndexedBag
 from ..geometry.transform_tree import STATIC_DEPTH
 from ..monitoring.topic_table import Rows
@@ -20,6 +22,7 @@ from ..playback.timeline import Timeline
 from .feed import Feed, Kind
 from .plots import CLOCK, THROUGHPUT
 from .requests import FASTEST, SLOWEST, Offer, Play, Seek, Speed, Steer
+from .scene import TF, TRANSFORMS
 from .state import Levels, recorded_state
 from .steered import Answer, Newest
 from .view import View
@@ -75,8 +78,17 @@ class RecordedSource:
 
     @property
     def receiver(self) -> str:
-        """The --name of the receiver that recorded, or empty."""
-        return self._bag.prefix.rpartition("/")[0].removeprefix("/")
+        """The --name of the receiver that recorded, which is before each frame id; empty if none.
+
+        The prefix of topics does not tell it, since `topic_name` may have a slash itself.
+        """
+        if self._bag.types.get(TF) != TRANSFORMS:
+            return ""
+        payload = next((it.payload for it in self._bag.messages() if it.topic == TF), b"")
+        with suppress(ValueError):
+            (first, *_) = decoder(TRANSFORMS)(payload).transforms
+            return str(first.child_frame_id.rpartition("/")[0])
+        return ""
 
     def start(self, view: View) -> None:
         self._view = view

@@ -26,7 +26,7 @@ from .state import published_images
 type Place = list[float] | None
 
 SCENE = "scene"
-TF, TF_STATIC = "/tf", "/tf_static"
+TF, TF_STATIC, TRANSFORMS = "/tf", "/tf_static", "tf2_msgs/msg/TFMessage"
 _HANDS, _GAZE, _HEAD = ("hand_left", "hand_right"), "gaze", "head"
 # Names of feeds of camera_info begin with this, and end with the stream.
 _LENS = "lens "
@@ -76,7 +76,7 @@ class Scene:
         Args:
             shown: the streams whose images are shown; of others, camera_info would wake the camera.
         """
-        found = {it: (it, "tf2_msgs/msg/TFMessage") for it in (TF, TF_STATIC)}
+        found = {it: (it, TRANSFORMS) for it in (TF, TF_STATIC)}
         for name, it in rows.items():
             if "type" in it and it["stream"] in (*_HANDS, _GAZE):
                 found[it["stream"]] = name, it["type"]
