@@ -100,7 +100,10 @@ def headsets(endpoint: str, number: str, messages_per_s: str) -> None:
     with ExitStack() as stack:
         sinks, publishers = [], []
         for index in range(int(number)):
-            session = stack.enter_context(zenoh.open(session_configuration(endpoint, None)))
+            config = session_configuration(endpoint, None)
+            # As of other machines; a router has shared memory for 351 sessions of its own
+            config.insert_json5("transport/shared_memory/enabled", "false")
+            session = stack.enter_context(zenoh.open(config))
             sink = ZenohSink(session, load_table(), f"/h{index}", f"h{index}", 0, lambda: None)
             publishers.append({topic: sink.open(topic) for topic in topics}[IMU])
             sinks.append(sink)  # whose topics end when Python collects it

@@ -23,7 +23,7 @@ from zenoh_bench import role
 from zenoh_peers import free_endpoint, open_client
 from zenoh_roles import EVERYTHING
 
-_HEADSETS = (1, 2, 4)
+_HEADSETS = (1, 2, 4, 8)
 _SAMPLES_PER_S = 2000
 _TOKENS = "@ros2_lv/0/**"
 # Its node, its streams' topics, those of the receiver, and /diagnostics.
@@ -36,10 +36,11 @@ _MOST_S = 60.0
 
 
 def main(results_file: Path, duration_s: float, number: int) -> None:
+    load_average = os.getloadavg()[0]
     results: dict[str, Any] = {
         "load": [load(headsets, duration_s) for headsets in _HEADSETS],
         "sessions": sessions(number),
-        "load_average": os.getloadavg()[0],
+        "load_average_before": load_average,
     }
     results_file.parent.mkdir(parents=True, exist_ok=True)
     results_file.write_text(json.dumps(results, indent=2) + "\n")
