@@ -125,7 +125,7 @@ check-native:
 
 fast-native:
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --parallel 4 --output-on-failure --exclude-regex sim_tests
+	ctest --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure --exclude-regex sim_tests
 
 check-kotlin:
 	$(if_unchecked) $(kotlin) build/native/bundle config/streams.yaml tests/conformance/vectors -- \
@@ -149,9 +149,9 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 
 test-native: native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --parallel 4 --output-on-failure
+	ctest --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
-	ctest --test-dir build/native/thread --parallel 4 --output-on-failure --label-regex threaded
+	ctest --test-dir build/native/thread --timeout 240 --parallel 4 --output-on-failure --label-regex threaded
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
