@@ -76,7 +76,7 @@ class Server:
         self._lock = threading.Lock()  # of the state
         self._acting = threading.Lock()  # of the sink and what is sent; never taken under _lock
         self._links: dict[Connection, ConnectionIO] = {}
-        self._readers: set[threading.Thread] = set()
+        self._readers: list[threading.Thread] = []
         self._stopping = threading.Event()
         self._acceptor = Acceptor(
             listener,
@@ -148,7 +148,7 @@ class Server:
         self._acceptor.close()
 
     def _join(self, deadline_s: float) -> None:
-        for thread in (*self._threads, *list(self._readers)):
+        for thread in (*self._threads, *self._readers):
             thread.join(max(0.0, deadline_s - time.monotonic()))
 
     def _open(self, accepted: socket.socket, host: str, port: int) -> bool:
@@ -164,10 +164,10 @@ class Server:
         link = ConnectionIO(transport, Connection(host, port, time.monotonic()))
         reader = threading.Thread(target=self._read, args=[link], daemon=True)
         self._links[link.connection] = link
-        self._readers.add(reader)
         self._address_limits.opened(host)
         self._host.opened(link.connection)
         reader.start()
+        self._readers = [it for it in self._readers if it.is_alive()] + [reader]
         return True
 
     def _refresh(self) -> None:
@@ -234,7 +234,6 @@ class Server:
                 link.transport.close()
                 del self._links[link.connection]
             with self._step() as now_s:
-                self._readers.discard(threading.current_thread())
                 self._address_limits.closed(link.connection.host)
                 self._host.closed(link.connection, fault, now_s)
 
