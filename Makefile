@@ -253,7 +253,7 @@ links: build ## Everything raw over links of 300, 100, 50 and 30 Mbit/s for DURA
 	$(run) env PYTHONPATH=host_receiver:host_receiver/demo:host_receiver/test:tests/end_to_end python3 tests/end_to_end/links.py $(DURATION)
 
 interop: setup ## Have hiroz, an implementation of ROS 2 on Zenoh, read our topics. Needs cargo; the first build takes five minutes
-	cargo build --locked --manifest-path tests/interop/Cargo.toml --target-dir build/interop
+	cargo build --manifest-path tests/interop/Cargo.toml --target-dir build/interop
 	$(pytest) tests/interop
 
 soak: build ## Full load for DURATION seconds: does anything grow? Result in build/bench/soak.json

@@ -1,6 +1,6 @@
 //! Reads topics with hiroz, an implementation of ROS 2 on Zenoh that nobody here wrote.
 //!
-//!     hiroz_reader ENDPOINT DOMAIN list COUNT        each topic and its type, once there are COUNT
+//!     hiroz_reader ENDPOINT DOMAIN list TOPIC...     all topics with their types, once these are there
 //!     hiroz_reader ENDPOINT DOMAIN read TYPE TOPIC   the first message, as JSON
 
 use std::{env, thread, time::Duration};
@@ -25,22 +25,26 @@ fn main() -> Result<()> {
         .build()?;
     let node = context.create_node("hiroz_reader").build()?;
     match command {
-        ["list", count] => list(&node, count.parse()?),
+        ["list", awaited @ ..] => list(&node, awaited),
         ["read", kind, topic] => println!("{}", read(&node, kind, topic)?),
-        _ => return Err("expected list COUNT, or read TYPE TOPIC".into()),
+        _ => return Err("expected list TOPIC..., or read TYPE TOPIC".into()),
     }
     Ok(())
 }
 
-fn list(node: &ZNode, count: usize) {
-    let mut topics = node.graph().get_topic_names_and_types();
-    while topics.len() < count {
+fn list(node: &ZNode, awaited: &[&str]) {
+    loop {
+        let topics = node.graph().get_topic_names_and_types();
+        if awaited
+            .iter()
+            .all(|it| topics.iter().any(|(name, _)| name == it))
+        {
+            for (name, kind) in topics {
+                println!("{name} {kind}");
+            }
+            return;
+        }
         thread::sleep(POLL);
-        topics = node.graph().get_topic_names_and_types();
-    }
-    topics.sort();
-    for (name, kind) in topics {
-        println!("{name} {kind}");
     }
 }
 
