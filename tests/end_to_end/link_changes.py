@@ -1,4 +1,4 @@
-"""What happens to a link while streams are measured over it, and how fast they follow."""
+"""Changes of a link, and how fast the streams over it follow."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from shaped_link import QUEUE_S, Link
 
-# What a sample may take while a link changes, and the part of a link that images fill.
+# A later sample is not settled.
 SETTLED_MS = 60
+# The part of a link that images use when they fill it.
 FILLED = 0.8
 _SINK = """
 import socket
