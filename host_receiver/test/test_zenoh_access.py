@@ -1,6 +1,8 @@
-"""The examples of docs/sites.md: who has no certificate gets nothing, and what is denied, too."""
+"""The examples of docs/sites.md: who has no certificate gets nothing, what is denied does not come,
+and what leaves a site is limited."""
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -21,9 +23,10 @@ from waiting import LIMIT_S, await_true
 from zenoh_peers import free_endpoint
 
 DOMAIN = 1
-ROUTER, RECEIVER = blocks((ROOT / "docs/sites.md").read_text(), "json5")
+ROUTER, RECEIVER, SITE_ROUTER = blocks((ROOT / "docs/sites.md").read_text(), "json5")
 TABLE = load_table()
 IMU = TABLE.streams["gyro_left"].topics[0]
+UNITED_IMU = TABLE.streams["imu_left"].topics[0]
 POSE = TABLE.streams["head_pose"].topics[0]
 IMAGE = TABLE.streams["world_left"].topics[0]
 
@@ -47,6 +50,12 @@ class Sites:
         text = RECEIVER.replace("site_a", name).replace("/ca.pem", f"/{authority}.pem")
         file.write_text(self._local(text))
         return file
+
+    def site_router(self, endpoint: str) -> zenoh.Session:
+        """The router of site A, which lets one message of each limited topic leave."""
+        text = self._local(SITE_ROUTER).replace("tcp/0.0.0.0:7447", endpoint)
+        text = text.replace("tls/HOST:7447", self.endpoint)
+        return zenoh.open(zenoh.Config.from_json5(re.sub(r"freq: \d+", "freq: 0.001", text)))
 
     def tls(self, name: str, authority: str = "ca") -> dict[str, object]:
         folder = self._folder
@@ -81,12 +90,13 @@ def join(sites: Sites) -> Iterator[Callable[[str], zenoh.Session]]:
         )
 
 
-def subscribe(session: zenoh.Session, key: str) -> "SimpleQueue[str]":
+def subscribe(session: zenoh.Session, *keys: str) -> "SimpleQueue[str]":
     """The names of the topics of what comes."""
     found: SimpleQueue[str] = SimpleQueue()
-    session.declare_subscriber(
-        key, lambda sample: found.put(str(sample.key_expr).split("/", 2)[2].rsplit("/", 2)[0])
-    )
+    for key in keys:
+        session.declare_subscriber(
+            key, lambda sample: found.put(str(sample.key_expr).split("/", 2)[2].rsplit("/", 2)[0])
+        )
     return found
 
 
@@ -134,6 +144,33 @@ def test_another_site_cannot_publish(join: Callable[[str], zenoh.Session]) -> No
     assert found.get(timeout=LIMIT_S) == "x"
     assert subscriber.get(timeout=LIMIT_S) == b"true"
     assert found.empty()
+
+
+def test_what_leaves_a_site_is_limited_topic_by_topic(
+    sites: Sites, join: Callable[[str], zenoh.Session]
+) -> None:
+    endpoint = free_endpoint()
+    config = session_configuration(endpoint, None)
+    topics = (POSE, UNITED_IMU, IMU)
+    with sites.site_router(endpoint), zenoh.open(config) as receiver, zenoh.open(config) as local:
+        sink = ZenohSink(receiver, TABLE, "/magic_leap2", "", DOMAIN, lambda: None)
+        publishers = [sink.open(topic) for topic in topics]
+        left = subscribe(join("site_b"), key(POSE), key(UNITED_IMU), key(IMU))
+        await_true(lambda: all(sink.demand().values()))
+        at_site, rounds = subscribe(local, key(POSE)), 0
+
+        def is_seen_at_site() -> bool:
+            nonlocal rounds
+            rounds += 1
+            for publish in publishers:
+                publish(bytearray(b"payload"))
+            return at_site.qsize() >= 20
+
+        await_true(is_seen_at_site)
+        await_true(lambda: left.qsize() >= rounds + 2)
+        found = Counter(left.get() for _ in range(left.qsize()))
+        assert found == {IMU.name: rounds, POSE.name: 1, UNITED_IMU.name: 1}
+        sink.close()
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,9 @@ from typing import Any
 import zenoh
 
 from ml2_receiver.session.sink import Publish
+from ml2_receiver.table.stream_table import Qos
 from ml2_receiver.zenoh.configuration import session_configuration
+from ml2_receiver.zenoh.names import TopicName
 from ros_processes import Subscriber, environment
 from shaped_link import Host, link, why_not
 from waiting import await_true
@@ -77,8 +79,9 @@ def configuration(values: dict[str, Any]) -> Iterator[Path]:
 @contextmanager
 def publishers(
     values: dict[str, Any], *, is_subscribed: bool
-) -> Iterator[tuple[Publish, Publish, dict[str, subprocess.Popen[str]]]]:
-    """Functions that publish an image and an inertial sample, and the other processes."""
+) -> Iterator[tuple[Publish, Publish, Publish, dict[str, subprocess.Popen[str]]]]:
+    """Functions that publish an image, an inertial sample, and one by Zenoh's binding alone; and
+    the other processes."""
     endpoint = free_endpoint()
     with (
         role("route", endpoint) as router,
@@ -86,13 +89,23 @@ def publishers(
         zenoh.open(session_configuration(endpoint, file)) as session,
     ):
         sink = sink_of(session)
-        image, imu = sink.open(IMAGE), sink.open(IMU)
+        image, imu, put = sink.open(IMAGE), sink.open(IMU), bare_put(session)
         if not is_subscribed:
-            yield image, imu, {"route": router}
+            yield image, imu, put, {"route": router}
             return
         with role("read", endpoint) as reader:
             await_true(lambda: all(sink.demand().values()))
-            yield image, imu, {"route": router, "read": reader}
+            yield image, imu, put, {"route": router, "read": reader}
+
+
+def bare_put(session: zenoh.Session) -> Publish:
+    publisher = session.declare_publisher(
+        TopicName("/m/bare", IMU.type, Qos(10)).key(0),
+        congestion_control=zenoh.CongestionControl.DROP,
+        priority=zenoh.Priority.REAL_TIME,
+        reliability=zenoh.Reliability.RELIABLE,
+    )
+    return lambda payload: publisher.put(payload, attachment=bytes(33))
 
 
 def cpu_s(publish: Publish, payload_bytes: int, count: int, period_s: float = _PERIOD_S) -> float:
@@ -114,18 +127,21 @@ def _publish(publish: Publish, payload_bytes: int, count: int, period_s: float) 
 def costs(count: int) -> dict[str, Any]:
     of_images: dict[str, float] = {}
     small: list[float] = []
+    bare: list[float] = []
     for name, values, is_subscribed in (
         ("unsubscribed", {}, False),
         ("shared", {}, True),
         ("tcp", _WITHOUT_SHARED_MEMORY, True),
     ):
-        with publishers(values, is_subscribed=is_subscribed) as (image, imu, _):
+        with publishers(values, is_subscribed=is_subscribed) as (image, imu, put, _):
             of_images[name] = cpu_s(image, IMAGE_BYTES, count) * 1e3 / _MEGABYTES
             if is_subscribed:
-                small.append(cpu_s(imu, IMU_BYTES, 10 * count, _SMALL_PERIOD_S) * 1e6)
+                for costs_us, publish in ((small, imu), (bare, put)):
+                    costs_us.append(cpu_s(publish, IMU_BYTES, 10 * count, _SMALL_PERIOD_S) * 1e6)
     return {
         "cpu_ms_per_mb": of_images,
         "us_per_small": statistics.mean(small),
+        "us_per_small_bare": statistics.mean(bare),
         "rclpy_cpu_ms_per_mb": rclpy_costs(count),
     }
 
@@ -155,7 +171,7 @@ def rclpy_costs(count: int) -> dict[str, float]:
 
 
 def longest_ms(stalled: str) -> float:
-    with publishers(_WITHOUT_SHARED_MEMORY, is_subscribed=True) as (image, _, children):
+    with publishers(_WITHOUT_SHARED_MEMORY, is_subscribed=True) as (image, _, _, children):
         payload = bytearray(IMAGE_BYTES)
         children[stalled].send_signal(signal.SIGSTOP)
         longest_s = 0.0
