@@ -38,6 +38,7 @@ PRIMITIVES = {
 def csharp_messages(table: StreamTable) -> str:
     definitions = get_typestore(Stores.ROS2_JAZZY).fielddefs
     wanted = {topic.type for stream in table.streams.values() for topic in stream.topics}
+    wanted &= definitions.keys()  # of ROS itself
     wanted |= {name.replace("/", "/msg/") for name in COMMON.split()}
     classes = "\n".join(
         _class(name, *definitions[name]) for name in sorted(_with_parts(wanted, definitions))

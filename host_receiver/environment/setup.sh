@@ -33,12 +33,12 @@ main() {
   if $ros_from_apt; then
     echo "[3/4] Python packages (150 MB, about a minute)"
     pip_install requirements.txt requirements-dev.txt
-    echo "[4/4] tf2_msgs: part of /opt/ros/jazzy"
+    echo "[4/4] messages: part of /opt/ros/jazzy"
   else
     echo "[3/4] ROS 2 Jazzy wheels and Python packages (200 MB)"
-    install_fast requirements.txt requirements-dev.txt requirements-ros.txt tf2_msgs/build-requirements.txt
-    echo "[4/4] tf2_msgs, which has no wheel (about 20 seconds)"
-    "$venv/bin/python" -c 'import tf2_msgs.msg' 2>/dev/null || "$environment/tf2_msgs.sh" "$venv"
+    install_fast requirements.txt requirements-dev.txt requirements-ros.txt messages/build-requirements.txt
+    echo "[4/4] messages that have no wheel (about 30 seconds)"
+    "$environment/messages.sh" "$venv"
   fi
   inputs >"$stamp"
 }
@@ -49,7 +49,7 @@ missing_packages() {
     if ! command -v "$name" >/dev/null && [[ ! -e $name ]]; then echo "$package"; fi
   done < <(grep -v '^#' "$environment/debian-packages.txt")
   $ros_from_apt || return 0
-  for name in diagnostic_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs tf2_msgs; do
+  for name in diagnostic_msgs ffmpeg_image_transport_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs tf2_msgs; do
     if [[ ! -d /opt/ros/jazzy/share/$name ]]; then echo "ros-jazzy-${name//_/-}"; fi
   done
 }

@@ -16,6 +16,7 @@ IMAGE, CAMERA_INFO, STRING = (
     "std_msgs/msg/String",
 )
 COMPRESSED, IMU = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Imu"
+VIDEO = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"
 POSE = "geometry_msgs/msg/PoseStamped"
 
 
@@ -37,6 +38,7 @@ TOPICS = {
     **camera("depth", "image_raw", IMAGE),
     "depth/image_raw/compressedDepth": COMPRESSED,
     **{f"world_{it}/image_raw/compressed": COMPRESSED for it in ("center", "left", "right")},
+    **{f"world_{it}/image_raw/ffmpeg": VIDEO for it in ("center", "left", "right")},
     **camera("infra", "image_raw", IMAGE),
     "depth/confidence": IMAGE,
     "depth/flags": IMAGE,
@@ -78,14 +80,14 @@ def test_only_images_have_a_lane_of_their_own() -> None:
     table = load_table()
     for stream in table.streams.values():
         for topic in stream.topics:
-            is_image = topic.type in (IMAGE, COMPRESSED)
+            is_image = topic.type in (IMAGE, COMPRESSED, VIDEO)
             assert topic.lane == (stream.id if is_image else "sensors"), topic
     assert len(table.image_lanes) == 11
 
 
 def test_queue_depths_follow_the_kind_of_message() -> None:
     table = load_table()
-    depths = {IMAGE: 5, COMPRESSED: 5, CAMERA_INFO: 5, STRING: 5, IMU: 200}
+    depths = {IMAGE: 5, COMPRESSED: 5, VIDEO: 5, CAMERA_INFO: 5, STRING: 5, IMU: 200}
     depths["tf2_msgs/msg/TFMessage"] = 100
     for stream in table.streams.values():
         for topic in stream.topics:
@@ -125,7 +127,8 @@ def test_encodings_are_those_of_the_image_topics() -> None:
     assert encodings["depth/flags"] == "32SC1"
     assert encodings["world_left/image_raw/compressed"] == "mono8; jpeg compressed mono8"
     assert encodings["depth/image_raw/compressedDepth"] == "16UC1; compressedDepth rvl"
-    assert len(encodings) == 21
+    assert encodings["world_left/image_raw/ffmpeg"] == "h264;yuv420p;mono8;mono8"
+    assert len(encodings) == 24
 
 
 def test_each_format_of_a_camera_has_one_image_topic() -> None:

@@ -1,16 +1,15 @@
 """The hashes of message types, against what another program makes of the types' definitions."""
 
-from rosbags.typesys import Stores, get_typestore
-
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.recording.message_definitions import DEFINITIONS
+from ros_types import typestore
 
 # rosbags takes char for uint8, ROS for int8.
 _DIFFERENT_IN_ROSBAGS = {"std_msgs/msg/Char"}
 
 
 def test_hashes_are_those_which_rosbags_makes_of_the_definitions() -> None:
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store = typestore()
     types = HASHES.keys() - _DIFFERENT_IN_ROSBAGS
     assert {it: HASHES[it] for it in types} == {it: store.hash_rihs01(it) for it in types}
 

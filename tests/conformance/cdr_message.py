@@ -44,6 +44,10 @@ class Message:
         self._number("I", value)
         self._fields[name] = value
 
+    def uint64(self, name: str, value: int) -> None:
+        self._number("Q", value)
+        self._fields[name] = value
+
     def float32(self, name: str, value: float) -> None:
         self._float32(value)
         self._fields[name] = json_float(value)

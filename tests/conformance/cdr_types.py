@@ -98,6 +98,17 @@ def compressed_image(m: Message, length: int) -> None:
     m.pattern_bytes("data", length)
 
 
+def ffmpeg_packet(m: Message, length: int, pts: int, flags: int) -> None:
+    header(m, OPTICAL)
+    m.int32("width", 1016)
+    m.int32("height", -1)
+    m.string("encoding", "h264;yuv420p;mono8;mono8")
+    m.uint64("pts", pts)
+    m.uint8("flags", flags)
+    m.bool("is_bigendian", flags != 0)
+    m.pattern_bytes("data", length)
+
+
 def region_of_interest(m: Message, do_rectify: bool) -> None:
     m.uint32("x_offset", 16)
     m.uint32("y_offset", 8)

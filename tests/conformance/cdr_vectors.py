@@ -69,6 +69,14 @@ CASES: dict[str, tuple[str, Callable[[Message], None]]] = {
         "sensor_msgs/msg/CompressedImage",
         lambda m: ros.compressed_image(m, 0),
     ),
+    "FFMPEGPacket": (
+        "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+        lambda m: ros.ffmpeg_packet(m, 1021, 1_700_000_000_123_456, 1),
+    ),
+    "FFMPEGPacketEmpty": (
+        "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+        lambda m: ros.ffmpeg_packet(m, 0, 2**63, 0),
+    ),
     "CameraInfo": (
         "sensor_msgs/msg/CameraInfo",
         lambda m: ros.camera_info(m, "plumb_bob", [0.25, -0.125, 1e-4, -1e-4, 0.01]),

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 from rclpy.serialization import deserialize_message
-from rosbags.typesys import Stores, get_typestore
 
 from case_files import load
+from ros_types import PACKET, typestore
 
 CASES = load("cdr")
-ROSBAGS = get_typestore(Stores.ROS2_JAZZY)
+ROSBAGS = typestore()
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -35,7 +35,7 @@ def test_rclpy_reads_the_fields(case: str) -> None:
 def test_the_sizes_are_those_of_the_bytes(case: str) -> None:
     _, vector, data = CASES[case]
     assert vector["size"] == len(data)
-    if vector["type"] in ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"):
+    if vector["type"] in ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", PACKET):
         prefix, pixels = data[: vector["prefix_size"]], data[vector["prefix_size"] :]
         assert struct.unpack("<I", prefix[-4:]) == (len(pixels),)
         assert pixels == pattern(vector["message"]["data"])

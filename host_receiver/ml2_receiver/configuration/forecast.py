@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from ..table.reader import load_table
-from ..table.stream_table import Mode, Stream, Topic
+from ..table.stream_table import VIDEO, Mode, Stream, Topic
 from .config import Config
 from .config_rules import Values
 
@@ -28,6 +28,8 @@ def images_mbit_per_s(config: Config) -> dict[str, float]:
 
 def stream_mbit_per_s(stream: Stream, values: Values) -> float:
     """Returns what a stream of images needs with these values."""
+    if values["format"] == VIDEO:
+        return float(values["bit_rate_mbit"])
     topics = [it for it in stream.topics if it.lane == stream.id]
     bits_per_pixel = sum(
         _bits_per_pixel(it, values) for it in topics if it.when is None or it.when.holds(values)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..table.reader import load_table
+from ..table.stream_table import VIDEO
 from ..wire.json_body import Scalar
 from .config import Config
 from .config_rules import Values
@@ -100,14 +101,14 @@ def _milder_first(requests: _Requests) -> Iterator[_Requests]:
 
 
 def _compressed(id: str, values: Values) -> Values:
-    """Returns the values with the format of the same stream that needs least."""
+    """Returns the values with the format of the same stream that needs least, but no video."""
     stream = load_table().streams[id]
     formats = (stream.when or {}).get("format")
     found = [
         {**values, "format": format}
         for mode in modes_of_size(stream, values)
         for format in (mode.formats if values["update_rate"] in mode.rates else ())
-        if formats is None or format in formats
+        if format != VIDEO and (formats is None or format in formats)
     ]
     return min([values, *found], key=lambda it: stream_mbit_per_s(stream, it))
 

@@ -18,6 +18,9 @@ _MAX_NAME, _MAX_TYPE = 64, 128
 # The keys of every camera section except `enabled`. Their values are legal if one mode has all.
 CAMERA_KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
 
+# The format whose images depend on those before them; their size is the key `bit_rate_mbit`.
+VIDEO = "h264"
+
 
 @dataclass(frozen=True)
 class Qos:
@@ -127,8 +130,8 @@ class Adaptation:
 class ImageSizes:
     """The sizes of images, for forecasts.
 
-    `bits_per_pixel` is by format, that of JPEG at quality 80. `jpeg_by_quality` is the size of a
-    JPEG relative to that at 80, for some qualities from 1 to 100.
+    `bits_per_pixel` is by format, without VIDEO, that of JPEG at quality 80. `jpeg_by_quality` is
+    the size of a JPEG relative to that at 80, for some qualities from 1 to 100.
     """
 
     bits_per_pixel: Mapping[str, float]

@@ -10,6 +10,7 @@ import yaml
 
 from ml2_receiver.commands.options import Subparsers, add_name
 from ml2_receiver.table.reader import load_table
+from ml2_receiver.table.stream_table import VIDEO
 
 from ..errors import ExportError
 from ..images.image_topic import image_topics
@@ -82,6 +83,6 @@ def _needs(manager: Any, name: str) -> Iterator[tuple[str, str]]:
 
 
 def _formats_without(stream: str, topic: str) -> list[str]:
-    """Returns the formats of a stream with which the headset does not publish an image topic."""
+    """Returns the formats of a stream with which products make an image topic that it lacks."""
     conditions = [it.when for it in image_topics(stream) if it.name != topic]
-    return [str(it.value) for it in conditions if it is not None]
+    return [str(it.value) for it in conditions if it is not None and it.value != VIDEO]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 
-_TRANSPORTS = ("/compressed", "/compressedDepth")
+_TRANSPORTS = ("/compressed", "/compressedDepth", "/ffmpeg")
 
 
 def image_topics(camera: str) -> tuple[Topic, ...]:

@@ -9,7 +9,14 @@ import numpy as np
 from .check import Check, Verdict, verdict_on_share
 from .survey import READ, TRANSFORMS, Stamps, TopicRecord
 
-IMU, IMAGES = "sensor_msgs/msg/Imu", ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+IMU, IMAGES = (
+    "sensor_msgs/msg/Imu",
+    (
+        "sensor_msgs/msg/Image",
+        "sensor_msgs/msg/CompressedImage",
+        "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+    ),
+)
 PERIODIC = (IMU, *IMAGES)
 _MS = 1e6
 # An interval of more than 1.5 periods is nearer to two periods than to one.

@@ -137,7 +137,7 @@ class Raw(Product):
 
     def __init__(self, shared: Shared, camera: str) -> None:
         super().__init__(shared, {camera: ("image",)})
-        raw, compressed = image_topics(camera)
+        raw, compressed, *_ = image_topics(camera)
         self.types = {raw.name: raw.type}
         self.compressed = compressed.name
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "ml2sim.h"
+#include "openh264.h"
 #include "openxr/ml2sim_xr.h"
 
 namespace {
@@ -100,5 +101,5 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
     const jclass type = env->FindClass(kClass);
     if (type == nullptr || env->RegisterNatives(type, methods, std::size(methods)) != JNI_OK)
         return JNI_ERR;
-    return JNI_VERSION_1_6;
+    return registerOpenH264(env) ? JNI_VERSION_1_6 : JNI_ERR;
 }

@@ -64,7 +64,8 @@ class PackagesTest {
         val ADAPTERS = setOf("android", "unity")
 
         /** Pipelines compress images of any source, and need the library only when a format wants it. */
-        val COMPRESSION = setOf("$ROOT.capture.ImageCodec", "$ROOT.capture.ImageEncoder")
+        val COMPRESSION =
+            setOf("ImageCodec", "ImageEncoder", "VideoLink", "VideoStream").map { "$ROOT.capture.$it" }.toSet()
 
         /** Each may import those before it. */
         val ORDER = listOf(

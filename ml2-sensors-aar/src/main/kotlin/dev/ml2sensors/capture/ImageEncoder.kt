@@ -2,7 +2,6 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.table.StreamSpec
-import java.nio.ByteOrder
 
 /**
  * How the images of a stream are compressed.
@@ -32,11 +31,7 @@ internal enum class ImageCodec(val code: Int, val title: String, private val enc
  * still leased after [close] are freed with their lease.
  */
 internal class ImageEncoder(stream: StreamSpec, val codec: ImageCodec) : AutoCloseable {
-    private val slots = stream.number or ENCODED
-
-    init {
-        Native.reserve(slots)
-    }
+    private val slots = SlotPool(stream, isEncoded = true)
 
     /**
      * Returns the image of [sample] compressed, or null if all slots are leased. The result differs from [sample] in
@@ -47,21 +42,20 @@ internal class ImageEncoder(stream: StreamSpec, val codec: ImageCodec) : AutoClo
      * @throws IllegalArgumentException if the image is not in a direct buffer or does not fit [codec] and [quality].
      */
     fun encode(sample: ImageSample, quality: Int): ImageSample? {
-        val slot = Native.take(slots, Native.mostEncodedBytes(codec.code, sample.width, sample.height))
-        if (slot == NativeFrame.NO_SLOT) return null
+        val slot = slots.take(Native.mostEncodedBytes(codec.code, sample.width, sample.height)) ?: return null
         return try {
             encodeInto(slot, sample, quality)
         } catch (e: Throwable) {
-            Native.release(slots, slot)
+            slot.release()
             throw e
         }
     }
 
-    private fun encodeInto(slot: Int, sample: ImageSample, quality: Int): ImageSample {
+    private fun encodeInto(slot: Slot, sample: ImageSample, quality: Int): ImageSample {
         val sizeBytes = with(sample) {
-            Native.encode(pixels.slice(), codec.code, quality, width, height, strideBytes, slots, slot)
+            Native.encode(pixels.slice(), codec.code, quality, width, height, strideBytes, slots.set, slot.index)
         }
-        val image = Native.bytes(slots, slot, 0, sizeBytes).order(ByteOrder.LITTLE_ENDIAN)
+        val image = slot.bytes.limit(sizeBytes)
         val others = sample.planesBesideImage
         if (others.isNotEmpty()) sample.retain()
         return ImageSample(
@@ -75,16 +69,11 @@ internal class ImageEncoder(stream: StreamSpec, val codec: ImageCodec) : AutoClo
             sample.settings,
             listOf(ImageSample.Plane(ImageSample.IMAGE, image)) + others,
             giveBack = {
-                Native.release(slots, slot)
+                slot.release()
                 if (others.isNotEmpty()) sample.release()
             },
         )
     }
 
-    override fun close(): Unit = Native.retire(slots)
-
-    companion object {
-        /** ML2S_ENCODED */
-        const val ENCODED = 64
-    }
+    override fun close(): Unit = slots.close()
 }

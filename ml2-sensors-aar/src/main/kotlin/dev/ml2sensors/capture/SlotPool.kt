@@ -5,22 +5,29 @@ import java.nio.ByteBuffer
 import java.nio.ByteOrder
 
 /**
- * One use of the slots of [stream]; a process has one set for each stream. The size of a slot is that of the frames
+ * One use of the slots of [stream]; a process has two sets for each stream, one of which is for what the library encodes
+ * ([isEncoded]). The size of a slot is that of the frames
  * that the stream runs with. After the last use of a stream, the memory of each slot is freed with its last lease.
  * Thread-safe.
  */
-internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
+internal class SlotPool(private val stream: StreamSpec, isEncoded: Boolean = false) : AutoCloseable {
+    /** The number of this set of slots. */
+    val set: Int = if (isEncoded) stream.number or ENCODED else stream.number
+
     init {
-        Native.reserve(stream.number)
+        Native.reserve(set)
     }
 
     /** Leases a free slot for a frame of [sizeBytes] at most; returns null if all are leased, or memory is short. */
     fun take(sizeBytes: Int): Slot? {
-        val index = Native.take(stream.number, sizeBytes)
-        return if (index == NativeFrame.NO_SLOT) null else Slot(stream, index, bytes(stream, index, 0 until sizeBytes))
+        val index = Native.take(set, sizeBytes)
+        if (index == NativeFrame.NO_SLOT) return null
+        return Slot(stream, index, Native.bytes(set, index, 0, sizeBytes).order(ByteOrder.LITTLE_ENDIAN)) {
+            Native.release(set, index)
+        }
     }
 
-    override fun close(): Unit = Native.retire(stream.number)
+    override fun close(): Unit = Native.retire(set)
 
     companion object {
         /**
@@ -28,6 +35,9 @@ internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
          * queue.
          */
         const val SLOTS = 8
+
+        /** ML2S_ENCODED */
+        const val ENCODED = 64
 
         /** Returns the bytes [range] of the leased slot [index], from position to limit, little endian. */
         fun bytes(stream: StreamSpec, index: Int, range: IntRange): ByteBuffer =
@@ -43,7 +53,12 @@ internal class SlotPool(private val stream: StreamSpec) : AutoCloseable {
  *
  * @property bytes its memory, which must not be used after [release].
  */
-internal class Slot(val stream: StreamSpec, val index: Int, val bytes: ByteBuffer) {
+internal class Slot(
+    val stream: StreamSpec,
+    val index: Int,
+    val bytes: ByteBuffer,
+    private val endLease: () -> Unit,
+) {
     /** Ends the lease. Called once, by any thread. */
-    fun release(): Unit = SlotPool.release(stream, index)
+    fun release(): Unit = endLease()
 }

@@ -47,6 +47,32 @@ internal class CompressedImage(
 )
 
 /**
+ * One image of a video. Source: ffmpeg_image_transport_msgs/msg/FFMPEGPacket, Jazzy.
+ *
+ * @property header As in [Image].
+ * @property width Pixels per row.
+ * @property height Number of rows.
+ * @property encoding Codec, its pixels, and those of the decoded image, such as `h264;yuv420p;mono8;mono8`.
+ * @property pts Time of presentation; a number that no other packet of the stream has.
+ * @property flags 1 for a key frame, else 0.
+ * @property isBigendian True if numbers of more than one byte are big-endian.
+ * @property data The access unit's bytes between position and limit, owned by whoever made the message.
+ */
+@Serializable
+@SerialName("ffmpeg_image_transport_msgs/msg/FFMPEGPacket")
+internal class FfmpegPacket(
+    val header: Header,
+    val width: Int,
+    val height: Int,
+    val encoding: String,
+    val pts: ULong,
+    val flags: UByte,
+    val isBigendian: Boolean,
+    @Serializable(ByteSequenceSerializer::class)
+    val data: ByteBuffer,
+)
+
+/**
  * Intrinsic calibration of a camera, in pixels of the full resolution. Source: sensor_msgs/msg/CameraInfo, Jazzy.
  *
  * @property header Stamp and frame of the image it belongs to.

@@ -13,6 +13,10 @@ internal class ChannelCounters {
     private val produced = AtomicLong()
     private val sent = AtomicLong()
     private val dropped = AtomicLongArray(DropReason.entries.size)
+    private val discardedCount = AtomicLong()
+
+    /** How many messages were made and then dropped. */
+    val discarded: Long get() = discardedCount.get()
 
     /** Counts one produced message and returns its sequence number, modulo 2^32. */
     fun nextSequence(): Int = produced.getAndIncrement().toInt()
@@ -23,6 +27,7 @@ internal class ChannelCounters {
 
     fun countDropped(reason: DropReason) {
         dropped.incrementAndGet(reason.ordinal)
+        discardedCount.incrementAndGet()
     }
 
     /** Counts [count] messages that a source could not deliver. */

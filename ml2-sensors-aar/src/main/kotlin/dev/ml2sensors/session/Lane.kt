@@ -28,9 +28,12 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
     var waitingSinceNanos: Long? = null
         private set
 
-    /** How many frames were dropped because the queue was full. */
+    /** How many frames were dropped, or not even made, because the queue was full. */
     val overflows: Long get() = overflowCount.get()
     private val overflowCount = AtomicLong()
+
+    /** True while frames are taken; without a session they are dropped. */
+    val isOpen: Boolean get() = hasSession.value
 
     /** True while the network takes nothing more for now. */
     val isBlocked: Boolean
@@ -60,6 +63,11 @@ internal class Lane(val name: String, spec: QueueSpec, private val suspendsWhenF
             // The session may have ended since the check, and with it the reader of the queue
             if (!hasSession.value) dropQueued()
         }
+    }
+
+    /** Counts a frame that was not made because the queue was full. */
+    fun countUnmade() {
+        overflowCount.incrementAndGet()
     }
 
     private fun enqueue(frame: OutgoingFrame) {

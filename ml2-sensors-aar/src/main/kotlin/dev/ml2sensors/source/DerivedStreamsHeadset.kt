@@ -6,7 +6,7 @@ import kotlinx.coroutines.flow.Flow
 
 /**
  * Adds derived streams to [headset]: `imu_*` of both sensors of a unit, `tf` of the head's poses, and `custom`, whose
- * messages the app makes.
+ * messages the app makes. Refuses video that the headset's platform does not encode.
  */
 internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by headset {
     /** Negotiates with the headset; a source that throws refuses only its own stream. */
@@ -18,7 +18,7 @@ internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by 
 
     private fun answer(stream: StreamSpec, requested: StreamValues): Answer {
         if (stream == StreamTable.custom) return custom(requested)
-        val parts = partsOf(stream) ?: return headset.negotiate(stream, requested)
+        val parts = partsOf(stream) ?: return sensor(stream, requested)
         val refusal = parts.map { headset.negotiate(it, requested) }.firstOrNull { it is Answer.Refused }
         return when {
             refusal != null -> refusal
@@ -28,6 +28,13 @@ internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by 
 
             else -> Answer.Applied(requested)
         }
+    }
+
+    private fun sensor(stream: StreamSpec, requested: StreamValues): Answer {
+        val answer = headset.negotiate(stream, requested)
+        val video = answer.acceptedValues?.video() ?: return answer
+        val encoders = videoEncoders ?: return Answer.Refused("this headset encodes no ${StreamValues.H264}")
+        return encoders.refusal(video)?.let { Answer.Refused(it) } ?: answer
     }
 
     private fun custom(requested: StreamValues): Answer = when (timeline) {

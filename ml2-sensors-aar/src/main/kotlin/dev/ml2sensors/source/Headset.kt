@@ -43,6 +43,9 @@ public interface Headset : AutoCloseable {
      */
     public val sleepReason: String? get() = null
 
+    /** The encoders for the format `h264`, which is refused without them; null if the platform has none. */
+    public val videoEncoders: VideoEncoders? get() = null
+
     /**
      * Returns whether [stream] can run with the requested values, and with which values it will. Starts no stream; it
      * may open a sensor briefly to query it.

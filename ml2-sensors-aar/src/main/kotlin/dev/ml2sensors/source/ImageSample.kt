@@ -13,7 +13,7 @@ import java.util.concurrent.atomic.AtomicInteger
  * @property frameNumber the device's number of this capture; gaps are frames that the device dropped.
  * @property width in pixels.
  * @property height in pixels.
- * @property strideBytes the distance between rows; 0 for JPEG.
+ * @property strideBytes the distance between rows; 0 for a compressed image.
  * @property pose of the optical frame (z forward, x right, y down) in the world frame, null if unknown.
  * @property intrinsics as the device reports them for this capture, null if it does not.
  * @property settings as the device reports them for this capture.
@@ -33,7 +33,7 @@ public class ImageSample(
 ) : Sample {
     private val references = AtomicInteger(1)
 
-    /** The pixels, rows of [strideBytes] or one JPEG, from position to limit; numbers are little endian. */
+    /** The pixels, rows of [strideBytes] or one compressed image, from position to limit; numbers are little endian. */
     public val pixels: ByteBuffer get() = checkNotNull(plane(IMAGE)) { "sample without an image" }
 
     /**

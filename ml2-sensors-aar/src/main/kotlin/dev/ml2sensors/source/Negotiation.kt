@@ -16,12 +16,16 @@ internal fun StreamSpec.answer(requested: StreamValues): Answer {
     if (requested.quality != null && requested.quality !in QUALITIES) {
         return Answer.Refused("quality is ${requested.quality}, expected $QUALITIES")
     }
+    if (requested.bitRateMbit != null && requested.bitRateMbit !in BIT_RATES_MBIT) {
+        return Answer.Refused("bit_rate_mbit is ${requested.bitRateMbit}, expected $BIT_RATES_MBIT")
+    }
     val delivered = fitting.firstOrNull()?.delivers?.get(requested.rateHz) ?: return Answer.Applied(requested)
     val reason = "update_rate ${requested.rateHz} is accepted and delivers $delivered"
     return Answer.Adjusted(requested.copy(rateHz = delivered), reason)
 }
 
 private val QUALITIES = 1..100
+private val BIT_RATES_MBIT = 1..100
 
 private fun StreamValues.cameraKeys(): List<Triple<String, Any?, (Mode) -> List<Any>>> = listOf(
     Triple("stream", stream) { listOf(it.stream) },

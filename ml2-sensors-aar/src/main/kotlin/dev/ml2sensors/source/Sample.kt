@@ -124,13 +124,13 @@ public class LostSamples(
 
 /** The reason why a message was produced but not sent; [wireName] as in PROTOCOL.md, Accounting. */
 public enum class DropReason(public val wireName: String) {
-    /** The lane's queue was full, and this was the oldest message in it. */
+    /** The lane's queue was full, and this was the oldest message in it, or an image that was about to become video. */
     QUEUE_FULL("queue_full"),
 
     /** The source had no free buffer. */
     NO_BUFFER("no_buffer"),
 
-    /** The encoder was behind. */
+    /** The encoder was behind, or left the image out. */
     ENCODER_BUSY("encoder_busy"),
 
     /** There was no session, or it ended before the message arrived. */
@@ -149,4 +149,7 @@ public enum class DropReason(public val wireName: String) {
      * The device delivered no usable picture: a damaged one, a duplicate, one of another size or of an unknown camera.
      */
     UNUSABLE("unusable"),
+
+    /** Video before it was lost, so nobody can decode this image; the next key frame is asked for. */
+    AWAITING_KEY_FRAME("awaiting_key_frame"),
 }

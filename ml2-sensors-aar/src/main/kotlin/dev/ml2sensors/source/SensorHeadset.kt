@@ -11,6 +11,7 @@ internal class SensorHeadset(
     override val identity: Headset.Identity,
     override val clock: DeviceClock,
     private val sources: List<SensorSource>,
+    override val videoEncoders: VideoEncoders? = null,
     private val readPermissions: () -> Map<String, Boolean> = ::emptyMap,
 ) : Headset {
     @Volatile

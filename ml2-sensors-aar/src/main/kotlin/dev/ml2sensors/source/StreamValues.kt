@@ -13,7 +13,7 @@ import kotlinx.serialization.Serializable
  * @property width of the image in pixels.
  * @property height of the image in pixels.
  * @property rateHz captures per second.
- * @property format of the images, such as `Grayscale`, `jpeg` or `Depth32`.
+ * @property format of the images, such as `Grayscale`, `jpeg`, [H264] or `Depth32`.
  * @property quality of `jpeg`: 1 is the smallest image, 100 the best.
  * @property confidence true to publish the confidence image, too.
  * @property flags true to publish the image of the device's flags, too.
@@ -23,6 +23,7 @@ import kotlinx.serialization.Serializable
  * @property layout of the transform tree: `flat` or `rig`.
  * @property backend `sdk` or `openxr`.
  * @property cameraId Camera2's number of the RGB camera: 0 or 1.
+ * @property bitRateMbit of [H264], in Mbit/s: 1 to 100.
  */
 @Serializable
 public data class StreamValues(
@@ -40,7 +41,13 @@ public data class StreamValues(
     val layout: String? = null,
     val backend: String? = null,
     @SerialName("camera_id") val cameraId: Int? = null,
-)
+    @SerialName("bit_rate_mbit") val bitRateMbit: Int? = null,
+) {
+    public companion object {
+        /** The format of video. */
+        public const val H264: String = "h264"
+    }
+}
 
 /** Returns the default values of a stream: the first mode of a camera; none for other streams. */
 public fun StreamSpec.defaultValues(): StreamValues {
@@ -70,3 +77,17 @@ private fun StreamValues.enables(condition: String?): Boolean =
             error("the stream table has an unknown condition $condition")
         }
     }
+
+/** Returns the video that a camera's values ask for; null if they ask for another format. */
+internal fun StreamValues.video(): VideoSettings? {
+    if (format != StreamValues.H264) return null
+    return VideoSettings(
+        checkNotNull(width),
+        checkNotNull(height),
+        checkNotNull(rateHz),
+        (bitRateMbit ?: DEFAULT_BIT_RATE_MBIT) * BITS_PER_MBIT,
+    )
+}
+
+private const val DEFAULT_BIT_RATE_MBIT = 8
+private const val BITS_PER_MBIT = 1_000_000

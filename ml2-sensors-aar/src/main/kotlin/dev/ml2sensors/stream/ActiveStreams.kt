@@ -70,7 +70,9 @@ internal class ActiveStreams(
         events.add(it)
         streams.changes.trySend(Unit)
     }
-    private val pipelines = StreamPipelines(outgoing, clock.stamps, tree, adaptation) { events.add(it) }
+    private val pipelines = StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders) {
+        events.add(it)
+    }
     private val local = LocalStreams(this.headset, scope, ::setState)
     private var isConfigured = false
     private var rechecking: Job? = null

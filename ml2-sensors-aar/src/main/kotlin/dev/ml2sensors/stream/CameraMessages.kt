@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.FfmpegPacket
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.RegionOfInterest
@@ -9,6 +10,7 @@ import dev.ml2sensors.message.StringMessage
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Intrinsics
 import dev.ml2sensors.source.RosCamera
+import dev.ml2sensors.source.isKeyFrame
 import kotlinx.serialization.SerialName
 import kotlinx.serialization.Serializable
 import kotlinx.serialization.json.Json
@@ -53,6 +55,21 @@ internal fun ImageSample.toCompressedImage(
     format: String,
 ): CompressedImage = CompressedImage(header, format, pixels)
 
+/** Returns the image of this sample, which is an access unit of video; [encoding] as ffmpeg_image_transport has it. */
+internal fun ImageSample.toFfmpegPacket(header: Header, encoding: String): FfmpegPacket =
+    FfmpegPacket(
+        header,
+        width,
+        height,
+        encoding,
+        pts = (captureNanos / NANOS_PER_MICRO).toULong(),
+        flags = if (pixels.isKeyFrame()) 1u else 0u,
+        isBigendian = false,
+        data = pixels,
+    )
+
+private const val NANOS_PER_MICRO = 1000
+
 /** Returns the camera's CameraInfo: R = identity, P = [K | 0], no binning, whole image. */
 internal fun RosCamera.toCameraInfo(header: Header): CameraInfo =
     with(intrinsics) {
@@ -75,7 +92,7 @@ internal fun RosCamera.toCameraInfo(header: Header): CameraInfo =
  * Returns the metadata of this capture as JSON with a stable schema, without the values that the device does not
  * report.
  *
- * @param codec `jpeg` or `rvl` for an image that the headset compressed, null for one that is as the device delivers it.
+ * @param codec `jpeg`, `rvl` or `h264` for an image that the headset compressed, null for one that is as the device delivers it.
  * @param quality of [codec], null if it has none.
  */
 internal fun ImageSample.toMetadata(

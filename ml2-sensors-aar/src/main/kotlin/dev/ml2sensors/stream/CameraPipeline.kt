@@ -1,9 +1,11 @@
 package dev.ml2sensors.stream
 
 import dev.ml2sensors.capture.ImageEncoder
+import dev.ml2sensors.capture.VideoStream
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.FfmpegPacket
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
 import dev.ml2sensors.message.StringMessage
@@ -20,15 +22,17 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.onEach
 
 /**
- * Publishes a camera stream: gives each capture one stamp, compresses the image if its topic is compressed, and sends
- * image, camera_info, metadata and pose.
+ * Publishes a camera stream: gives each capture one stamp, sends its pose, compresses the image if its topic is
+ * compressed, and sends image, camera_info and metadata.
  *
  * @param channels of the enabled topics.
  * @param tree receives the poses.
  * @param images says which captures are published, and with what quality.
- * @param encoder compresses the images of the source; null if they are sent as they are.
+ * @param encoder compresses the images of the source; null if they are sent as they are, or as [video].
+ * @param video makes them a video, and then says which are published; null for all other formats.
  * @param report receives how many colour images had no pose. The poses of other cameras end with the head's alone,
  * which has events of its own.
  */
@@ -40,6 +44,7 @@ internal class CameraPipeline(
     private val frameIds: FrameIds,
     private val images: AdaptedStream,
     private val encoder: ImageEncoder? = null,
+    private val video: VideoStream? = null,
     report: (Event) -> Unit = {},
 ) {
     private val poseless =
@@ -52,8 +57,9 @@ internal class CameraPipeline(
 
     /** Runs until [samples] end or fail. */
     suspend fun run(samples: Flow<Sample>) {
+        val captures = samples.onEach { if (it is ImageSample) addPose(it) }
         try {
-            samples.collect { sample ->
+            (video?.encoded(captures) ?: captures).collect { sample ->
                 when (sample) {
                     is ImageSample -> publish(sample)
                     is LostSamples -> lose(sample.count, sample.reason)
@@ -70,11 +76,15 @@ internal class CameraPipeline(
         val setting = images.present
         if (stampNanos == null) {
             lose(1, stamps.lossReason(sample.captureNanos))
-        } else if (images.admits(sample.captureNanos)) {
+        } else if (video != null || images.admits(sample.captureNanos)) {
             if (encoder == null) publish(sample, stampNanos, setting) else publish(encoder, sample, stampNanos, setting)
         }
+    }
+
+    private suspend fun addPose(sample: ImageSample) {
         poseless?.add(hasPose = sample.pose != null)
-        if (spec.bodyFrameId != null) sample.pose?.let { tree.camera(spec, sample.captureNanos, stampNanos, it) }
+        if (spec.bodyFrameId == null) return
+        sample.pose?.let { tree.camera(spec, sample.captureNanos, stamps.stampNanos(sample.captureNanos), it) }
     }
 
     private fun lose(count: Int, reason: DropReason) = channels.forEach { it.counters.countLost(count, reason) }
@@ -116,6 +126,11 @@ internal class CameraPipeline(
                 channel.publish(CompressedImage.serializer(), image, it.stampNanos, it.sample)
             }
 
+            FfmpegPacket.serializer().rosType -> { it ->
+                val packet = it.sample.toFfmpegPacket(it.header, checkNotNull(encoding))
+                channel.publish(FfmpegPacket.serializer(), packet, it.stampNanos, it.sample)
+            }
+
             CameraInfo.serializer().rosType -> { it ->
                 camera(it.sample)?.let { camera ->
                     channel.publish(CameraInfo.serializer(), camera.toCameraInfo(it.header), it.stampNanos)
@@ -131,7 +146,18 @@ internal class CameraPipeline(
     }
 
     private fun metadata(sample: ImageSample, header: Header, quality: Int?) =
-        sample.toMetadata(header, camera(sample), encoder?.codec?.title, quality)
+        sample.toMetadata(
+            header,
+            camera(sample),
+            if (video !=
+                null
+            ) {
+                VideoStream.CODEC
+            } else {
+                encoder?.codec?.title
+            },
+            quality,
+        )
 
     /** Returns the camera in a ROS model; fits it only when the device's intrinsics change. */
     private fun camera(sample: ImageSample): RosCamera? {

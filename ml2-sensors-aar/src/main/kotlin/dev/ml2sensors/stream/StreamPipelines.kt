@@ -2,24 +2,36 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.capture.ImageCodec
 import dev.ml2sensors.capture.ImageEncoder
+import dev.ml2sensors.capture.VideoLink
+import dev.ml2sensors.capture.VideoStream
 import dev.ml2sensors.clock.StampMap
+import dev.ml2sensors.pacing.AdaptedStream
 import dev.ml2sensors.pacing.ImageSetting
+import dev.ml2sensors.source.DropReason
+import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.VideoEncoders
 import dev.ml2sensors.source.topics
+import dev.ml2sensors.source.video
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.wire.Event
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.onEach
 
-/** Publishes the samples of streams on their channels. */
+/**
+ * Publishes the samples of streams on their channels.
+ *
+ * @param videoEncoders of the headset; null if it has none.
+ */
 internal class StreamPipelines(
     private val outgoing: TopicChannels,
     private val stamps: StampMap,
     private val tree: TransformTree,
     private val adaptation: ImageAdaptation,
+    private val videoEncoders: VideoEncoders?,
     private val report: (Event) -> Unit,
 ) {
     /** Publishes [samples] of the stream [spec] until they end or fail. */
@@ -38,7 +50,8 @@ internal class StreamPipelines(
 
             spec.modes.isNotEmpty() -> codec(spec, values)?.let { ImageEncoder(spec, it) }.use { encoder ->
                 val images = adaptation.stream(spec.id)
-                CameraPipeline(spec, channels, stamps, tree, frameIds, images, encoder, report).run(samples)
+                val video = video(spec, values, channels, images)
+                CameraPipeline(spec, channels, stamps, tree, frameIds, images, encoder, video, report).run(samples)
             }
 
             spec == StreamTable.controller -> {
@@ -48,6 +61,17 @@ internal class StreamPipelines(
 
             else -> MeasurementPipeline(spec, values, channels.single(), stamps, frameIds).run(samples)
         }
+    }
+
+    private fun video(
+        spec: StreamSpec,
+        values: StreamValues,
+        channels: List<TopicChannel>,
+        images: AdaptedStream,
+    ): VideoStream? {
+        val settings = values.video() ?: return null
+        val channel = channels.first { it.topic.role == ImageSample.IMAGE }
+        return VideoStream(spec, checkNotNull(videoEncoders), settings, ChannelLink(channel, images))
     }
 
     companion object {
@@ -61,5 +85,18 @@ internal class StreamPipelines(
         /** Returns what compresses the images of [spec]; null if the source delivers them as they are sent. */
         private fun codec(spec: StreamSpec, values: StreamValues): ImageCodec? =
             spec.topics(values).firstNotNullOfOrNull { ImageCodec.of(it.encoding) }
+    }
+}
+
+/** The way of a video through [channel]. */
+private class ChannelLink(private val channel: TopicChannel, private val images: AdaptedStream) : VideoLink {
+    override val droppedPackets: Long get() = channel.counters.discarded
+
+    override fun admits(captureNanos: Long): Boolean = images.admits(captureNanos)
+
+    override fun refusal(images: Int): DropReason? = when {
+        !channel.lane.isOpen -> DropReason.LINK_DOWN
+        images < StreamTable.imageLane.capacityFrames -> null
+        else -> DropReason.QUEUE_FULL.also { channel.lane.countUnmade() }
     }
 }

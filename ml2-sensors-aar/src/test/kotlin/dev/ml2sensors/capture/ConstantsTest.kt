@@ -34,7 +34,7 @@ class ConstantsTest {
 
     @Test
     fun slotsOfEncodedImagesHaveTheBitOfTheLibrary() {
-        assertEquals("${ImageEncoder.ENCODED}u", Regex("#define ML2S_ENCODED (.*)").find(headers)?.groupValues?.get(1))
+        assertEquals("${SlotPool.ENCODED}u", Regex("#define ML2S_ENCODED (.*)").find(headers)?.groupValues?.get(1))
     }
 
     @Test

@@ -12,6 +12,7 @@ import dev.ml2sensors.simulator.simulated.NativeBundle
 import dev.ml2sensors.simulator.simulated.RenderGate
 import dev.ml2sensors.simulator.simulated.SimulatedCamera2
 import dev.ml2sensors.simulator.simulated.SimulatedSdk
+import dev.ml2sensors.simulator.simulated.SimulatedVideoEncoders
 import dev.ml2sensors.simulator.simulated.SimulationKey
 import dev.ml2sensors.simulator.simulated.sensorManagerSignals
 import dev.ml2sensors.simulator.testsignal.battery
@@ -95,7 +96,9 @@ public class SimulatedHeadset private constructor(private val headset: Headset) 
                 NativeBundle.load()
                 val changed = SimulationKey.all().filter { it.value != it.default }.associate { it.name to it.default }
                 val identity = Headset.Identity("simulated-$seed", "Simulated headset, seed $seed")
-                val headset = SimulatedHeadset(SensorHeadset(identity, NativeHeadsetClock, sources()))
+                val headset = SimulatedHeadset(
+                    SensorHeadset(identity, NativeHeadsetClock, sources(), SimulatedVideoEncoders),
+                )
                 (changed + ("seed" to "$seed") + settings).forEach(headset::set)
                 return headset
             } catch (e: Throwable) {

@@ -38,6 +38,15 @@ public object StreamTable {
                     condition = "format=jpeg",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "world_center/image_raw/ffmpeg",
+                    type = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+                    lane = "world_center",
+                    qos = "image",
+                    encoding = "h264;yuv420p;mono8;mono8",
+                    condition = "format=h264",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "world_center/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -60,13 +69,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Grayscale", "jpeg"),
+                    formats = listOf("Grayscale", "jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Grayscale", "jpeg"),
+                    formats = listOf("Grayscale", "jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
@@ -98,6 +107,15 @@ public object StreamTable {
                     condition = "format=jpeg",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "world_left/image_raw/ffmpeg",
+                    type = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+                    lane = "world_left",
+                    qos = "image",
+                    encoding = "h264;yuv420p;mono8;mono8",
+                    condition = "format=h264",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "world_left/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -120,13 +138,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Grayscale", "jpeg"),
+                    formats = listOf("Grayscale", "jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Grayscale", "jpeg"),
+                    formats = listOf("Grayscale", "jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
@@ -158,6 +176,15 @@ public object StreamTable {
                     condition = "format=jpeg",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "world_right/image_raw/ffmpeg",
+                    type = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+                    lane = "world_right",
+                    qos = "image",
+                    encoding = "h264;yuv420p;mono8;mono8",
+                    condition = "format=h264",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "world_right/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -180,13 +207,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Grayscale", "jpeg"),
+                    formats = listOf("Grayscale", "jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Grayscale", "jpeg"),
+                    formats = listOf("Grayscale", "jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),

@@ -1,0 +1,79 @@
+package dev.ml2sensors.source
+
+import java.nio.ByteBuffer
+
+/** What a stream's video is: H.264 of [width] x [height] pixels, [rateHz] images per second, [bitsPerSecond]. */
+internal data class VideoSettings(val width: Int, val height: Int, val rateHz: Int, val bitsPerSecond: Int)
+
+/**
+ * One image as H.264: an access unit of the byte stream format (ITU-T H.264, Annex B). Parameter sets are before each
+ * key frame.
+ *
+ * @property presentationMicros as given to [VideoEncoder.encode].
+ * @property bytes from position to limit, valid until [VideoOutput.packet] returns.
+ */
+internal class VideoPacket(val presentationMicros: Long, val bytes: ByteBuffer)
+
+/** What an encoder makes; called by one thread at a time, which may be the encoder's own. */
+internal interface VideoOutput {
+    /** Takes the next image, in order of presentation. An encoder may skip images. */
+    fun packet(packet: VideoPacket)
+
+    /** The encoder has failed, and makes nothing more. */
+    fun failed(cause: Exception)
+}
+
+/**
+ * Encodes the images of one stream, each of which depends on those before it but for key frames. The first one is a key
+ * frame. [encode] and [close] are called by one thread at a time.
+ */
+internal interface VideoEncoder : AutoCloseable {
+    /**
+     * Copies [image], grey pixels in a direct buffer, to be encoded soon. Returns false if the encoder has no room for it
+     * at present.
+     *
+     * @param presentationMicros later than that of the image before.
+     * @param asKeyFrame true if the image must not depend on others.
+     */
+    fun encode(image: ImageSample, presentationMicros: Long, asKeyFrame: Boolean): Boolean
+
+    /** Ends the encoder; images that are being encoded may get lost. */
+    override fun close()
+}
+
+/** The video encoders of a platform, which the library uses for a headset that has them. Thread-safe. */
+public abstract class VideoEncoders internal constructor() {
+    /** Returns why no encoder makes such video, null if one does. */
+    internal abstract fun refusal(settings: VideoSettings): String?
+
+    /**
+     * Opens an encoder.
+     *
+     * @throws SourceException if there is none, or it fails.
+     */
+    internal abstract fun open(settings: VideoSettings, output: VideoOutput): VideoEncoder
+}
+
+/** Returns true if the access unit in this buffer, from position to limit, is or begins with a key frame. */
+internal fun ByteBuffer.isKeyFrame(): Boolean {
+    var at = position()
+    while (at + START_CODE.size < limit()) {
+        val isStart = START_CODE.indices.all { this[at + it] == START_CODE[it] }
+        if (isStart) {
+            when (this[at + START_CODE.size].toInt() and NAL_TYPE_BITS) {
+                NAL_IDR, NAL_SEQUENCE_PARAMETERS -> return true
+                in NAL_OTHER_SLICES -> return false
+            }
+        }
+        at++
+    }
+    return false
+}
+
+private val START_CODE = byteArrayOf(0, 0, 1)
+
+// ITU-T H.264, table 7-1
+private const val NAL_TYPE_BITS = 0x1f
+private const val NAL_IDR = 5
+private const val NAL_SEQUENCE_PARAMETERS = 7
+private val NAL_OTHER_SLICES = 1..4

@@ -1,0 +1,155 @@
+#include "openh264.h"
+
+#include <dlfcn.h>
+#include <wels/codec_api.h>
+
+#include <cstring>
+#include <iterator>
+#include <memory>
+#include <vector>
+
+namespace {
+
+constexpr char kClass[] = "dev/ml2sensors/simulator/simulated/OpenH264";
+constexpr char kLibrary[] = "libopenh264.so.7";
+constexpr uint8_t kNoColor = 128;
+
+/** Found when it is first needed, and not part of what ships. */
+struct Library {
+    decltype(&WelsCreateSVCEncoder) create = nullptr;
+    decltype(&WelsDestroySVCEncoder) destroy = nullptr;
+
+    Library() {
+        if (void *library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL)) {
+            create = reinterpret_cast<decltype(create)>(dlsym(library, "WelsCreateSVCEncoder"));
+            destroy = reinterpret_cast<decltype(destroy)>(dlsym(library, "WelsDestroySVCEncoder"));
+        }
+    }
+    bool isUsable() const { return create != nullptr && destroy != nullptr; }
+};
+
+const Library &library() {
+    static const Library loaded;
+    return loaded;
+}
+
+struct Release {
+    void operator()(ISVCEncoder *encoder) const {
+        encoder->Uninitialize();
+        library().destroy(encoder);
+    }
+};
+
+struct Encoder {
+    std::unique_ptr<ISVCEncoder, Release> codec;
+    int width, height;
+    std::vector<uint8_t> chroma;
+};
+
+SEncParamExt parameters(ISVCEncoder &codec, int width, int height, int rate_hz, int bits_per_second) {
+    SEncParamExt all;
+    codec.GetDefaultParams(&all);
+    all.iUsageType = CAMERA_VIDEO_REAL_TIME;
+    all.iPicWidth = width;
+    all.iPicHeight = height;
+    all.fMaxFrameRate = static_cast<float>(rate_hz);
+    all.iTargetBitrate = all.iMaxBitrate = bits_per_second;
+    all.iRCMode = RC_BITRATE_MODE;
+    all.bEnableFrameSkip = true;
+    all.iComplexityMode = LOW_COMPLEXITY;
+    all.uiIntraPeriod = 0;
+    all.eSpsPpsIdStrategy = CONSTANT_ID;
+    all.iMultipleThreadIdc = 1;
+    all.bEnableSceneChangeDetect = false;
+    SSpatialLayerConfig &layer = all.sSpatialLayers[0];
+    layer.iVideoWidth = width;
+    layer.iVideoHeight = height;
+    layer.fFrameRate = all.fMaxFrameRate;
+    layer.iSpatialBitrate = layer.iMaxSpatialBitrate = bits_per_second;
+    layer.uiProfileIdc = PRO_BASELINE;
+    layer.sSliceArgument.uiSliceMode = SM_SINGLE_SLICE;
+    layer.bVideoSignalTypePresent = true;
+    layer.uiVideoFormat = VF_UNDEF;
+    layer.bFullRange = true;
+    return all;
+}
+
+jstring refusal(JNIEnv *env, jclass) {
+    if (library().isUsable())
+        return nullptr;
+    return env->NewStringUTF("this machine has no encoder for h264: install libopenh264-7");
+}
+
+jlong open(JNIEnv *, jclass, jint width, jint height, jint rate_hz, jint bits_per_second) {
+    ISVCEncoder *made = nullptr;
+    if (!library().isUsable() || library().create(&made) != 0)
+        return 0;
+    int quiet = WELS_LOG_QUIET;
+    made->SetOption(ENCODER_OPTION_TRACE_LEVEL, &quiet);
+    const SEncParamExt all = parameters(*made, width, height, rate_hz, bits_per_second);
+    if (made->InitializeExt(&all) != cmResultSuccess) {
+        library().destroy(made);
+        return 0;
+    }
+    const auto quarter = static_cast<size_t>((width + 1) / 2) * static_cast<size_t>((height + 1) / 2);
+    return reinterpret_cast<jlong>(new Encoder{std::unique_ptr<ISVCEncoder, Release>(made), width, height,
+                                               std::vector<uint8_t>(quarter, kNoColor)});
+}
+
+/** Copies the units of an access unit one after another; returns their size, or -1 if they do not fit. */
+jint gather(const SFrameBSInfo &info, uint8_t *output, size_t capacity) {
+    size_t size = 0;
+    for (int i = 0; i < info.iLayerNum; i++) {
+        const SLayerBSInfo &layer = info.sLayerInfo[i];
+        size_t bytes = 0;
+        for (int j = 0; j < layer.iNalCount; j++)
+            bytes += static_cast<size_t>(layer.pNalLengthInByte[j]);
+        if (bytes > capacity - size)
+            return -1;
+        std::memcpy(output + size, layer.pBsBuf, bytes);
+        size += bytes;
+    }
+    return static_cast<jint>(size);
+}
+
+jint encode(JNIEnv *env, jclass, jlong handle, jobject image, jint stride, jlong micros, jboolean as_key_frame,
+            jobject output) {
+    auto &encoder = *reinterpret_cast<Encoder *>(handle);
+    SSourcePicture picture{};
+    picture.iColorFormat = videoFormatI420;
+    picture.iPicWidth = encoder.width;
+    picture.iPicHeight = encoder.height;
+    picture.iStride[0] = stride;
+    picture.iStride[1] = picture.iStride[2] = (encoder.width + 1) / 2;
+    picture.pData[0] = static_cast<uint8_t *>(env->GetDirectBufferAddress(image));
+    picture.pData[1] = picture.pData[2] = encoder.chroma.data();
+    picture.uiTimeStamp = micros / 1000;
+    if (as_key_frame && encoder.codec->ForceIntraFrame(true) != cmResultSuccess)
+        return -1;
+    SFrameBSInfo info{};
+    if (encoder.codec->EncodeFrame(&picture, &info) != cmResultSuccess)
+        return -1;
+    if (info.eFrameType == videoFrameTypeSkip)
+        return 0;
+    return gather(info, static_cast<uint8_t *>(env->GetDirectBufferAddress(output)),
+                  static_cast<size_t>(env->GetDirectBufferCapacity(output)));
+}
+
+void close(JNIEnv *, jclass, jlong handle) { delete reinterpret_cast<Encoder *>(handle); }
+
+template <typename F> JNINativeMethod method(const char *name, const char *signature, F *function) {
+    return {const_cast<char *>(name), const_cast<char *>(signature), reinterpret_cast<void *>(function)};
+}
+
+} // namespace
+
+bool registerOpenH264(JNIEnv *env) {
+    const JNINativeMethod methods[] = {
+        method("refusal", "()Ljava/lang/String;", refusal),
+        method("open", "(IIII)J", open),
+        method("encode", "(JLjava/nio/ByteBuffer;IJZLjava/nio/ByteBuffer;)I", encode),
+        method("close", "(J)V", close),
+    };
+    const jclass type = env->FindClass(kClass);
+    return type != nullptr && env->RegisterNatives(type, methods, std::size(methods)) == JNI_OK;
+}
