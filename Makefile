@@ -79,7 +79,7 @@ $(device_library): $(shell find native/codecs native/device native/generated nat
 
 $(simulation): $(shell find native -name '*.[ch]' -o -name '*.cpp' -o -name CMakeLists.txt)
 	cmake -S native -B build/native/host -G Ninja
-	cmake --build build/native/host --target ml2sim ml2sim_input ml2sim_jni ml2sim_control ml2sim_partial scene_shots
+	cmake --build build/native/host --target ml2sim ml2sim_input ml2sim_jni ml2sim_openh264 ml2sim_control ml2sim_partial scene_shots
 	@touch $@
 
 $(bundle): native/sim/bundle.sh $(device_library) $(simulation)

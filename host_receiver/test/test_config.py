@@ -68,6 +68,7 @@ def test_enabling_everything_in_that_file_asks_for_its_sensors() -> None:
         "resolution_height": 1080,
         "update_rate": 30,
         "format": "jpeg",
+        "bit_rate_mbit": 10,
         "camera_id": 1,
         "backend": "camera2",
     }
@@ -369,7 +370,7 @@ def test_a_colour_mode_is_accepted_exactly_when_the_device_has_it(
     sections = {"picture_center": values | {"update_rate": rate, "enabled": True}}
     if (stream, size, rate) in COLOR:
         request = parse(sections).requests["mixed_reality" if stream else "color"]
-        others = {"update_rate": rate, "format": "jpeg", "backend": "camera2"}
+        others = {"update_rate": rate, "format": "jpeg", "bit_rate_mbit": 10, "backend": "camera2"}
         others |= {} if stream else {"camera_id": 1}
         assert request == values | others
     else:

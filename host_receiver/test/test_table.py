@@ -39,6 +39,7 @@ TOPICS = {
     "depth/image_raw/compressedDepth": COMPRESSED,
     **{f"world_{it}/image_raw/compressed": COMPRESSED for it in ("center", "left", "right")},
     **{f"world_{it}/image_raw/ffmpeg": VIDEO for it in ("center", "left", "right")},
+    **{f"{it}/image_raw/ffmpeg": VIDEO for it in ("color", "mixed_reality")},
     **camera("infra", "image_raw", IMAGE),
     "depth/confidence": IMAGE,
     "depth/flags": IMAGE,
@@ -128,7 +129,8 @@ def test_encodings_are_those_of_the_image_topics() -> None:
     assert encodings["world_left/image_raw/compressed"] == "mono8; jpeg compressed mono8"
     assert encodings["depth/image_raw/compressedDepth"] == "16UC1; compressedDepth rvl"
     assert encodings["world_left/image_raw/ffmpeg"] == "h264;yuv420p;mono8;mono8"
-    assert len(encodings) == 24
+    assert encodings["color/image_raw/ffmpeg"] == "h264;yuv420p;bgr8;bgr8"
+    assert len(encodings) == 26
 
 
 def test_each_format_of_a_camera_has_one_image_topic() -> None:

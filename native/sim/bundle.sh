@@ -18,7 +18,7 @@ needs() {
 
 rm -rf "$bundle"
 mkdir -p "$bundle"
-mapfile -t files < <(needs "$simulation"; echo "$simulation"; echo "$native/host/sim/libinput.magicleap.so"; echo "$native/host/sim/jni/libml2sim_jni.so"
+mapfile -t files < <(needs "$simulation"; echo "$simulation"; echo "$native/host/sim/libinput.magicleap.so"; ls "$native"/host/sim/jni/*.so
                      needs "$loader"; echo "$loader"; ls "$native"/linux/*.so)
 for file in "${files[@]}"; do
   strip -o "$bundle/$(basename "$file")" "$(readlink -f "$file")"

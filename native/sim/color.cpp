@@ -86,6 +86,10 @@ void writeIntrinsics(const PlumbBob &lens, float out[12]) {
 
 using namespace ml2sim;
 
+void ml2sim_color_pixels(const uint8_t *jpeg, uint32_t jpeg_bytes, uint8_t *nv21) {
+    decodeNv21(jpeg, jpeg_bytes, nv21);
+}
+
 int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out) {
     if (!isOffered(*request))
         return -1;

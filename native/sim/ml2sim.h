@@ -142,6 +142,12 @@ typedef struct ml2sim_color_frame {
 ML2SIM_API int32_t ml2sim_color(const ml2sim_color_request *request, int64_t boottime_nanos, ml2sim_color_frame *out);
 
 /**
+ * Writes the pixels of a frame of ml2sim_color in NV21: rows of brightness, then of pairs of V and U, without padding;
+ * 1.5 bytes for each pixel.
+ */
+ML2SIM_API void ml2sim_color_pixels(const uint8_t *jpeg, uint32_t jpeg_bytes, uint8_t *nv21);
+
+/**
  * Returns the known points of the scene, {"tags": [{"id", "corners": [[x, y, z] x 4]}], "walls": [{"normal",
  * "offset_m"}]}, as world positions in metres. Each point p of a wall has normal . p = offset_m. Valid until this
  * thread's next call.

@@ -202,7 +202,8 @@ LINKS = """
 token bucket with a queue of 50 ms. The latency is that of `imu_left` from its stamp to a
 subscriber, over the whole run. Rates of world cameras are those of center, left and right. Rows
 with `auto` have compressed images that [give way](topics.md#when-the-link-is-too-slow) to the link;
-all others are fixed. Measured on {date}.
+all others are fixed. The row `h264` has video of world cameras and of RGB at 1280 x 720, encoded by
+software on the same 2 cores. Measured on {date}.
 
 | images | link, Mbit/s | round trip, ms | control | IMU p50, p99, ms | IMU lost | world, Hz | sent, Mbit/s | changes |
 |---|---|---|---|---|---|---|---|---|

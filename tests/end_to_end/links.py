@@ -3,8 +3,8 @@
 Usage: links.py SECONDS [NAME ...]. A link is a pair of network namespaces whose headset side sends
 through a token bucket with a queue of 50 ms; a link with a round trip is delayed_link.py. Writes
 build/bench/links.json: everything raw over links of constant rates for SECONDS each and over three
-that change, for 40 s each, then compressed streams; and build/bench/long_link.json. With NAMEs it
-measures only these, and writes no file.
+that change, for 40 s each, then compressed streams and video; and build/bench/long_link.json. With
+NAMEs it measures only these, and writes no file.
 """
 
 from __future__ import annotations
@@ -24,7 +24,13 @@ from link_changes import Change, competes, falls_and_rises, followed, nothing, s
 from load_run import Loaded, load_run
 from processes import PREFIX, ROOT
 from shaped_link import Link, link, why_not
-from simulation import compressed_config, compressed_world_and_depth, one_camera, raw_config
+from simulation import (
+    compressed_config,
+    compressed_world_and_depth,
+    one_camera,
+    raw_config,
+    video_config,
+)
 
 RESULTS = ROOT / "build" / "bench"
 FIXED = {"general": {"link": "fixed"}}
@@ -129,6 +135,7 @@ RUNS = (
         config=compressed_world_and_depth(**FIXED),
         options=NOISY,
     ),
+    Run("h264", 100, config=video_config(**FIXED), options=NOISY),
     LONG,
     Run("auto", 300, rtt_ms=10, **AUTO),
     *(Run("auto", rate, **AUTO) for rate in (100, 30)),

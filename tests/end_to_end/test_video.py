@@ -1,29 +1,48 @@
-"""Video of a world camera is H.264, which ffmpeg decodes to what was raw, with the same stamps.
+"""Video is H.264, which ffmpeg decodes to what the images were before, with the stamps of captures.
 
-The simulated head stands still and nothing has noise, so each image of the world is the same.
+The simulated head stands still and nothing has noise, so each image of a camera is the same.
 """
 
 from __future__ import annotations
 
 import json
+import subprocess
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
 
 from capture_stamps import stamp_ns
 from ml2_tools.images.pixels import pixels_of
 from other_programs import collect, streaming
-from processes import ROOT, Received
+from processes import (
+    RECEIVER,
+    ROOT,
+    Received,
+    headset_command,
+    isolated_environment,
+    listening_address,
+    process,
+)
+from shaped_link import link, why_not
 from test_reconfiguration import service_client
 
 CONFIG = """
 /ml2_receiver:
   ros__parameters:
     world_left: {enabled: true}
+    picture_center: {enabled: true, resolution_width: 1280, resolution_height: 720}
+    general: {link: fixed}
+"""
+THIN = """
+/ml2_receiver:
+  ros__parameters:
+    world_left: {enabled: true, format: h264, bit_rate_mbit: 8}
     general: {link: fixed}
 """
 SIMULATION = {
@@ -31,77 +50,121 @@ SIMULATION = {
     "image_noise": "0",
 }
 COUNT = 75
-RAW, VIDEO = "world_left/image_raw", "world_left/image_raw/ffmpeg"
-CAMERA_INFO, METADATA = "world_left/camera_info", "world_left/metadata"
-TYPES = {
-    VIDEO: "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
-    CAMERA_INFO: "sensor_msgs/msg/CameraInfo",
-    METADATA: "std_msgs/msg/String",
+BEFORE = {
+    "world_left/image_raw": "sensor_msgs/msg/Image",
+    "color/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
 }
+SIZES = {"world_left": (1016, 1016), "color": (1280, 720)}
+ENCODINGS = {"world_left": "h264;yuv420p;mono8;mono8", "color": "h264;yuv420p;bgr8;bgr8"}
+TYPES = {
+    "image_raw/ffmpeg": "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+    "camera_info": "sensor_msgs/msg/CameraInfo",
+    "metadata": "std_msgs/msg/String",
+}
+each_camera = pytest.mark.parametrize("camera", SIZES)
 
 
 @dataclass(frozen=True)
 class Run:
-    """The messages with the raw format, and those of the video."""
+    """The messages with the formats before, and those of the video."""
 
-    raw: Received
+    before: Received
     video: Received
+
+    def packets(self, camera: str) -> list[Any]:
+        return self.video.messages(f"{camera}/image_raw/ffmpeg")
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Changes the format of running cameras."""
     folder = tmp_path_factory.mktemp("video")
     (folder / "config.yaml").write_text(CONFIG)
+    topics = {f"{camera}/{name}": type for camera in SIZES for name, type in TYPES.items()}
     with (
         streaming(folder / "config.yaml", folder, **SIMULATION) as domain,
         service_client(domain, folder) as ask,
     ):
-        raw = collect({RAW: "sensor_msgs/msg/Image"}, 2, domain, folder)
-        assert ask("set", {"world_left.format": "h264"}) == [[True, ""]]
-        return Run(raw, collect(TYPES, COUNT, domain, folder))
+        before = collect(BEFORE, 2, domain, folder)
+        video = {"world_left.format": "h264", "picture_center.format": "h264"}
+        assert ask("set", video) == [[True, ""]] * 2
+        return Run(before, collect(topics, COUNT, domain, folder))
 
 
-def test_packets_are_those_of_ffmpeg_image_transport(run: Run) -> None:
-    packets = run.video.messages(VIDEO)
-    assert {it.encoding for it in packets} == {"h264;yuv420p;mono8;mono8"}
-    assert {(it.width, it.height, it.is_bigendian) for it in packets} == {(1016, 1016, False)}
+@each_camera
+def test_packets_are_those_of_ffmpeg_image_transport(run: Run, camera: str) -> None:
+    packets = run.packets(camera)
+    assert {it.encoding for it in packets} == {ENCODINGS[camera]}
+    assert {(it.width, it.height) for it in packets} == {SIZES[camera]}
+    assert {it.is_bigendian for it in packets} == {False}
     assert {it.flags for it in packets} == {0, 1}
     times = [it.pts for it in packets]
     assert sorted(set(times)) == times
 
 
-def test_a_key_frame_comes_each_second(run: Run) -> None:
-    keys = [stamp_ns(it) for it in run.video.messages(VIDEO) if it.flags]
+@each_camera
+def test_a_key_frame_comes_each_second(run: Run, camera: str) -> None:
+    keys = [stamp_ns(it) for it in run.packets(camera) if it.flags]
     assert len(keys) > 1
     assert np.diff(keys) / 1e9 == pytest.approx(1, abs=0.1)
 
 
-def test_ffmpeg_decodes_what_was_raw(run: Run) -> None:
-    expected = pixels_of(run.raw.messages(RAW)[0]).astype(np.float64)
-    decoded = decode(run.video.messages(VIDEO))
+@pytest.mark.parametrize(("camera", "least_db"), [("world_left", 36), ("color", 32)])
+def test_ffmpeg_decodes_what_the_images_were(run: Run, camera: str, least_db: float) -> None:
+    (before,) = (it for it in BEFORE if it.startswith(camera))
+    expected = pixels_of(run.before.messages(before)[0]).astype(np.float64)
+    decoded = decode(run.packets(camera), "gray" if expected.ndim == 2 else "bgr24")
     assert len(decoded) > COUNT / 2
     for pixels in decoded:
         error = float(np.mean((pixels - expected) ** 2))
-        assert 10 * np.log10(255**2 / error) > 36, "PSNR in dB"
+        assert 10 * np.log10(255**2 / error) > least_db, "PSNR in dB"
 
 
-def decode(packets: list[Any]) -> list[NDArray[Any]]:
-    """Returns the luma of every packet from the first key frame on."""
+def decode(packets: list[Any], format: str) -> list[NDArray[Any]]:
+    """Returns the image of every packet from the first key frame on; ffmpeg misses none before."""
     codec = av.CodecContext.create("h264", "r")
+    codec.thread_count = 1
     found = []
     first = next(index for index, it in enumerate(packets) if it.flags)
-    for message in packets[first:]:
-        (frame,) = codec.decode(av.Packet(bytes(message.data)))
-        found.append(frame.to_ndarray()[: frame.height])
+    av.logging.set_level(av.logging.ERROR)
+    with av.logging.Capture() as complaints:
+        for message in packets[first:]:
+            (frame,) = codec.decode(av.Packet(bytes(message.data)))
+            found.append(frame.to_ndarray(format=format))
+    assert complaints == []
     return found
 
 
-def test_camera_info_and_metadata_have_its_stamps(run: Run) -> None:
-    sizes = {stamp_ns(it): len(it.data) for it in run.video.messages(VIDEO)}
-    infos = {stamp_ns(it) for it in run.video.messages(CAMERA_INFO)}
+def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> None:
+    """A link of 5 Mbit/s takes half of the images."""
+    if reason := why_not():
+        pytest.skip(reason)
+    (tmp_path / "config.yaml").write_text(THIN)
+    record: list[str | Path] = [RECEIVER, "record", tmp_path / "walk", "--no-ros", "--insecure"]
+    record += ["--config", tmp_path / "config.yaml"]
+    environment = isolated_environment()
+    with link("cubic", 5) as made:
+        record = [*made.receiver.prefix, *record, "--listen", f"{made.receiver.address}:0"]
+        with process(record, environment, tmp_path / "receiver.log") as receiver:
+            options = ("--duration", "6", "--simulate", "image_noise=4")
+            headset = headset_command(listening_address(receiver), *options)
+            command = [*made.headset.prefix, *headset]
+            subprocess.run(command, check=True, env=environment, timeout=90)
+    with AnyReader([tmp_path / "walk"]) as bag:
+        topics = [it for it in bag.connections if it.topic.endswith("/ffmpeg")]
+        packets = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]
+    intervals_s = np.diff([it.pts for it in packets]) / 1e6
+    assert intervals_s.max() > 1.5 / 30, "images were left out"
+    assert len(decode(packets, "gray")) > 50
+
+
+@each_camera
+def test_camera_info_and_metadata_have_its_stamps(run: Run, camera: str) -> None:
+    sizes = {stamp_ns(it): len(it.data) for it in run.packets(camera)}
+    infos = {stamp_ns(it) for it in run.video.messages(f"{camera}/camera_info")}
     assert len(infos & sizes.keys()) > COUNT / 2
     described = 0
-    for message in run.video.messages(METADATA):
+    for message in run.video.messages(f"{camera}/metadata"):
         told = json.loads(message.data)
         stamp = told["stamp"]["sec"] * 10**9 + told["stamp"]["nanosec"]
         if stamp in sizes:

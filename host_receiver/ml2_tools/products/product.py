@@ -250,9 +250,14 @@ def _between(source: Pose, target: Pose) -> Pose:
     return between
 
 
+def _has_raw_and_compressed(camera: str) -> bool:
+    types = {it.type for it in image_topics(camera)}
+    return {"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"} <= types
+
+
 def all_products(shared: Shared) -> list[Product]:
     """Returns all products."""
-    compressible = [it for it in load_table().streams if len(image_topics(it)) > 1]
+    compressible = [it for it in load_table().streams if _has_raw_and_compressed(it)]
     worlds = ("world_left", "world_center", "world_right")
     exact = ("camera_info", "metadata", "transform")
     return [

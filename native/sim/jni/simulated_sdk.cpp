@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "ml2sim.h"
-#include "openh264.h"
 #include "openxr/ml2sim_xr.h"
 
 namespace {
@@ -78,6 +77,12 @@ jobject color(JNIEnv *env, jclass, jint width, jint height, jint rate_hz, jboole
     return env->NewDirectByteBuffer(const_cast<uint8_t *>(frame.jpeg), frame.jpeg_bytes);
 }
 
+void colorPixels(JNIEnv *env, jclass, jobject jpeg, jobject nv21) {
+    ml2sim_color_pixels(static_cast<uint8_t *>(env->GetDirectBufferAddress(jpeg)),
+                        static_cast<uint32_t>(env->GetDirectBufferCapacity(jpeg)),
+                        static_cast<uint8_t *>(env->GetDirectBufferAddress(nv21)));
+}
+
 template <typename F> JNINativeMethod method(const char *name, const char *signature, F *function) {
     return {const_cast<char *>(name), const_cast<char *>(signature), reinterpret_cast<void *>(function)};
 }
@@ -97,9 +102,10 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
         method("light", "(J)F", light),
         method("pressure", "(IJ)F", pressure),
         method("color", "(IIIZJ[J[F)Ljava/nio/ByteBuffer;", color),
+        method("colorPixels", "(Ljava/nio/ByteBuffer;Ljava/nio/ByteBuffer;)V", colorPixels),
     };
     const jclass type = env->FindClass(kClass);
     if (type == nullptr || env->RegisterNatives(type, methods, std::size(methods)) != JNI_OK)
         return JNI_ERR;
-    return registerOpenH264(env) ? JNI_VERSION_1_6 : JNI_ERR;
+    return JNI_VERSION_1_6;
 }

@@ -23,8 +23,8 @@ import kotlinx.coroutines.flow.update
 import java.util.Locale
 
 /**
- * Captures the colour camera, alone or with what the headset shows (mixed reality), as JPEGs through Camera2. The
- * camera encodes the JPEGs if that delays no other frame; otherwise this library does.
+ * Captures the colour camera, alone or with what the headset shows (mixed reality), as JPEGs through Camera2, or raw for
+ * video. The camera encodes the JPEGs if that delays no other frame; otherwise this library does.
  *
  * `color` is camera 1 or 0, as [StreamValues.cameraId] says, or the other one if that is not listed: both show the same
  * sensor. While camera 1 is open, the headset tracks no markers. When any app uses mixed reality, camera 0 is closed.
@@ -68,7 +68,7 @@ internal class Camera2Source(
         collector: FlowCollector<Sample>,
     ) {
         val camera = camera(stream, values)
-        val plan = camera.plan(values.size, values.hz) ?: throw SourceException(camera.lacks(values.size))
+        val plan = camera.plan(values) ?: throw SourceException(camera.lacks(values.size))
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
         val timestamps =
             if (camera.stampsBootTime) {
@@ -101,7 +101,7 @@ internal class Camera2Source(
         }
 
     private fun ColorCamera.answer(stream: StreamSpec, requested: StreamValues): Answer {
-        val plan = plan(requested.size, requested.hz) ?: return Answer.Refused(lacks(requested.size))
+        val plan = plan(requested) ?: return Answer.Refused(lacks(requested.size))
         val rates = stream.ratesHz(requested).filter(::offers).sorted()
         val rateHz = rates.lastOrNull { it <= requested.hz && plan.sustains(it) } ?: rates.firstOrNull()
         val ability = String.format(
@@ -118,6 +118,9 @@ internal class Camera2Source(
             else -> Answer.Adjusted(requested.copy(rateHz = rateHz), ability)
         }
     }
+
+    private fun ColorCamera.plan(values: StreamValues) =
+        if (values.format == StreamValues.H264) rawPlan(values.size) else plan(values.size, values.hz)
 
     /** Adds a reason if camera [id] is used because the requested one is not listed. */
     private fun Answer.namingCamera(id: String, requested: StreamValues): Answer {

@@ -37,6 +37,11 @@ internal class ColorCamera(
         return listOfNotNull(jpeg, yuv).maxByOrNull { it.sustainedHz }
     }
 
+    /** Returns how to capture raw images of [size], or null if the camera has none of that size. */
+    fun rawPlan(size: Size): CapturePlan? = map?.takeIf { size in it.sizes(ImageFormat.YUV_420_888) }?.let {
+        CapturePlan(ImageFormat.YUV_420_888, size, it.rateHz(ImageFormat.YUV_420_888, size), isRaw = true)
+    }
+
     /** Returns the error message for a [size] that has no plan. */
     fun lacks(size: Size): String {
         val sizes = map?.sizes(ImageFormat.YUV_420_888).orEmpty()

@@ -33,11 +33,11 @@ import kotlinx.coroutines.withContext
 import java.util.concurrent.Executor
 
 /**
- * One run of a camera for one collector. A camera thread copies the images, [workers] encode them to JPEG, and the
- * collector receives them in order of capture. It ends with [ended].
+ * One run of a camera for one collector. A camera thread copies the images, [workers] encode them to JPEG unless they are
+ * for video, and the collector receives them in order of capture. It ends with [ended].
  *
- * Its memory is bounded. At most [SlotPool.SLOTS] JPEGs of one byte per pixel are outside of Java's heap, mapped when
- * first needed; a page of them takes memory once a JPEG has reached it. If [workers] encode, [YuvCopier] has arrays of
+ * Its memory is bounded. At most [SlotPool.SLOTS] JPEGs of one byte per pixel, or raw images of 1.5, are outside of Java's
+ * heap, mapped when first needed; a page of them takes memory once a JPEG has reached it. If [workers] encode, [YuvCopier] has arrays of
  * 1.5 bytes per pixel in the heap, one more than workers. The camera has [CAMERA_IMAGES] images of its own. At
  * 4096 x 3072 with 4 workers that is 101 MB and 94 MB.
  */
@@ -84,12 +84,11 @@ internal class ColorCapture(
         e
     }
 
-    private fun copier(slots: SlotPool): ImageCopier =
-        if (plan.format == ImageFormat.JPEG) {
-            JpegCopier(slots, mostJpegBytes, ::lose)
-        } else {
-            YuvCopier(width, height, encoder, workers.count, slots, mostJpegBytes, ::lose)
-        }
+    private fun copier(slots: SlotPool): ImageCopier = when {
+        plan.isRaw -> RawCopier(width, height, slots, ::lose)
+        plan.format == ImageFormat.JPEG -> JpegCopier(slots, mostJpegBytes, ::lose)
+        else -> YuvCopier(width, height, encoder, workers.count, slots, mostJpegBytes, ::lose)
+    }
 
     private suspend fun onThreadOfItsOwn(block: suspend (Handler) -> Unit) {
         val thread = HandlerThread("ml2s-camera-${camera.id}", Process.THREAD_PRIORITY_DISPLAY).apply { start() }
@@ -117,7 +116,7 @@ internal class ColorCapture(
             val place = order.add()
             CoroutineScope(workers.dispatcher + encoding).launch {
                 val sample = sample(image, exposure, captureNanos, odd)
-                order.put(place, sample?.let { Encoded(image.jpeg, it) })
+                order.put(place, sample?.let { Captured(image.slot, it) })
             }
             Unit
         }
@@ -144,16 +143,16 @@ internal class ColorCapture(
             if (plan.format == ImageFormat.JPEG) set(CaptureRequest.JPEG_QUALITY, JpegEncoder.QUALITY.toByte())
         }.build()
 
-    /** Returns null if there is no JPEG, which is counted. */
+    /** Returns null if there is no image, which is counted. */
     private fun sample(
         image: CopiedImage,
         exposure: Exposure,
         captureNanos: Long,
         odd: OddImages,
     ): ImageSample? {
-        val jpeg = image.jpeg
+        val slot = image.slot
         if (!isEncoded(image, odd)) {
-            jpeg.release()
+            slot.release()
             return null
         }
         return ImageSample(
@@ -161,14 +160,21 @@ internal class ColorCapture(
             exposure.frameNumber,
             width,
             height,
-            strideBytes = 0,
+            strideBytes = if (plan.isRaw) width else 0,
             exposure.pose,
             exposure.intrinsics,
             // Android's sensitivity is no gain: what of it is analog, and over which base, it does not say
             CaptureSettings(exposure.exposureNanos, stampSource = exposure.stampSource),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg.bytes)),
-            giveBack = jpeg::release,
+            planes(slot),
+            giveBack = slot::release,
         )
+    }
+
+    private fun planes(slot: Slot): List<ImageSample.Plane> {
+        if (!plan.isRaw) return listOf(ImageSample.Plane(ImageSample.IMAGE, slot.bytes))
+        val luma = slot.bytes.duplicate().limit(width * height).slice()
+        val chroma = slot.bytes.duplicate().position(width * height).slice()
+        return listOf(ImageSample.Plane(ImageSample.IMAGE, luma), ImageSample.Plane(ImageSample.CHROMA, chroma))
     }
 
     private fun isEncoded(image: CopiedImage, odd: OddImages): Boolean = try {
@@ -192,11 +198,11 @@ internal class ColorCapture(
 }
 
 /** A [sample] in its [slot]. */
-private class Encoded(val slot: Slot, val sample: ImageSample)
+private class Captured(val slot: Slot, val sample: ImageSample)
 
-/** Publishes images that several threads encode, and passes them to [queue], in the order of [add]. Thread-safe. */
+/** Passes images that several threads encode to [queue], in the order of [add], and publishes JPEGs. Thread-safe. */
 private class CaptureOrder(private val queue: SampleQueue) {
-    class Place(var isDone: Boolean = false, var image: Encoded? = null)
+    class Place(var isDone: Boolean = false, var image: Captured? = null)
 
     private val places = ArrayDeque<Place>()
 
@@ -204,12 +210,13 @@ private class CaptureOrder(private val queue: SampleQueue) {
     fun add(): Place = Place().also { synchronized(places) { places += it } }
 
     /** Puts [image] at its [place]; null if there is none. */
-    fun put(place: Place, image: Encoded?): Unit = synchronized(places) {
+    fun put(place: Place, image: Captured?): Unit = synchronized(places) {
         place.image = image
         place.isDone = true
         while (places.firstOrNull()?.isDone == true) {
             val next = places.removeFirst().image ?: continue
-            LocalFrames.publish(next.slot, next.sample)
+            val isJpeg = next.sample.strideBytes == 0
+            if (isJpeg) LocalFrames.publish(next.slot, next.sample)
             queue.offer(next.sample)
         }
     }

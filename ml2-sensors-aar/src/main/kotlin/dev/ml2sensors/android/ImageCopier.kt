@@ -5,6 +5,7 @@ import dev.ml2sensors.capture.Slot
 import dev.ml2sensors.capture.SlotPool
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.SourceException
+import java.nio.ByteBuffer
 import java.util.concurrent.ArrayBlockingQueue
 
 /** Copies images out of the camera's memory, so that the camera never waits for the encoder. */
@@ -16,13 +17,13 @@ internal interface ImageCopier {
     fun copy(image: Image): CopiedImage?
 }
 
-/** A copied image that becomes a JPEG in the slot [jpeg]. One call of [encode] or [discard] ends it. */
+/** A copied image that becomes a JPEG in [slot], or stays as it is there. One call of [encode] or [discard] ends it. */
 internal interface CopiedImage {
-    val jpeg: Slot
+    val slot: Slot
 
     /**
-     * Encodes, which takes long. Returns true if the JPEG fits into [jpeg], whose bytes it then is; the caller releases
-     * [jpeg] in any case.
+     * Encodes, which takes long. Returns true if the image fits into [slot], whose bytes it then is; the caller releases
+     * [slot] in any case.
      *
      * @throws SourceException if the encoder fails.
      */
@@ -40,16 +41,39 @@ internal class JpegCopier(
 ) : ImageCopier {
     override fun copy(image: Image): CopiedImage? {
         val source = image.planes.single().buffer
-        val jpeg = pool.take(mostBytes) ?: return null.also { lose(DropReason.NO_BUFFER) }
+        val slot = pool.take(mostBytes) ?: return null.also { lose(DropReason.NO_BUFFER) }
         val fits = source.remaining() <= mostBytes
-        if (fits) jpeg.bytes.put(source).flip()
-        return object : CopiedImage {
-            override val jpeg = jpeg
+        if (fits) slot.bytes.put(source).flip()
+        return Whole(slot, fits)
+    }
+}
 
-            override fun encode() = fits
+/** An image that needs no encoding; [fits] is false if it is larger than [slot]. */
+private class Whole(override val slot: Slot, private val fits: Boolean = true) : CopiedImage {
+    override fun encode() = fits
 
-            override fun discard() = jpeg.release()
+    override fun discard() = slot.release()
+}
+
+/** Copies YUV_420_888 images as NV21 into slots, for video. */
+internal class RawCopier(
+    width: Int,
+    height: Int,
+    private val pool: SlotPool,
+    private val lose: (DropReason) -> Unit,
+) : ImageCopier {
+    private val nv21 = Nv21(width, height)
+
+    override fun copy(image: Image): CopiedImage? {
+        val slot = pool.take(nv21.sizeBytes) ?: return null.also { lose(DropReason.NO_BUFFER) }
+        try {
+            nv21.copy(image.planes, slot.bytes)
+        } catch (e: RuntimeException) {
+            slot.release()
+            throw e
         }
+        slot.bytes.flip()
+        return Whole(slot)
     }
 }
 
@@ -77,15 +101,15 @@ internal class YuvCopier(
 
     override fun copy(image: Image): CopiedImage? {
         val pixels = free.poll() ?: return null.also { lose(DropReason.ENCODER_BUSY) }
-        val jpeg = pool.take(mostBytes)
-        if (jpeg == null) {
+        val slot = pool.take(mostBytes)
+        if (slot == null) {
             free.add(pixels)
             lose(DropReason.NO_BUFFER)
             return null
         }
-        val copied = Encoding(pixels, jpeg)
+        val copied = Encoding(pixels, slot)
         try {
-            nv21.copy(image.planes, pixels)
+            nv21.copy(image.planes, ByteBuffer.wrap(pixels))
         } catch (e: RuntimeException) {
             copied.discard()
             throw e
@@ -93,22 +117,22 @@ internal class YuvCopier(
         return copied
     }
 
-    private inner class Encoding(private val pixels: ByteArray, override val jpeg: Slot) : CopiedImage {
+    private inner class Encoding(private val pixels: ByteArray, override val slot: Slot) : CopiedImage {
         override fun encode(): Boolean {
-            val stream = ByteBufferOutputStream(jpeg.bytes)
+            val stream = ByteBufferOutputStream(slot.bytes)
             val isEncoded = try {
                 encoder.encode(pixels, width, height, stream)
             } finally {
                 free.add(pixels)
             }
             if (!isEncoded) throw SourceException(ENCODING_FAILED)
-            jpeg.bytes.flip()
+            slot.bytes.flip()
             return !stream.hasOverflowed
         }
 
         override fun discard() {
             free.add(pixels)
-            jpeg.release()
+            slot.release()
         }
     }
 }

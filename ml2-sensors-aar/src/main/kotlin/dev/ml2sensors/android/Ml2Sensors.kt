@@ -45,9 +45,9 @@ public object Ml2Sensors {
             native?.let { Camera2Source(cameraManager, NativeColorPoses, clocks, bases) } ?: Camera2Source.absent(),
             BatterySource(app, clocks.boot),
         ) + (native ?: absentNativeSources())
-        val headset = SensorHeadset(identityOf(app), clocks.boot, sources.map { PermissionCheckedSource(app, it) }) {
-            permissionsOf(app)
-        }
+        val checked = sources.map { PermissionCheckedSource(app, it) }
+        val headset =
+            SensorHeadset(identityOf(app), clocks.boot, checked, MediaCodecEncoders()) { permissionsOf(app) }
         val power = app.getSystemService(PowerManager::class.java)
         return AndroidHeadset(headset, clocks, bases.asStateFlow(), power)
     }

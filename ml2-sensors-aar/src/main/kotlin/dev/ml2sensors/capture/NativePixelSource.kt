@@ -23,6 +23,9 @@ internal class NativePixelSource(private val sensor: PixelSensor, private val se
         if (sensor == PixelSensor.DEPTH && sensorBackend == NativeBackend.SDK) DepthRates() else null
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+        if (sensor == PixelSensor.COLOR && requested.format == StreamValues.H264) {
+            return Answer.Refused("$sensorBackend has no raw images of the colour camera for ${StreamValues.H264}")
+        }
         val answer = super.negotiate(stream, requested)
         return depthRates?.adjust(stream, requested, answer) ?: answer
     }

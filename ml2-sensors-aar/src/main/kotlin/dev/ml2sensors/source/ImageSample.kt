@@ -70,6 +70,12 @@ public class ImageSample(
     public companion object {
         /** The role of the plane that every camera has. */
         public const val IMAGE: String = "image"
+
+        /**
+         * The role of the plane with the colours of a raw colour image, whose [IMAGE] is its brightness: pairs of V and U
+         * for each 2 x 2 pixels (NV21, full range, BT.601), in rows without padding.
+         */
+        public const val CHROMA: String = "chroma"
     }
 }
 

@@ -29,8 +29,8 @@ internal interface VideoOutput {
  */
 internal interface VideoEncoder : AutoCloseable {
     /**
-     * Copies [image], grey pixels in a direct buffer, to be encoded soon. Returns false if the encoder has no room for it
-     * at present.
+     * Copies the pixels of [image], grey or with [ImageSample.CHROMA], to be encoded soon. Returns false if the encoder
+     * has no room for it at present.
      *
      * @param presentationMicros later than that of the image before.
      * @param asKeyFrame true if the image must not depend on others.
@@ -54,20 +54,20 @@ public abstract class VideoEncoders internal constructor() {
     internal abstract fun open(settings: VideoSettings, output: VideoOutput): VideoEncoder
 }
 
-/** Returns true if the access unit in this buffer, from position to limit, is or begins with a key frame. */
-internal fun ByteBuffer.isKeyFrame(): Boolean {
-    var at = position()
-    while (at + START_CODE.size < limit()) {
-        val isStart = START_CODE.indices.all { this[at + it] == START_CODE[it] }
-        if (isStart) {
-            when (this[at + START_CODE.size].toInt() and NAL_TYPE_BITS) {
-                NAL_IDR, NAL_SEQUENCE_PARAMETERS -> return true
-                in NAL_OTHER_SLICES -> return false
-            }
-        }
-        at++
+/** Returns true if the access unit in this buffer, from position to limit, is a key frame. */
+internal fun ByteBuffer.isKeyFrame(): Boolean = nalTypes().any { it == NAL_IDR }
+
+/** Returns true if the access unit in this buffer, from position to limit, has parameter sets before its image. */
+internal fun ByteBuffer.hasParameterSets(): Boolean = nalTypes().any { it == NAL_SEQUENCE_PARAMETERS }
+
+/** Returns the types of the units in this byte stream, up to the first one of an image. */
+private fun ByteBuffer.nalTypes(): Sequence<Int> = sequence {
+    for (at in position() until limit() - START_CODE.size) {
+        if (!START_CODE.indices.all { get(at + it) == START_CODE[it] }) continue
+        val type = get(at + START_CODE.size).toInt() and NAL_TYPE_BITS
+        yield(type)
+        if (type in NAL_SLICES) return@sequence
     }
-    return false
 }
 
 private val START_CODE = byteArrayOf(0, 0, 1)
@@ -76,4 +76,4 @@ private val START_CODE = byteArrayOf(0, 0, 1)
 private const val NAL_TYPE_BITS = 0x1f
 private const val NAL_IDR = 5
 private const val NAL_SEQUENCE_PARAMETERS = 7
-private val NAL_OTHER_SLICES = 1..4
+private val NAL_SLICES = 1..5

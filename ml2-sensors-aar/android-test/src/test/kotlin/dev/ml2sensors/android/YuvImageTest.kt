@@ -105,7 +105,7 @@ class Nv21Test {
             val target = ByteArray(nv21.sizeBytes)
             // The strides may change from one image to the next
             repeat(2) {
-                nv21.copy(picture.planes(random), target)
+                nv21.copy(picture.planes(random), ByteBuffer.wrap(target))
                 assertContentEquals(picture.toNv21(), target, "round $round, ${picture.width}x${picture.height}")
             }
         }

@@ -233,6 +233,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/CompressedImage",
                     lane = "color",
                     qos = "image",
+                    condition = "format=jpeg",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "color/image_raw/ffmpeg",
+                    type = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+                    lane = "color",
+                    qos = "image",
+                    encoding = "h264;yuv420p;bgr8;bgr8",
+                    condition = "format=h264",
                 ),
                 TopicSpec(
                     role = "camera_info",
@@ -257,25 +267,25 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(15, 30, 60),
                     resolutions = listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
                 ),
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(15, 30),
                     resolutions = listOf(2880 to 2160, 3840 to 2160, 4096 to 3072),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(30, 60),
                     resolutions = listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1944 to 2160, 2880 to 2160),
                 ),
@@ -295,6 +305,16 @@ public object StreamTable {
                     type = "sensor_msgs/msg/CompressedImage",
                     lane = "mixed_reality",
                     qos = "image",
+                    condition = "format=jpeg",
+                ),
+                TopicSpec(
+                    role = "image",
+                    name = "mixed_reality/image_raw/ffmpeg",
+                    type = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+                    lane = "mixed_reality",
+                    qos = "image",
+                    encoding = "h264;yuv420p;bgr8;bgr8",
+                    condition = "format=h264",
                 ),
                 TopicSpec(
                     role = "camera_info",
@@ -319,25 +339,25 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(15, 30, 60),
                     resolutions = listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
                 ),
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(15, 30),
                     resolutions = listOf(2880 to 2160, 3840 to 2160, 4096 to 3072),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(30, 60),
                     resolutions = listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg"),
+                    formats = listOf("jpeg", "h264"),
                     rates = listOf(30),
                     resolutions = listOf(1944 to 2160, 2880 to 2160),
                 ),

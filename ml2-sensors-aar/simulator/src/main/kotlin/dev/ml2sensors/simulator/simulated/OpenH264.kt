@@ -3,8 +3,8 @@ package dev.ml2sensors.simulator.simulated
 import java.nio.ByteBuffer
 
 /**
- * Cisco's encoder, if this machine has libopenh264.so.7. JNI_OnLoad of libml2sim_jni.so, which [NativeBundle] loads,
- * registers these functions. An encoder is used by one thread at a time.
+ * Cisco's encoder, if this machine has libopenh264.so.7. JNI_OnLoad of libml2sim_openh264.so, which [NativeBundle]
+ * loads, registers these functions. An encoder is used by one thread at a time.
  */
 internal object OpenH264 {
     /** Returns null, or why there is no encoder on this machine. */
@@ -16,14 +16,15 @@ internal object OpenH264 {
     external fun open(width: Int, height: Int, rateHz: Int, bitsPerSecond: Int): Long
 
     /**
-     * Encodes the grey pixels of [image], a direct buffer with rows of [strideBytes], into [output], a direct buffer.
-     * Returns the size of the access unit in bytes: 0 if the image was left out, -1 if the encoder fails or [output] is
-     * too small.
+     * Encodes [luma] and the pairs of V and U in [chroma] into [output]; all are direct buffers, and rows have
+     * [strideBytes]. Returns the size of the access unit in bytes: 0 if the image was left out, -1 if the encoder fails or
+     * [output] is too small.
      */
     @JvmStatic
     external fun encode(
         encoder: Long,
-        image: ByteBuffer,
+        luma: ByteBuffer,
+        chroma: ByteBuffer,
         strideBytes: Int,
         presentationMicros: Long,
         asKeyFrame: Boolean,

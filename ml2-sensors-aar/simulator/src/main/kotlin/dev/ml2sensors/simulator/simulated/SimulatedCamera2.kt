@@ -2,6 +2,7 @@ package dev.ml2sensors.simulator.simulated
 
 import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.capture.NativeHeadsetClock
+import dev.ml2sensors.simulator.signal.BufferPool
 import dev.ml2sensors.simulator.signal.MAX_LATENESS_NANOS
 import dev.ml2sensors.simulator.signal.emitAndRelease
 import dev.ml2sensors.simulator.signal.waitUntil
@@ -24,11 +25,12 @@ import kotlinx.coroutines.asCoroutineDispatcher
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.withContext
+import java.nio.ByteBuffer
 import java.util.concurrent.Executors
 
 /**
- * Simulates the colour camera of Android's Camera2: JPEGs of the simulated scene with intrinsics and the MLTime of their
- * capture. The pose of the camera comes from the native library, right after the capture.
+ * Simulates the colour camera of Android's Camera2: images of the simulated scene, as JPEG or raw for video, with
+ * intrinsics and the MLTime of their capture. The pose of the camera comes from the native library, right after the capture.
  */
 internal class SimulatedCamera2 : SensorSource {
     private val life = Job()
@@ -64,7 +66,9 @@ private class OpenColorCamera(private val values: StreamValues, private val with
     private val numbers = LongArray(NUMBERS)
     private val tag = FloatArray(TAG_NUMBERS)
     private val poses = checkNotNull(NativeColorPoses.open()) { "the simulated device has the vendor's library" }
+    private val buffers = BufferPool(width * height * 3 / 2, RAW_IMAGES)
     private val frameNumber get() = numbers[0]
+    private val deviceNanos get() = numbers[1]
 
     /** The time at which [next] has a frame. */
     val nextNanos: Long get() = numbers[3]
@@ -78,23 +82,40 @@ private class OpenColorCamera(private val values: StreamValues, private val with
         val last = frameNumber
         val now = NativeHeadsetClock.nowNanos()
         val jpeg = read(if (now - nextNanos > MAX_LATENESS_NANOS) now else nextNanos)
-        val deviceNanos = numbers[1]
-        val sample = ImageSample(
-            poses.captureNanos(deviceNanos),
-            frameNumber,
-            width,
-            height,
-            strideBytes = 0,
-            poses.poseAt(deviceNanos),
-            intrinsics(),
-            CaptureSettings(exposureNanos = numbers[2]),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg)),
-            giveBack = {},
-        )
         val lost = (frameNumber - last - 1).toInt()
+        val sample = sample(jpeg)
         if (lost == 0) return listOf(sample)
         return listOf(LostSamples(sample.captureNanos, lost, DropReason.SOURCE_LATE), sample)
     }
+
+    private fun sample(jpeg: ByteBuffer): Sample {
+        val captureNanos = poses.captureNanos(deviceNanos)
+        if (values.format != StreamValues.H264) {
+            return image(captureNanos, strideBytes = 0, listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg))) {}
+        }
+        val raw = buffers.acquire() ?: return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
+        SimulatedSdk.colorPixels(jpeg, raw)
+        return image(captureNanos, strideBytes = width, planes(raw)) { buffers.release(raw) }
+    }
+
+    private fun image(captureNanos: Long, strideBytes: Int, planes: List<ImageSample.Plane>, giveBack: () -> Unit) =
+        ImageSample(
+            captureNanos,
+            frameNumber,
+            width,
+            height,
+            strideBytes,
+            poses.poseAt(deviceNanos),
+            intrinsics(),
+            CaptureSettings(exposureNanos = numbers[2]),
+            planes,
+            giveBack,
+        )
+
+    private fun planes(nv21: ByteBuffer) = listOf(
+        ImageSample.Plane(ImageSample.IMAGE, nv21.duplicate().limit(width * height).slice()),
+        ImageSample.Plane(ImageSample.CHROMA, nv21.duplicate().position(width * height).slice()),
+    )
 
     private fun read(boottimeNanos: Long) = checkNotNull(
         SimulatedSdk.color(width, height, checkNotNull(values.rateHz), withHologram, boottimeNanos, numbers, tag),
@@ -112,5 +133,8 @@ private class OpenColorCamera(private val values: StreamValues, private val with
     private companion object {
         const val NUMBERS = 4
         const val TAG_NUMBERS = 12
+
+        /** One that is encoded, and one that is filled meanwhile. */
+        const val RAW_IMAGES = 2
     }
 }

@@ -49,4 +49,8 @@ internal object SimulatedSdk {
         numbers: LongArray,
         intrinsics: FloatArray,
     ): ByteBuffer?
+
+    /** Writes the pixels of a whole JPEG of [color] into a direct buffer as NV21, 1.5 bytes for each. */
+    @JvmStatic
+    external fun colorPixels(jpeg: ByteBuffer, nv21: ByteBuffer)
 }

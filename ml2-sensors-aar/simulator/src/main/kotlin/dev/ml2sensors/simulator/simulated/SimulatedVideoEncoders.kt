@@ -7,6 +7,8 @@ import dev.ml2sensors.source.VideoEncoders
 import dev.ml2sensors.source.VideoOutput
 import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.source.VideoSettings
+import dev.ml2sensors.source.YuvPlane
+import dev.ml2sensors.source.YuvPlanes
 import java.nio.ByteBuffer
 import java.util.concurrent.ArrayBlockingQueue
 import java.util.concurrent.Executors
@@ -24,29 +26,40 @@ internal object SimulatedVideoEncoders : VideoEncoders() {
 private class SimulatedVideoEncoder(private val settings: VideoSettings, private val output: VideoOutput) :
     VideoEncoder {
     private val strideBytes = (settings.width + ROW_BYTES - 1) / ROW_BYTES * ROW_BYTES
-    private val inputs = ArrayBlockingQueue<ByteBuffer>(INPUTS)
+    private val planes = YuvPlanes(settings.width, settings.height)
+
+    /** Brightness, then pairs of V and U (NV21). */
+    private inner class Input {
+        val luma: ByteBuffer = ByteBuffer.allocateDirect(strideBytes * settings.height)
+        val chroma: ByteBuffer = ByteBuffer.allocateDirect(strideBytes * ((settings.height + 1) / 2))
+        private val y = YuvPlane(luma, strideBytes, pixelStride = 1)
+        private val u = YuvPlane(chroma.duplicate().position(1).slice(), strideBytes, pixelStride = 2)
+        private val v = YuvPlane(chroma, strideBytes, pixelStride = 2)
+
+        fun put(image: ImageSample): Unit = planes.copy(image, y, u, v)
+    }
+
+    private val inputs = ArrayBlockingQueue<Input>(INPUTS)
     private val encoded = ByteBuffer.allocateDirect(settings.width * settings.height)
     private val thread = Executors.newSingleThreadExecutor { Thread(it, "openh264") }
     private val encoder = with(settings) { OpenH264.open(width, height, rateHz, bitsPerSecond) }
 
     init {
         if (encoder == 0L) throw SourceException("openh264 does not take $settings")
-        repeat(INPUTS) { inputs.add(ByteBuffer.allocateDirect(strideBytes * settings.height)) }
+        repeat(INPUTS) { inputs.add(Input()) }
     }
 
     override fun encode(image: ImageSample, presentationMicros: Long, asKeyFrame: Boolean): Boolean {
         val input = inputs.poll() ?: return false
-        val pixels = image.pixels
-        for (row in 0 until settings.height) {
-            val from = pixels.duplicate().position(pixels.position() + row * image.strideBytes)
-            input.duplicate().position(row * strideBytes).put(from.limit(from.position() + settings.width))
-        }
+        input.put(image)
         thread.execute { encode(input, presentationMicros, asKeyFrame) }
         return true
     }
 
-    private fun encode(input: ByteBuffer, presentationMicros: Long, asKeyFrame: Boolean) {
-        val size = OpenH264.encode(encoder, input, strideBytes, presentationMicros, asKeyFrame, encoded)
+    private fun encode(input: Input, presentationMicros: Long, asKeyFrame: Boolean) {
+        val size = with(input) {
+            OpenH264.encode(encoder, luma, chroma, strideBytes, presentationMicros, asKeyFrame, encoded)
+        }
         inputs.add(input)
         if (size < 0) {
             output.failed(SourceException("openh264 does not encode an image of $settings"))
