@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from contextlib import suppress
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -245,12 +246,20 @@ def test_the_size_of_another_format_is_not_known() -> None:
         assert compressed_size(format, b"") is None
 
 
+def test_video_is_refused_with_what_to_do() -> None:
+    packet = SimpleNamespace(encoding="h264;yuv420p;mono8;mono8", pts=1, data=b"\0\0\1")
+    with pytest.raises(ValueError, match=r"^video is not decoded here: use another format"):
+        pixels_of(packet)
+
+
 @pytest.mark.parametrize(
     ("camera", "existing", "expected"),
     [
         ("world_left", ["image_raw"], "image_raw"),
         ("world_left", ["image_raw/compressed"], "image_raw/compressed"),
         ("world_left", ["image_raw", "image_raw/compressed"], "image_raw/compressed"),
+        ("world_left", ["image_raw/ffmpeg"], "image_raw/ffmpeg"),
+        ("color", ["image_raw/ffmpeg"], "image_raw/ffmpeg"),
         ("world_left", [], "image_raw"),
         ("eye_nasal_left", ["image_raw/compressed"], "image_raw/compressed"),
         ("depth", ["image_raw/compressedDepth"], "image_raw/compressedDepth"),

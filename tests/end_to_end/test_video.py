@@ -152,7 +152,7 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
             subprocess.run(command, check=True, env=environment, timeout=90)
     with AnyReader([tmp_path / "walk"]) as bag:
         topics = [it for it in bag.connections if it.topic.endswith("/ffmpeg")]
-        packets = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]
+        packets: list[Any] = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]
     intervals_s = np.diff([it.pts for it in packets]) / 1e6
     assert intervals_s.max() > 1.5 / 30, "images were left out"
     assert len(decode(packets, "gray")) > 50

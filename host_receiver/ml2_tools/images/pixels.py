@@ -15,7 +15,7 @@ _MM_PER_M = 1000
 
 
 def pixels_of(message: Any) -> NDArray[Any]:
-    """Returns the pixels of an Image or a CompressedImage.
+    """Returns the pixels of an Image or a CompressedImage; those of video are not decoded.
 
     | message | pixels |
     |---|---|
@@ -26,9 +26,11 @@ def pixels_of(message: Any) -> NDArray[Any]:
     | compressedDepth in RVL | float32, height x width, in metres, NaN where the depth is invalid |
 
     Raises:
-        ValueError: the encoding is another, the data are invalid, or a compressed image has more
-            than 4096 x 3072 pixels.
+        ValueError: the encoding is another, the data are invalid, a compressed image has more than
+            4096 x 3072 pixels, or the message is an image of a video.
     """
+    if hasattr(message, "pts"):
+        raise ValueError("video is not decoded here: use another format, or image_transport's ffmpeg")
     if not is_compressed(message):
         return _plain(message)
     if is_depth(message.format):

@@ -11,6 +11,7 @@ import android.util.Size
 import app.cash.turbine.Event
 import app.cash.turbine.ReceiveTurbine
 import app.cash.turbine.test
+import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
@@ -55,7 +56,9 @@ import kotlin.test.assertTrue
     ],
 )
 class Camera2SourceTest {
-    private class Copied(val image: ImageSample, val bytes: ByteArray)
+    private class Copied(val image: ImageSample, val bytes: ByteArray) {
+        val chroma = image.plane(ImageSample.CHROMA)?.let { pixels -> ByteArray(pixels.remaining()).also(pixels::get) }
+    }
 
     private val cameraManager = RuntimeEnvironment.getApplication().getSystemService(CameraManager::class.java)
     private val rig = CameraRig(cameraManager)
@@ -230,6 +233,24 @@ class Camera2SourceTest {
                 assertEquals(i.toLong(), sample.image.frameNumber)
                 assertContentEquals(FakeEncoder.jpegOf(picture.toNv21()), sample.bytes)
             }
+            cancel()
+        }
+    }
+
+    @Test
+    fun imagesForVideoStayRawAndTheSlowerEncoderOfJpegsDoesNotMatter() = runBlocking {
+        rig.add("1", listOf(Mode(ImageFormat.YUV_420_888, VGA, minNanos = 16_666_666)))
+        val random = Random(5)
+        val picture = Picture(640, 480, random)
+        val video = values.copy(format = StreamValues.H264, rateHz = 60)
+        assertEquals(Answer.Applied(video), source.negotiate(StreamTable.color, video))
+        copies(values = video).test {
+            val camera = rig.awaitRunning()
+            camera.capture(picture.image(device.monotonicNanos, random))
+            val sample = awaitImage()
+            assertContentEquals(picture.y, sample.bytes)
+            assertEquals(640, sample.image.strideBytes)
+            assertContentEquals(picture.toNv21().copyOfRange(640 * 480, 640 * 480 * 3 / 2), sample.chroma)
             cancel()
         }
     }
