@@ -209,7 +209,12 @@ LINKS = "auto, fixed, or a number of Mbit/s above 0"
         ("world_left: {stream: 2}", "world_left.stream", "2", "0, 1"),
         ("world_left: {stream: false}", "world_left.stream", "false", "0, 1"),
         ("gazes: {enabled: true, color: red}", "gazes", "true", "did you mean gaze?"),
-        ("world_left: {format: png}", "world_left.format", "png", "Grayscale, h264, jpeg"),
+        (
+            "world_left: {format: png}",
+            "world_left.format",
+            "png",
+            "Grayscale, h264, h264_foxglove, jpeg",
+        ),
         (
             "depth_center: {format: jpeg}",
             "depth_center.format",

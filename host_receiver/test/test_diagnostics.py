@@ -550,9 +550,10 @@ def test_a_topic_of_another_format_is_not_expected(
     topics = [TopicReport(it, statistics, None) for it in images]
     answer = StreamAnswer("applied", {"format": format, "update_rate": 30})
     told = replace(report(statistics), topics=topics, answers={"world_left": answer})
-    *_, raw, compressed, video = diagnostics.rows(told, 0.0)
+    *_, raw, compressed, video, foxglove = diagnostics.rows(told, 0.0)
     assert compressed.name.endswith("/compressed")
     assert video.values["needs"] == "format=h264"
+    assert foxglove.values["needs"] == "format=h264_foxglove"
     for row, expected in ((raw, of_raw), (compressed, of_compressed)):
         found = {key: row.values[key] for key in ("needs", "expected_hz") if key in row.values}
         assert found == expected

@@ -24,7 +24,8 @@ def copy(tmp_path: Path) -> Path:
         ignore=ignored,
     )
     generated = (f"{KOTLIN}/table", f"{KOTLIN}/generated", "native/generated")
-    for folder in ("config", "docs", "unity_package", *generated):
+    messages = "host_receiver/environment/messages"
+    for folder in ("config", "docs", "unity_package", messages, *generated):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     for file in ("pom.xml", "README.md"):
         shutil.copy(ROOT / file, tmp_path)

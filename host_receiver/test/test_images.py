@@ -248,7 +248,7 @@ def test_the_size_of_another_format_is_not_known() -> None:
 
 def test_video_is_refused_with_what_to_do() -> None:
     packet = SimpleNamespace(encoding="h264;yuv420p;mono8;mono8", pts=1, data=b"\0\0\1")
-    with pytest.raises(ValueError, match=r"^video is not decoded here: use another format"):
+    with pytest.raises(ValueError, match=r"^expected an image, found video: use another format"):
         pixels_of(packet)
 
 

@@ -17,6 +17,8 @@ IMAGE, CAMERA_INFO, STRING = (
 )
 COMPRESSED, IMU = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Imu"
 VIDEO = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"
+FOXGLOVE = "foxglove_msgs/msg/CompressedVideo"
+IMAGES = (IMAGE, COMPRESSED, VIDEO, FOXGLOVE)
 POSE = "geometry_msgs/msg/PoseStamped"
 
 
@@ -40,6 +42,8 @@ TOPICS = {
     **{f"world_{it}/image_raw/compressed": COMPRESSED for it in ("center", "left", "right")},
     **{f"world_{it}/image_raw/ffmpeg": VIDEO for it in ("center", "left", "right")},
     **{f"{it}/image_raw/ffmpeg": VIDEO for it in ("color", "mixed_reality")},
+    **{f"world_{it}/image_raw/foxglove": FOXGLOVE for it in ("center", "left", "right")},
+    **{f"{it}/image_raw/foxglove": FOXGLOVE for it in ("color", "mixed_reality")},
     **camera("infra", "image_raw", IMAGE),
     "depth/confidence": IMAGE,
     "depth/flags": IMAGE,
@@ -81,14 +85,14 @@ def test_only_images_have_a_lane_of_their_own() -> None:
     table = load_table()
     for stream in table.streams.values():
         for topic in stream.topics:
-            is_image = topic.type in (IMAGE, COMPRESSED, VIDEO)
+            is_image = topic.type in IMAGES
             assert topic.lane == (stream.id if is_image else "sensors"), topic
     assert len(table.image_lanes) == 11
 
 
 def test_queue_depths_follow_the_kind_of_message() -> None:
     table = load_table()
-    depths = {IMAGE: 5, COMPRESSED: 5, VIDEO: 5, CAMERA_INFO: 5, STRING: 5, IMU: 200}
+    depths = {**dict.fromkeys(IMAGES, 5), CAMERA_INFO: 5, STRING: 5, IMU: 200}
     depths["tf2_msgs/msg/TFMessage"] = 100
     for stream in table.streams.values():
         for topic in stream.topics:
@@ -130,7 +134,7 @@ def test_encodings_are_those_of_the_image_topics() -> None:
     assert encodings["depth/image_raw/compressedDepth"] == "16UC1; compressedDepth rvl"
     assert encodings["world_left/image_raw/ffmpeg"] == "h264;yuv420p;mono8;mono8"
     assert encodings["color/image_raw/ffmpeg"] == "h264;yuv420p;bgr8;bgr8"
-    assert len(encodings) == 26
+    assert len(encodings) == 31
 
 
 def test_each_format_of_a_camera_has_one_image_topic() -> None:

@@ -91,6 +91,12 @@ class Message:
         self._fields[name] = {"pattern": PATTERN, "length": length}
         self._pattern = [self._fields[name]]
 
+    def few_bytes(self, name: str, length: int) -> None:
+        """A uint8[] before other fields."""
+        self._number("I", length)
+        self._bytes += bytes(index % 251 for index in range(length))
+        self._fields[name] = {"pattern": PATTERN, "length": length}
+
     @contextmanager
     def nested(self, name: str) -> Iterator[None]:
         """The fields written inside are those of the message in field `name`."""

@@ -109,6 +109,14 @@ def ffmpeg_packet(m: Message, length: int, pts: int, flags: int) -> None:
     m.pattern_bytes("data", length)
 
 
+def compressed_video(m: Message, length: int) -> None:
+    with m.nested("timestamp"):
+        time(m, 1_700_000_000, 123_456_789)
+    m.string("frame_id", OPTICAL)
+    m.few_bytes("data", length)
+    m.string("format", "h264")
+
+
 def region_of_interest(m: Message, do_rectify: bool) -> None:
     m.uint32("x_offset", 16)
     m.uint32("y_offset", 8)

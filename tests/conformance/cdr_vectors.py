@@ -77,6 +77,10 @@ CASES: dict[str, tuple[str, Callable[[Message], None]]] = {
         "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
         lambda m: ros.ffmpeg_packet(m, 0, 2**63, 0),
     ),
+    "CompressedVideo": (
+        "foxglove_msgs/msg/CompressedVideo",
+        lambda m: ros.compressed_video(m, 37),
+    ),
     "CameraInfo": (
         "sensor_msgs/msg/CameraInfo",
         lambda m: ros.camera_info(m, "plumb_bob", [0.25, -0.125, 1e-4, -1e-4, 0.01]),

@@ -50,6 +50,7 @@ SIMULATION = {
     "image_noise": "0",
 }
 COUNT = 75
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 BEFORE = {
     "world_left/image_raw": "sensor_msgs/msg/Image",
     "color/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
@@ -58,7 +59,7 @@ SIZES = {"world_left": (1016, 1016), "color": (1280, 720)}
 ENCODINGS = {"world_left": "h264;yuv420p;mono8;mono8", "color": "h264;yuv420p;bgr8;bgr8"}
 TYPES = {
     "image_raw/ffmpeg": "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
-    "camera_info": "sensor_msgs/msg/CameraInfo",
+    "camera_info": CAMERA_INFO,
     "metadata": "std_msgs/msg/String",
 }
 each_camera = pytest.mark.parametrize("camera", SIZES)
@@ -156,6 +157,25 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
     intervals_s = np.diff([it.pts for it in packets]) / 1e6
     assert intervals_s.max() > 1.5 / 30, "images were left out"
     assert len(decode(packets, "gray")) > 50
+
+
+def test_foxglove_gets_the_same_video_in_its_own_type(tmp_path: Path) -> None:
+    config, topic = tmp_path / "config.yaml", "world_left/image_raw/foxglove"
+    config.write_text(THIN.replace("h264", "h264_foxglove"))
+    with streaming(config, tmp_path, **SIMULATION) as domain:
+        types = {topic: "foxglove_msgs/msg/CompressedVideo", "world_left/camera_info": CAMERA_INFO}
+        received = collect(types, 40, domain, tmp_path)
+    images = received.messages(topic)
+    assert {(it.format, it.frame_id) for it in images} == {("h264", "world_left_optical_frame")}
+    infos = {stamp_ns(it) for it in received.messages("world_left/camera_info")}
+    assert len(infos.intersection(_ns(it.timestamp) for it in images)) > 20
+    codec = av.CodecContext.create("h264", "r")
+    decoded = [it for image in images for it in codec.decode(av.Packet(bytes(image.data)))]
+    assert {(it.width, it.height) for it in decoded} == {(1016, 1016)}
+
+
+def _ns(stamp: Any) -> int:
+    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
 @each_camera

@@ -28,7 +28,7 @@ def images_mbit_per_s(config: Config) -> dict[str, float]:
 
 def stream_mbit_per_s(stream: Stream, values: Values) -> float:
     """Returns what a stream of images needs with these values."""
-    if values["format"] == VIDEO:
+    if values["format"] in VIDEO:
         return float(values["bit_rate_mbit"])
     topics = [it for it in stream.topics if it.lane == stream.id]
     bits_per_pixel = sum(

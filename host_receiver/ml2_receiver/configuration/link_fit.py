@@ -108,7 +108,7 @@ def _compressed(id: str, values: Values) -> Values:
         {**values, "format": format}
         for mode in modes_of_size(stream, values)
         for format in (mode.formats if values["update_rate"] in mode.rates else ())
-        if format != VIDEO and (formats is None or format in formats)
+        if format not in VIDEO and (formats is None or format in formats)
     ]
     return min([values, *found], key=lambda it: stream_mbit_per_s(stream, it))
 

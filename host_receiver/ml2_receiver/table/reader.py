@@ -242,7 +242,7 @@ def _image_sizes(row: Row, sections: Mapping[str, Section]) -> ImageSizes:
     bits, by_quality = row["bits_per_pixel"], row["jpeg_by_quality"]
     sizes = ImageSizes(MappingProxyType(dict(bits)), MappingProxyType(dict(by_quality)))
     modes = [mode for section in sections.values() for mode in section.modes]
-    for format in {format for mode in modes for format in mode.formats} - {VIDEO}:
+    for format in {format for mode in modes for format in mode.formats}.difference(VIDEO):
         _one_of("image_sizes", format, sizes.bits_per_pixel)
     return sizes
 

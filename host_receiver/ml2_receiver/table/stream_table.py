@@ -18,8 +18,8 @@ _MAX_NAME, _MAX_TYPE = 64, 128
 # The keys of every camera section except `enabled`. Their values are legal if one mode has all.
 CAMERA_KEYS = ("stream", "resolution_width", "resolution_height", "update_rate", "format")
 
-# The format whose images depend on those before them; their size is the key `bit_rate_mbit`.
-VIDEO = "h264"
+# The formats whose images depend on those before them; their size is the key `bit_rate_mbit`.
+VIDEO = ("h264", "h264_foxglove")
 
 
 @dataclass(frozen=True)

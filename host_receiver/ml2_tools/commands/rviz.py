@@ -85,4 +85,4 @@ def _needs(manager: Any, name: str) -> Iterator[tuple[str, str]]:
 def _formats_without(stream: str, topic: str) -> list[str]:
     """Returns the formats of a stream with which products make an image topic that it lacks."""
     conditions = [it.when for it in image_topics(stream) if it.name != topic]
-    return [str(it.value) for it in conditions if it is not None and it.value != VIDEO]
+    return [str(it.value) for it in conditions if it is not None and it.value not in VIDEO]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 
-_TRANSPORTS = ("/compressed", "/compressedDepth", "/ffmpeg")
+_TRANSPORTS = ("/compressed", "/compressedDepth", "/ffmpeg", "/foxglove")
 
 
 def image_topics(camera: str) -> tuple[Topic, ...]:

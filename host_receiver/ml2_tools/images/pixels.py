@@ -29,8 +29,8 @@ def pixels_of(message: Any) -> NDArray[Any]:
         ValueError: the encoding is another, the data are invalid, a compressed image has more than
             4096 x 3072 pixels, or the message is an image of a video.
     """
-    if hasattr(message, "pts"):
-        raise ValueError("video is not decoded here: use another format, or image_transport's ffmpeg")
+    if hasattr(message, "pts") or getattr(message, "format", "") == "h264":
+        raise ValueError("expected an image, found video: use another format, or image_transport")
     if not is_compressed(message):
         return _plain(message)
     if is_depth(message.format):

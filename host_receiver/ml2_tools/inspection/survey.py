@@ -110,9 +110,9 @@ def _take(found: Survey, name: str, time_ns: int, payload: bytes) -> None:
                 _add_stamp(topic, stamp, time_ns)
     elif topic.type in DEFINITIONS:
         message = decoder(topic.type)(payload)
-        _add_stamp(topic, header_stamp_ns(message.header), time_ns)
+        _add_stamp(topic, stamp_reader(topic.type)(payload), time_ns)
         if len(topic.frames) < _MOST_FRAMES:
-            topic.frames[message.header.frame_id] += 1
+            topic.frames[getattr(message, "header", message).frame_id] += 1
         size = _size(message)
         if size is not None and len(topic.sizes) < _MOST_FRAMES:
             topic.sizes[size] += 1

@@ -15,6 +15,7 @@ IMU, IMAGES = (
         "sensor_msgs/msg/Image",
         "sensor_msgs/msg/CompressedImage",
         "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+        "foxglove_msgs/msg/CompressedVideo",
     ),
 )
 PERIODIC = (IMU, *IMAGES)

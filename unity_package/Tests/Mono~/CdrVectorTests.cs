@@ -20,11 +20,15 @@ namespace Ml2Sensors.Tests
             Directory.GetFiles(Path.Combine(Environment.GetEnvironmentVariable("ML2_VECTORS"), "cdr"), "*.json")
                 .Append(Environment.GetEnvironmentVariable("ML2_COMMON_VECTORS"))
                 .SelectMany(path => Read(path).Properties())
-                .Where(vector => (string)vector.Value["type"] != VideoType)
+                .Where(vector => !VideoTypes.Contains((string)vector.Value["type"]))
                 .Select(vector => new TestCaseData((JObject)vector.Value).SetName(vector.Name));
 
-        /// <summary>The one type of the library that is not of ROS itself; C# has no class for it.</summary>
-        private const string VideoType = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket";
+        /// <summary>The types of the library that are not of ROS itself; C# has no classes for them.</summary>
+        private static readonly string[] VideoTypes =
+        {
+            "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+            "foxglove_msgs/msg/CompressedVideo",
+        };
 
         private static JObject Read(string path) =>
             JObject.Parse(File.ReadAllText(path).Replace(": -0.0,", ": \"-0.0\",")); // mono would read a plain 0

@@ -12,6 +12,7 @@ import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.acceptedValues
 import dev.ml2sensors.source.answer
+import dev.ml2sensors.source.isVideo
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Job
@@ -120,7 +121,7 @@ internal class Camera2Source(
     }
 
     private fun ColorCamera.plan(values: StreamValues) =
-        if (values.format == StreamValues.H264) rawPlan(values.size) else plan(values.size, values.hz)
+        if (values.isVideo) rawPlan(values.size) else plan(values.size, values.hz)
 
     /** Adds a reason if camera [id] is used because the requested one is not listed. */
     private fun Answer.namingCamera(id: String, requested: StreamValues): Answer {

@@ -4,6 +4,7 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.isVideo
 import dev.ml2sensors.table.StreamSpec
 
 /**
@@ -23,8 +24,8 @@ internal class NativePixelSource(private val sensor: PixelSensor, private val se
         if (sensor == PixelSensor.DEPTH && sensorBackend == NativeBackend.SDK) DepthRates() else null
 
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
-        if (sensor == PixelSensor.COLOR && requested.format == StreamValues.H264) {
-            return Answer.Refused("$sensorBackend has no raw images of the colour camera for ${StreamValues.H264}")
+        if (sensor == PixelSensor.COLOR && requested.isVideo) {
+            return Answer.Refused("$sensorBackend has no raw images of the colour camera for video")
         }
         val answer = super.negotiate(stream, requested)
         return depthRates?.adjust(stream, requested, answer) ?: answer

@@ -11,7 +11,7 @@ import java.nio.ByteBuffer
 
 /** Walks a message. Knows what is written in which order; [writer] knows how. */
 @OptIn(ExperimentalSerializationApi::class)
-internal class CdrEncoder(private val writer: CdrWriter, private val borrowsBytes: Boolean = false) :
+internal class CdrEncoder(private val writer: CdrWriter, private val borrowsLastBytes: Boolean = false) :
     AbstractEncoder() {
     override val serializersModule: SerializersModule get() = Cdr.serializersModule
 
@@ -22,6 +22,9 @@ internal class CdrEncoder(private val writer: CdrWriter, private val borrowsByte
     /** The annotation of the property that is encoded next; null for a sequence. */
     private var fixedLength: FixedLength? = null
 
+    /** True if nothing follows the property that is encoded next. */
+    private var isLast = false
+
     fun reset() {
         writer.reset()
         borrowed = null
@@ -29,7 +32,9 @@ internal class CdrEncoder(private val writer: CdrWriter, private val borrowsByte
     }
 
     override fun encodeElement(descriptor: SerialDescriptor, index: Int): Boolean {
+        // It was last in a message within this one
         require(borrowed == null) { "Expected the byte sequence last, but found ${descriptor.getElementName(index)}" }
+        isLast = index == descriptor.elementsCount - 1
         fixedLength = descriptor.fixedLength(index)
         return true
     }
@@ -43,7 +48,7 @@ internal class CdrEncoder(private val writer: CdrWriter, private val borrowsByte
 
     fun encodeBytes(value: ByteBuffer) {
         encodeLength(value.remaining())
-        if (borrowsBytes) borrowed = value.duplicate() else writer.bytes(value)
+        if (borrowsLastBytes && isLast) borrowed = value.duplicate() else writer.bytes(value)
     }
 
     private fun encodeLength(length: Int) {

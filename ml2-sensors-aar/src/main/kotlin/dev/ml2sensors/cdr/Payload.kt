@@ -17,20 +17,21 @@ internal class Payload(val prefix: ByteBuffer, val data: ByteBuffer?) {
 }
 
 /**
- * Encodes one message after the other without copying their byte sequences: the `data` of an image, which is the last
- * field, is borrowed.
+ * Encodes one message after the other without copying a byte sequence that is the last field: the `data` of an image is
+ * borrowed. A byte sequence before other fields is copied.
  *
  * Owns a small direct buffer, which grows to the largest prefix seen and is reused, so that what an encoding allocates
  * on the heap does not depend on the size of an image. To be used by one thread at a time.
  */
 internal class PayloadEncoder {
     private val writer = CdrWriter.direct()
-    private val encoder = CdrEncoder(writer, borrowsBytes = true)
+    private val encoder = CdrEncoder(writer, borrowsLastBytes = true)
 
     /**
      * The bytes of [message] as in [Cdr]; they end the validity of the payload returned before.
      *
-     * @throws IllegalArgumentException if anything follows a byte sequence in [message], and as in [Cdr].
+     * @throws IllegalArgumentException if a message within [message] ends with a byte sequence and others follow, and as in
+     * [Cdr].
      */
     fun <T> encode(serializer: SerializationStrategy<T>, message: T): Payload {
         encoder.reset()

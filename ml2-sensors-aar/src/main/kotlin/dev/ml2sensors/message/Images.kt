@@ -73,6 +73,24 @@ internal class FfmpegPacket(
 )
 
 /**
+ * One image of a video. Source: foxglove_msgs/msg/CompressedVideo.
+ *
+ * @property timestamp Capture time.
+ * @property frameId The optical frame of the camera, as in [Image].
+ * @property data The access unit's bytes between position and limit, owned by whoever made the message.
+ * @property format `h264`: a byte stream (Annex B).
+ */
+@Serializable
+@SerialName("foxglove_msgs/msg/CompressedVideo")
+internal class CompressedVideo(
+    val timestamp: Time,
+    val frameId: String,
+    @Serializable(ByteSequenceSerializer::class)
+    val data: ByteBuffer,
+    val format: String,
+)
+
+/**
  * Intrinsic calibration of a camera, in pixels of the full resolution. Source: sensor_msgs/msg/CameraInfo, Jazzy.
  *
  * @property header Stamp and frame of the image it belongs to.

@@ -23,6 +23,7 @@ import kotlinx.coroutines.withTimeoutOrNull
 import java.io.IOException
 import java.net.InetAddress
 import java.util.concurrent.ConcurrentLinkedQueue
+import kotlin.time.Duration.Companion.milliseconds
 import kotlin.time.Duration.Companion.seconds
 
 /**
@@ -82,7 +83,7 @@ internal class Session(
         val joining = async { lanes.joinTime().also { lanes.join(setOf(SessionLanes.SENSORS)) } }
         val listening = launchPart(control) { handler.handleFrames(joining) }
         val timeLane = TimeLane(joining.await(), deviceClock, hostClock, lanes.pacing)
-        launchPart(control) { timeLane.run() }
+        val comparing = launchPart(control) { timeLane.run() }
         launchPart(control) { streams.follow(lanes.pacing) }
         launchPart(control) { handler.reportFailures() }
         launchPart(control) { handler.reportAdditions() }
@@ -96,6 +97,8 @@ internal class Session(
         drained.complete(Unit)
         events.join()
         status.join()
+        timeLane.finish()
+        withTimeoutOrNull(TIME_LIMIT) { comparing.join() }
         control.finish(reason)
         withTimeoutOrNull(ControlLane.CLOSING_LIMIT) { listening.join() }
         coroutineContext.cancelChildren()
@@ -115,6 +118,9 @@ internal class Session(
     private companion object {
         /** The time limit until WELCOME, which has the receiver's own limits. */
         val FIRST_LIMIT = 5.seconds
+
+        /** More than a request, its reply and the pause before the next one take on a link that does not stall. */
+        val TIME_LIMIT = 200.milliseconds
     }
 }
 

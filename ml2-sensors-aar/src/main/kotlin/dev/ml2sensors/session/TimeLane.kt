@@ -20,15 +20,23 @@ internal class TimeLane(
     private val hostClock: HostClock,
     private val pacing: ImagePacing,
 ) {
-    /** Runs until the connection ends or fails; the control lane reports why. */
+    @Volatile
+    private var isOver = false
+
+    /** Runs until [finish], or until the connection ends or fails; the control lane reports why. */
     suspend fun run() {
         val joined = TimeSource.Monotonic.markNow()
-        while (true) {
+        while (!isOver) {
             val asked = TimeSource.Monotonic.markNow()
             hostClock.add(blockingIo { pacing.measured(::exchange) } ?: return)
             val interval = if (joined.elapsedNow() < BURST) BURST_INTERVAL else STEADY_INTERVAL
             delay(interval - asked.elapsedNow())
         }
+    }
+
+    /** Has [run] end after the exchange that is under way, so that no reply meets a closed connection. */
+    fun finish() {
+        isOver = true
     }
 
     private fun exchange(): TimeExchange? {

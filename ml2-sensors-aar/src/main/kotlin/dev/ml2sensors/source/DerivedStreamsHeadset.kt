@@ -33,7 +33,7 @@ internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by 
     private fun sensor(stream: StreamSpec, requested: StreamValues): Answer {
         val answer = headset.negotiate(stream, requested)
         val video = answer.acceptedValues?.video() ?: return answer
-        val encoders = videoEncoders ?: return Answer.Refused("this headset encodes no ${StreamValues.H264}")
+        val encoders = videoEncoders ?: return Answer.Refused("this headset encodes no video")
         return encoders.refusal(video)?.let { Answer.Refused(it) } ?: answer
     }
 

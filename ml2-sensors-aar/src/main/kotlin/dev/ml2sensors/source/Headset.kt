@@ -43,7 +43,7 @@ public interface Headset : AutoCloseable {
      */
     public val sleepReason: String? get() = null
 
-    /** The encoders for the format `h264`, which is refused without them; null if the platform has none. */
+    /** The encoders of video, which is refused without them; null if the platform has none. */
     public val videoEncoders: VideoEncoders? get() = null
 
     /**

@@ -13,7 +13,7 @@ import kotlinx.serialization.Serializable
  * @property width of the image in pixels.
  * @property height of the image in pixels.
  * @property rateHz captures per second.
- * @property format of the images, such as `Grayscale`, `jpeg`, [H264] or `Depth32`.
+ * @property format of the images, such as `Grayscale`, `jpeg`, [H264], [H264_FOXGLOVE] or `Depth32`.
  * @property quality of `jpeg`: 1 is the smallest image, 100 the best.
  * @property confidence true to publish the confidence image, too.
  * @property flags true to publish the image of the device's flags, too.
@@ -23,7 +23,7 @@ import kotlinx.serialization.Serializable
  * @property layout of the transform tree: `flat` or `rig`.
  * @property backend `sdk` or `openxr`.
  * @property cameraId Camera2's number of the RGB camera: 0 or 1.
- * @property bitRateMbit of [H264], in Mbit/s: 1 to 100.
+ * @property bitRateMbit of video, in Mbit/s: 1 to 100.
  */
 @Serializable
 public data class StreamValues(
@@ -44,8 +44,11 @@ public data class StreamValues(
     @SerialName("bit_rate_mbit") val bitRateMbit: Int? = null,
 ) {
     public companion object {
-        /** The format of video. */
+        /** The format of video for image_transport. */
         public const val H264: String = "h264"
+
+        /** The format of video for Foxglove. */
+        public const val H264_FOXGLOVE: String = "h264_foxglove"
     }
 }
 
@@ -78,9 +81,13 @@ private fun StreamValues.enables(condition: String?): Boolean =
         }
     }
 
+/** True if they ask for video. */
+internal val StreamValues.isVideo: Boolean
+    get() = format == StreamValues.H264 || format == StreamValues.H264_FOXGLOVE
+
 /** Returns the video that a camera's values ask for; null if they ask for another format. */
 internal fun StreamValues.video(): VideoSettings? {
-    if (format != StreamValues.H264) return null
+    if (!isVideo) return null
     return VideoSettings(
         checkNotNull(width),
         checkNotNull(height),

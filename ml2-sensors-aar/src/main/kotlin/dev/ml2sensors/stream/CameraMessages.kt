@@ -2,6 +2,7 @@ package dev.ml2sensors.stream
 
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.CompressedVideo
 import dev.ml2sensors.message.FfmpegPacket
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
@@ -67,6 +68,10 @@ internal fun ImageSample.toFfmpegPacket(header: Header, encoding: String): Ffmpe
         isBigendian = false,
         data = pixels,
     )
+
+/** Returns the image of this sample, which is an access unit of video; [format] as Foxglove has it. */
+internal fun ImageSample.toCompressedVideo(header: Header, format: String): CompressedVideo =
+    CompressedVideo(header.stamp, header.frameId, pixels, format)
 
 private const val NANOS_PER_MICRO = 1000
 

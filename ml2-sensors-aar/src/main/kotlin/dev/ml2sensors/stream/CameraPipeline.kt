@@ -5,6 +5,7 @@ import dev.ml2sensors.capture.VideoStream
 import dev.ml2sensors.clock.StampMap
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.CompressedVideo
 import dev.ml2sensors.message.FfmpegPacket
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
@@ -129,6 +130,11 @@ internal class CameraPipeline(
             FfmpegPacket.serializer().rosType -> { it ->
                 val packet = it.sample.toFfmpegPacket(it.header, checkNotNull(encoding))
                 channel.publish(FfmpegPacket.serializer(), packet, it.stampNanos, it.sample)
+            }
+
+            CompressedVideo.serializer().rosType -> { it ->
+                val image = it.sample.toCompressedVideo(it.header, checkNotNull(encoding))
+                channel.publish(CompressedVideo.serializer(), image, it.stampNanos, it.sample)
             }
 
             CameraInfo.serializer().rosType -> { it ->

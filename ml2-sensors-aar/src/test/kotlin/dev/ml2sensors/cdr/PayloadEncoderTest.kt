@@ -91,11 +91,20 @@ class PayloadEncoderTest {
     )
 
     @Test
-    fun nothingMayFollowBorrowedBytes() {
-        val error =
-            assertFailsWith<IllegalArgumentException> {
-                encoder.encode(BytesFirst.serializer(), BytesFirst(ByteBuffer.allocate(1), after = 0))
-            }
+    fun bytesBeforeOtherFieldsAreCopied() {
+        val payload = encoder.encode(BytesFirst.serializer(), BytesFirst(ByteBuffer.wrap(byteArrayOf(7, 8)), after = 9))
+        assertContentEquals(hex("00010000 02000000 0708 09"), payload.prefix.bytes())
+        assertNull(payload.data)
+    }
+
+    @Serializable
+    internal class Nested(val image: CompressedImage, val after: Byte)
+
+    @Test
+    fun nothingMayFollowAMessageThatEndsWithBorrowedBytes() {
+        val error = assertFailsWith<IllegalArgumentException> {
+            encoder.encode(Nested.serializer(), Nested(image(ByteBuffer.allocate(1)), after = 0))
+        }
         assertEquals("Expected the byte sequence last, but found after", error.message)
     }
 

@@ -4,6 +4,7 @@ import dev.ml2sensors.cdr.FixedLength
 import dev.ml2sensors.message.BatteryState
 import dev.ml2sensors.message.CameraInfo
 import dev.ml2sensors.message.CompressedImage
+import dev.ml2sensors.message.CompressedVideo
 import dev.ml2sensors.message.FfmpegPacket
 import dev.ml2sensors.message.Header
 import dev.ml2sensors.message.Image
@@ -67,6 +68,7 @@ internal val MESSAGE_SERIALIZERS: Map<String, KSerializer<*>> =
         Image.serializer(),
         CompressedImage.serializer(),
         FfmpegPacket.serializer(),
+        CompressedVideo.serializer(),
         CameraInfo.serializer(),
         RegionOfInterest.serializer(),
         Imu.serializer(),

@@ -33,7 +33,7 @@ class NegotiationTest {
     @Test
     fun aRefusalNamesTheValueAndWhatWouldDo() {
         assertRefused("update_rate is 60, expected one of 15, 30", COLOR.copy(width = 4096, height = 3072, rateHz = 60))
-        assertRefused("format is png, expected one of jpeg, h264", COLOR.copy(format = "png"))
+        assertRefused("format is png, expected one of jpeg, h264, h264_foxglove", COLOR.copy(format = "png"))
         assertRefused("stream is null, expected one of 0, 1", COLOR.copy(stream = null))
         assertRefused(
             "resolution is 1920x1081, expected one of 640x480, 1280x720, 1280x960, 1440x1080, 1920x1080, 2048x1536, " +

@@ -47,6 +47,15 @@ public object StreamTable {
                     condition = "format=h264",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "world_center/image_raw/foxglove",
+                    type = "foxglove_msgs/msg/CompressedVideo",
+                    lane = "world_center",
+                    qos = "image",
+                    encoding = "h264",
+                    condition = "format=h264_foxglove",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "world_center/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -69,13 +78,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Grayscale", "jpeg", "h264"),
+                    formats = listOf("Grayscale", "jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Grayscale", "jpeg", "h264"),
+                    formats = listOf("Grayscale", "jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
@@ -116,6 +125,15 @@ public object StreamTable {
                     condition = "format=h264",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "world_left/image_raw/foxglove",
+                    type = "foxglove_msgs/msg/CompressedVideo",
+                    lane = "world_left",
+                    qos = "image",
+                    encoding = "h264",
+                    condition = "format=h264_foxglove",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "world_left/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -138,13 +156,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Grayscale", "jpeg", "h264"),
+                    formats = listOf("Grayscale", "jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Grayscale", "jpeg", "h264"),
+                    formats = listOf("Grayscale", "jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
@@ -185,6 +203,15 @@ public object StreamTable {
                     condition = "format=h264",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "world_right/image_raw/foxglove",
+                    type = "foxglove_msgs/msg/CompressedVideo",
+                    lane = "world_right",
+                    qos = "image",
+                    encoding = "h264",
+                    condition = "format=h264_foxglove",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "world_right/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -207,13 +234,13 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("Grayscale", "jpeg", "h264"),
+                    formats = listOf("Grayscale", "jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("Grayscale", "jpeg", "h264"),
+                    formats = listOf("Grayscale", "jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1016 to 1016),
                 ),
@@ -245,6 +272,15 @@ public object StreamTable {
                     condition = "format=h264",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "color/image_raw/foxglove",
+                    type = "foxglove_msgs/msg/CompressedVideo",
+                    lane = "color",
+                    qos = "image",
+                    encoding = "h264",
+                    condition = "format=h264_foxglove",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "color/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -267,25 +303,25 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(15, 30, 60),
                     resolutions = listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
                 ),
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(15, 30),
                     resolutions = listOf(2880 to 2160, 3840 to 2160, 4096 to 3072),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30, 60),
                     resolutions = listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1944 to 2160, 2880 to 2160),
                 ),
@@ -317,6 +353,15 @@ public object StreamTable {
                     condition = "format=h264",
                 ),
                 TopicSpec(
+                    role = "image",
+                    name = "mixed_reality/image_raw/foxglove",
+                    type = "foxglove_msgs/msg/CompressedVideo",
+                    lane = "mixed_reality",
+                    qos = "image",
+                    encoding = "h264",
+                    condition = "format=h264_foxglove",
+                ),
+                TopicSpec(
                     role = "camera_info",
                     name = "mixed_reality/camera_info",
                     type = "sensor_msgs/msg/CameraInfo",
@@ -339,25 +384,25 @@ public object StreamTable {
             modes = listOf(
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(15, 30, 60),
                     resolutions = listOf(640 to 480, 1280 to 720, 1280 to 960, 1440 to 1080, 1920 to 1080, 2048 to 1536),
                 ),
                 Mode(
                     stream = 0,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(15, 30),
                     resolutions = listOf(2880 to 2160, 3840 to 2160, 4096 to 3072),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30, 60),
                     resolutions = listOf(648 to 720, 972 to 1080, 960 to 720, 1440 to 1080),
                 ),
                 Mode(
                     stream = 1,
-                    formats = listOf("jpeg", "h264"),
+                    formats = listOf("jpeg", "h264", "h264_foxglove"),
                     rates = listOf(30),
                     resolutions = listOf(1944 to 2160, 2880 to 2160),
                 ),

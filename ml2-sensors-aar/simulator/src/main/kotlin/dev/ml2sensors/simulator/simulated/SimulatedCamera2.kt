@@ -17,6 +17,7 @@ import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.SensorSource
 import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.source.answer
+import dev.ml2sensors.source.isVideo
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Job
@@ -90,7 +91,7 @@ private class OpenColorCamera(private val values: StreamValues, private val with
 
     private fun sample(jpeg: ByteBuffer): Sample {
         val captureNanos = poses.captureNanos(deviceNanos)
-        if (values.format != StreamValues.H264) {
+        if (!values.isVideo) {
             return image(captureNanos, strideBytes = 0, listOf(ImageSample.Plane(ImageSample.IMAGE, jpeg))) {}
         }
         val raw = buffers.acquire() ?: return LostSamples(captureNanos, 1, DropReason.NO_BUFFER)
