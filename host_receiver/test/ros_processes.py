@@ -76,6 +76,7 @@ class Child:
         for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
             assert stream is not None
             stream.close()
+        print(*self.errors, sep="\n", file=sys.stderr)  # which pytest shows if the test failed
 
     def _stop(self) -> None:
         for number in (signal.SIGINT, signal.SIGTERM):
