@@ -1,8 +1,8 @@
 """The hashes of message types, against what another program makes of the types' definitions."""
 
+from message_definitions import typestore
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.recording.message_definitions import DEFINITIONS
-from ros_types import typestore
 
 # rosbags takes char for uint8, ROS for int8.
 _DIFFERENT_IN_ROSBAGS = {"std_msgs/msg/Char"}

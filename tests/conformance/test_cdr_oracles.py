@@ -8,10 +8,11 @@ import pytest
 from rclpy.serialization import deserialize_message
 
 from case_files import load
-from ros_types import PACKET, typestore
+from message_definitions import typestore
 
 CASES = load("cdr")
 ROSBAGS = typestore()
+PACKET = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -140,8 +140,7 @@ def test_metadata_has_codec_quality_and_size(run: Run, camera: str) -> None:
     sizes = {stamp_ns(it): len(it.data) for it in run.compressed.messages(compressed_topic(camera))}
     described = 0
     for message in run.compressed.messages(f"{camera}/metadata"):
-        told = json.loads(message.data)
-        stamp = told["stamp"]["sec"] * 10**9 + told["stamp"]["nanosec"]
+        told, stamp = json.loads(message.data), stamp_ns(message)
         if stamp in sizes:
             described += 1
             assert told["codec"] == ("rvl" if camera == "depth" else "jpeg")

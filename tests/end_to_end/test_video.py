@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
-from capture_stamps import stamp_ns
+from capture_stamps import nanos, stamp_ns
 from ml2_tools.images.pixels import pixels_of
 from other_programs import collect, streaming
 from processes import (
@@ -168,14 +168,10 @@ def test_foxglove_gets_the_same_video_in_its_own_type(tmp_path: Path) -> None:
     images = received.messages(topic)
     assert {(it.format, it.frame_id) for it in images} == {("h264", "world_left_optical_frame")}
     infos = {stamp_ns(it) for it in received.messages("world_left/camera_info")}
-    assert len(infos.intersection(_ns(it.timestamp) for it in images)) > 20
+    assert len(infos.intersection(nanos(it.timestamp) for it in images)) > 20
     codec = av.CodecContext.create("h264", "r")
     decoded = [it for image in images for it in codec.decode(av.Packet(bytes(image.data)))]
     assert {(it.width, it.height) for it in decoded} == {(1016, 1016)}
-
-
-def _ns(stamp: Any) -> int:
-    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
 @each_camera
@@ -185,8 +181,7 @@ def test_camera_info_and_metadata_have_its_stamps(run: Run, camera: str) -> None
     assert len(infos & sizes.keys()) > COUNT / 2
     described = 0
     for message in run.video.messages(f"{camera}/metadata"):
-        told = json.loads(message.data)
-        stamp = told["stamp"]["sec"] * 10**9 + told["stamp"]["nanosec"]
+        told, stamp = json.loads(message.data), stamp_ns(message)
         if stamp in sizes:
             described += 1
             assert (told["codec"], told["encoded_bytes"]) == ("h264", sizes[stamp])

@@ -4,9 +4,10 @@
 #include <wels/codec_api.h>
 
 #include <cstring>
-#include <iterator>
 #include <memory>
 #include <vector>
+
+#include "registration.h"
 
 namespace {
 
@@ -149,24 +150,14 @@ jint encode(JNIEnv *env, jclass, jlong handle, jobject luma, jobject chroma, jin
 
 void close(JNIEnv *, jclass, jlong handle) { delete reinterpret_cast<Encoder *>(handle); }
 
-template <typename F> JNINativeMethod method(const char *name, const char *signature, F *function) {
-    return {const_cast<char *>(name), const_cast<char *>(signature), reinterpret_cast<void *>(function)};
-}
-
 } // namespace
 
 extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
-    JNIEnv *env;
-    if (vm->GetEnv(reinterpret_cast<void **>(&env), JNI_VERSION_1_6) != JNI_OK)
-        return JNI_ERR;
     const JNINativeMethod methods[] = {
         method("refusal", "()Ljava/lang/String;", refusal),
         method("open", "(IIII)J", open),
         method("encode", "(JLjava/nio/ByteBuffer;Ljava/nio/ByteBuffer;IJZLjava/nio/ByteBuffer;)I", encode),
         method("close", "(J)V", close),
     };
-    const jclass type = env->FindClass(kClass);
-    if (type == nullptr || env->RegisterNatives(type, methods, std::size(methods)) != JNI_OK)
-        return JNI_ERR;
-    return JNI_VERSION_1_6;
+    return registerNatives(vm, kClass, methods);
 }

@@ -9,6 +9,7 @@
 
 #include "ml2sim.h"
 #include "openxr/ml2sim_xr.h"
+#include "registration.h"
 
 namespace {
 
@@ -83,16 +84,9 @@ void colorPixels(JNIEnv *env, jclass, jobject jpeg, jobject nv21) {
                         static_cast<uint8_t *>(env->GetDirectBufferAddress(nv21)));
 }
 
-template <typename F> JNINativeMethod method(const char *name, const char *signature, F *function) {
-    return {const_cast<char *>(name), const_cast<char *>(signature), reinterpret_cast<void *>(function)};
-}
-
 } // namespace
 
 extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
-    JNIEnv *env;
-    if (vm->GetEnv(reinterpret_cast<void **>(&env), JNI_VERSION_1_6) != JNI_OK)
-        return JNI_ERR;
     const JNINativeMethod methods[] = {
         method("set", "(Ljava/lang/String;Ljava/lang/String;)Ljava/lang/String;", set),
         method("describeKeys", "()Ljava/lang/String;", describeKeys),
@@ -104,8 +98,5 @@ extern "C" JNIEXPORT jint JNI_OnLoad(JavaVM *vm, void *) {
         method("color", "(IIIZJ[J[F)Ljava/nio/ByteBuffer;", color),
         method("colorPixels", "(Ljava/nio/ByteBuffer;Ljava/nio/ByteBuffer;)V", colorPixels),
     };
-    const jclass type = env->FindClass(kClass);
-    if (type == nullptr || env->RegisterNatives(type, methods, std::size(methods)) != JNI_OK)
-        return JNI_ERR;
-    return JNI_VERSION_1_6;
+    return registerNatives(vm, kClass, methods);
 }

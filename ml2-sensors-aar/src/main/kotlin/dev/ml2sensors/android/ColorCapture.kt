@@ -19,7 +19,6 @@ import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.table.StreamSpec
-import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineDispatcher
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
@@ -67,21 +66,11 @@ internal class ColorCapture(
     /** Delivers every image that the camera delivers, or counts it, also when the run fails. */
     suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
         launch {
-            val failure = failureOf {
+            queue.closeAfter {
                 SlotPool(stream).use { slots -> onThreadOfItsOwn { capture(it, copier(slots), poses) } }
             }
-            queue.close(failure)
         }
         queue.deliverTo(collector)
-    }
-
-    private inline fun failureOf(run: () -> Unit): Exception? = try {
-        run()
-        null
-    } catch (e: CancellationException) {
-        throw e
-    } catch (e: Exception) {
-        e
     }
 
     private fun copier(slots: SlotPool): ImageCopier = when {

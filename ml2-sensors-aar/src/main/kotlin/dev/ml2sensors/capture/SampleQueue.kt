@@ -5,6 +5,7 @@ import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
+import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.FlowCollector
@@ -45,6 +46,19 @@ internal class SampleQueue(capacity: Int) {
      */
     fun close(cause: Throwable?) {
         samples.close(cause)
+    }
+
+    /** Runs [produce], and ends the queue with its failure if it has one. A cancellation does not end the queue. */
+    inline fun closeAfter(produce: () -> Unit) {
+        val failure = try {
+            produce()
+            null
+        } catch (e: CancellationException) {
+            throw e
+        } catch (e: Exception) {
+            e
+        }
+        close(failure)
     }
 
     /** Passes samples to [collector] until the queue is closed. An image is valid until [collector] returns. */

@@ -12,14 +12,13 @@ import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.source.VideoSettings
 import dev.ml2sensors.source.isKeyFrame
 import dev.ml2sensors.table.StreamSpec
-import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.launch
 import java.util.concurrent.atomic.AtomicInteger
 
-/** What happens to the packets of a video after it is encoded. Thread-safe. */
+/** The way of a video's packets after the encoder. Thread-safe. */
 internal interface VideoLink {
     /** How many packets were dropped so far. */
     val droppedPackets: Long
@@ -54,22 +53,13 @@ internal class VideoStream(
     fun encoded(samples: Flow<Sample>): Flow<Sample> = flow {
         val queue = SampleQueue(SlotPool.SLOTS)
         coroutineScope {
-            val encoding = launch { queue.close(failureOf { Encoding(queue).use { it.run(samples) } }) }
+            val encoding = launch { queue.closeAfter { Encoding(queue).use { it.run(samples) } } }
             try {
                 queue.deliverTo(this@flow)
             } finally {
                 encoding.cancel()
             }
         }
-    }
-
-    private suspend inline fun failureOf(run: () -> Unit): Exception? = try {
-        run()
-        null
-    } catch (e: CancellationException) {
-        throw e
-    } catch (e: Exception) {
-        e
     }
 
     /** One run of an encoder. */

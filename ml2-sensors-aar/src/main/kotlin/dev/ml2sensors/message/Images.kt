@@ -52,7 +52,8 @@ internal class CompressedImage(
  * @property header As in [Image].
  * @property width Pixels per row.
  * @property height Number of rows.
- * @property encoding Codec, its pixels, and those of the decoded image, such as `h264;yuv420p;mono8;mono8`.
+ * @property encoding The codec, the pixel format of the video, and the encoding of the decoded image, twice, such as
+ * `h264;yuv420p;mono8;mono8`.
  * @property pts Time of presentation; a number that no other packet of the stream has.
  * @property flags 1 for a key frame, else 0.
  * @property isBigendian True if numbers of more than one byte are big-endian.

@@ -2,7 +2,7 @@ package dev.ml2sensors.source
 
 import java.nio.ByteBuffer
 
-/** What a stream's video is: H.264 of [width] x [height] pixels, [rateHz] images per second, [bitsPerSecond]. */
+/** The settings of a video in H.264: [rateHz] images per second of [width] x [height] pixels, [bitsPerSecond]. */
 internal data class VideoSettings(val width: Int, val height: Int, val rateHz: Int, val bitsPerSecond: Int)
 
 /**
@@ -14,7 +14,7 @@ internal data class VideoSettings(val width: Int, val height: Int, val rateHz: I
  */
 internal class VideoPacket(val presentationMicros: Long, val bytes: ByteBuffer)
 
-/** What an encoder makes; called by one thread at a time, which may be the encoder's own. */
+/** Takes the packets of an encoder. One thread at a time calls it, which may be the encoder's own. */
 internal interface VideoOutput {
     /** Takes the next image, in order of presentation. An encoder may skip images. */
     fun packet(packet: VideoPacket)

@@ -219,7 +219,7 @@ class VideoStreamTest {
     private fun List<Any>.lost() =
         filterIsInstance<LostSamples>().groupBy { it.reason }.mapValues { (_, of) -> of.sumOf { it.count } }
 
-    /** What is kept of an encoded image after its release. */
+    /** A copy of an encoded image, which is released itself. */
     private class Encoded(sample: ImageSample) {
         val captureNanos = sample.captureNanos
         val frameNumber = sample.frameNumber

@@ -9,7 +9,7 @@ import kotlin.test.assertEquals
 class YuvPlanesTest {
     private val random = Random(7)
 
-    /** Where the values of U and V lie. */
+    /** The layout of U and V in memory. */
     private enum class Layout { PLANAR, U_FIRST, V_FIRST, APART }
 
     @Test
@@ -115,7 +115,7 @@ class YuvPlanesTest {
             return YuvPlane(memory.duplicate().position(offset).limit(offset + size).slice(), rowStride, pixelStride)
         }
 
-        /** What lies between the rows of the planes, and behind them. */
+        /** The bytes between the rows of the planes, and behind them. */
         fun padding(): ByteArray = isOfRow.indices.filter { !isOfRow[it] }.map { memory[it] }.toByteArray()
     }
 

@@ -20,12 +20,7 @@ import org.robolectric.shadows.ShadowMediaCodecList
 import org.robolectric.util.ReflectionHelpers
 import org.robolectric.util.ReflectionHelpers.ClassParameter
 import java.nio.ByteBuffer
-import java.nio.file.Path
 import java.util.concurrent.ConcurrentLinkedQueue
-import kotlin.io.path.absolutePathString
-import kotlin.io.path.copyTo
-import kotlin.io.path.createTempFile
-import kotlin.io.path.deleteExisting
 
 /** An encoder below Android's own MediaCodec, of which openh264 does the work. */
 @Implements(MediaCodec::class)
@@ -107,7 +102,7 @@ class AvcCodec : ShadowMediaCodec() {
         /** Why it does not take a format. */
         var refusal: IllegalStateException? = null
 
-        /** What it was given, without padding: brightness, then U, then V. */
+        /** The images that it was given, without padding: brightness, then U, then V. */
         val inputs = ConcurrentLinkedQueue<ByteArray>()
 
         /** The format it was configured with. */
@@ -119,7 +114,7 @@ class AvcCodec : ShadowMediaCodec() {
         private var parameterSets: ByteArray? = null
         private var encoder = 0L
         private var micros = 0L
-        private val loaded by lazy(::load)
+        private val loaded by lazy { loadCopy("host/sim/jni/libml2sim_openh264.so") }
 
         /** Adds it to the encoders that Android lists, for images up to [width] x [height]. */
         fun install(width: Int, height: Int, colorFormat: Int = CodecCapabilities.COLOR_FormatYUV420Flexible) {
@@ -154,17 +149,6 @@ class AvcCodec : ShadowMediaCodec() {
             encoder = 0
             clearCodecs()
             ShadowMediaCodecList.reset()
-        }
-
-        /** In this class loader: Robolectric may have several, and a file is loaded by one. */
-        private fun load() {
-            val copy = createTempFile("libml2sim_openh264", ".so")
-            try {
-                Path.of("../../build/native/host/sim/jni/libml2sim_openh264.so").copyTo(copy, overwrite = true)
-                System.load(copy.absolutePathString())
-            } finally {
-                copy.deleteExisting()
-            }
         }
     }
 
