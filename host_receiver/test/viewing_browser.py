@@ -72,11 +72,13 @@ class Browser:
         return found
 
     def text(self, type: str) -> dict[str, Any]:
-        """The next JSON of this type."""
+        """The next JSON of this type; fails when a request fails meanwhile."""
         while True:
             found = self.next()
-            if not isinstance(found, Picture) and found["type"] == type:
-                return found
+            if not isinstance(found, Picture):
+                if found["type"] == type:
+                    return found
+                assert found["type"] != "answer" or found["is_done"], found
 
     def picture(self) -> Picture:
         while True:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import rclpy
@@ -24,16 +24,19 @@ class ReceiverClient:
         context: that of a node which has heard of the receiver.
         receiver: as in its --name, or empty.
         timeout_s: for each answer.
+        services: are looked for at once, because ROS takes up to seconds to find one.
     """
 
-    def __init__(self, context: Context, receiver: str, timeout_s: float) -> None:
+    def __init__(
+        self, context: Context, receiver: str, timeout_s: float, services: Iterable[str] = ()
+    ) -> None:
         self._name = f"{'/' if receiver else ''}{receiver}/ml2_receiver"
         self._timeout_s = timeout_s
         self._node = rclpy.create_node("ml2_client", context=context)
         self._executor = SingleThreadedExecutor(context=context)
         # A client lives as long as its node.
         self._parameter_client: AsyncParameterClient | None = None
-        self._services: dict[str, Client] = {}
+        self._services = {it: self._service(it) for it in services}
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -67,13 +70,15 @@ class ReceiverClient:
             RosError: it does not answer.
         """
         if service not in self._services:
-            name = f"{self._name}/{service}"
-            self._services[service] = self._node.create_client(Trigger, name)
+            self._services[service] = self._service(service)
         client = self._services[service]
         if not client.wait_for_service(self._timeout_s):
             raise self._silent(service)
         answer = self._answer(client.call_async(Trigger.Request()))
         return answer.success, answer.message
+
+    def _service(self, name: str) -> Client:
+        return self._node.create_client(Trigger, f"{self._name}/{name}")
 
     def _parameters(self) -> AsyncParameterClient:
         if self._parameter_client is None:

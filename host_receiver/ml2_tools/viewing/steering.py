@@ -21,7 +21,7 @@ from .steered import Answer, Newest
 from .view import View
 
 _PERIOD_S = 1.0
-_PATIENCE_S = 3.0
+_PATIENCE_S = 5.0
 
 
 class Steering:
@@ -48,7 +48,7 @@ class Steering:
     ) -> None:
         self.offer = Offer(controls, SERVICES, has_pairing=True)
         self._view, self._pairing = view, pairing
-        self._client = ReceiverClient(context, receiver, _PATIENCE_S)
+        self._client = ReceiverClient(context, receiver, _PATIENCE_S, SERVICES)
         self._settings: tuple[int, str] = 0, ""
         self._is_over = False
         self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()

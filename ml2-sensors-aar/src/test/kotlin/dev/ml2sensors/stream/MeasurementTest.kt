@@ -108,12 +108,9 @@ class MeasurementTest {
     fun posesAreSentWhileTheyAreTracked() = runBlocking<Unit> {
         fixture.streamer.start()
         val session = fixture.session("""{"head_pose": {}}""")
-        for (tracked in listOf(
-            null,
-            pose,
-            null,
-        )) {
-            headset.deliver(StreamTable.headPose, PoseSample(fixture.now, tracked))
+        for (tracked in listOf(null, pose, null)) {
+            // To the watch of tracking events, too
+            headset.deliver(StreamTable.headPose, PoseSample(fixture.now, tracked), times = 2)
         }
         val sent = session.awaitData("head_pose")[0].message<PoseStamped>()
         assertEquals("magicleap_world", sent.header.frameId)
