@@ -82,7 +82,10 @@ def c_includes() -> Iterable[tuple[str, str]]:
         if file.suffix in {".c", ".cpp", ".h"} and not user.startswith("tests/"):
             for name in re.findall(r'^#include "(.+)"', file.read_text(), re.MULTILINE):
                 places = [folder / name for folder in (file.parent, *map(NATIVE.joinpath, HEADERS))]
-                used = next(filter(Path.is_file, places)).resolve()
+                used = next(filter(Path.is_file, places), None)
+                if used is None:
+                    sys.exit(f"{file}: {name} is in none of the folders of HEADERS")
+                used = used.resolve()
                 yield user, used.relative_to(NATIVE).with_suffix("").as_posix()
 
 

