@@ -10,30 +10,9 @@
 #include "../sdk/clock.h"
 #include "../sdk/error.h"
 #include "frame.h"
-#include "source.h"
+#include "sensors.h"
 
-enum { INDEX_BITS = 5, SENSOR_BITS = 4 };
-
-#define BIT(stream) ML2S_STREAM_BIT(ML2S_STREAM_##stream)
-static const struct sensor {
-    const char *name;
-    uint64_t streams;
-    const struct source_ops *sdk, *openxr;
-} sensors[1 << SENSOR_BITS] = {
-    [ML2S_SENSOR_DEPTH] = {"depth", BIT(DEPTH) | BIT(INFRA), &source_depth, &openxr_pixels},
-    [ML2S_SENSOR_WORLD] = {"world", BIT(WORLD_CENTER) | BIT(WORLD_LEFT) | BIT(WORLD_RIGHT), &source_world,
-                           &openxr_pixels},
-    [ML2S_SENSOR_EYE] = {"eye",
-                         BIT(EYE_NASAL_LEFT) | BIT(EYE_NASAL_RIGHT) | BIT(EYE_TEMPLE_LEFT) | BIT(EYE_TEMPLE_RIGHT),
-                         &source_eye, &openxr_pixels},
-    [ML2S_SENSOR_HEAD] = {"head", BIT(HEAD_POSE), &source_head, &openxr_head},
-    [ML2S_SENSOR_COLOR] = {"color", BIT(COLOR) | BIT(MIXED_REALITY), &source_color_pose, &openxr_pixels},
-    [ML2S_SENSOR_GAZE] = {"gaze", BIT(GAZE), &source_gaze, &openxr_gaze},
-    [ML2S_SENSOR_HANDS] = {"hands", BIT(HAND_LEFT) | BIT(HAND_RIGHT), &source_hands, &openxr_hands},
-    [ML2S_SENSOR_CONTROLLER] = {"controller", BIT(CONTROLLER), &source_controller, &openxr_controller},
-    [ML2S_SENSOR_CONTROLLER_INPUT] = {"controller input", BIT(CONTROLLER_JOY), &source_controller_input,
-                                      &openxr_controller_input},
-};
+enum { INDEX_BITS = SENSOR_BITS + 1 };
 
 /** One handle per sensor and backend. Only id, owner and is_taken are used by other threads than the owner. */
 static struct handle {
@@ -67,33 +46,12 @@ static ml2s_result find(ml2s_handle id, struct handle **out, ml2s_error *error) 
     return ML2S_OK;
 }
 
-static ml2s_result find_ops(uint32_t sensor, uint32_t backend, const struct source_ops **ops, ml2s_error *error) {
-    if (sensor >= sizeof sensors / sizeof *sensors || !sensors[sensor].name) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "unknown sensor %u", sensor);
-    }
-    if (backend > ML2S_BACKEND_OPENXR) {
-        return error_set(error, ML2S_INVALID_ARGUMENT, 0, "%s: unknown backend %u", sensors[sensor].name, backend);
-    }
-    *ops = backend == ML2S_BACKEND_SDK ? sensors[sensor].sdk : sensors[sensor].openxr;
-    return ML2S_OK;
-}
-
-static ml2s_result require(const struct source_ops *ops, ml2s_error *error) {
-    return ops->require ? ops->require(error) : ML2S_OK;
-}
-
-ml2s_result ml2s_check(uint32_t sensor, uint32_t backend, ml2s_error *error) {
-    const struct source_ops *ops;
-    ml2s_result result = error_is_valid(error) ? find_ops(sensor, backend, &ops, error) : ML2S_INVALID_ARGUMENT;
-    return result ? result : require(ops, error);
-}
-
 static ml2s_result check(const ml2s_settings *settings, const struct source_ops **ops, ml2s_error *error) {
     if (!error_is_valid(error) || !settings || settings->struct_size < sizeof *settings) {
         return error_set(error_is_valid(error) ? error : NULL, ML2S_INVALID_ARGUMENT, 0,
                          "settings: struct_size is smaller than the structure, or settings is null");
     }
-    ml2s_result result = find_ops(settings->sensor, settings->backend, ops, error);
+    ml2s_result result = sensor_find_ops(settings->sensor, settings->backend, ops, error);
     if (result) {
         return result;
     }
@@ -112,7 +70,7 @@ ml2s_result ml2s_open(const ml2s_settings *settings, ml2s_handle *out, ml2s_erro
     if (result || !out) {
         return result ? result : error_set(error, ML2S_INVALID_ARGUMENT, 0, "ml2s_open: out is null");
     }
-    if ((result = require(ops, error))) {
+    if ((result = source_require(ops, error))) {
         return result;
     }
     const struct sensor *sensor = &sensors[settings->sensor];

@@ -1,7 +1,7 @@
 // Preloaded into a headset: how much memory libml2sensors.so has mapped for frames, at most at a time and at the end,
 // and how much of what it unmapped was used. Writes these bytes to the file named by ML2S_MAPPED when the process ends.
-// Only that library finds this mmap: it alone asks for one without a version of glibc's, and mapped.map gives this one a
-// version of its own.
+// Only that library finds this mmap: it alone asks for one without a version of glibc's, and mapped.map gives this one
+// a version of its own.
 #define _GNU_SOURCE
 #include <stdatomic.h>
 #include <stdio.h>

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ml2_receiver.table.reader import load_table
-from observer import START_S
+from observed_topic import START_S
 from processes import (
     PLAINTEXT,
     PREFIX,

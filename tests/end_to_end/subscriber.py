@@ -20,7 +20,8 @@ from typing import Self
 
 from diagnostic_msgs.msg import DiagnosticArray
 
-from observer import Observed, Observer, observe, spun_observer
+from observed_topic import Observed
+from observer import Observer, observe, spun_observer
 from payload_file import Payloads
 
 _DEPTH = 10

@@ -1,5 +1,6 @@
 """The transport of a Connection."""
 
+import struct
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -14,6 +15,8 @@ from .actions import Ending
 from .connection import Connection
 
 _SMALL_FRAMES_BYTES = 64 * 1024
+_TIME = struct.Struct("<q")
+_TIMES = struct.Struct("<qqq")
 
 
 @dataclass(eq=False)
@@ -65,6 +68,13 @@ class ConnectionIO:
             self.parser.lane = LaneKind.of(self.connection.lane)
         body_bytes = body.to_bytes() if body else b""
         self.write(encode_frame(kind, body_bytes, send_ns=time.time_ns()))
+
+    def answer_time(self, request: Frame, received_ns: int) -> None:
+        """Sends the TIME_REPLY to a TIME_REQUEST that was received at this ROS time."""
+        (asked_ns,) = _TIME.unpack(request.body)
+        now_ns = time.time_ns()
+        times = _TIMES.pack(asked_ns, received_ns, now_ns)
+        self.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
 
     def write(self, data: bytes) -> None:
         """Sends without waiting; aborts the connection if the send buffer is full."""

@@ -1,5 +1,6 @@
 """Rate limits for the log lines that peers can cause."""
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Literal
@@ -71,8 +72,15 @@ class _Window:
 def event_limits(
     log_line: Callable[[str], None], clock: Callable[[], float]
 ) -> dict[Cause, EventLimit]:
-    """Returns the limit for the log lines of each cause."""
-    return {it: EventLimit(log_line, clock, per_second=n) for it, n in _PER_SECOND.items()}
+    """Returns the limit for the lines of each cause; lines for which log_line fails are printed."""
+
+    def log(text: str) -> None:
+        try:
+            log_line(text)
+        except Exception:  # it may be the failure of `log_line` that is logged
+            print(text, file=sys.stderr, flush=True)
+
+    return {it: EventLimit(log, clock, per_second=n) for it, n in _PER_SECOND.items()}
 
 
 class OncePerAddress:

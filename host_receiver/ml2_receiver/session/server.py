@@ -1,8 +1,6 @@
 """The threads of a receiver: a reader per connection, an acceptor and a timer."""
 
 import socket
-import struct
-import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -11,7 +9,7 @@ from dataclasses import replace
 
 from ..errors import ErrorCode, KeysError, ProtocolError, PublishError
 from ..transport.access import Access
-from ..wire.frame import Frame, encode_frame
+from ..wire.frame import Frame
 from ..wire.kinds import Kind
 from ..wire.messages import Link
 from .acceptor import Acceptor
@@ -28,8 +26,6 @@ from .streams import DesiredStreams, Request
 
 _TICK_S = 0.1
 _STOP_S = 0.3
-_TIME = struct.Struct("<q")
-_TIMES = struct.Struct("<qqq")
 
 
 class Server:
@@ -71,7 +67,7 @@ class Server:
         self._access, self._access_changed = access, access_changed
         self._address_limits = AddressLimits(settings.limits, time.monotonic)
         self._sink, self._idle = sink, idle
-        self._log_limits = event_limits(self._event, time.monotonic)
+        self._log_limits = event_limits(sink.event, time.monotonic)
         self._linger_s = settings.limits.linger_s
         self._lock = threading.Lock()  # of the state
         self._acting = threading.Lock()  # of the sink and what is sent; never taken under _lock
@@ -274,10 +270,7 @@ class Server:
                     raise self._host.refusal(link.connection, header.channel)
             route.receive(frame, received_ns, time.time_ns())
         elif header.kind == Kind.TIME_REQUEST:
-            (t1,) = _TIME.unpack(frame.body)
-            now_ns = time.time_ns()
-            times = _TIMES.pack(t1, received_ns, now_ns)
-            link.write(encode_frame(Kind.TIME_REPLY, times, send_ns=now_ns))
+            link.answer_time(frame, received_ns)
         else:
             with self._update() as now_s:
                 self._host.received(link.connection, frame, now_s)
@@ -308,9 +301,3 @@ class Server:
 
     def _log(self, text: str, cause: Cause) -> None:
         self._host.actions.append(Log(text, cause))
-
-    def _event(self, text: str) -> None:
-        try:
-            self._sink.event(text)
-        except Exception:  # it may be the sink whose failure is logged
-            print(text, file=sys.stderr, flush=True)

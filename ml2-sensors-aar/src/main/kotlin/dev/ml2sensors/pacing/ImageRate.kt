@@ -1,6 +1,5 @@
 package dev.ml2sensors.pacing
 
-import kotlin.math.cbrt
 import kotlin.math.max
 import kotlin.math.min
 import kotlin.math.pow
@@ -13,9 +12,8 @@ import kotlin.math.pow
  * - The queueing delay is what the path took of a round trip, less the least round trip of the last 10 s. When two
  *   successive round trips have too much of it, or one that has not ended yet much too much, the link is congested.
  * - Then images first go at a quarter of what the link delivered, until its queue is empty.
- * - From [CUT] of what it delivered the rate grows in the shape of CUBIC (RFC 9438, 4.2): quickly, then slowly near the
- *   rate at which the link was congested, then faster. It grows only while images wait for it, and above that rate
- *   slowly while they have pauses or the link has a queue.
+ * - From a part of what it delivered the rate grows as [CubicGrowth], only while images wait for it. Above the rate at
+ *   which the link was congested it grows slowly while images have pauses or the link has a queue.
  * - A link that does not answer for 200 ms stood still. Afterwards it has the rate that it had before.
  * - The bytes under way are bounded. So a link that becomes slower has no long queue.
  * - A delay that several cuts do not shorten has another cause, such as a longer route or another sender, and is taken
@@ -79,7 +77,7 @@ internal class ImageRate(startNanos: Long) {
         val seconds = grownNanos * 1e-9 / max(1.0, roundTrips.leastNanos / SHORT_PATH_NANOS)
         val congestedAt =
             congestedAt ?: return min(START * 2.0.pow(seconds / START_DOUBLING_SECONDS), mostBytesPerSecond)
-        val part = if (nowNanos < drainedNanos) DRAIN else growth(seconds)
+        val part = if (nowNanos < drainedNanos) DRAIN else CubicGrowth.part(seconds)
         return min(max(LEAST, congestedAt * part), mostBytesPerSecond)
     }
 
@@ -93,14 +91,7 @@ internal class ImageRate(startNanos: Long) {
     }
 
     /** The part of [rate] that is at most a little above the congested one: the link was seen to have so much. */
-    private fun proven(rate: Double) = min(rate, (congestedAt ?: rate) * PLATEAU_END)
-
-    /** The rate in parts of the congested rate, after [seconds] of growth. */
-    private fun growth(seconds: Double): Double {
-        val beyond = seconds - PLATEAU_END_SECONDS
-        if (beyond > 0) return PLATEAU_END * 2.0.pow(beyond / DOUBLING_SECONDS)
-        return PLATEAU + (PLATEAU - CUT) * (seconds / PLATEAU_SECONDS - 1).pow(3)
-    }
+    private fun proven(rate: Double) = min(rate, (congestedAt ?: rate) * CubicGrowth.PLATEAU_END)
 
     /** Images wait at present because of the rate. */
     fun waited(nowNanos: Long) {
@@ -227,13 +218,13 @@ internal class ImageRate(startNanos: Long) {
      */
     private fun knownRate(rate: Double, nowNanos: Long): Double {
         val known = congestedAt
-        return if (known == null || isFilled(nowNanos) || rate > known * PLATEAU_END) 0.0 else known
+        return if (known == null || isFilled(nowNanos) || rate > known * CubicGrowth.PLATEAU_END) 0.0 else known
     }
 
     private fun advance(nowNanos: Long) {
         val from = max(advancedNanos, drainedNanos)
         if (nowNanos > from && nowNanos - waitedNanos < WAITING_NANOS) {
-            val isBeyond = congestedAt != null && grownNanos * 1e-9 > PLATEAU_END_SECONDS
+            val isBeyond = congestedAt != null && grownNanos * 1e-9 > CubicGrowth.PLATEAU_END_SECONDS
             val slowness = when {
                 !isBeyond -> 1
                 queued >= QUEUED -> QUEUE_SLOWNESS
@@ -262,7 +253,6 @@ internal class ImageRate(startNanos: Long) {
         private const val SEEN_NANOS = 2_000_000L
         private const val MOMENTS_NANOS = 40_000_000L
         private const val RECENT_NANOS = 200_000_000L
-        private const val CUT = 0.85
         private const val DEEPEST_CUT = 4
         private const val SHORTEST_PAUSE_NANOS = 5_000_000L
         private const val FILLED_NANOS = 100_000_000L
@@ -273,11 +263,6 @@ internal class ImageRate(startNanos: Long) {
 
         /** So many times the delay drains the queue of a link that small messages fill to a third. */
         private const val DRAIN_DELAYS = 2
-        private const val PLATEAU = 0.95
-        private const val PLATEAU_SECONDS = 1.0
-        private const val PLATEAU_END = 1.1
-        private val PLATEAU_END_SECONDS = PLATEAU_SECONDS * (1 + cbrt((PLATEAU_END - PLATEAU) / (PLATEAU - CUT)))
-        private const val DOUBLING_SECONDS = 0.4
 
         /** By which factor the rate grows more slowly when a queue tells that the link has no more. */
         private const val QUEUE_SLOWNESS = 25

@@ -32,7 +32,6 @@ import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import java.util.concurrent.ConcurrentHashMap
 import kotlin.time.Duration
-import kotlin.time.Duration.Companion.nanoseconds
 import kotlin.time.Duration.Companion.seconds
 
 /** True if its messages have poses in the world frame. */
@@ -152,32 +151,14 @@ internal class ActiveStreams(
             custom.refusal = answers[StreamTable.custom.id].customRefusal()
             streams.setAnswers(answers, running.keys)
             if (!isRecording) {
-                rechecking =
-                    scope.launch { recheckRefused(requested.filterKeys { answers[it] is Answer.Refused }) }
+                val refused = requested.filterKeys { answers[it] is Answer.Refused }
+                rechecking = scope.launch { headset.recheck(refused) { streams.available = it } }
             }
         }
         return answers
     }
 
     override suspend fun follow(link: ImagePacing): Unit = adaptation.follow(link)
-
-    /**
-     * Asks again once a second for [refused] streams, which a new permission may allow. Those that would be accepted
-     * are `available` in STATUS, and the receiver configures again.
-     */
-    private suspend fun recheckRefused(refused: Map<String, StreamValues>) {
-        val known = refused.mapNotNull { (id, values) -> StreamTable.byId(id)?.let { it to values } }
-        while (known.isNotEmpty()) {
-            delay(RECHECK_INTERVAL)
-            streams.available = known.filter { (spec, it) -> isAccepted(spec, it) }.map { (spec) -> spec.id }.toSet()
-        }
-    }
-
-    private fun isAccepted(spec: StreamSpec, values: StreamValues) = try {
-        headset.negotiate(spec, values) !is Answer.Refused
-    } catch (_: Exception) {
-        false
-    }
 
     /** Runs [configured] without sending anything, until the first CONFIGURE of this instance. */
     suspend fun runLocally(configured: Map<String, StreamValues>): Unit = changes.withLock {
@@ -259,18 +240,6 @@ internal class ActiveStreams(
 
     override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
 
-    /** Tells as an event how long the device was suspended, whenever it was for a second or more. */
-    suspend fun reportSuspends(): Nothing {
-        var before = headset.suspendedNanos
-        while (true) {
-            delay(RECHECK_INTERVAL)
-            val suspended = (headset.suspendedNanos - before).nanoseconds.inWholeSeconds.seconds
-            if (suspended <= Duration.ZERO) continue
-            before += suspended.inWholeNanoseconds
-            events.add(Event(Event.SUSPENDED, "the headset slept for $suspended"))
-        }
-    }
-
     /** Waits until a recording has been delivered completely; returns the reason. Live sensors never end. */
     suspend fun awaitEnd(): String {
         recordingEnd.await()
@@ -313,8 +282,6 @@ internal class ActiveStreams(
     }
 
     private companion object {
-        val RECHECK_INTERVAL = 1.seconds
-
         /** More than the number of streams: each fails once until it is requested again. */
         const val MOST_FAILURES = 64
     }

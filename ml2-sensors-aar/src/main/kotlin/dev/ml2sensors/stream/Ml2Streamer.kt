@@ -97,7 +97,7 @@ public class Ml2Streamer(
         if (isWarm.compareAndSet(false, true)) active.warming = scope.launch { warmUp() }
         running = scope.launch {
             val ending = launch { stopReason.complete(active.awaitEnd()) }
-            val reporting = launch { active.reportSuspends() }
+            val reporting = launch { headset.reportSuspends(active.events) }
             try {
                 stayConnected()
             } catch (e: Error) {
