@@ -25,12 +25,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.task import Future
 from rclpy.utilities import try_shutdown
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
+from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_receiver.topics.adaptation import ADAPTATION
 from ml2_receiver.topics.stamps import stamp_reader
 from ml2_receiver.topics.status_name import status_name
@@ -194,13 +194,14 @@ def spun_observer(
     observer = Observer(prefix, qos_depths, observed, receiver)
     executor = SingleThreadedExecutor()
     executor.add_node(observer)
-    closing = Future(executor=executor)
-    spinner = threading.Thread(target=executor.spin_until_future_complete, args=[closing])
+    is_closing = threading.Event()
+    spinner = threading.Thread(target=spin_until, args=[executor, is_closing.is_set])
     spinner.start()
     try:
         yield observer
     finally:
-        closing.set_result(None)  # a shutdown would take from the spinner what it waits with
+        is_closing.set()
+        wake(executor)  # a shutdown would take from the spinner what it waits with
         spinner.join()
         executor.shutdown()
         observer.destroy_node()

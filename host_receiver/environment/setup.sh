@@ -46,7 +46,7 @@ main() {
 missing_packages() {
   local package name
   while read -r package name; do
-    if ! command -v "$name" >/dev/null && [[ ! -e $name ]]; then echo "$package"; fi
+    if ! command -v "$name" >/dev/null && ! compgen -G "$name" >/dev/null; then echo "$package"; fi
   done < <(grep -v '^#' "$environment/debian-packages.txt")
   $ros_from_apt || return 0
   for name in diagnostic_msgs ffmpeg_image_transport_msgs foxglove_msgs rclpy rmw_fastrtps_cpp sensor_msgs std_srvs tf2_msgs; do

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.task import Future
 from std_msgs.msg import String
 
 from ..configuration.calibration import Calibration
@@ -29,6 +28,7 @@ from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray
 from .recording_services import RecordingServices
 from .services import add_services
+from .spinning import spin_until, wake
 from .status_array import status_array
 
 _DIAGNOSTICS_PERIOD_S = 1.0
@@ -79,7 +79,7 @@ class RosNode:
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._closing = Future(executor=self._executor)
+        self._is_closing = threading.Event()
         self._spinner = threading.Thread(target=self._spin, name="spinner")
 
     @property
@@ -111,7 +111,8 @@ class RosNode:
 
     def close(self) -> None:
         """Ends the node; nothing may be called after."""
-        self._closing.set_result(None)
+        self._is_closing.set()
+        wake(self._executor)
         if self._spinner.is_alive():
             self._spinner.join()
         if self._recording is not None:
@@ -141,9 +142,9 @@ class RosNode:
         return self._publishers.idle_streams() if self.config.values["publish.lazy"] else set()
 
     def _spin(self) -> None:
-        while self._context.ok() and not self._closing.done():
+        while self._context.ok() and not self._is_closing.is_set():
             try:
-                self._executor.spin_until_future_complete(self._closing)
+                spin_until(self._executor, self._is_closing.is_set)
             except Exception as error:
                 self._node.failures.add(error)
 

@@ -10,6 +10,7 @@ from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
 
 from ml2_receiver.errors import RosError
+from ml2_receiver.ros.spinning import spin_until
 
 if TYPE_CHECKING:
     from ..live.diagnostics_node import DiagnosticsNode, Values
@@ -45,7 +46,8 @@ def _trigger(context: Context, service: str) -> None:
             raise RosError(f"the receiver has no service {service}")
         answer = client.call_async(Trigger.Request())
         executor = SingleThreadedExecutor(context=context)
-        rclpy.spin_until_future_complete(node, answer, executor, _ANSWER_S)
+        executor.add_node(node)
+        spin_until(executor, answer.done, _ANSWER_S)
         executor.shutdown()
     finally:
         node.destroy_node()

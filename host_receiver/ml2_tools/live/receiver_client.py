@@ -14,6 +14,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import Trigger
 
 from ml2_receiver.errors import RosError
+from ml2_receiver.ros.spinning import spin_until
 from ml2_receiver.wire.json_body import Scalar
 
 
@@ -34,6 +35,7 @@ class ReceiverClient:
         self._timeout_s = timeout_s
         self._node = rclpy.create_node("ml2_client", context=context)
         self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self._node)
         # A client lives as long as its node.
         self._parameter_client: AsyncParameterClient | None = None
         self._services = {it: self._service(it) for it in services}
@@ -89,8 +91,7 @@ class ReceiverClient:
         return client
 
     def _answer(self, future: Any) -> Any:
-        rclpy.spin_until_future_complete(self._node, future, self._executor, self._timeout_s)
-        if not future.done():
+        if not spin_until(self._executor, future.done, self._timeout_s):
             raise RosError(f"{self._name} has not answered within {self._timeout_s:g} s")
         return future.result()
 
