@@ -56,7 +56,7 @@ inline float glow(Float3 from, Float3 way, float end_m, Float3 point) {
     const float square = dot(gap, gap);
     const float core = 1 + square / (kCore_m * kCore_m), halo = 1 + square / (kHalo_m * kHalo_m);
     const float light = 1 / (core * core) + kHaloStrength / (halo * halo);
-    return (t > 0) & (t < end_m) ? light : 0;
+    return ((t > 0) & (t < end_m)) ? light : 0;
 }
 
 inline void add(Light &light, int i, float strength, Color color) {
