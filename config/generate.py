@@ -19,6 +19,7 @@ from csharp_messages import csharp_messages  # noqa: E402
 from csharp_table import csharp_table  # noqa: E402
 from kotlin_table import kotlin_table  # noqa: E402
 from message_definitions import message_definitions  # noqa: E402
+from ml2_receiver.errors import TableError  # noqa: E402
 from ml2_receiver.table.reader import load_table  # noqa: E402
 from sensor_table import with_sensor_table  # noqa: E402
 from type_hashes import type_hashes  # noqa: E402
@@ -64,7 +65,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
     check = parser.parse_args().check
-    stale = [(file, text) for file, text in outputs() if not is_current(file, text)]
+    try:
+        stale = [(file, text) for file, text in outputs() if not is_current(file, text)]
+    except TableError as error:
+        sys.exit(f"config/streams.yaml: {error}")
     for file, text in stale:
         name = file.relative_to(ROOT)
         if check:

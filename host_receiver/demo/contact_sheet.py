@@ -15,6 +15,7 @@ from ml2_receiver.topics.message_types import message_class
 from ml2_tools.images.pixels import pixels_of
 
 _TILE = (400, 300)
+_LABEL_INDENT, _LABEL_SCALE = 6, 0.45
 _LABEL_HEIGHT = 28
 _IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
@@ -71,5 +72,8 @@ def _tile(label: str, picture: NDArray[Any]) -> NDArray[Any]:
     tile = np.zeros((height + _LABEL_HEIGHT, width, 3), np.uint8)
     x, y = (width - size[0]) // 2, (height - size[1]) // 2
     tile[y : y + size[1], x : x + size[0]] = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    cv2.putText(tile, label, (6, height + 19), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1)
+    font = cv2.FONT_HERSHEY_SIMPLEX
+    (label_width, _), _ = cv2.getTextSize(label, font, _LABEL_SCALE, 1)
+    scale = _LABEL_SCALE * min(1, (width - 2 * _LABEL_INDENT) / label_width)
+    cv2.putText(tile, label, (_LABEL_INDENT, height + 19), font, scale, (255, 255, 255), 1)
     return tile

@@ -202,6 +202,14 @@ def test_a_contradiction_is_reported_with_its_place(
     assert re.search(message, str(raised.value)), raised.value
 
 
+def test_a_kind_without_a_pace_is_reported() -> None:
+    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
+    document = yaml.safe_load(text)
+    del document["paces"]["imu"]
+    with pytest.raises(TableError, match=r"accel_left: kind under paces: expected .*found imu"):
+        read_table(document)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [("lane", "nothing"), ("qos", "nothing"), ("type", "nothing"), ("when", {"nothing": True})],

@@ -184,6 +184,7 @@ def _key(name: str, row: Row) -> Key:
 def _stream(id: str, row: Row, document: Row, sections: Mapping[str, Section]) -> Stream:
     _one_of("section", row["section"], sections)
     _one_of("kind", row["kind"], document["kinds"])
+    _one_of("kind under paces", row["kind"], document["paces"])
     section = sections[row["section"]]
     when = row.get("when", {"enabled": True})
     names = [*(CAMERA_KEYS if section.modes else ()), *row.get("values", ())]

@@ -31,7 +31,7 @@ internal class InertialSample(
     override val captureNanos: Long get() = angularVelocity.captureNanos
 }
 
-/** One number, [value], in the unit of the ROS type that the stream table gives its topic: lux, pascal. */
+/** One number, [value], in the unit of the ROS type that the stream table gives its topic, such as lux or pascal. */
 public class ScalarSample(override val captureNanos: Long, public val value: Double) : Sample
 
 /**

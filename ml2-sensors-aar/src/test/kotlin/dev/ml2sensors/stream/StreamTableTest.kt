@@ -60,7 +60,6 @@ class StreamTableTest {
     }
 
     private fun sample(stream: String): Sample {
-        val intrinsics = CameraFixtures.pinhole(64, 32)
         val pose = Pose(Point(1.0, 2.0, 3.0), Quaternion.IDENTITY)
         return when {
             "eye" in stream -> fixture.headset.image(CAPTURE)
@@ -71,9 +70,13 @@ class StreamTableTest {
             stream == "battery" -> BatterySample(CAPTURE, 4f, -1f, 0.5f, ChargeStatus.DISCHARGING)
             stream == "controller_joy" -> InputSample(CAPTURE, 0f, false, false, false, 0f, 0f, 0f)
             stream in setOf("gaze", "head_pose", "controller") -> PoseSample(CAPTURE, Transform.IDENTITY)
-            else -> fixture.headset.image(CAPTURE, pose = Transform.IDENTITY, intrinsics = intrinsics)
+            "world" in stream || stream in setOf("color", "mixed_reality", "infra") -> image()
+            else -> error("there is no sample of $stream here")
         }
     }
+
+    private fun image() =
+        fixture.headset.image(CAPTURE, pose = Transform.IDENTITY, intrinsics = CameraFixtures.pinhole(64, 32))
 
     private fun image(roles: List<String>) =
         fixture.headset.image(

@@ -10,7 +10,7 @@ import kotlin.math.PI
 import kotlin.math.pow
 import kotlin.math.sin
 
-/** Returns light, pressure and battery. */
+/** Returns the signals of slow sensors. */
 internal fun environmentSignals(trajectory: Trajectory): Map<String, Signal> = mapOf(
     "light_sensor" to scalars(5) { 300 + 120 * sin(2 * PI * 0.1 * it) + 30 * sin(2 * PI * 0.77 * it) },
     "pressure_headset" to scalars(10) { pressure(trajectory.at(it).pose) },
