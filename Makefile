@@ -34,7 +34,8 @@ export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
 export CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)
 is_set_up := $(shell host_receiver/environment/setup.sh --check && echo yes)
 kotlin := pom.xml .mvn ml2-sensors-aar
-kotlin_files := $(shell find $(kotlin) -name target -prune -o ! -name '*.md' -print) # folders, too: they tell of files that are gone
+# Folders of sources, too: they tell of files that are gone.
+kotlin_files := $(shell find $(kotlin) -name target -prune -o \( -type f -o -path '*/src*' \) ! -name '*.md' -print)
 packaged := build/.maven-packaged
 bundle := build/native/bundle/order
 # For what comes after `build`: takes its classes as they are.
