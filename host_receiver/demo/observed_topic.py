@@ -1,4 +1,4 @@
-"""What the demo's witness has seen of one topic."""
+"""The messages of one topic that the demo's witness has seen."""
 
 from __future__ import annotations
 

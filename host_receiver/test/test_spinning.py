@@ -24,7 +24,7 @@ CONFIG = """
   ros__parameters:
     battery: {enabled: true}
 """
-# What a Python program may differ by from one moment to another.
+# The number of objects of a Python program differs by so many from one moment to another.
 NOISE = 60
 
 

@@ -67,7 +67,7 @@ UNITS = {it.name: it.unit for it in _SENSOR_PLOTS} | {CLOCK: "ms", THROUGHPUT: "
 
 
 class Series:
-    """The values of one plot in the last 30 s, at most 50 per second. Thread-safe.
+    """The newest 1500 values of one plot, at most 50 per second: 30 s or more. Thread-safe.
 
     Times are in s on any clock.
     """
