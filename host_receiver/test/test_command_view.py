@@ -38,9 +38,16 @@ CONFIG = """
 """
 WORLD = "/magic_leap2/world_left/image_raw"
 EYE = "/magic_leap2/eye_nasal_left/image_raw"
+
+
+def depth(number: int) -> bytes:
+    """Random distances from 4.5 m to 5 m."""
+    return bag_scene.depth_of(4500 + bag_scene.millimetres(number) // 10, number)
+
+
 MADE = {
     "world_left/image_raw": bag_scene.image,
-    "depth/image_raw/compressedDepth": bag_scene.depth,
+    "depth/image_raw/compressedDepth": depth,
     "eye_nasal_left/image_raw": bag_scene.image,
     "battery": bag_scene.battery,
 }

@@ -293,14 +293,15 @@ def test_what_the_headset_adjusted_is_said_with_the_reason() -> None:
     assert state["applied"] == {"world_left": "running, adjusted: the device has 30 Hz"}
 
 
-def test_a_series_gives_each_value_once_and_forgets_old_ones() -> None:
+@pytest.mark.parametrize(("period_s", "kept"), [(0.03125, 961), (0.5, 61), (40, 1)])
+def test_a_series_gives_each_value_once_and_has_those_of_30_s(period_s: float, kept: int) -> None:
     series = Series()
     for number in range(3000):
-        series.add((number, float("nan")), 1000 + 0.03 * number)
-    count, values = series.since(2998)
-    assert (count, [it for _, it in values]) == (3000, [(2998, None), (2999, None)])
+        series.add((number, float("nan")), 1000 + period_s * number)
+    count, values = series.since(2999)
+    assert (count, [it for _, it in values]) == (3000, [(2999, None)])
     assert series.since(3000) == (3000, [])
-    assert len(series.since(0)[1]) == 1500
+    assert len(series.since(0)[1]) == kept
 
 
 def test_a_series_has_at_most_50_values_per_second() -> None:

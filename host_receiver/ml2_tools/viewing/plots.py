@@ -67,7 +67,7 @@ UNITS = {it.name: it.unit for it in _SENSOR_PLOTS} | {CLOCK: "ms", THROUGHPUT: "
 
 
 class Series:
-    """The newest 1500 values of one plot, at most 50 per second: 30 s or more. Thread-safe.
+    """The values of one plot of the last 30 s, at most 50 per second. Thread-safe.
 
     Times are in s on any clock.
     """
@@ -75,8 +75,9 @@ class Series:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._last_s = -math.inf
-        self._count = 0
-        self._values: deque[tuple[float, Values]] = deque(maxlen=SHOWN_S * _MOST_HZ)
+        self._values: deque[tuple[float, Values]] = deque()
+        # How many there were so far, each forget() among them, and how many when it was called.
+        self._count, self._forgotten = 0, 0
 
     def is_due(self, at_s: float) -> bool:
         """Returns True unless the last values are too new for others of this time."""
@@ -85,19 +86,19 @@ class Series:
     def add(self, values: Sequence[float], at_s: float) -> None:
         """Adds values of a time; leaves them out if there are none, or if they are not due."""
         with self._lock:
-            if values and self.is_due(at_s):
-                self._append(at_s, tuple(it if math.isfinite(it) else None for it in values))
+            if not values or not self.is_due(at_s):
+                return
+            self._last_s, self._count = at_s, self._count + 1
+            self._values.append((at_s, tuple(it if math.isfinite(it) else None for it in values)))
+            while self._values[0][0] < at_s - SHOWN_S:
+                self._values.popleft()
 
     def forget(self) -> None:
         """Forgets all values; who has them is told by a time without any values."""
         with self._lock:
             self._values.clear()
-            self._append(0, ())
             self._last_s = -math.inf
-
-    def _append(self, at_s: float, values: Values) -> None:
-        self._last_s, self._count = at_s, self._count + 1
-        self._values.append((at_s, values))
+            self._count = self._forgotten = self._count + 1
 
     def since(self, count: int) -> tuple[int, list[tuple[float, Values]]]:
         """Returns the count of all values so far, and those after the first `count`.
@@ -105,8 +106,10 @@ class Series:
         A value is a time in s with numbers or None.
         """
         with self._lock:
-            new = min(self._count - count, len(self._values))
-            return self._count, list(islice(self._values, len(self._values) - new, None))
+            if count < self._forgotten:
+                return self._count, [(0, ()), *self._values]
+            old = max(0, len(self._values) - (self._count - count))
+            return self._count, list(islice(self._values, old, None))
 
 
 def clock_uncertainty_ms(rows: Rows) -> Sequence[float]:
