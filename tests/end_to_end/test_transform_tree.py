@@ -52,35 +52,34 @@ def test_transforms_end_and_begin_with_the_tracking_and_a_new_world_is_announced
 
 def test_a_late_subscriber_gets_the_mountings(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
-    config.write_text(five_cameras(tf={"layout": "rig"}))
+    config.write_text(one_camera(tf={"layout": "rig"}))
     late_folder = tmp_path / "late"
     late_folder.mkdir()
     with contextlib.ExitStack() as stack:
         waiting = stack.enter_context(waiting_receiver(config, tmp_path))
         with waiting.started("headset", headset_command(waiting.address)):
-            await_stable_mountings(waiting)
+            await_stable_mounting(waiting)
             subscriber = stack.enter_context(subscribing(waiting.environment, late_folder))
-            await_mountings_and_images(subscriber)
+            await_mountings_and_an_image(subscriber)
         late = result(subscriber, late_folder)
         received = waiting.result()
     stable_ns = stable_since_ns(received)
     assert stable_ns is not None
     assert min(stamps_of(late, CAMERA)) > stable_ns
     assert mounted(late).keys() == mounted(received).keys()
-    assert {f"{camera}_optical_frame" for camera in CAMERAS} <= mounted(late).keys()
+    assert f"{CAMERA}_optical_frame" in mounted(late)
 
 
-def await_stable_mountings(waiting: WaitingReceiver) -> None:
+def await_stable_mounting(waiting: WaitingReceiver) -> None:
     log = waiting.folder / "receiver.log"
-    expected = [f"the mounting of {camera} is stable" for camera in CAMERAS]
     for _ in lines(waiting.subscriber):
-        if all(words in log.read_text() for words in expected):
+        if f"the mounting of {CAMERA} is stable" in log.read_text():
             return
-    raise AssertionError("the subscriber ended before every mounting was stable")
+    raise AssertionError("the subscriber ended before the mounting was stable")
 
 
-def await_mountings_and_images(subscriber: subprocess.Popen[str]) -> None:
-    awaited = ["/tf_static", *(f"{PREFIX}/{image_topic(camera)}" for camera in CAMERAS)]
+def await_mountings_and_an_image(subscriber: subprocess.Popen[str]) -> None:
+    awaited = ["/tf_static", f"{PREFIX}/{image_topic(CAMERA)}"]
     for line in lines(subscriber):
         topics = json.loads(line)["topics"]
         if all(topics[topic]["count"] for topic in awaited):

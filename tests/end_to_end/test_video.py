@@ -156,7 +156,8 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
         packets: list[Any] = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]
     intervals_s = np.diff([it.pts for it in packets]) / 1e6
     assert intervals_s.max() > 1.5 / 30, "images were left out"
-    assert len(decode(packets, "gray")) > 50
+    keys = sum(it.flags for it in packets)
+    assert len(decode(packets, "gray")) > 2 * keys > 2
 
 
 def test_foxglove_gets_the_same_video_in_its_own_type(tmp_path: Path) -> None:

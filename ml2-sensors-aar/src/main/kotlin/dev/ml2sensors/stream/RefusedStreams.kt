@@ -3,7 +3,6 @@ package dev.ml2sensors.stream
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.Headset
 import dev.ml2sensors.source.StreamValues
-import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.delay
 import kotlin.time.Duration.Companion.seconds
@@ -18,12 +17,7 @@ internal suspend fun Headset.recheck(refused: Map<String, StreamValues>, report:
     val known = refused.mapNotNull { (id, values) -> StreamTable.byId(id)?.let { it to values } }
     while (known.isNotEmpty()) {
         delay(RECHECK_INTERVAL)
-        report(known.filter { (spec, values) -> accepts(spec, values) }.map { (spec) -> spec.id }.toSet())
+        val accepted = known.filter { (stream, values) -> negotiate(stream, values) !is Answer.Refused }
+        report(accepted.map { (stream) -> stream.id }.toSet())
     }
-}
-
-private fun Headset.accepts(stream: StreamSpec, values: StreamValues) = try {
-    negotiate(stream, values) !is Answer.Refused
-} catch (_: Exception) {
-    false
 }
