@@ -76,6 +76,14 @@ def test_a_wrong_token_is_refused_in_words(browser: Browser, lab: Lab) -> None:
     page.close()
 
 
+def test_a_page_without_one_of_its_files_says_so(browser: Browser, lab: Lab) -> None:
+    page = browser.new_page()
+    page.route("**/plots.js", lambda it: it.abort())
+    page.goto(lab.address)
+    expect(page.locator("#notice")).to_contain_text("Reload it.")
+    page.close()
+
+
 def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) -> None:
     frozen = browser.new_page(viewport=SCREEN)
     frozen.goto(lab.address)
