@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -117,8 +118,15 @@ FrameCache::FrameCache(const RenderPlan &plan, bool drawsAhead)
     const int file = path.empty() ? memfd_create(plan.name.c_str(), MFD_CLOEXEC)
                                   : open(partial.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     mustSucceed(file >= 0, "cannot create " + partial);
-    mustSucceed(ftruncate(file, static_cast<off_t>(stride_ * plan.count)) == 0,
-                "no memory for the frames of " + plan.name);
+    const auto bytes = static_cast<off_t>(stride_ * plan.count);
+    // On a full disk, drawing into a file with holes would end the process by SIGBUS.
+    if (const int failure = drawsAhead ? posix_fallocate(file, 0, bytes) : ftruncate(file, bytes)) {
+        if (!path.empty())
+            unlink(partial.c_str());
+        if (drawsAhead)
+            errno = failure;
+        mustSucceed(false, std::to_string(bytes) + " bytes for the frames of " + plan.name);
+    }
     map(file);
     if (drawsAhead) {
         drawAll();
