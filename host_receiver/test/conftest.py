@@ -14,7 +14,7 @@ import bag_scene
 from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
 from ros_processes import Client, Receiver, environment
-from secure_receiver import UNLIMITED, SecureReceiver
+from secure_receiver import PATIENT, SecureReceiver
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(
@@ -114,4 +114,4 @@ def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], SecureReceiver]]:
 
 @pytest.fixture
 def secure(open_lab: Callable[[Limits], SecureReceiver]) -> SecureReceiver:
-    return open_lab(UNLIMITED)
+    return open_lab(PATIENT)

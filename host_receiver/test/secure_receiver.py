@@ -18,8 +18,8 @@ from tls_device import Certificate, StreamingDevice
 
 BATTERY = "battery"
 UNPAIRED_ADDRESS = "127.0.0.2"
-QUICK = Limits(handshake_s=1.0, linger_s=0.3)
-UNLIMITED = replace(QUICK, failed_attempts=10_000)
+PATIENT = Limits(handshake_s=20.0, linger_s=0.3, failed_attempts=10_000)
+QUICK = replace(PATIENT, handshake_s=1.0)
 # Tokens, tickets and sessions.
 _SECRET = re.compile(r"\b[0-9a-f]{32}\b")
 

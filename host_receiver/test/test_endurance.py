@@ -27,6 +27,7 @@ def reconnect(receiver: Receiver, times: int) -> None:
             device.leave()
 
 
+@pytest.mark.timeout(240)
 def test_threads_and_files_do_not_grow_with_reconnects(tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(CONFIG)

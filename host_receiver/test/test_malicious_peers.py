@@ -17,11 +17,14 @@ from ml2_receiver.session.settings import Limits
 from ml2_receiver.wire.frame import encode_frame
 from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
-from secure_receiver import QUICK, UNPAIRED_ADDRESS, SecureReceiver, refused
+from secure_receiver import PATIENT, QUICK, UNPAIRED_ADDRESS, SecureReceiver, refused
 from tls_device import anonymous_context
 
 
-def test_peers_that_stop_in_the_handshake_are_closed_in_time(secure: SecureReceiver) -> None:
+def test_peers_that_stop_in_the_handshake_are_closed_in_time(
+    open_lab: Callable[[Limits], SecureReceiver],
+) -> None:
+    secure = open_lab(QUICK)
     hello = client_hello(secure)
     with secure.streaming(), ExitStack() as stack:
         slow = [stack.enter_context(secure.connect()) for _ in range(3)]
@@ -34,7 +37,10 @@ def test_peers_that_stop_in_the_handshake_are_closed_in_time(secure: SecureRecei
     secure.sink.await_event("timeout: no HELLO or JOIN within 1.0 s")
 
 
-def test_a_byte_now_and_then_does_not_extend_the_handshake(secure: SecureReceiver) -> None:
+def test_a_byte_now_and_then_does_not_extend_the_handshake(
+    open_lab: Callable[[Limits], SecureReceiver],
+) -> None:
+    secure = open_lab(QUICK)
     hello = client_hello(secure)
     began_s = time.monotonic()
     with secure.streaming(), secure.connect() as peer, suppress(ConnectionError):
@@ -79,7 +85,7 @@ def test_a_thousand_half_open_connections_do_not_disturb_a_session(
 
 
 def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], SecureReceiver]) -> None:
-    secure = open_lab(replace(QUICK, failed_attempts=3, failed_attempts_per_s=0.001))
+    secure = open_lab(replace(PATIENT, failed_attempts=3, failed_attempts_per_s=0.001))
     context = secure.paired("headset").context()
     turned_away = f"{UNPAIRED_ADDRESS} is turned away: too many failed attempts"
     # More than three, since a peer knows of its refusal before it is counted

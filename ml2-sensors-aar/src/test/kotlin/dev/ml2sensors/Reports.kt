@@ -6,9 +6,8 @@ import java.nio.file.Path
 import kotlin.io.path.createDirectories
 import kotlin.io.path.writeText
 
-/** Prints [results], and writes them to build/reports/[name] as JSON. */
+/** Writes [results] to build/reports/[name] as JSON. */
 internal inline fun <reified T> report(name: String, results: List<T>) {
-    for (it in results) println(it)
     val file = Path.of(System.getProperty("basedir"), "..", "build", "reports", name)
     file.parent.createDirectories()
     file.writeText(Json { prettyPrint = true }.encodeToString(results))

@@ -15,7 +15,6 @@ class ClockScenarioTest {
         val results = VirtualNetwork.all.flatMap { network ->
             listOf(0, 50, -50).flatMap { ppm -> listOf(0L, 1L, -1L).map { play(network(Random(7)), ppm, it) } }
         }
-        println("network                  ppm step  max us  p99 us  claimed us  claimed/true  coverage  seen after s")
         report("clock.json", results)
         for (it in results) {
             assertTrue(it.coverage >= 0.99, "$it: within the claim")
@@ -76,7 +75,7 @@ class ClockScenarioTest {
 
 /** A row of build/reports/clock.json; errors after convergence, without what was captured before a step was seen. */
 @Serializable
-private class ScenarioResult(
+private data class ScenarioResult(
     val scenario: String,
     @SerialName("skew_ppm") val skewPpm: Int,
     @SerialName("step_s") val stepSeconds: Long,
@@ -87,9 +86,4 @@ private class ScenarioResult(
     val coverage: Double,
     @SerialName("detection_s") val detectionSeconds: Double,
     @SerialName("cannot_be_seen") val cannotBeSeen: String?,
-) {
-    override fun toString(): String = "%-23s %4d %4d %7.1f %7.1f %11.1f %13.1f %9.4f %13.3f".format(
-        scenario, skewPpm, stepSeconds, maxErrorSeconds * 1e6, p99ErrorSeconds * 1e6, claimedSeconds * 1e6,
-        claimedOverTrue, coverage, detectionSeconds,
-    )
-}
+)

@@ -105,7 +105,7 @@ class LinkScenarioTest {
 
 /** A row of build/reports/pacing.json. The delay is that of the link's queue; use is that of what images could have. */
 @Serializable
-internal class ScenarioResult(
+internal data class ScenarioResult(
     val scenario: String,
     @SerialName("link_mbit") val linkMbit: Double,
     @SerialName("rtt_ms") val roundTripMillis: Int,
@@ -114,19 +114,7 @@ internal class ScenarioResult(
     @SerialName("images_p99_ms") val imagesP99Millis: Double,
     val use: Double,
     @SerialName("settled_s") val settledSeconds: Double,
-) {
-    override fun toString(): String =
-        "%-16s %5.0f Mbit/s, %3d ms, queue %3d ms: p99 %6.1f ms, images %.0f ms, use %.2f, settled %.1f s".format(
-            scenario,
-            linkMbit,
-            roundTripMillis,
-            queueMillis,
-            delayP99Millis,
-            imagesP99Millis,
-            use,
-            settledSeconds,
-        )
-}
+)
 
 /**
  * A link with one queue, as a fluid in steps of a millisecond. What the queue cannot take is lost,
