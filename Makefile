@@ -13,7 +13,7 @@ python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo 
 beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
 # Targets of this file, two at a time.
-two_at_a_time = MAKE='$(MAKE) --no-print-directory' config/two_at_a_time.sh $(1)
+two_at_a_time = MAKE='$(submake)' config/two_at_a_time.sh $(1)
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.

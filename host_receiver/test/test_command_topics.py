@@ -59,8 +59,10 @@ def test_the_table_has_an_expected_rate_or_as_delivered(receiver: Receiver) -> N
             rows = {topic: line_with(child, f" {topic} ") for topic in (IMAGE, BATTERY)}
     assert "30" in rows[IMAGE].split()
     assert "as delivered" in rows[BATTERY]
-    for row in rows.values():
-        assert re.search(r" (waiting|silent): no", row)
+    waiting = "waiting: no message has come yet"
+    assert rows[BATTERY].rstrip().endswith(waiting)
+    # On a busy machine the camera may be silent by then
+    assert re.search(rf"({waiting}|silent: nothing has come for \d+ s,.*)\s*$", rows[IMAGE])
 
 
 def line_with(child: Child, words: str) -> str:

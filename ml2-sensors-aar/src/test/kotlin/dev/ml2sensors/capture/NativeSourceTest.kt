@@ -78,12 +78,15 @@ class NativeSourceTest {
         val received = mutableListOf<Sample>()
         var lost = 0
         val other = async(Dispatchers.Default) { fixture.images(OTHER_EYE) { it.frameNumber }.take(30).toList() }
-        fixture.samples(EYE).takeWhile { lost < 3 || received.last() !is ImageSample }.collect { sample ->
+        fun cameAgain() = lost >= 3 && received.last() is ImageSample
+        fixture.samples(EYE).takeWhile { received.size < 600 && !cameAgain() }.collect { sample ->
             received += sample
             if (sample is LostSamples && sample.reason == DropReason.NO_BUFFER) lost++
             if (sample is ImageSample && lost == 0) kept += sample.also(ImageSample::retain)
             if (lost == 3) kept.removeAll { it.release().let { true } }
         }
+        assertTrue(lost >= 3, "lost $lost")
+        assertTrue(cameAgain(), "frames come again")
         assertBooksBalance(received)
         assertEquals(30, other.await().size)
     }
