@@ -21,7 +21,7 @@ class Encode : public testing::TestWithParam<ml2s_codec> {
 
     /** The message of the failure; nothing was written. */
     std::string failure(uint64_t outputBytes) {
-        Error error;
+        auto error = sized<ml2s_error>();
         uint64_t size = 77;
         EXPECT_EQ(ml2s_encode(&image_, {output_.data(), outputBytes}, &size, &error), ML2S_INVALID_ARGUMENT);
         EXPECT_EQ(size, 77u);
@@ -64,7 +64,7 @@ TEST_P(Encode, SizesOutsideTheRangeAreRefused) {
         image_.width = 16;
         image_.height = side;
         EXPECT_EQ(failure(), name() + ": 16 x " + std::to_string(side) + " pixels, but each side has 1 to 65535");
-        Error error;
+        auto error = sized<ml2s_error>();
         uint64_t most = 77;
         EXPECT_EQ(ml2s_most_encoded_bytes(&image_, &most, &error), ML2S_INVALID_ARGUMENT);
         EXPECT_EQ(most, 77u);
@@ -109,7 +109,7 @@ TEST_P(Encode, OutputThatCouldBeTooSmallIsRefused) {
 }
 
 TEST_P(Encode, MissingPointersAreRefused) {
-    Error error;
+    auto error = sized<ml2s_error>();
     uint64_t size;
     ml2s_memory output = {output_.data(), output_.size()};
     EXPECT_EQ(ml2s_encode(nullptr, output, &size, &error), ML2S_INVALID_ARGUMENT);

@@ -4,14 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-
-#include "../../sdk/ml2s.h"
-
-/** An ml2s_error that the library accepts. */
-struct Error : ml2s_error {
-    Error() : ml2s_error{} { struct_size = sizeof(ml2s_error); }
-};
+#include "../sources/sensor.h"
 
 inline ml2s_image imageOf(uint32_t codec, uint32_t quality, uint32_t width, uint32_t height, uint32_t stride,
                           const void *data, uint64_t size) {
@@ -19,7 +12,7 @@ inline ml2s_image imageOf(uint32_t codec, uint32_t quality, uint32_t width, uint
 }
 
 inline uint64_t mostBytes(const ml2s_image &image) {
-    Error error;
+    auto error = sized<ml2s_error>();
     uint64_t most = 0;
     EXPECT_EQ(ml2s_most_encoded_bytes(&image, &most, &error), ML2S_OK) << error.message;
     return most;
@@ -31,7 +24,7 @@ inline std::vector<uint8_t> encoded(const ml2s_image &image) {
     constexpr size_t kGuards = 64;
     const uint64_t most = mostBytes(image);
     std::vector<uint8_t> output(most + kGuards, kGuard);
-    Error error;
+    auto error = sized<ml2s_error>();
     uint64_t size = 0;
     EXPECT_EQ(ml2s_encode(&image, {output.data(), most}, &size, &error), ML2S_OK) << error.message;
     EXPECT_LE(size, most);

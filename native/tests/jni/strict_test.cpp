@@ -5,9 +5,7 @@
 #include <map>
 #include <string>
 
-#include <gtest/gtest.h>
-
-#include "../../sdk/ml2s.h"
+#include "../sources/sensor.h"
 
 extern "C" jint JNI_OnLoad(JavaVM *vm, void *reserved);
 
@@ -67,15 +65,11 @@ TEST(StrictJni, ThePathOfTheLoaderEndsWhereTheStringEnds) {
     std::string path = "/no/such/loader.so";
     method<void(JNIEnv *, jclass, jstring, jobject)>("useOpenXr")(strictEnv(), nullptr,
                                                                   reinterpret_cast<jstring>(&path), nullptr);
-    ml2s_settings settings = {};
-    settings.struct_size = sizeof settings;
-    settings.sensor = ML2S_SENSOR_HEAD;
+    auto settings = settingsOf(ML2S_SENSOR_HEAD, ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE));
     settings.backend = ML2S_BACKEND_OPENXR;
-    settings.streams = ML2S_STREAM_BIT(ML2S_STREAM_HEAD_POSE);
-    ml2s_error error = {};
-    error.struct_size = sizeof error;
-    ml2s_handle handle;
+    const Sensor sensor(settings);
     EXPECT_EQ(thrown, "");
-    EXPECT_EQ(ml2s_open(&settings, &handle, &error), ML2S_NOT_AVAILABLE);
-    EXPECT_EQ(std::string(error.message).rfind("not available: /no/such/loader.so (", 0), 0u) << error.message;
+    EXPECT_EQ(sensor.result, ML2S_NOT_AVAILABLE);
+    EXPECT_EQ(std::string(sensor.error.message).rfind("not available: /no/such/loader.so (", 0), 0u)
+        << sensor.error.message;
 }

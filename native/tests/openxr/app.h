@@ -57,6 +57,12 @@ class App {
         return ml2s_use_openxr(&openxr, nullptr);
     }
 
+    /** Makes a session and lends it. */
+    ml2s_result lendSession() {
+        createSession();
+        return lend();
+    }
+
     /** A function of the loader's own. */
     template <class Function> Function call(const char *name) { return reinterpret_cast<Function>(symbol(name)); }
 

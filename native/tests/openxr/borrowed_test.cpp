@@ -23,20 +23,17 @@ TEST_F(Borrowed, NoInstanceAndNoSessionIsMadeOrEnded) {
 TEST_F(Borrowed, FramesComeInTheAppsSession) {
     stopTime();
     App app(kAll);
-    app.createSession();
-    ASSERT_EQ(app.lend(), ML2S_OK);
+    ASSERT_EQ(app.lendSession(), ML2S_OK);
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400);
     Sensor eye(kEyeNasalLeft);
     ml2sim_advance(1000 * kMillisecond);
     const auto frames = eye.poll();
     EXPECT_EQ(frames.size(), 1u) << eye.error.message;
-    release(frames);
 }
 
 TEST_F(Borrowed, TheAppsEventsAreLeftToTheApp) {
     App app(kAll);
-    app.createSession();
-    ASSERT_EQ(app.lend(), ML2S_OK);
+    ASSERT_EQ(app.lendSession(), ML2S_OK);
     Sensor head(kHead);
     head.pollPose();
     for (const auto state : {XR_SESSION_STATE_IDLE, XR_SESSION_STATE_READY}) {
@@ -48,8 +45,7 @@ TEST_F(Borrowed, TheAppsEventsAreLeftToTheApp) {
 
 TEST_F(Borrowed, GazeIsTheAppsAffair) {
     App app(kAll);
-    app.createSession();
-    ASSERT_EQ(app.lend(), ML2S_OK);
+    ASSERT_EQ(app.lendSession(), ML2S_OK);
     expectRefused(kGaze, ML2S_NOT_AVAILABLE,
                   "not available: gaze in the app's session (attaching action sets would break the app's)");
     expectRefused(kController, ML2S_NOT_AVAILABLE,
@@ -60,8 +56,7 @@ TEST_F(Borrowed, GazeIsTheAppsAffair) {
 
 TEST_F(Borrowed, AnExtensionThatTheAppHasNotEnabledIsNamed) {
     App app({XR_MND_HEADLESS_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME});
-    app.createSession();
-    ASSERT_EQ(app.lend(), ML2S_OK);
+    ASSERT_EQ(app.lendSession(), ML2S_OK);
     const Sensor head(kHead);
     EXPECT_EQ(head.result, ML2S_OK);
     expectRefused(kEyeNasalLeft, ML2S_NOT_AVAILABLE, "not available: XR_EXT_future (not enabled by the app)");
@@ -71,8 +66,7 @@ TEST_F(Borrowed, AnExtensionThatTheAppHasNotEnabledIsNamed) {
 TEST_F(Borrowed, TheAppsSessionCanBeGivenAwayForOneOfOurOwn) {
     {
         App app(kAll);
-        app.createSession();
-        ASSERT_EQ(app.lend(), ML2S_OK);
+        ASSERT_EQ(app.lendSession(), ML2S_OK);
         const Sensor head(kHead);
         EXPECT_EQ(head.result, ML2S_OK);
     }

@@ -1,49 +1,119 @@
-// The controller through OpenXR, which shares one attached action set with gaze.
-#include "../../sim/eyes_and_hands.h"
-#include "openxr_fixture.h"
+// The controller. Through OpenXR it shares one attached action set with gaze.
+#include "trackers.h"
 
 namespace {
 
-using Controller = OpenXr;
+class Controller : public EitherBackend {
+  protected:
+    const ml2s_settings pose = by(kController), input = by(kControllerInput);
+};
+
+/** What only OpenXR has. */
+using OpenXrController = OpenXr;
+/** What only the vendor's interface has. */
+using SdkController = Trackers;
 
 } // namespace
 
-TEST_F(Controller, ThePoseMovesAsTheControllerDoes) {
-    Sensor sensor(kController), head(kHead);
-    const auto pose = sensor.pollPose();
-    ASSERT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
-    EXPECT_TRUE(pose.is_tracked);
-    EXPECT_EQ(pose.stream, uint32_t{ML2S_STREAM_CONTROLLER});
-    ml2sim_pose truth;
-    ml2sim_true_head(pose.device_nanos, &truth);
-    const auto &q = truth.rotation;
-    const auto expected = compose({{q[0], q[1], q[2], q[3]}, {truth.position[0], truth.position[1], truth.position[2]}},
-                                  ml2sim::controllerInHead(pose.device_nanos));
-    EXPECT_NEAR(pose.position[0], expected.position.x, 1e-5);
-    EXPECT_NEAR(pose.position[1], expected.position.y, 1e-5);
-    EXPECT_NEAR(pose.position[2], expected.position.z, 1e-5);
+INSTANTIATE_TEST_SUITE_P(By, Controller, kEither, nameOf);
+
+TEST_P(Controller, ThePoseIsThatOfTheInstantOfItsStamp) {
+    Sensor sensor(pose);
+    tracked(sensor);
+    const int64_t before = ml2s_now();
+    const auto found = sensor.pollPose();
+    EXPECT_EQ(found.stream, uint32_t{ML2S_STREAM_CONTROLLER});
+    expectNow(before, found.capture_nanos, found.device_nanos);
+    expectAt(found, ml2sim::controllerInHead(found.device_nanos));
 }
 
-TEST_F(Controller, ButtonsTriggerAndTouchpadAreThoseOfTheInstant) {
+TEST_P(Controller, ButtonsTriggerAndTouchpadAreThoseOfTheInstant) {
     stopTime();
-    Sensor sensor(kControllerInput);
+    Sensor sensor(input);
     for (int i = 0; i < 12; i++) {
-        const auto input = sensor.pollInput();
+        const auto found = sensor.pollInput();
         ASSERT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
         const auto truth = ml2sim::controllerInputAt(ml2sim_now_mltime());
-        EXPECT_TRUE(input.is_connected);
-        EXPECT_EQ(input.bumper, truth.bumper ? 1u : 0u);
-        EXPECT_EQ(input.menu, truth.menu ? 1u : 0u);
-        EXPECT_EQ(input.is_touched, truth.isTouched ? 1u : 0u);
-        EXPECT_FLOAT_EQ(input.trigger, truth.trigger);
-        EXPECT_FLOAT_EQ(input.touch[0], truth.x);
-        EXPECT_FLOAT_EQ(input.touch[1], truth.y);
-        EXPECT_FLOAT_EQ(input.force, truth.force);
+        EXPECT_TRUE(found.is_connected);
+        EXPECT_EQ(found.bumper, truth.bumper ? 1u : 0u);
+        EXPECT_EQ(found.menu, truth.menu ? 1u : 0u);
+        EXPECT_EQ(found.is_touched, truth.isTouched ? 1u : 0u);
+        EXPECT_FLOAT_EQ(found.trigger, truth.trigger);
+        EXPECT_FLOAT_EQ(found.touch[0], truth.x);
+        EXPECT_FLOAT_EQ(found.touch[1], truth.y);
+        EXPECT_FLOAT_EQ(found.force, truth.force);
         ml2sim_advance(350 * kMillisecond);
     }
 }
 
-TEST_F(Controller, GazeAndControllerOpenInAnyOrderAndAgain) {
+TEST_P(Controller, InputIsStampedWithTheInstantOfThePoll) {
+    Sensor sensor(input);
+    const int64_t before = ml2s_now();
+    const auto found = sensor.pollInput();
+    expectNow(before, found.capture_nanos, found.device_nanos);
+}
+
+TEST_P(Controller, AControllerOfWhichOnlyTheRotationIsKnownIsUntracked) {
+    Sensor sensor(pose);
+    tracked(sensor);
+    for (const char *state : {"1", "2"}) {
+        headset("fault.controller.tracking", state);
+        EXPECT_FALSE(sensor.pollPose().is_tracked) << state;
+        EXPECT_EQ(sensor.result, ML2S_OK);
+    }
+    headset("fault.controller.tracking", "0");
+    EXPECT_TRUE(sensor.pollPose().is_tracked);
+}
+
+TEST_P(Controller, AnUntrackedHeadsetTracksNoController) {
+    Sensor sensor(pose);
+    tracked(sensor);
+    headset("fault.head.tracking", "1");
+    EXPECT_FALSE(sensor.pollPose().is_tracked);
+    EXPECT_EQ(sensor.result, ML2S_OK);
+}
+
+TEST_P(Controller, AControllerThatIsNotConnectedHasNothingPressed) {
+    headset("fault.input.disconnected", "1");
+    Sensor sensor(input);
+    const auto found = sensor.pollInput();
+    EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
+    EXPECT_GT(found.capture_nanos, 0);
+    EXPECT_EQ(found.is_connected + found.bumper + found.menu + found.is_touched, 0u);
+    EXPECT_EQ(found.trigger, 0);
+}
+
+TEST_P(Controller, APausedControllerIsGivenBackAndTakenAgain) {
+    Sensor posed(pose), pressed(input);
+    EXPECT_EQ(posed.pause(), ML2S_OK);
+    EXPECT_EQ(pressed.pause(), ML2S_OK);
+    EXPECT_EQ(counters().live_objects + sdkCounters().open_handles, 0u);
+    pressed.pollInput();
+    EXPECT_EQ(pressed.result, ML2S_TIMEOUT);
+    EXPECT_EQ(posed.resume(), ML2S_OK);
+    EXPECT_EQ(pressed.resume(), ML2S_OK);
+    tracked(posed);
+    EXPECT_TRUE(pressed.pollInput().is_connected);
+}
+
+TEST_P(Controller, PosesAreNotToBeHadFromTheButtonsNorButtonsFromThePose) {
+    Sensor posed(pose), pressed(input);
+    posed.pollInput();
+    EXPECT_EQ(posed.result, ML2S_INVALID_ARGUMENT);
+    pressed.pollPose();
+    EXPECT_EQ(pressed.result, ML2S_INVALID_ARGUMENT);
+}
+
+TEST_F(SdkController, ATriggerThatIsNoNumberFailsThePoll) {
+    headset("fault.input.unusable", "1");
+    Sensor sensor(onSdk(kControllerInput));
+    sensor.pollInput();
+    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+    EXPECT_STREQ(sensor.error.message,
+                 "MLInputGetControllerStateEx: trigger or touch is not a number, expected -1 to 1");
+}
+
+TEST_F(OpenXrController, GazeAndControllerOpenInAnyOrderAndAgain) {
     for (int i = 0; i < 2; i++) {
         const Sensor head(kHead);
         Sensor first(i ? kGaze : kController), second(i ? kController : kGaze), input(kControllerInput);
@@ -56,7 +126,7 @@ TEST_F(Controller, GazeAndControllerOpenInAnyOrderAndAgain) {
     }
 }
 
-TEST_F(Controller, WithoutTheExtensionOnlyTheControllerIsRefused) {
+TEST_F(OpenXrController, WithoutTheExtensionOnlyTheControllerIsRefused) {
     runtime("fault.extension.missing", "XR_ML_ml2_controller_interaction");
     expectRefused(kController, ML2S_NOT_AVAILABLE, "not available: XR_ML_ml2_controller_interaction");
     expectRefused(kControllerInput, ML2S_NOT_AVAILABLE, "not available: XR_ML_ml2_controller_interaction");
@@ -64,13 +134,13 @@ TEST_F(Controller, WithoutTheExtensionOnlyTheControllerIsRefused) {
     EXPECT_TRUE(gaze.pollPose().is_tracked);
 }
 
-TEST_F(Controller, WithoutTheExtensionOfGazeTheControllerWorks) {
+TEST_F(OpenXrController, WithoutTheExtensionOfGazeTheControllerWorks) {
     runtime("fault.extension.missing", "XR_EXT_eye_gaze_interaction");
     Sensor controller(kController);
     EXPECT_TRUE(controller.pollPose().is_tracked);
 }
 
-TEST_F(Controller, BindingsThatTheRuntimeRefusesTakeTheirOwnStreamsOnly) {
+TEST_F(OpenXrController, BindingsThatTheRuntimeRefusesTakeTheirOwnStreamsOnly) {
     const std::string reason = "xrSuggestInteractionProfileBindings: XR_ERROR_PATH_UNSUPPORTED (-22)";
     {
         runtime("fault.profile.refused", "/interaction_profiles/ml/ml2_controller");
@@ -85,14 +155,4 @@ TEST_F(Controller, BindingsThatTheRuntimeRefusesTakeTheirOwnStreamsOnly) {
     expectRefused(kGaze, ML2S_VENDOR_FAILURE, reason);
     Sensor controller(kController);
     EXPECT_TRUE(controller.pollPose().is_tracked) << controller.error.message;
-}
-
-TEST_F(Controller, AControllerThatIsNotConnectedHasNothingPressed) {
-    headset("fault.input.disconnected", "1");
-    headset("fault.controller.tracking", "2");
-    Sensor pose(kController), sensor(kControllerInput);
-    EXPECT_FALSE(pose.pollPose().is_tracked);
-    const auto input = sensor.pollInput();
-    EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
-    EXPECT_EQ(input.is_connected + input.bumper + input.menu + input.is_touched, 0u);
 }

@@ -15,29 +15,30 @@ constexpr uint32_t kWorldBytes = 1016 * (1016 + 64) + 4096;
 constexpr uint32_t kDepthBytes = 3 * 544 * 480 * 4 + 4096;
 constexpr uint32_t kEyeBytes = 400 * 400 + 4096;
 
+/** The frames of captures that are new to the sensor. */
+Polled polled(Sensor &sensor) {
+    ml2sim_advance(1000 * kMillisecond);
+    return sensor.poll();
+}
+/** The frame of a capture that is new to the sensor. */
+Only next(Sensor &sensor) { return Only(polled(sensor)); }
+
+/** A capture as each interface shows it. */
+struct Shown {
+    Shown(const ml2s_settings &settings, size_t slotBytes)
+        : slots(static_cast<uint32_t>(__builtin_ctzll(settings.streams)), 2, slotBytes), byOpenXr(settings),
+          bySdk(onSdk(settings)), openXr(next(byOpenXr)), sdk(bySdk.poll()) {}
+    const Slots slots;
+    Sensor byOpenXr, bySdk;
+    const Only openXr, sdk;
+};
+
 class Frames : public OpenXr {
   protected:
     void SetUp() override {
         OpenXr::SetUp();
         stopTime();
     }
-
-    /** The frames of captures that are new to the sensor. */
-    static std::vector<ml2s_frame> polled(Sensor &sensor) {
-        ml2sim_advance(1000 * kMillisecond);
-        return sensor.poll();
-    }
-    /** The frame of a capture that is new to the sensor. */
-    static ml2s_frame next(Sensor &sensor) {
-        ml2sim_advance(1000 * kMillisecond);
-        return only(sensor);
-    }
-    static ml2s_frame only(Sensor &sensor) {
-        const auto frames = sensor.poll();
-        EXPECT_EQ(frames.size(), 1u) << sensor.error.message;
-        return frames.empty() ? sized<ml2s_frame>() : frames[0];
-    }
-    static void giveBack(const ml2s_frame &frame) { release({frame}); }
 
     static const uint8_t *row(const ml2s_frame &frame, ml2s_plane_role role, uint32_t y) {
         return frame.data + frame.planes[role].offset_bytes + size_t{y} * frame.planes[role].stride_bytes;
@@ -89,42 +90,33 @@ class Frames : public OpenXr {
 } // namespace
 
 TEST_F(Frames, AWorldCameraShowsWhatTheVendorsInterfaceShows) {
-    const Slots slots(ML2S_STREAM_WORLD_LEFT, 3, kWorldBytes);
-    Sensor byOpenXr(kWorldLeft), bySdk(onSdk(kWorldLeft));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSameMoment(a, b);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
-    expectSamePose(a, b);
-    expectSameLens(a, b);
-    EXPECT_TRUE(a.has & ML2S_HAS_EXPOSURE);
-    EXPECT_EQ(a.exposure_nanos, 5000000);
-    EXPECT_TRUE(a.has & ML2S_HAS_ANALOG_GAIN && a.has & ML2S_HAS_DIGITAL_GAIN);
-    EXPECT_EQ(a.analog_gain, 200u);
-    EXPECT_EQ(a.digital_gain, 130u);
-    EXPECT_FALSE(a.has & ML2S_HAS_ILLUMINATION);
-    release({a, b});
+    const Shown shown(kWorldLeft, kWorldBytes);
+    expectSameMoment(shown.openXr, shown.sdk);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
+    expectSamePose(shown.openXr, shown.sdk);
+    expectSameLens(shown.openXr, shown.sdk);
+    EXPECT_TRUE(shown.openXr.has & ML2S_HAS_EXPOSURE);
+    EXPECT_EQ(shown.openXr.exposure_nanos, 5000000);
+    EXPECT_TRUE(shown.openXr.has & ML2S_HAS_ANALOG_GAIN && shown.openXr.has & ML2S_HAS_DIGITAL_GAIN);
+    EXPECT_EQ(shown.openXr.analog_gain, 200u);
+    EXPECT_EQ(shown.openXr.digital_gain, 130u);
+    EXPECT_FALSE(shown.openXr.has & ML2S_HAS_ILLUMINATION);
 }
 
 TEST_F(Frames, TheSecondStreamOfAWorldCameraIsItsLowExposure) {
     headset("controller_tracked", "1");
-    const Slots slots(ML2S_STREAM_WORLD_LEFT, 3, kWorldBytes);
     auto settings = kWorldLeft;
     settings.second_streams = settings.streams;
-    Sensor byOpenXr(settings), bySdk(onSdk(settings));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
-    EXPECT_EQ(a.exposure_nanos, 1000000);
-    release({a, b});
+    const Shown shown(settings, kWorldBytes);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
+    EXPECT_EQ(shown.openXr.exposure_nanos, 1000000);
 }
 
 TEST_F(Frames, PaddingBetweenRowsIsKeptAndSaid) {
     runtime("stride.extra_bytes", "64");
-    const Slots slots(ML2S_STREAM_WORLD_LEFT, 3, kWorldBytes);
-    Sensor byOpenXr(kWorldLeft), bySdk(onSdk(kWorldLeft));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    EXPECT_EQ(a.planes[ML2S_PLANE_IMAGE].stride_bytes, 1080u);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
-    release({a, b});
+    const Shown shown(kWorldLeft, kWorldBytes);
+    EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_IMAGE].stride_bytes, 1080u);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
 }
 
 TEST_F(Frames, CamerasOfOneMomentComeInOnePoll) {
@@ -138,75 +130,64 @@ TEST_F(Frames, CamerasOfOneMomentComeInOnePoll) {
     ASSERT_EQ(frames.size(), 3u);
     EXPECT_EQ(frames[0].device_nanos, frames[1].device_nanos);
     EXPECT_EQ(frames[0].device_nanos, frames[2].device_nanos);
-    release(frames);
 }
 
 TEST_F(Frames, DepthIsTheZThatTheVendorsInterfaceGives) {
-    const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
     const auto settings = depthSettings(ML2S_WANT_CONFIDENCE | ML2S_WANT_FLAGS);
-    Sensor byOpenXr(settings), bySdk(onSdk(settings));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSameMoment(a, b);
-    expectSamePose(a, b);
-    expectSameLens(a, b);
-    EXPECT_EQ(a.illumination, 1u);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
-    expectSamePixels(a, b, ML2S_PLANE_CONFIDENCE, 4);
-    release({a, b});
+    const Shown shown(settings, kDepthBytes);
+    expectSameMoment(shown.openXr, shown.sdk);
+    expectSamePose(shown.openXr, shown.sdk);
+    expectSameLens(shown.openXr, shown.sdk);
+    EXPECT_EQ(shown.openXr.illumination, 1u);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 4);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_CONFIDENCE, 4);
 }
 
 TEST_F(Frames, FlagsAreThisBackendsBitsAndMarkTheInvalid) {
-    const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
     const auto settings = depthSettings(ML2S_WANT_FLAGS);
-    Sensor byOpenXr(settings), bySdk(onSdk(settings));
-    const auto a = next(byOpenXr), b = only(bySdk);
+    const Shown shown(settings, kDepthBytes);
     uint32_t invalid = 0;
-    for (uint32_t y = 0; y < a.height; y++) {
-        for (uint32_t x = 0; x < a.width; x++) {
-            const uint32_t flags = flagsAt(a, x, y);
-            const bool isInvalid = flagsAt(b, x, y) & 1;
+    for (uint32_t y = 0; y < shown.openXr.height; y++) {
+        for (uint32_t x = 0; x < shown.openXr.width; x++) {
+            const uint32_t flags = flagsAt(shown.openXr, x, y);
+            const bool isInvalid = flagsAt(shown.sdk, x, y) & 1;
             ASSERT_EQ(flags & 3, isInvalid ? 2u : 1u) << x << ", " << y;
-            ASSERT_EQ(std::isnan(depthAt(a, ML2S_PLANE_IMAGE, x, y)), isInvalid) << x << ", " << y;
+            ASSERT_EQ(std::isnan(depthAt(shown.openXr, ML2S_PLANE_IMAGE, x, y)), isInvalid) << x << ", " << y;
             invalid += isInvalid;
         }
     }
     EXPECT_GT(invalid, 0u);
-    EXPECT_LT(invalid, a.width * a.height);
-    release({a, b});
+    EXPECT_LT(invalid, shown.openXr.width * shown.openXr.height);
 }
 
 TEST_F(Frames, RadialDepthIsLeftAsItIs) {
-    const Slots slots(ML2S_STREAM_DEPTH, 3, kDepthBytes);
     const auto settings = depthSettings(ML2S_WANT_RADIAL);
-    Sensor byOpenXr(settings), bySdk(onSdk(settings));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
-    EXPECT_EQ(a.planes[ML2S_PLANE_CONFIDENCE].size_bytes, 0u);
-    EXPECT_EQ(a.planes[ML2S_PLANE_FLAGS].size_bytes, 0u);
-    release({a, b});
+    const Shown shown(settings, kDepthBytes);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 4);
+    EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_CONFIDENCE].size_bytes, 0u);
+    EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_FLAGS].size_bytes, 0u);
 }
 
 TEST_F(Frames, InfraredIsTheRawPicture) {
-    const Slots slots(ML2S_STREAM_INFRA, 3, kDepthBytes);
     auto settings = depthSettings();
     settings.streams = settings.second_streams = bitOf(ML2S_STREAM_INFRA);
-    Sensor byOpenXr(settings), bySdk(onSdk(settings));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
-    release({a, b});
+    const Shown shown(settings, kDepthBytes);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 4);
 }
 
 TEST_F(Frames, AnEyeCameraHasNeitherPoseNorIntrinsics) {
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, kEyeBytes);
-    Sensor byOpenXr(kEyeNasalLeft), bySdk(onSdk(kEyeNasalLeft));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
-    EXPECT_FALSE(a.has & (ML2S_HAS_POSE | ML2S_HAS_INTRINSICS));
-    release({a, b});
+    const Shown shown(kEyeNasalLeft, kEyeBytes);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
+    EXPECT_FALSE(shown.openXr.has & (ML2S_HAS_POSE | ML2S_HAS_INTRINSICS));
 }
 
 TEST_F(Frames, ColourIsTheJpegOfTheCapture) {
-    for (const uint32_t stream : {ML2S_STREAM_COLOR, ML2S_STREAM_MIXED_REALITY}) {
+    struct {
+        ml2s_stream stream;
+        bool isOutside; ///< The runtime gives it outside the buffer, so it is copied.
+    } const cases[] = {{ML2S_STREAM_COLOR, false}, {ML2S_STREAM_MIXED_REALITY, false}, {ML2S_STREAM_COLOR, true}};
+    for (const auto &[stream, isOutside] : cases) {
+        runtime("fault.sensor.outside", isOutside ? "/pixelsensor/picture/center" : "");
         const bool isMixed = stream == ML2S_STREAM_MIXED_REALITY;
         const ml2sim_color_request request = {isMixed ? 648u : 640u, isMixed ? 720u : 480u, 30, isMixed};
         const Slots slots(stream, 2, request.width * request.height * 3 / 2 + 64);
@@ -216,6 +197,7 @@ TEST_F(Frames, ColourIsTheJpegOfTheCapture) {
         ASSERT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &truth), 0);
         EXPECT_EQ(frame.device_nanos, truth.capture_mltime);
         EXPECT_EQ(frame.exposure_nanos, truth.exposure_nanos);
+        EXPECT_EQ(frame.width, request.width);
         const auto &plane = frame.planes[ML2S_PLANE_IMAGE];
         ASSERT_EQ(plane.size_bytes, truth.jpeg_bytes);
         EXPECT_EQ(std::memcmp(frame.data + plane.offset_bytes, truth.jpeg, truth.jpeg_bytes), 0);
@@ -228,7 +210,6 @@ TEST_F(Frames, ColourIsTheJpegOfTheCapture) {
         ml2sim_true_pose(ML2SIM_COLOR, frame.device_nanos, &pose);
         EXPECT_NEAR(frame.position[0], pose.position[0], 1e-5);
         EXPECT_NEAR(frame.position[2], pose.position[2], 1e-5);
-        giveBack(frame);
     }
 }
 
@@ -241,30 +222,25 @@ TEST_F(Frames, ACaptureComesOnce) {
     const auto second = next(eye);
     EXPECT_EQ(second.frame_number, first.frame_number + 1);
     EXPECT_GT(second.device_nanos, first.device_nanos);
-    release({first, second});
 }
 
 TEST_F(Frames, AFrameWithoutFreeSlotIsLostAndSaidSo) {
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 1, kEyeBytes);
     Sensor eye(kEyeNasalLeft);
-    const auto kept = next(eye), lost = next(eye);
-    EXPECT_EQ(lost.slot, ML2S_NO_SLOT);
-    EXPECT_EQ(lost.data, nullptr);
-    EXPECT_EQ(lost.planes[ML2S_PLANE_IMAGE].size_bytes, 0u);
-    EXPECT_EQ(lost.frame_number, kept.frame_number + 1);
-    giveBack(kept);
-    const auto after = next(eye);
-    EXPECT_NE(after.slot, ML2S_NO_SLOT);
-    giveBack(after);
+    {
+        const auto kept = next(eye), lost = next(eye);
+        EXPECT_EQ(lost.slot, ML2S_NO_SLOT);
+        EXPECT_EQ(lost.data, nullptr);
+        EXPECT_EQ(lost.planes[ML2S_PLANE_IMAGE].size_bytes, 0u);
+        EXPECT_EQ(lost.frame_number, kept.frame_number + 1);
+    }
+    EXPECT_NE(next(eye).slot, ML2S_NO_SLOT);
 }
 
 TEST_F(Frames, SlotsThatAreSmallerThanTheRuntimesBufferGetACopy) {
     runtime("buffer.extra_bytes", "4096");
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, 400 * 400);
-    Sensor byOpenXr(kEyeNasalLeft), bySdk(onSdk(kEyeNasalLeft));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
-    release({a, b});
+    const Shown shown(kEyeNasalLeft, 400 * 400);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
 }
 
 TEST_F(Frames, SlotsThatAreSmallerThanAPictureMakeItOdd) {
@@ -284,7 +260,6 @@ TEST_F(Frames, SlotsOfTheLibraryHaveTheSizeThatTheRuntimeWants) {
         EXPECT_EQ(frame.planes[ML2S_PLANE_IMAGE].size_bytes, 1016u * 1016);
         EXPECT_GE(memory_mapped_bytes() - before, 1016u * 1016 + 100 + 5000);
         EXPECT_LT(memory_mapped_bytes() - before, 1016u * 1016 + 100 + 5000 + 128) << "what it aligns included";
-        giveBack(frame);
     }
     ASSERT_EQ(slots_retire(ML2S_STREAM_WORLD_LEFT), ML2S_OK);
     EXPECT_EQ(memory_mapped_bytes(), before);
@@ -297,42 +272,22 @@ TEST_F(Frames, PicturesOutsideTheBufferAreCopied) {
         Sensor byOpenXr(settings), bySdk(onSdk(settings));
         runtime("fault.sensor.outside", "/pixelsensor/depth/center");
         for (int i = 0; i < 3; i++) {
-            const auto a = next(byOpenXr), b = only(bySdk);
+            const auto a = next(byOpenXr), b = Only(bySdk.poll());
             expectSamePixels(a, b, ML2S_PLANE_IMAGE, 4);
             if (wants) {
                 expectSamePixels(a, b, ML2S_PLANE_CONFIDENCE, 4);
                 EXPECT_EQ(flagsAt(a, 0, 0) & 3, flagsAt(b, 0, 0) & 1 ? 2u : 1u);
             }
-            release({a, b});
             runtime("fault.sensor.outside", "");
         }
     }
 }
 
-TEST_F(Frames, AJpegOutsideTheBufferIsCopied) {
-    runtime("fault.sensor.outside", "/pixelsensor/picture/center");
-    const ml2sim_color_request request = {640, 480, 30, 0};
-    const Slots slots(ML2S_STREAM_COLOR, 2, 640 * 480 * 3 / 2);
-    Sensor camera(openXrSettings(ML2S_SENSOR_COLOR, bitOf(ML2S_STREAM_COLOR), 30, 640, 480));
-    const auto frame = next(camera);
-    ml2sim_color_frame truth;
-    ASSERT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &truth), 0);
-    const auto &plane = frame.planes[ML2S_PLANE_IMAGE];
-    ASSERT_EQ(plane.size_bytes, truth.jpeg_bytes);
-    EXPECT_EQ(plane.stride_bytes, 0u);
-    EXPECT_EQ(frame.width, 640u);
-    EXPECT_EQ(std::memcmp(frame.data + plane.offset_bytes, truth.jpeg, truth.jpeg_bytes), 0);
-    giveBack(frame);
-}
-
 TEST_F(Frames, PaddingAfterAPictureIsNoPartOfIt) {
     runtime("picture.extra_bytes", "100");
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 3, kEyeBytes);
-    Sensor byOpenXr(kEyeNasalLeft), bySdk(onSdk(kEyeNasalLeft));
-    const auto a = next(byOpenXr), b = only(bySdk);
-    EXPECT_EQ(a.planes[ML2S_PLANE_IMAGE].size_bytes, 400u * 400);
-    expectSamePixels(a, b, ML2S_PLANE_IMAGE, 1);
-    release({a, b});
+    const Shown shown(kEyeNasalLeft, kEyeBytes);
+    EXPECT_EQ(shown.openXr.planes[ML2S_PLANE_IMAGE].size_bytes, 400u * 400);
+    expectSamePixels(shown.openXr, shown.sdk, ML2S_PLANE_IMAGE, 1);
 }
 
 TEST_F(Frames, AnOddPictureIsSkippedAndARunOfThemIsTold) {
@@ -343,7 +298,6 @@ TEST_F(Frames, AnOddPictureIsSkippedAndARunOfThemIsTold) {
     runtime("fault.sensor.odd", "");
     const auto frame = next(eye);
     EXPECT_EQ(frame.skipped, 0u);
-    giveBack(frame);
 }
 
 TEST_F(Frames, ARunningCameraThatFailsIsTold) {
@@ -353,7 +307,7 @@ TEST_F(Frames, ARunningCameraThatFailsIsTold) {
     EXPECT_TRUE(polled(eye).empty());
     EXPECT_EQ(eye.result, ML2S_VENDOR_FAILURE);
     runtime("fault.sensor.failing", "");
-    giveBack(next(eye));
+    EXPECT_NE(next(eye).slot, ML2S_NO_SLOT);
 }
 
 TEST_F(Frames, ACaptureOlderThanTheRuntimesMemoryHasNoPose) {
@@ -366,7 +320,6 @@ TEST_F(Frames, ACaptureOlderThanTheRuntimesMemoryHasNoPose) {
     runtime("fault.pose.time_invalid", "0");
     const auto with = next(world);
     EXPECT_TRUE(with.has & ML2S_HAS_POSE);
-    release({without, with});
 }
 
 TEST_F(Frames, AnUntrackedHeadsetGivesFramesWithoutPose) {
@@ -375,16 +328,6 @@ TEST_F(Frames, AnUntrackedHeadsetGivesFramesWithoutPose) {
     Sensor world(kWorldLeft);
     const auto frame = next(world);
     EXPECT_FALSE(frame.has & ML2S_HAS_POSE);
-    giveBack(frame);
-}
-
-TEST_F(Frames, AStalledCameraTimesOut) {
-    runtime("fault.sensor.stalled", "/pixelsensor/eye/nasal/left");
-    const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
-    Sensor eye(kEyeNasalLeft);
-    ml2sim_advance(1000 * kMillisecond);
-    EXPECT_TRUE(eye.poll().empty());
-    EXPECT_EQ(eye.result, ML2S_TIMEOUT);
 }
 
 TEST_F(Frames, APausedSensorIsTheDevicesUntilItResumes) {
@@ -393,7 +336,7 @@ TEST_F(Frames, APausedSensorIsTheDevicesUntilItResumes) {
     EXPECT_EQ(eye.pause(), ML2S_OK);
     EXPECT_EQ(counters().live_objects, 0u);
     EXPECT_EQ(eye.resume(), ML2S_OK);
-    giveBack(next(eye));
+    EXPECT_NE(next(eye).slot, ML2S_NO_SLOT);
 }
 
 TEST_F(Frames, APausedSensorCanBeClosed) {
@@ -419,12 +362,10 @@ TEST_F(RunningFrames, AStalledCameraDoesNotHoldBackTheOthers) {
     constexpr int64_t kTimeout = 10000 * kMillisecond;
     int64_t first = 0, last = 0;
     for (int i = 0; i < 3; i++) {
-        const auto frames = eyes.poll(kTimeout);
-        ASSERT_EQ(frames.size(), 1u);
-        EXPECT_EQ(frames[0].stream, static_cast<uint32_t>(ML2S_STREAM_EYE_NASAL_RIGHT));
-        last = frames[0].device_nanos;
+        const Only got(eyes.poll(kTimeout));
+        EXPECT_EQ(got.stream, static_cast<uint32_t>(ML2S_STREAM_EYE_NASAL_RIGHT));
+        last = got.device_nanos;
         first = first ? first : last;
-        release(frames);
     }
     EXPECT_LT(last - first, kTimeout);
 }
@@ -433,9 +374,6 @@ TEST_F(RunningFrames, StampsAreTheBoottimeOfTheCapture) {
     headset("mltime_skew_ppm", "200");
     const Slots slots(ML2S_STREAM_EYE_NASAL_LEFT, 2, kEyeBytes);
     Sensor eye(kEyeNasalLeft);
-    const auto frames = eye.poll(10000 * kMillisecond);
-    ASSERT_EQ(frames.size(), 1u);
-    EXPECT_NEAR(static_cast<double>(frames[0].capture_nanos - ml2sim_boottime_of_mltime(frames[0].device_nanos)), 0,
-                50000);
-    release(frames);
+    const Only got(eye.poll(10000 * kMillisecond));
+    EXPECT_NEAR(static_cast<double>(got.capture_nanos - ml2sim_boottime_of_mltime(got.device_nanos)), 0, 50000);
 }

@@ -3,6 +3,9 @@
 
 #include "app.h"
 
+/** A function of the instance, by its name. */
+#define XR(name) function<PFN_##name>(#name)
+
 namespace {
 
 class Runtime : public OpenXr {
@@ -17,6 +20,9 @@ class Runtime : public OpenXr {
     void TearDown() override {
         // Tests misuse on purpose; each says what it expects.
         EXPECT_STREQ(counters().last_misuse, misuse.c_str());
+        for (const auto sensor : sensors) {
+            destroy(sensor);
+        }
     }
 
     void expectMisuse(ml2sim_xr_misuse kind, const std::string &what) {
@@ -24,19 +30,21 @@ class Runtime : public OpenXr {
         misuse = what;
     }
 
-    template <class Function> Function xr(const char *name) {
-        const auto function = app->find<Function>(name);
-        EXPECT_NE(function, nullptr) << name;
-        return function;
+    template <class Function> Function function(const char *name) {
+        const auto found = app->find<Function>(name);
+        EXPECT_NE(found, nullptr) << name;
+        return found;
     }
 
     XrPixelSensorML createSensor(const char *path = "/pixelsensor/eye/nasal/left") {
         XrPixelSensorCreateInfoML info = {XR_TYPE_PIXEL_SENSOR_CREATE_INFO_ML, nullptr, 0};
-        xr<PFN_xrStringToPath>("xrStringToPath")(app->instance, path, &info.sensor);
+        XR(xrStringToPath)(app->instance, path, &info.sensor);
         XrPixelSensorML sensor = XR_NULL_HANDLE;
-        EXPECT_EQ(xr<PFN_xrCreatePixelSensorML>("xrCreatePixelSensorML")(app->session, &info, &sensor), XR_SUCCESS);
+        EXPECT_EQ(XR(xrCreatePixelSensorML)(app->session, &info, &sensor), XR_SUCCESS);
+        sensors.push_back(sensor);
         return sensor;
     }
+    XrResult destroy(XrPixelSensorML sensor) { return XR(xrDestroyPixelSensorML)(sensor); }
 
     XrResult configure(XrPixelSensorML sensor, XrFutureEXT *future) {
         const XrPixelSensorConfigUint32ML rate = {XR_TYPE_PIXEL_SENSOR_CONFIG_UINT32_ML, nullptr, 0,
@@ -52,13 +60,12 @@ class Runtime : public OpenXr {
         const uint32_t stream = 0;
         const XrPixelSensorConfigInfoML info = {
             XR_TYPE_PIXEL_SENSOR_CONFIG_INFO_ML, nullptr, 1, &stream, configCount, configs};
-        return xr<PFN_xrConfigurePixelSensorAsyncML>("xrConfigurePixelSensorAsyncML")(sensor, &info, future);
+        return XR(xrConfigurePixelSensorAsyncML)(sensor, &info, future);
     }
     XrResult completeConfigure(XrPixelSensorML sensor, XrFutureEXT future) {
         XrPixelSensorConfigureCompletionML completion = {XR_TYPE_PIXEL_SENSOR_CONFIGURE_COMPLETION_ML, nullptr,
                                                          XR_SUCCESS};
-        return xr<PFN_xrConfigurePixelSensorCompleteML>("xrConfigurePixelSensorCompleteML")(sensor, future,
-                                                                                            &completion);
+        return XR(xrConfigurePixelSensorCompleteML)(sensor, future, &completion);
     }
     XrPixelSensorML createRunning() {
         const auto sensor = createSensor();
@@ -67,10 +74,9 @@ class Runtime : public OpenXr {
         EXPECT_EQ(completeConfigure(sensor, future), XR_SUCCESS);
         const uint32_t stream = 0;
         const XrPixelSensorStartInfoML info = {XR_TYPE_PIXEL_SENSOR_START_INFO_ML, nullptr, 1, &stream};
-        EXPECT_EQ(xr<PFN_xrStartPixelSensorAsyncML>("xrStartPixelSensorAsyncML")(sensor, &info, &future), XR_SUCCESS);
+        EXPECT_EQ(XR(xrStartPixelSensorAsyncML)(sensor, &info, &future), XR_SUCCESS);
         XrPixelSensorStartCompletionML completion = {XR_TYPE_PIXEL_SENSOR_START_COMPLETION_ML, nullptr, XR_SUCCESS};
-        EXPECT_EQ(xr<PFN_xrStartPixelSensorCompleteML>("xrStartPixelSensorCompleteML")(sensor, future, &completion),
-                  XR_SUCCESS);
+        EXPECT_EQ(XR(xrStartPixelSensorCompleteML)(sensor, future, &completion), XR_SUCCESS);
         return sensor;
     }
     XrResult getData(XrPixelSensorML sensor, void *metadata = nullptr, uint32_t bytes = 400 * 400) {
@@ -78,12 +84,15 @@ class Runtime : public OpenXr {
         const XrPixelSensorDataGetInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_GET_INFO_ML, nullptr, 0, 1, 0};
         XrPixelSensorBufferML buffer = {XR_TYPE_PIXEL_SENSOR_BUFFER_ML, nullptr, bytes, memory.data()};
         XrPixelSensorDataML data = {XR_TYPE_PIXEL_SENSOR_DATA_ML, metadata, 0, nullptr};
-        return xr<PFN_xrGetPixelSensorDataML>("xrGetPixelSensorDataML")(sensor, &info, &buffer, &data);
+        return XR(xrGetPixelSensorDataML)(sensor, &info, &buffer, &data);
     }
 
     std::optional<App> app;
     uint32_t configCount = 3;
     std::string misuse;
+
+  private:
+    std::vector<XrPixelSensorML> sensors;
 };
 
 } // namespace
@@ -96,14 +105,12 @@ TEST_F(Runtime, AFunctionOfAnExtensionThatIsNotEnabledIsNotThere) {
 TEST_F(Runtime, AStructureOfAnotherTypeIsRefused) {
     const XrPixelSensorCreateInfoML info = {XR_TYPE_PIXEL_SENSOR_DATA_ML, nullptr, 1};
     XrPixelSensorML sensor;
-    EXPECT_EQ(xr<PFN_xrCreatePixelSensorML>("xrCreatePixelSensorML")(app->session, &info, &sensor),
-              XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(XR(xrCreatePixelSensorML)(app->session, &info, &sensor), XR_ERROR_VALIDATION_FAILURE);
     expectMisuse(ML2SIM_XR_MISUSE_TYPE, "XrPixelSensorCreateInfo has type 1000475017, expected 1000475001");
 }
 
 TEST_F(Runtime, ADestroyedHandleIsRefused) {
     const auto sensor = createSensor();
-    const auto destroy = xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML");
     EXPECT_EQ(destroy(sensor), XR_SUCCESS);
     EXPECT_EQ(destroy(sensor), XR_ERROR_HANDLE_INVALID);
     expectMisuse(ML2SIM_XR_MISUSE_HANDLE, "no such pixel sensor");
@@ -113,7 +120,6 @@ TEST_F(Runtime, DataBeforeStartIsRefused) {
     const auto sensor = createSensor();
     EXPECT_EQ(getData(sensor), XR_ERROR_CALL_ORDER_INVALID);
     expectMisuse(ML2SIM_XR_MISUSE_ORDER, "data before start");
-    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
 }
 
 TEST_F(Runtime, ConfiguringARunningStreamIsRefused) {
@@ -122,7 +128,7 @@ TEST_F(Runtime, ConfiguringARunningStreamIsRefused) {
     EXPECT_EQ(configure(sensor, &future), XR_ERROR_CALL_ORDER_INVALID);
     expectMisuse(ML2SIM_XR_MISUSE_ORDER, "configured while running");
     misuse = "/pixelsensor/eye/nasal/left destroyed while running";
-    EXPECT_EQ(xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor), XR_ERROR_CALL_ORDER_INVALID);
+    EXPECT_EQ(destroy(sensor), XR_ERROR_CALL_ORDER_INVALID);
 }
 
 TEST_F(Runtime, ConfiguringTwiceAtOnceIsRefused) {
@@ -133,7 +139,6 @@ TEST_F(Runtime, ConfiguringTwiceAtOnceIsRefused) {
     EXPECT_EQ(configure(sensor, &other), XR_ERROR_CALL_ORDER_INVALID);
     expectMisuse(ML2SIM_XR_MISUSE_ORDER, "configure while another step is not completed");
     EXPECT_EQ(completeConfigure(sensor, future), XR_SUCCESS);
-    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
 }
 
 TEST_F(Runtime, AMandatoryCapabilityMustBeConfigured) {
@@ -142,7 +147,6 @@ TEST_F(Runtime, AMandatoryCapabilityMustBeConfigured) {
     configCount = 2;
     EXPECT_EQ(configure(sensor, &future), XR_ERROR_VALIDATION_FAILURE);
     expectMisuse(ML2SIM_XR_MISUSE_ARGUMENT, "a mandatory capability is not configured");
-    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
 }
 
 TEST_F(Runtime, AFutureIsCompletedOnceAndOnlyWhenReady) {
@@ -155,7 +159,6 @@ TEST_F(Runtime, AFutureIsCompletedOnceAndOnlyWhenReady) {
     EXPECT_EQ(completeConfigure(sensor, future), XR_SUCCESS);
     EXPECT_EQ(completeConfigure(sensor, future), XR_ERROR_FUTURE_INVALID_EXT);
     expectMisuse(ML2SIM_XR_MISUSE_FUTURE, "no future of configure to complete, or completed before");
-    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
 }
 
 TEST_F(Runtime, MetadataThatAreNotOfferedCannotBeChained) {
@@ -164,16 +167,12 @@ TEST_F(Runtime, MetadataThatAreNotOfferedCannotBeChained) {
     fisheye.type = XR_TYPE_PIXEL_SENSOR_FISHEYE_INTRINSICS_ML;
     EXPECT_EQ(getData(sensor, &fisheye), XR_ERROR_VALIDATION_FAILURE);
     expectMisuse(ML2SIM_XR_MISUSE_TYPE, "chained to data: a structure of type 1000475024, which is not offered");
-    misuse = "/pixelsensor/eye/nasal/left destroyed while running";
-    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
 }
 
 TEST_F(Runtime, ABufferThatIsTooSmallIsRefused) {
     const auto sensor = createRunning();
     EXPECT_EQ(getData(sensor, nullptr, 1000), XR_ERROR_SIZE_INSUFFICIENT);
     expectMisuse(ML2SIM_XR_MISUSE_ARGUMENT, "the buffer is smaller than it must be");
-    misuse = "/pixelsensor/eye/nasal/left destroyed while running";
-    xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor);
 }
 
 TEST_F(Runtime, ASensorDestroyedBeforeItsSpaceIsCounted) {
@@ -181,15 +180,14 @@ TEST_F(Runtime, ASensorDestroyedBeforeItsSpaceIsCounted) {
     const XrPixelSensorCreateSpaceInfoML info = {
         XR_TYPE_PIXEL_SENSOR_CREATE_SPACE_INFO_ML, nullptr, sensor, {{0, 0, 0, 1}, {0, 0, 0}}};
     XrSpace space;
-    EXPECT_EQ(xr<PFN_xrCreatePixelSensorSpaceML>("xrCreatePixelSensorSpaceML")(app->session, &info, &space),
-              XR_SUCCESS);
-    EXPECT_EQ(xr<PFN_xrDestroyPixelSensorML>("xrDestroyPixelSensorML")(sensor), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(XR(xrCreatePixelSensorSpaceML)(app->session, &info, &space), XR_SUCCESS);
+    EXPECT_EQ(destroy(sensor), XR_ERROR_VALIDATION_FAILURE);
     expectMisuse(ML2SIM_XR_MISUSE_CHILDREN, "/pixelsensor/eye/nasal/left destroyed while 1 made from it live");
 }
 
 TEST_F(Runtime, ASessionIsBegunWhenReadyOnly) {
     const XrSessionBeginInfo info = {XR_TYPE_SESSION_BEGIN_INFO, nullptr, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
-    const auto begin = xr<PFN_xrBeginSession>("xrBeginSession");
+    const auto begin = XR(xrBeginSession);
     EXPECT_EQ(begin(app->session, &info), XR_ERROR_SESSION_NOT_READY);
     expectMisuse(ML2SIM_XR_MISUSE_ORDER, "a session begun that was not ready");
     while (app->nextEvent().type != XR_TYPE_UNKNOWN) {
@@ -200,17 +198,15 @@ TEST_F(Runtime, ASessionIsBegunWhenReadyOnly) {
 TEST_F(Runtime, AProfileWithoutItsExtensionIsRefused) {
     XrActionSetCreateInfo set = {XR_TYPE_ACTION_SET_CREATE_INFO, nullptr, "sensors", "Sensors", 0};
     XrActionSet actions = XR_NULL_HANDLE;
-    EXPECT_EQ(xr<PFN_xrCreateActionSet>("xrCreateActionSet")(app->instance, &set, &actions), XR_SUCCESS);
+    EXPECT_EQ(XR(xrCreateActionSet)(app->instance, &set, &actions), XR_SUCCESS);
     XrPath profile = XR_NULL_PATH;
-    xr<PFN_xrStringToPath>("xrStringToPath")(app->instance, "/interaction_profiles/ml/ml2_controller", &profile);
+    XR(xrStringToPath)(app->instance, "/interaction_profiles/ml/ml2_controller", &profile);
     const XrInteractionProfileSuggestedBinding suggestion = {XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
                                                              profile, 0, nullptr};
-    EXPECT_EQ(
-        xr<PFN_xrSuggestInteractionProfileBindings>("xrSuggestInteractionProfileBindings")(app->instance, &suggestion),
-        XR_ERROR_PATH_UNSUPPORTED);
+    EXPECT_EQ(XR(xrSuggestInteractionProfileBindings)(app->instance, &suggestion), XR_ERROR_PATH_UNSUPPORTED);
     expectMisuse(ML2SIM_XR_MISUSE_EXTENSION,
                  "/interaction_profiles/ml/ml2_controller without the extension that has it");
-    xr<PFN_xrDestroyActionSet>("xrDestroyActionSet")(actions);
+    XR(xrDestroyActionSet)(actions);
 }
 
 TEST_F(Runtime, AnUnknownKeyOrValueIsRefusedWithWhatIsExpected) {

@@ -1,23 +1,15 @@
 #include <climits>
 #include <string>
 
-#include <gtest/gtest.h>
+#include "../sources/sensor.h"
 
 extern "C" {
 #include "../../sdk/error.h"
 #include "../../sdk/result.h"
 }
 
-namespace {
-
-struct Error : ml2s_error {
-    Error() : ml2s_error{sizeof(ml2s_error), 0, ""} {}
-};
-
-} // namespace
-
 TEST(Error, WritesTextAndNumbersAsPrintfDoes) {
-    Error error;
+    auto error = sized<ml2s_error>();
     EXPECT_EQ(error_set(&error, ML2S_BUSY, 7, "%s %d %u %x %lld.", "a", INT_MIN, UINT_MAX, 0xbeefu, LLONG_MIN),
               ML2S_BUSY);
     char expected[sizeof error.message];
@@ -27,7 +19,7 @@ TEST(Error, WritesTextAndNumbersAsPrintfDoes) {
 }
 
 TEST(Error, CutsWhatDoesNotFit) {
-    Error error;
+    auto error = sized<ml2s_error>();
     error_set(&error, ML2S_BUSY, 0, "%s%s", std::string(200, 'a').c_str(), std::string(200, 'b').c_str());
     EXPECT_EQ(error.message, std::string(200, 'a') + std::string(47, 'b'));
 }
@@ -35,7 +27,7 @@ TEST(Error, CutsWhatDoesNotFit) {
 TEST(Error, NobodyNeedsToWantTheMessage) { EXPECT_EQ(error_set(nullptr, ML2S_BUSY, 0, "x"), ML2S_BUSY); }
 
 TEST(Result, NamesTheCallTheCodeAndItsNumber) {
-    Error error;
+    auto error = sized<ml2s_error>();
     EXPECT_EQ(result_of(5, "MLDepthCameraConnect", &error), ML2S_VENDOR_FAILURE);
     EXPECT_STREQ(error.message, "MLDepthCameraConnect: InvalidParam (5)");
     EXPECT_EQ(error.vendor_code, 5);
@@ -46,7 +38,7 @@ TEST(Result, NamesTheCallTheCodeAndItsNumber) {
 }
 
 TEST(Result, GivesCodesOfOtherInterfacesInHexadecimal) {
-    Error error;
+    auto error = sized<ml2s_error>();
     EXPECT_EQ(result_of(static_cast<int32_t>(0x87b80000), "MLSnapshotGetTransform", &error), ML2S_VENDOR_FAILURE);
     EXPECT_STREQ(error.message, "MLSnapshotGetTransform: MLResult 0x87b80000");
     EXPECT_EQ(result_of(16, "X", &error), ML2S_VENDOR_FAILURE);
@@ -54,7 +46,7 @@ TEST(Result, GivesCodesOfOtherInterfacesInHexadecimal) {
 }
 
 TEST(Result, OkAndTimeoutAreNoErrors) {
-    Error error;
+    auto error = sized<ml2s_error>();
     EXPECT_EQ(result_of(0, "X", &error), ML2S_OK);
     EXPECT_EQ(result_of(2, "X", &error), ML2S_TIMEOUT);
     EXPECT_STREQ(error.message, "");

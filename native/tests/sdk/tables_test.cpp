@@ -4,9 +4,7 @@
 #include <array>
 #include <string>
 
-#include <gtest/gtest.h>
-
-#include "../../sdk/ml2s.h"
+#include "../sources/sensor.h"
 
 namespace {
 
@@ -18,26 +16,17 @@ constexpr std::array kSensors = {
 
 /** The message of opening a sensor, or "" when it opens. */
 std::string openAndClose(ml2s_sensor sensor, ml2s_stream stream) {
-    ml2s_settings settings = {};
-    settings.struct_size = sizeof settings;
-    settings.sensor = sensor;
-    settings.streams = ML2S_STREAM_BIT(stream);
-    settings.rate_hz = 5;
-    ml2s_error error = {};
-    error.struct_size = sizeof error;
-    ml2s_handle handle = 0;
-    const auto result = ml2s_open(&settings, &handle, &error);
-    if (result == ML2S_OK) {
+    Sensor opened(settingsOf(sensor, ML2S_STREAM_BIT(stream)));
+    if (opened.result == ML2S_OK) {
         EXPECT_EQ(ml2s_check(sensor, ML2S_BACKEND_SDK, nullptr), ML2S_OK);
-        EXPECT_EQ(ml2s_close(handle, nullptr), ML2S_OK);
+        EXPECT_EQ(opened.close(), ML2S_OK);
         return "";
     }
-    EXPECT_EQ(result, ML2S_NOT_AVAILABLE);
-    auto checked = error;
-    checked.message[0] = 0;
+    EXPECT_EQ(opened.result, ML2S_NOT_AVAILABLE);
+    auto checked = sized<ml2s_error>();
     EXPECT_EQ(ml2s_check(sensor, ML2S_BACKEND_SDK, &checked), ML2S_NOT_AVAILABLE);
-    EXPECT_STREQ(checked.message, error.message);
-    return error.message;
+    EXPECT_STREQ(checked.message, opened.error.message);
+    return checked.message;
 }
 
 void load(const char *path) { ASSERT_NE(dlopen(path, RTLD_NOW), nullptr) << dlerror(); }

@@ -3,7 +3,7 @@
 #include "headset.h"
 #include "ports.h"
 
-/** A connected camera, for tests that all three run. */
+/** A camera, for tests that all three run. What a test still has at its end is released and disconnected. */
 template <typename Port> class Cameras : public SimulatedHeadset {
   protected:
     using Data = typename Port::Data;
@@ -11,6 +11,15 @@ template <typename Port> class Cameras : public SimulatedHeadset {
     void SetUp() override {
         SimulatedHeadset::SetUp();
         ml2sim_advance(kSecond);
+    }
+    void TearDown() override {
+        if (counters().outstanding_gets) {
+            EXPECT_EQ(release(), MLResult_Ok);
+        }
+        if (counters().open_handles) {
+            EXPECT_EQ(disconnect(), MLResult_Ok);
+        }
+        SimulatedHeadset::TearDown();
     }
 
     MLResult connect() {
@@ -32,6 +41,12 @@ template <typename Port> class Cameras : public SimulatedHeadset {
     }
     void setFault(const char *what, const char *value) {
         set((std::string("fault.") + Port::kName + "." + what).c_str(), value);
+    }
+    /** What a get shows of a fault. */
+    const Data &dataWith(const char *fault, const char *value) {
+        setFault(fault, value);
+        connectAndGet();
+        return data;
     }
     int64_t frameNumber() const { return data.frames[0].frame_number; }
 

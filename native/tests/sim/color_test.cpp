@@ -1,11 +1,5 @@
 // The colour camera, whose frames are JPEGs.
-#include <cstdio>
-
-#include <jpeglib.h>
-
-#include <cstring>
-#include <vector>
-
+#include "../codecs/libjpeg.h"
 #include "headset.h"
 
 class Color : public SimulatedHeadset {
@@ -14,24 +8,8 @@ class Color : public SimulatedHeadset {
         SimulatedHeadset::SetUp();
         ml2sim_advance(kSecond);
     }
-    static std::vector<uint8_t> decode(const ml2sim_color_frame &frame, uint32_t *width, uint32_t *height) {
-        jpeg_decompress_struct decoder{};
-        jpeg_error_mgr errors{};
-        decoder.err = jpeg_std_error(&errors);
-        jpeg_create_decompress(&decoder);
-        jpeg_mem_src(&decoder, frame.jpeg, frame.jpeg_bytes);
-        jpeg_read_header(&decoder, TRUE);
-        jpeg_start_decompress(&decoder);
-        *width = decoder.output_width;
-        *height = decoder.output_height;
-        std::vector<uint8_t> rgb(size_t{*width} * *height * 3);
-        while (decoder.output_scanline < *height) {
-            auto *row = rgb.data() + size_t{decoder.output_scanline} * *width * 3;
-            jpeg_read_scanlines(&decoder, &row, 1);
-        }
-        jpeg_finish_decompress(&decoder);
-        jpeg_destroy_decompress(&decoder);
-        return rgb;
+    static Decoded decode(const ml2sim_color_frame &frame) {
+        return libjpegDecoded({frame.jpeg, frame.jpeg + frame.jpeg_bytes});
     }
 };
 
@@ -39,10 +17,8 @@ TEST_F(Color, AFrameIsAJpegOfItsSizeWithTheIntrinsicsOfTheVendorTag) {
     const ml2sim_color_request request = {640, 480, 30, 0};
     ml2sim_color_frame frame;
     ASSERT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &frame), 0);
-    uint32_t width = 0, height = 0;
-    decode(frame, &width, &height);
-    EXPECT_EQ(width, 640u);
-    EXPECT_EQ(height, 480u);
+    EXPECT_EQ(decode(frame).width, 640u);
+    EXPECT_EQ(decode(frame).height, 480u);
     EXPECT_EQ(frame.intrinsics[0], 640);
     EXPECT_EQ(frame.intrinsics[1], 480);
     EXPECT_NEAR(frame.intrinsics[4], 320, 10);
@@ -55,8 +31,7 @@ TEST_F(Color, AHologramChangesThePicture) {
     ASSERT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &plain), 0);
     request.with_hologram = 1;
     ASSERT_EQ(ml2sim_color(&request, ml2sim_now_boottime(), &mixed), 0);
-    uint32_t width = 0, height = 0;
-    EXPECT_NE(decode(plain, &width, &height), decode(mixed, &width, &height));
+    EXPECT_NE(decode(plain).pixels, decode(mixed).pixels);
 }
 
 TEST_F(Color, FramesFollowEachOtherOnTheGridAndSayWhenTheNextComes) {

@@ -76,7 +76,8 @@ class DepthPoints : public Cameras<DepthPort> {
     }
 
     /** Boxes stand before the walls, so not every point is on one. */
-    void expectMostPointsOnWalls() {
+    void expectMostPointsOnWalls(int64_t afterNanos) {
+        getLongRange(afterNanos);
         const auto &frame = data.frames[0];
         const auto *distance = static_cast<const float *>(frame.depth_image->data);
         const auto *flags = static_cast<const uint32_t *>(frame.flags->data);
@@ -110,25 +111,17 @@ class DepthPoints : public Cameras<DepthPort> {
     }
 };
 
-TEST_F(DepthPoints, AreOnTheWallsToAMillimetreOnALoop) {
-    getLongRange(700 * kMillisecond);
-    expectMostPointsOnWalls();
-    releaseAndDisconnect();
-}
+TEST_F(DepthPoints, AreOnTheWallsToAMillimetreOnALoop) { expectMostPointsOnWalls(700 * kMillisecond); }
 
 TEST_F(DepthPoints, AreOnTheWallsOnAPathFromAFile) {
     const auto path = testing::TempDir() + "ml2sim_depth_path_" + std::to_string(getpid()) + ".tum";
     std::ofstream(path) << "0 0 0 0 0 0 0 1\n1 0.4 0.2 0 0 0 0.3 0.95\n2 0.9 0 0.1 0 0 0 1\n";
     set("trajectory", path.c_str());
-    getLongRange(2100 * kMillisecond);
+    expectMostPointsOnWalls(2100 * kMillisecond);
     EXPECT_NE(data.frames[0].camera_pose.position.x, 0);
-    expectMostPointsOnWalls();
-    releaseAndDisconnect();
 }
 
 TEST_F(DepthPoints, AreOnTheWallsOfANewSession) {
     set("fault.head.new_session", "1");
-    getLongRange(700 * kMillisecond);
-    expectMostPointsOnWalls();
-    releaseAndDisconnect();
+    expectMostPointsOnWalls(700 * kMillisecond);
 }

@@ -15,6 +15,18 @@ class Depth : public Cameras<DepthPort> {
     MLResult connectShort(uint32_t flags) {
         return connectTo(MLDepthCameraFrameType_ShortRange, MLDepthCameraFrameRate_30FPS, 375, flags);
     }
+    void getOf(uint32_t flags) {
+        ASSERT_EQ(connectShort(flags), MLResult_Ok);
+        ml2sim_advance(100 * kMillisecond);
+        ASSERT_EQ(get(), MLResult_Ok);
+    }
+    MLDepthCameraCapabilityList capabilitiesOf(MLDepthCameraStream stream) {
+        auto filter = initialised(MLDepthCameraCapabilityFilterInit);
+        filter.streams = stream;
+        MLDepthCameraCapabilityList list{};
+        EXPECT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+        return list;
+    }
     /** Frames that come in two seconds of one mode. */
     int framesIn2Seconds(MLDepthCameraFrameType type, MLDepthCameraFrameRate rate, uint32_t exposure) {
         if (connectTo(type, rate, exposure, MLDepthCameraFlags_DepthFlags) != MLResult_Ok)
@@ -65,22 +77,17 @@ TEST_F(Depth, TwoStreamsAtOnceAreRefused) {
 }
 
 TEST_F(Depth, OnlyTheBuffersThatWereAskedForAreThere) {
-    ASSERT_EQ(connectShort(MLDepthCameraFlags_Confidence | MLDepthCameraFlags_RawDepthImage), MLResult_Ok);
-    ml2sim_advance(100 * kMillisecond);
-    ASSERT_EQ(get(), MLResult_Ok);
+    getOf(MLDepthCameraFlags_Confidence | MLDepthCameraFlags_RawDepthImage);
     const auto &frame = data.frames[0];
     EXPECT_EQ(frame.depth_image, nullptr);
     EXPECT_NE(frame.confidence, nullptr);
     EXPECT_EQ(frame.flags, nullptr);
     EXPECT_EQ(frame.ambient_raw_depth_image, nullptr);
     EXPECT_NE(frame.raw_depth_image, nullptr);
-    releaseAndDisconnect();
 }
 
 TEST_F(Depth, APixelWithAnyFlagIsInvalidAndLightAddsToTheAmbient) {
-    ASSERT_EQ(connectShort(kEverything), MLResult_Ok);
-    ml2sim_advance(100 * kMillisecond);
-    ASSERT_EQ(get(), MLResult_Ok);
+    getOf(kEverything);
     const auto &frame = data.frames[0];
     const auto *flags = static_cast<const uint32_t *>(frame.flags->data);
     const auto *raw = static_cast<const float *>(frame.raw_depth_image->data);
@@ -96,58 +103,38 @@ TEST_F(Depth, APixelWithAnyFlagIsInvalidAndLightAddsToTheAmbient) {
         lit += raw[i] > ambient[i];
     EXPECT_GT(invalid, 0);
     EXPECT_GT(lit, 544 * 480 / 2);
-    releaseAndDisconnect();
 }
 
 TEST_F(Depth, TheMainsOfTheLightsExcludesRates) {
     set("mains_hz", "50");
-    MLDepthCameraSettings settings;
-    MLDepthCameraSettingsInit(&settings);
-    settings.streams = MLDepthCameraStream_ShortRange;
-    auto &rate = settings.stream_configs[MLDepthCameraFrameType_ShortRange].frame_rate;
+    const auto shortRange = MLDepthCameraFrameType_ShortRange;
+    const uint32_t flags = MLDepthCameraFlags_DepthImage;
     for (const auto excluded : {MLDepthCameraFrameRate_30FPS, MLDepthCameraFrameRate_60FPS}) {
-        rate = excluded;
-        EXPECT_EQ(MLDepthCameraConnect(&settings, &handle), MLResult_InvalidParam);
+        EXPECT_EQ(connectTo(shortRange, excluded, 375, flags), MLResult_InvalidParam);
     }
-    rate = MLDepthCameraFrameRate_25FPS;
-    ASSERT_EQ(MLDepthCameraConnect(&settings, &handle), MLResult_Ok);
-    MLDepthCameraCapabilityFilter filter;
-    MLDepthCameraCapabilityFilterInit(&filter);
-    filter.streams = MLDepthCameraStream_ShortRange;
-    MLDepthCameraCapabilityList list{};
-    ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+    ASSERT_EQ(connectTo(shortRange, MLDepthCameraFrameRate_25FPS, 375, flags), MLResult_Ok);
+    auto list = capabilitiesOf(MLDepthCameraStream_ShortRange);
     EXPECT_EQ(list.size, 3) << "5, 25 and 50";
     MLDepthCameraReleaseCapabilities(handle, &list);
-    MLDepthCameraDisconnect(handle);
 }
 
 TEST_F(Depth, CapabilitiesAreThoseOfTheFilterAndReleasedOnce) {
     ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
-    MLDepthCameraCapabilityFilter filter;
-    MLDepthCameraCapabilityFilterInit(&filter);
-    filter.streams = MLDepthCameraStream_LongRange;
-    MLDepthCameraCapabilityList list{};
-    ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+    auto list = capabilitiesOf(MLDepthCameraStream_LongRange);
     ASSERT_EQ(list.size, 2);
     EXPECT_EQ(list.capabilities[0].stream_capabilities[0].max_exposure, 2000u);
     EXPECT_EQ(counters().outstanding_capability_lists, 1u);
     EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_Ok);
     EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_InvalidParam);
     expectMisuse(ML2SIM_MISUSE_RELEASE);
-    disconnect();
 }
 
 TEST_F(Depth, DisconnectingWithACapabilityListIsToldAndCounted) {
     ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
-    MLDepthCameraCapabilityFilter filter;
-    MLDepthCameraCapabilityFilterInit(&filter);
-    filter.streams = MLDepthCameraStream_ShortRange;
-    MLDepthCameraCapabilityList list{};
-    ASSERT_EQ(MLDepthCameraGetCapabilities(handle, &filter, &list), MLResult_Ok);
+    auto list = capabilitiesOf(MLDepthCameraStream_ShortRange);
     EXPECT_EQ(disconnect(), MLResult_Ok);
     expectMisuse(ML2SIM_MISUSE_UNRELEASED);
     EXPECT_EQ(counters().outstanding_capability_lists, 1u);
     ASSERT_EQ(connectShort(MLDepthCameraFlags_DepthImage), MLResult_Ok);
     EXPECT_EQ(MLDepthCameraReleaseCapabilities(handle, &list), MLResult_Ok);
-    disconnect();
 }

@@ -22,6 +22,13 @@ inline ml2sim_counters counters() {
     return counters;
 }
 
+/** A structure of the vendor's as its initialiser leaves it. */
+template <class T> T initialised(void (*initialise)(T *)) {
+    T out;
+    initialise(&out);
+    return out;
+}
+
 class SimulatedHeadset : public testing::Test {
   protected:
     void SetUp() override {

@@ -3,36 +3,13 @@
 #include <cstring>
 #include <thread>
 
-#include "headset.h"
 #include "ml_unused.h"
+#include "perception_fixture.h"
 
-class Perception : public SimulatedHeadset {
+class Perception : public TrackedHeadset {
   protected:
-    void SetUp() override {
-        SimulatedHeadset::SetUp();
-        start();
-        ASSERT_EQ(MLHeadTrackingCreate(&tracker), MLResult_Ok);
-        ml2sim_advance(kSecond);
-    }
-    void TearDown() override {
-        MLHeadTrackingDestroy(tracker);
-        MLPerceptionShutdown();
-        SimulatedHeadset::TearDown();
-    }
-    static void start() {
-        MLPerceptionSettings settings;
-        MLPerceptionInitSettings(&settings);
-        ASSERT_EQ(MLPerceptionStartup(&settings), MLResult_Ok);
-        takeSnapshot();
-    }
-    static void takeSnapshot() {
-        MLSnapshot *snapshot = nullptr;
-        ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
-        MLPerceptionReleaseSnapshot(snapshot);
-    }
     MLHeadTrackingStateEx state() {
-        MLHeadTrackingStateEx out;
-        MLHeadTrackingStateExInit(&out);
+        auto out = initialised(MLHeadTrackingStateExInit);
         EXPECT_EQ(MLHeadTrackingGetStateEx(tracker, &out), MLResult_Ok);
         return out;
     }
@@ -41,14 +18,18 @@ class Perception : public SimulatedHeadset {
         EXPECT_EQ(MLHeadTrackingGetMapEvents(tracker, &out), MLResult_Ok);
         return out;
     }
+    MLCoordinateFrameUID headFrame() {
+        MLHeadTrackingStaticData frames;
+        MLHeadTrackingGetStaticData(tracker, &frames);
+        return frames.coord_frame_head;
+    }
     MLResult headAt(MLTime time, MLTransform *out) {
         MLSnapshot *snapshot = nullptr;
         const auto result = MLPerceptionGetPredictedSnapshot(time, &snapshot);
         if (result != MLResult_Ok)
             return result;
-        MLHeadTrackingStaticData frames;
-        MLHeadTrackingGetStaticData(tracker, &frames);
-        const auto found = MLSnapshotGetTransform(snapshot, &frames.coord_frame_head, out);
+        const auto frame = headFrame();
+        const auto found = MLSnapshotGetTransform(snapshot, &frame, out);
         MLPerceptionReleaseSnapshot(snapshot);
         return found;
     }
@@ -59,11 +40,9 @@ class Perception : public SimulatedHeadset {
         for (int i = 0; i < 3; i++)
             EXPECT_NEAR(p[i], truth.position[i], 1e-6);
     }
-
-    MLHandle tracker = ML_INVALID_HANDLE;
 };
 
-class BeforeStartup : public SimulatedHeadset {};
+using BeforeStartup = SimulatedHeadset;
 
 TEST_F(BeforeStartup, EverythingThatKnowsPosesIsNotStarted) {
     MLHandle handle = 0;
@@ -122,20 +101,16 @@ TEST_F(BeforeStartup, ATrackerNeedsAFirstSnapshotWhichTakesAMoment) {
 }
 
 TEST_F(Perception, OnlyOneThreadHasSnapshots) {
-    MLSnapshot *snapshot = nullptr;
-    ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
-    std::thread(takeSnapshot).join();
+    const Snapshot held;
+    std::thread([] { const Snapshot other; }).join();
     expectMisuse(ML2SIM_MISUSE_THREAD);
-    MLPerceptionReleaseSnapshot(snapshot);
 }
 
 TEST_F(Perception, ShutdownWithOpenThingsIsTold) {
-    MLSnapshot *snapshot = nullptr;
-    ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
+    const Snapshot open;
     EXPECT_EQ(MLPerceptionShutdown(), MLResult_Ok);
     expectMisuse(ML2SIM_MISUSE_UNRELEASED);
     start();
-    MLPerceptionReleaseSnapshot(snapshot);
 }
 
 TEST_F(Perception, AHeadTrackerInitialisesForAMomentAndHasNoPoseTillThen) {
@@ -179,51 +154,40 @@ TEST_F(Perception, ASnapshotIsReleasedOnceAndUnusableAfter) {
 }
 
 TEST_F(Perception, AnUnknownFrameHasNoPoseAndTheOriginIsTheOrigin) {
-    MLSnapshot *snapshot = nullptr;
-    ASSERT_EQ(MLPerceptionGetSnapshot(&snapshot), MLResult_Ok);
+    const Snapshot snapshot;
     MLTransform transform;
-    const MLCoordinateFrameUID unknown = {{1, 2}};
-    EXPECT_EQ(MLSnapshotGetTransform(snapshot, &unknown, &transform), MLResult_PoseNotFound);
+    EXPECT_EQ(snapshot.find({{1, 2}}, &transform), MLResult_PoseNotFound);
     MLSnapshotStaticData frames = {1, {}};
     ASSERT_EQ(MLSnapshotGetStaticData(&frames), MLResult_Ok);
-    ASSERT_EQ(MLSnapshotGetTransform(snapshot, &frames.coord_world_origin, &transform), MLResult_Ok);
+    ASSERT_EQ(snapshot.find(frames.coord_world_origin, &transform), MLResult_Ok);
     EXPECT_EQ(transform.rotation.w, 1);
     EXPECT_EQ(transform.position.x, 0);
-    MLPerceptionReleaseSnapshot(snapshot);
 }
 
 TEST_F(Perception, DerivativesAreThoseOfThePath) {
     const auto now = ml2sim_now_mltime();
-    MLSnapshot *snapshot = nullptr;
-    ASSERT_EQ(MLPerceptionGetPredictedSnapshot(now, &snapshot), MLResult_Ok);
-    MLHeadTrackingStaticData frames;
-    MLHeadTrackingGetStaticData(tracker, &frames);
+    const Snapshot snapshot(now);
+    const auto frame = headFrame();
     MLTransform transform;
     MLTransformDerivatives derivatives{};
     derivatives.version = 1;
-    ASSERT_EQ(MLSnapshotGetTransformWithDerivatives(snapshot, &frames.coord_frame_head, &transform, &derivatives),
-              MLResult_Ok);
+    ASSERT_EQ(MLSnapshotGetTransformWithDerivatives(snapshot.get(), &frame, &transform, &derivatives), MLResult_Ok);
     ml2sim_pose before, after;
     ml2sim_true_head(now - 500000, &before);
     ml2sim_true_head(now + 500000, &after);
     EXPECT_NEAR(derivatives.linear_velocity_m_s.x, (after.position[0] - before.position[0]) * 1000, 1e-3);
     EXPECT_NEAR(derivatives.linear_velocity_m_s.z, (after.position[2] - before.position[2]) * 1000, 1e-3);
-    MLPerceptionReleaseSnapshot(snapshot);
 }
 
 TEST_F(Perception, APoseInTheHeadUndoesThePoseOfTheHead) {
     const auto now = ml2sim_now_mltime();
-    MLSnapshot *snapshot = nullptr;
-    ASSERT_EQ(MLPerceptionGetPredictedSnapshot(now, &snapshot), MLResult_Ok);
-    MLHeadTrackingStaticData frames;
-    MLHeadTrackingGetStaticData(tracker, &frames);
+    const Snapshot snapshot(now);
+    const auto frame = headFrame();
     MLPose pose;
-    ASSERT_EQ(MLSnapshotGetPoseInBase(snapshot, &frames.coord_frame_head, &frames.coord_frame_head, &pose),
-              MLResult_Ok);
+    ASSERT_EQ(MLSnapshotGetPoseInBase(snapshot.get(), &frame, &frame, &pose), MLResult_Ok);
     EXPECT_NEAR(pose.transform.rotation.w, 1, 1e-6);
     EXPECT_NEAR(pose.transform.position.x, 0, 1e-6);
     EXPECT_EQ(pose.predict_time_ns, now);
-    MLPerceptionReleaseSnapshot(snapshot);
 }
 
 TEST_F(Perception, AFailingSnapshotFails) {

@@ -5,7 +5,7 @@
 #include "ml_eye_camera.h"
 #include "ml_world_camera.h"
 
-#include <string>
+#include "headset.h"
 
 struct DepthPort {
     using Data = MLDepthCameraData;
@@ -13,17 +13,12 @@ struct DepthPort {
     static constexpr bool kHasPose = true;
 
     static MLDepthCameraSettings settings() {
-        MLDepthCameraSettings out;
-        MLDepthCameraSettingsInit(&out);
+        auto out = initialised(MLDepthCameraSettingsInit);
         out.streams = MLDepthCameraStream_ShortRange;
         out.stream_configs[MLDepthCameraFrameType_ShortRange].frame_rate = MLDepthCameraFrameRate_30FPS;
         return out;
     }
-    static Data data() {
-        Data out;
-        MLDepthCameraDataInit(&out);
-        return out;
-    }
+    static Data data() { return initialised(MLDepthCameraDataInit); }
     static constexpr auto connect = MLDepthCameraConnect;
     static constexpr auto updateSettings = MLDepthCameraUpdateSettings;
     static constexpr auto get = MLDepthCameraGetLatestDepthData;
@@ -41,16 +36,11 @@ struct WorldPort {
     static constexpr bool kHasPose = true;
 
     static MLWorldCameraSettings settings() {
-        MLWorldCameraSettings out;
-        MLWorldCameraSettingsInit(&out);
+        auto out = initialised(MLWorldCameraSettingsInit);
         out.cameras = MLWorldCameraIdentifier_Center;
         return out;
     }
-    static Data data() {
-        Data out;
-        MLWorldCameraDataInit(&out);
-        return out;
-    }
+    static Data data() { return initialised(MLWorldCameraDataInit); }
     static constexpr auto connect = MLWorldCameraConnect;
     static constexpr auto updateSettings = MLWorldCameraUpdateSettings;
     static MLResult get(MLHandle handle, uint64_t timeout_ms, Data *data) {
@@ -69,16 +59,8 @@ struct EyePort {
     static constexpr const char *kName = "eye";
     static constexpr bool kHasPose = false;
 
-    static MLEyeCameraSettings settings() {
-        MLEyeCameraSettings out;
-        MLEyeCameraSettingsInit(&out);
-        return out;
-    }
-    static Data data() {
-        Data out;
-        MLEyeCameraDataInit(&out);
-        return out;
-    }
+    static MLEyeCameraSettings settings() { return initialised(MLEyeCameraSettingsInit); }
+    static Data data() { return initialised(MLEyeCameraDataInit); }
     static constexpr auto connect = MLEyeCameraConnect;
     static constexpr auto updateSettings = MLEyeCameraUpdateSettings;
     static constexpr auto get = MLEyeCameraGetLatestCameraData;

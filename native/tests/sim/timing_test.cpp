@@ -12,7 +12,6 @@ constexpr int64_t kPeriod = kSecond / 30;
 TYPED_TEST(Timing, NothingNewIsATimeout) {
     ASSERT_EQ(this->connect(), MLResult_Ok);
     EXPECT_EQ(this->get(), MLResult_Timeout);
-    this->disconnect();
 }
 
 TYPED_TEST(Timing, AFrameComesOnce) {
@@ -23,7 +22,6 @@ TYPED_TEST(Timing, AFrameComesOnce) {
     ml2sim_advance(kPeriod + 1);
     ASSERT_EQ(this->get(), MLResult_Ok);
     EXPECT_EQ(this->frameNumber(), number + 1);
-    this->releaseAndDisconnect();
 }
 
 TYPED_TEST(Timing, FramesMissedBySlowPollingLeaveAGap) {
@@ -33,7 +31,6 @@ TYPED_TEST(Timing, FramesMissedBySlowPollingLeaveAGap) {
     ml2sim_advance(kSecond);
     ASSERT_EQ(this->get(), MLResult_Ok);
     EXPECT_EQ(this->frameNumber(), number + 30);
-    this->releaseAndDisconnect();
 }
 
 TYPED_TEST(Timing, CapturesAreOnTheGridAndSomeMillisecondsOld) {
@@ -43,7 +40,6 @@ TYPED_TEST(Timing, CapturesAreOnTheGridAndSomeMillisecondsOld) {
     EXPECT_EQ(stamp, index * kSecond / 30);
     EXPECT_GT(ml2sim_now_mltime() - stamp, 5 * kMillisecond);
     EXPECT_LT(ml2sim_now_mltime() - stamp, kPeriod + 10 * kMillisecond);
-    this->releaseAndDisconnect();
 }
 
 TYPED_TEST(Timing, AFrameIsNotThereBeforeItIsReadOut) {
@@ -57,7 +53,6 @@ TYPED_TEST(Timing, AFrameIsNotThereBeforeItIsReadOut) {
     ml2sim_advance(9 * kMillisecond);
     ASSERT_EQ(this->get(), MLResult_Ok);
     EXPECT_EQ(TypeParam::timestamp(this->data), capture);
-    this->releaseAndDisconnect();
 }
 
 TYPED_TEST(Timing, AWaitEndsWithTheFrameThatIsDelivered) {

@@ -31,7 +31,6 @@ TEST_F(World, AnInnerPointerThatIsNullIsRefused) {
     EXPECT_EQ(MLWorldCameraGetLatestWorldCameraData(handle, 0, &inner), MLResult_InvalidParam);
     EXPECT_EQ(MLWorldCameraGetLatestWorldCameraData(handle, 0, nullptr), MLResult_InvalidParam);
     expectMisuse(ML2SIM_MISUSE_ARGUMENT, 2);
-    disconnect();
 }
 
 TEST_F(World, RowsArePaddedAndThePaddingIsNoPicture) {
@@ -43,7 +42,6 @@ TEST_F(World, RowsArePaddedAndThePaddingIsNoPicture) {
     EXPECT_EQ(buffer.size, 1024u * 1016u);
     for (uint32_t x = 1016; x < 1024; x++)
         EXPECT_EQ(buffer.data[1024 * 500 + x], 0xee);
-    releaseAndDisconnect();
 }
 
 TEST_F(World, ThePaddingOfRowsIsAKeyAndMovesNoPixel) {
@@ -58,7 +56,6 @@ TEST_F(World, ThePaddingOfRowsIsAKeyAndMovesNoPixel) {
     EXPECT_EQ(data.frames[0].timestamp, shown + 2 * kSecond);
     EXPECT_EQ(data.frames[0].frame_buffer.stride, 1016u);
     EXPECT_EQ(std::memcmp(row.data(), data.frames[0].frame_buffer.data + 700 * 1016, 1016), 0);
-    releaseAndDisconnect();
 }
 
 TEST_F(World, ABatchHasOneFramePerCameraAndModeOfOneInstant) {
@@ -75,7 +72,6 @@ TEST_F(World, ABatchHasOneFramePerCameraAndModeOfOneInstant) {
     }
     EXPECT_EQ(kinds.size(), 6u);
     EXPECT_EQ(numbers.size(), 6u) << "every camera and mode counts for itself";
-    releaseAndDisconnect();
 }
 
 TEST_F(World, LowExposureComesOnlyWhileTheControllerIsTracked) {
@@ -88,7 +84,6 @@ TEST_F(World, LowExposureComesOnlyWhileTheControllerIsTracked) {
     set("controller_tracked", "0");
     ml2sim_advance(kSecond);
     EXPECT_EQ(get(), MLResult_Timeout);
-    disconnect();
 }
 
 TEST_F(World, LowExposureIsDarker) {
@@ -98,7 +93,6 @@ TEST_F(World, LowExposureIsDarker) {
     ASSERT_EQ(data.frame_count, 2);
     ASSERT_EQ(data.frames[1].frame_type, MLWorldCameraFrameType_LowExposure);
     EXPECT_LT(meanOf(data.frames[1]), 0.5 * meanOf(data.frames[0]));
-    releaseAndDisconnect();
 }
 
 TEST_F(World, OtherSettingsChangeTheCamerasOfTheNextBatch) {
@@ -111,7 +105,6 @@ TEST_F(World, OtherSettingsChangeTheCamerasOfTheNextBatch) {
     ASSERT_EQ(get(), MLResult_Ok);
     ASSERT_EQ(data.frame_count, 2);
     EXPECT_EQ(data.frames[0].id | data.frames[1].id, 3u);
-    releaseAndDisconnect();
 }
 
 TEST_F(World, UnknownCamerasAndModesAreRefused) {
@@ -135,7 +128,6 @@ TEST_F(World, ThePoseIsThatOfTheCaptureAndTangentialTermsAreToldAsSet) {
     EXPECT_NEAR(frame.camera_pose.rotation.w, truth.rotation[3], 1e-6);
     EXPECT_EQ(frame.intrinsics.tangential_distortion[0], 0.001);
     EXPECT_EQ(frame.intrinsics.tangential_distortion[1], 0.001);
-    releaseAndDisconnect();
 }
 
 TEST_F(World, WhileLostThePoseStaysWhereItWas) {
@@ -156,7 +148,6 @@ TEST_F(World, WhileLostThePoseStaysWhereItWas) {
     ml2sim_pose truth;
     ml2sim_true_pose(ML2SIM_WORLD_CENTER, lostAt, &truth);
     EXPECT_NEAR(atLoss.position.x, truth.position[0], 1e-6);
-    disconnect();
 }
 
 TEST_F(World, KeysThatShapeTheSceneRestWhileACameraIsOpen) {

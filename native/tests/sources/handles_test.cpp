@@ -165,7 +165,13 @@ TEST_F(Handles, APerceptionSystemThatCannotBeAskedIsToldAndNotStarted) {
 
 TEST_F(Handles, APerceptionSystemThatDoesNotStartIsToldAndTriedAgain) {
     script.results["MLPerceptionStartup"] = MLResult_UnspecifiedFailure;
-    EXPECT_EQ(open(head), ML2S_VENDOR_FAILURE);
+    const auto world = settingsOf(ML2S_SENSOR_WORLD, kLeft);
+    const auto eye = settingsOf(ML2S_SENSOR_EYE, ML2S_STREAM_BIT(ML2S_STREAM_EYE_NASAL_LEFT));
+    for (const auto &settings : {head, depth, world, eye}) {
+        const Sensor sensor(settings);
+        EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+        EXPECT_STREQ(sensor.error.message, "MLPerceptionStartup: UnspecifiedFailure (4)");
+    }
     script.results.clear();
     EXPECT_EQ(open(head), ML2S_OK);
 }
@@ -230,9 +236,7 @@ TEST_F(Handles, LeasedSlotsStayValidWhenTheirSensorIsClosed) {
     script.worldFrames = {frame};
     const Slots slots(ML2S_STREAM_WORLD_LEFT, 1, 16);
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
-    const auto frames = sensor.poll();
-    ASSERT_EQ(frames.size(), 1u);
+    const Only got(sensor.poll());
     EXPECT_EQ(sensor.close(), ML2S_OK);
-    EXPECT_EQ(frames[0].data[15], 7);
-    release(frames);
+    EXPECT_EQ(got.data[15], 7);
 }

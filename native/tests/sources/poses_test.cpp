@@ -76,11 +76,13 @@ TEST_F(Head, ASnapshotWithoutTheHeadIsAnUntrackedPoseAndIsReleased) {
 }
 
 TEST_F(Head, ASnapshotThatFailsIsReleasedAndTold) {
-    script.results["MLSnapshotGetTransform"] = MLResult_UnspecifiedFailure;
     Sensor sensor(settings);
-    sensor.pollPose();
-    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
-    EXPECT_STREQ(sensor.error.message, "MLSnapshotGetTransform: UnspecifiedFailure (4)");
+    for (const auto *function : {"MLPerceptionGetPredictedSnapshot", "MLSnapshotGetTransform"}) {
+        script.results = {{function, MLResult_UnspecifiedFailure}};
+        sensor.pollPose();
+        EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+        EXPECT_EQ(std::string(sensor.error.message), std::string(function) + ": UnspecifiedFailure (4)");
+    }
     EXPECT_EQ(script.calls.back(), "MLPerceptionReleaseSnapshot");
 }
 
@@ -120,23 +122,30 @@ TEST_F(Head, APoseThatIsNoneIsUntracked) {
 }
 
 TEST_F(Head, MapEventsArePassedOnOnce) {
+    constexpr std::pair<uint64_t, uint32_t> kEvents[] = {
+        {MLHeadTrackingMapEvent_Lost, ML2S_TRACKING_LOST},
+        {MLHeadTrackingMapEvent_Recovered, ML2S_TRACKING_RECOVERED},
+        {MLHeadTrackingMapEvent_RecoveryFailed, ML2S_TRACKING_RECOVERY_FAILED},
+        {MLHeadTrackingMapEvent_Lost | MLHeadTrackingMapEvent_NewSession,
+         ML2S_TRACKING_LOST | ML2S_TRACKING_NEW_SESSION},
+    };
     Sensor sensor(settings);
-    script.mapEvents = MLHeadTrackingMapEvent_Lost | MLHeadTrackingMapEvent_NewSession;
-    EXPECT_EQ(sensor.pollPose().events, uint32_t{ML2S_TRACKING_LOST | ML2S_TRACKING_NEW_SESSION});
-    EXPECT_EQ(sensor.pollPose().events, 0u);
+    for (const auto &[vendors, own] : kEvents) {
+        script.mapEvents = vendors;
+        EXPECT_EQ(sensor.pollPose().events, own);
+        EXPECT_EQ(sensor.pollPose().events, 0u);
+    }
 }
 
 TEST_F(Head, ATrackerThatCannotBeUsedLeavesNothingOpen) {
-    script.results["MLHeadTrackingGetStaticData"] = MLResult_UnspecifiedFailure;
-    const Sensor sensor(settings);
-    EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
-    EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), 1);
-}
-
-TEST_F(Head, AHeadHasNoFrames) {
-    Sensor sensor(settings);
-    EXPECT_TRUE(sensor.poll().empty());
-    EXPECT_EQ(sensor.result, ML2S_INVALID_ARGUMENT);
+    for (const auto &[function, destroyed] :
+         {std::pair{"MLHeadTrackingCreate", 0}, std::pair{"MLHeadTrackingGetStaticData", 1}}) {
+        script.results = {{function, MLResult_UnspecifiedFailure}};
+        const Sensor sensor(settings);
+        EXPECT_EQ(sensor.result, ML2S_VENDOR_FAILURE);
+        EXPECT_EQ(std::string(sensor.error.message), std::string(function) + ": UnspecifiedFailure (4)");
+        EXPECT_EQ(script.countOf("MLHeadTrackingDestroy"), destroyed);
+    }
 }
 
 TEST_F(ColorPose, ThePoseIsAskedForAtTheGivenTimeWithASnapshotTaken) {

@@ -1,7 +1,9 @@
 // What the tests of sources share: an opened sensor, slots for a stream, and captures that end of themselves.
 #pragma once
 
+#include <atomic>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -47,6 +49,30 @@ class Slots {
     std::vector<Line> memory_;
 };
 
+/** Frames of a poll; at their end the slots are given back. */
+class Polled : public std::vector<ml2s_frame> {
+  public:
+    using std::vector<ml2s_frame>::vector;
+    ~Polled() {
+        for (const auto &frame : *this) {
+            if (frame.slot != ML2S_NO_SLOT) {
+                EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+            }
+        }
+    }
+    Polled(Polled &&) = default;
+    Polled &operator=(Polled &&) = delete;
+};
+
+/** The frame of a poll that gives one; at its end the slot is given back. */
+struct Only : ml2s_frame {
+    explicit Only(Polled &&frames)
+        : ml2s_frame(frames.empty() ? sized<ml2s_frame>() : frames[0]), polled(std::move(frames)) {
+        EXPECT_EQ(polled.size(), 1u);
+    }
+    const Polled polled;
+};
+
 /** A sensor, open while this lives. */
 class Sensor {
   public:
@@ -55,8 +81,8 @@ class Sensor {
     Sensor(const Sensor &) = delete;
     Sensor &operator=(const Sensor &) = delete;
 
-    std::vector<ml2s_frame> poll(uint64_t timeout_nanos = 0) {
-        std::vector<ml2s_frame> frames(4, sized<ml2s_frame>());
+    Polled poll(uint64_t timeout_nanos = 0) {
+        Polled frames(4, sized<ml2s_frame>());
         uint32_t count = 0;
         result = ml2s_poll(handle_, timeout_nanos, frames.data(), 4, &count, &error);
         frames.resize(count);
@@ -91,11 +117,24 @@ class Sensor {
     ml2s_handle handle_ = 0;
 };
 
-inline void release(const std::vector<ml2s_frame> &frames) {
-    for (const auto &frame : frames) {
-        if (frame.slot != ML2S_NO_SLOT) {
-            EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
+/** Reads every byte of each frame that is published, the latest only, until the writer is done. */
+inline void readAll(uint32_t stream, const std::atomic<bool> &isDone) {
+    int64_t last = 0;
+    while (!isDone) {
+        auto frame = sized<ml2s_frame>();
+        if (ml2s_acquire_latest(stream, last, &frame) != ML2S_OK) {
+            std::this_thread::yield();
+            continue;
         }
+        EXPECT_GT(frame.capture_nanos, last);
+        last = frame.capture_nanos;
+        const auto &plane = frame.planes[ML2S_PLANE_IMAGE];
+        EXPECT_GT(plane.size_bytes, 0u);
+        volatile uint8_t sum = 0;
+        for (uint32_t i = 0; i < plane.size_bytes; i++) {
+            sum = static_cast<uint8_t>(sum + frame.data[plane.offset_bytes + i]);
+        }
+        EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
     }
 }
 

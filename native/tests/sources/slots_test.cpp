@@ -5,9 +5,10 @@
 #include <thread>
 #include <vector>
 
-#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
+
+#include "sensor.h"
 
 extern "C" {
 #include "../../sdk/memory.h"
@@ -18,33 +19,7 @@ namespace {
 
 constexpr uint32_t kStream = ML2S_STREAM_COLOR;
 constexpr uint32_t kWords = 16;
-
-/** Provides a stream with slots, and sees at the end that all of them came back. */
-class Slots {
-  public:
-    explicit Slots(uint32_t count) : memory_(count) {
-        std::vector<ml2s_memory> slots;
-        for (auto &memory : memory_) {
-            slots.push_back({memory.bytes, sizeof memory.bytes});
-        }
-        EXPECT_EQ(ml2s_provide(kStream, slots.data(), count), ML2S_OK);
-    }
-    ~Slots() { EXPECT_EQ(ml2s_provide(kStream, nullptr, 0), ML2S_OK) << "a slot is still leased"; }
-    Slots(const Slots &) = delete;
-    Slots &operator=(const Slots &) = delete;
-
-  private:
-    struct Memory {
-        alignas(64) uint8_t bytes[kWords * sizeof(uint32_t)];
-    };
-    std::vector<Memory> memory_;
-};
-
-ml2s_frame emptyFrame() {
-    ml2s_frame frame = {};
-    frame.struct_size = sizeof frame;
-    return frame;
-}
+constexpr size_t kSlotBytes = kWords * sizeof(uint32_t);
 
 std::optional<uint32_t> take() {
     uint32_t slot;
@@ -53,7 +28,7 @@ std::optional<uint32_t> take() {
 }
 
 ml2s_result publish(uint32_t slot, int64_t capture_nanos) {
-    auto frame = emptyFrame();
+    auto frame = sized<ml2s_frame>();
     frame.stream = kStream;
     frame.slot = slot;
     frame.capture_nanos = capture_nanos;
@@ -61,7 +36,7 @@ ml2s_result publish(uint32_t slot, int64_t capture_nanos) {
 }
 
 std::optional<ml2s_frame> acquire(int64_t after_nanos) {
-    auto frame = emptyFrame();
+    auto frame = sized<ml2s_frame>();
     return ml2s_acquire_latest(kStream, after_nanos, &frame) == ML2S_OK ? std::optional(frame) : std::nullopt;
 }
 
@@ -81,7 +56,7 @@ TEST(Slots, AStreamWithoutSlotsHasNoneToTakeAndNothingLatest) {
 }
 
 TEST(Slots, EverySlotIsTakenOnceUntilItIsReleased) {
-    const Slots slots(3);
+    const Slots slots(kStream, 3, kSlotBytes);
     EXPECT_EQ(*take() + *take() + *take(), 0u + 1 + 2);
     EXPECT_FALSE(take());
     EXPECT_EQ(ml2s_release(kStream, 1), ML2S_OK);
@@ -92,7 +67,7 @@ TEST(Slots, EverySlotIsTakenOnceUntilItIsReleased) {
 }
 
 TEST(Slots, ThePublishedFrameIsLeasedWithItsMemoryUntilEveryReaderReleases) {
-    const Slots slots(1);
+    const Slots slots(kStream, 1, kSlotBytes);
     publishOnce(100);
     const auto first = acquire(0);
     const auto second = acquire(99);
@@ -107,7 +82,7 @@ TEST(Slots, ThePublishedFrameIsLeasedWithItsMemoryUntilEveryReaderReleases) {
 }
 
 TEST(Slots, AnUnpublishedFrameIsAcquiredNoMoreAndItsReadersKeepIt) {
-    const Slots slots(1);
+    const Slots slots(kStream, 1, kSlotBytes);
     publishOnce(100);
     const auto leased = acquire(0);
     ASSERT_TRUE(leased);
@@ -124,7 +99,7 @@ TEST(Slots, AnUnpublishedFrameIsAcquiredNoMoreAndItsReadersKeepIt) {
 }
 
 TEST(Slots, OnlyNewerFramesAreAcquired) {
-    const Slots slots(2);
+    const Slots slots(kStream, 2, kSlotBytes);
     publishOnce(100);
     EXPECT_FALSE(acquire(100));
     publishOnce(200);
@@ -135,7 +110,7 @@ TEST(Slots, OnlyNewerFramesAreAcquired) {
 }
 
 TEST(Slots, TheLatestIsKeptWhileOthersAreTaken) {
-    const Slots slots(2);
+    const Slots slots(kStream, 2, kSlotBytes);
     publishOnce(100);
     const auto other = take();
     ASSERT_TRUE(other);
@@ -147,7 +122,7 @@ TEST(Slots, TheLatestIsKeptWhileOthersAreTaken) {
 }
 
 TEST(Slots, AFrameIsPublishedOnceAndOnlyByItsWriter) {
-    const Slots slots(1);
+    const Slots slots(kStream, 1, kSlotBytes);
     EXPECT_EQ(publish(0, 1), ML2S_INVALID_ARGUMENT);
     ASSERT_TRUE(take());
     EXPECT_EQ(publish(0, 1), ML2S_OK);
@@ -156,7 +131,7 @@ TEST(Slots, AFrameIsPublishedOnceAndOnlyByItsWriter) {
 }
 
 TEST(Slots, AWriterMayGiveUp) {
-    const Slots slots(1);
+    const Slots slots(kStream, 1, kSlotBytes);
     ASSERT_TRUE(take());
     EXPECT_EQ(ml2s_release(kStream, 0), ML2S_OK);
     EXPECT_EQ(publish(0, 1), ML2S_INVALID_ARGUMENT);
@@ -170,7 +145,7 @@ TEST(Slots, MisuseIsRefused) {
     const ml2s_memory good = {bytes, 64};
     uint32_t slot;
     ml2s_memory memory;
-    auto frame = emptyFrame();
+    auto frame = sized<ml2s_frame>();
     frame.slot = ML2S_MAX_SLOTS;
     EXPECT_EQ(ml2s_provide(kStream, &unaligned, 1), ML2S_INVALID_ARGUMENT);
     EXPECT_EQ(ml2s_provide(kStream, &none, 1), ML2S_INVALID_ARGUMENT);
@@ -251,7 +226,7 @@ void leaseAndDie(std::optional<ml2s_frame> &leased, const std::atomic<bool> &isD
 } // namespace
 
 TEST(Slots, SlowFastAndDyingReadersSeeWholeFramesAndTheWriterNeverWaits) {
-    const Slots slots(6);
+    const Slots slots(kStream, 6, kSlotBytes);
     std::atomic<bool> isDone = false;
     std::optional<ml2s_frame> leased;
     std::thread dying([&] { leaseAndDie(leased, isDone); });
@@ -279,7 +254,7 @@ TEST(Slots, SlotsAreExchangedWhileFramesAreWrittenAndRead) {
         isDone = true;
     });
     struct Memory {
-        alignas(64) uint8_t bytes[kWords * sizeof(uint32_t)];
+        alignas(64) uint8_t bytes[kSlotBytes];
     };
     std::vector<Memory> memory(4);
     const auto provide = [&](size_t first, uint32_t count) {
@@ -324,7 +299,7 @@ class Reserved {
 
 /** A taken slot that is full of value. */
 ml2s_frame filled(uint64_t size_bytes, uint8_t value) {
-    auto frame = emptyFrame();
+    auto frame = sized<ml2s_frame>();
     ml2s_memory memory = {};
     frame.stream = kStream;
     frame.capture_nanos = value;
@@ -451,7 +426,7 @@ TEST(ReservedSlots, AreKeptUntilEveryReservationHasEnded) {
 
 TEST(ReservedSlots, AreNotBesideSlotsOfTheCaller) {
     {
-        const Slots slots(2);
+        const Slots slots(kStream, 2, kSlotBytes);
         EXPECT_EQ(slots_reserve(kStream), ML2S_BUSY);
     }
     const Reserved reserved;
@@ -489,7 +464,7 @@ TEST(ReservedSlots, ReadersKeepTheirFramesWhileStreamsEndBeginAndChangeTheirMode
             if (slots_take(kStream, size, &slot, &memory)) {
                 continue;
             }
-            auto frame = emptyFrame();
+            auto frame = sized<ml2s_frame>();
             frame.stream = kStream;
             frame.slot = slot;
             frame.capture_nanos = value;

@@ -67,25 +67,22 @@ TEST_F(World, ABatchBecomesOneFramePerCameraAndIsReleasedBeforeThePollReturns) {
         EXPECT_EQ(frames[i].device_nanos, script.worldFrames[i].timestamp);
         EXPECT_EQ(frames[i].position[0], script.worldFrames[i].camera_pose.position.x);
     }
-    release(frames);
 }
 
 TEST_F(World, PixelsAreCopiedWithoutPaddingAndTheLensInItsOwnOrder) {
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kCenter));
-    const auto frames = sensor.poll();
-    ASSERT_EQ(frames.size(), 1u);
-    const auto &plane = frames[0].planes[ML2S_PLANE_IMAGE];
+    const Only got(sensor.poll());
+    const auto &plane = got.planes[ML2S_PLANE_IMAGE];
     EXPECT_EQ(plane.stride_bytes, kWidth);
     EXPECT_EQ(plane.size_bytes, kWidth * kHeight);
     for (uint32_t y = 0; y < kHeight; y++) {
         for (uint32_t x = 0; x < kWidth; x++) {
-            EXPECT_EQ(frames[0].data[plane.offset_bytes + y * kWidth + x], y * kStride + x);
+            EXPECT_EQ(got.data[plane.offset_bytes + y * kWidth + x], y * kStride + x);
         }
     }
-    EXPECT_EQ(frames[0].lens, ML2S_LENS_FISHEYE_TANGENTIAL);
+    EXPECT_EQ(got.lens, ML2S_LENS_FISHEYE_TANGENTIAL);
     const double distortion[] = {1, 2, 3, 4, 5, 6};
-    EXPECT_EQ(std::memcmp(frames[0].distortion, distortion, sizeof distortion), 0);
-    release(frames);
+    EXPECT_EQ(std::memcmp(got.distortion, distortion, sizeof distortion), 0);
 }
 
 TEST_F(World, EveryCameraHasTheExposureThatItWasAskedFor) {
@@ -100,30 +97,30 @@ TEST_F(World, EveryCameraHasTheExposureThatItWasAskedFor) {
         const bool isLow = frame.stream == ML2S_STREAM_WORLD_RIGHT;
         EXPECT_EQ(frame.frame_number % 100, isLow ? 1 : 2);
     }
-    release(frames);
 }
 
 TEST_F(World, CamerasThatWereNotAskedForAreLeft) {
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
     ASSERT_EQ(sensor.configure(settingsOf(ML2S_SENSOR_WORLD, kLeft)), ML2S_OK);
     EXPECT_EQ(script.worldSettings.cameras, 1u);
-    const auto frames = sensor.poll();
-    ASSERT_EQ(frames.size(), 1u);
-    EXPECT_EQ(frames[0].stream, ML2S_STREAM_WORLD_LEFT);
-    release(frames);
+    const Only got(sensor.poll());
+    EXPECT_EQ(got.stream, ML2S_STREAM_WORLD_LEFT);
 }
 
 TEST_F(World, ACameraWithoutFreeSlotLosesItsFrameOnly) {
+    uint32_t held[2];
+    ml2s_memory memory;
+    for (auto &slot : held) {
+        ASSERT_EQ(ml2s_take(ML2S_STREAM_WORLD_CENTER, &slot, &memory), ML2S_OK);
+    }
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kAll));
-    const auto first = sensor.poll();
-    release({first[1], first[2]});
-    const auto second = sensor.poll();
-    release({second[1], second[2]});
-    const auto third = sensor.poll();
-    ASSERT_EQ(third.size(), 3u);
-    EXPECT_EQ(third[0].slot, ML2S_NO_SLOT);
-    EXPECT_NE(third[1].slot, ML2S_NO_SLOT);
-    release({third[1], third[2], first[0], second[0]});
+    const auto frames = sensor.poll();
+    ASSERT_EQ(frames.size(), 3u);
+    EXPECT_EQ(frames[0].slot, ML2S_NO_SLOT);
+    EXPECT_NE(frames[1].slot, ML2S_NO_SLOT);
+    for (const auto slot : held) {
+        EXPECT_EQ(ml2s_release(ML2S_STREAM_WORLD_CENTER, slot), ML2S_OK);
+    }
 }
 
 TEST_F(World, FramesBeyondTheCallersRoomComeBack) {
@@ -132,7 +129,7 @@ TEST_F(World, FramesBeyondTheCallersRoomComeBack) {
     uint32_t count = 0;
     ASSERT_EQ(ml2s_poll(sensor.handle(), 0, &frame, 1, &count, nullptr), ML2S_OK);
     EXPECT_EQ(count, 1u);
-    release({frame});
+    EXPECT_EQ(ml2s_release(frame.stream, frame.slot), ML2S_OK);
 }
 
 TEST_F(World, AnOddFrameIsSkippedAndCountedAndTheOthersGoOn) {
@@ -147,7 +144,6 @@ TEST_F(World, AnOddFrameIsSkippedAndCountedAndTheOthersGoOn) {
             EXPECT_EQ(frame.skipped, 0u);
             EXPECT_NE(frame.slot, ML2S_NO_SLOT);
         }
-        release(frames);
     }
 }
 
@@ -158,14 +154,13 @@ TEST_F(World, AFrameThatNamesNoCameraIsCountedAgainstTheOneThatHasNone) {
     ASSERT_EQ(frames.size(), 3u);
     EXPECT_EQ(frames[2].stream, uint32_t{ML2S_STREAM_WORLD_RIGHT});
     expectSkipped(frames[2]);
-    release(frames);
 }
 
 TEST_F(World, OneUsableCaptureEndsARunOfOddOnes) {
     Sensor sensor(settingsOf(ML2S_SENSOR_WORLD, kLeft));
     for (uint32_t i = 1; i < 3 * ML2S_MOST_ODD_CAPTURES; i++) {
         script.worldFrames[1].frame_type = i % ML2S_MOST_ODD_CAPTURES ? 0 : MLWorldCameraFrameType_NormalExposure;
-        release(sensor.poll());
+        sensor.poll();
         EXPECT_EQ(sensor.result, ML2S_OK) << sensor.error.message;
     }
 }
@@ -175,7 +170,6 @@ TEST_F(World, AFrameOfAnotherSizeIsSkippedUnlessTheNextOneHasItToo) {
     const auto heightAfter = [&](uint32_t height) {
         script.worldFrames[1].frame_buffer.height = height;
         const auto frames = sensor.poll();
-        release(frames);
         return frames.at(0).height;
     };
     EXPECT_EQ(heightAfter(kHeight), kHeight);
@@ -215,7 +209,6 @@ TEST_F(World, TwoFramesOfOneCameraAreNotBothDelivered) {
     EXPECT_EQ(frames[0].skipped, 1u);
     EXPECT_NE(frames[0].slot, ML2S_NO_SLOT);
     EXPECT_EQ(frames[1].skipped, 0u);
-    release(frames);
 }
 
 TEST_F(World, APictureBeyondItsMemoryIsOdd) {
