@@ -18,7 +18,7 @@ from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 
-from bag_scene import TYPES
+from ros_messages import TYPES
 
 _HERE = Path(__file__).parent
 _NODE_MODULES = _HERE.parents[1] / "build/javascript/node_modules"

@@ -8,7 +8,6 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.typesys import Stores, get_typestore
 
 from compressed_depth import FORMAT, compressed_depth
 from fake_sink import FakeSink
@@ -25,8 +24,8 @@ from ml2_receiver.topics.string_message import encode_string
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
 from mock_device import MockDevice
+from ros_messages import compressed_image, header, mono_image, payload, transform
 
-TYPES = get_typestore(Stores.ROS2_JAZZY)
 PREFIX = "/magic_leap2"
 COUNT = 30
 CONFIG = '{"headset": "h", "session": "s", "streams": {}}'
@@ -44,22 +43,20 @@ def pixels(number: int) -> NDArray[np.uint8]:
 
 def image(number: int) -> bytes:
     """A mono8 Image of pixels(), stamped with its number of seconds."""
-    message = TYPES.types["sensor_msgs/msg/Image"](
-        _header(number, "world_left_optical_frame"), 48, 64, "mono8", 0, 64, pixels(number).ravel()
-    )
-    return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/Image"))
+    return mono_image(header("world_left_optical_frame", number), pixels(number))
 
 
 def jpeg(number: int) -> bytes:
     """A CompressedImage of pixels()."""
     data = cv2.imencode(".jpg", pixels(number))[1].ravel()
-    return _compressed(number, "world_left_optical_frame", "mono8; jpeg compressed mono8", data)
+    format = "mono8; jpeg compressed mono8"
+    return compressed_image(header("world_left_optical_frame", number), format, data)
 
 
 def colour_jpeg(pixels: NDArray[np.uint8]) -> bytes:
     """A CompressedImage of blue, green and red."""
     data = cv2.imencode(".jpg", pixels)[1].ravel()
-    return _compressed(0, "color_optical_frame", "rgb8; jpeg compressed bgr8", data)
+    return compressed_image(header("color_optical_frame", 0), "rgb8; jpeg compressed bgr8", data)
 
 
 def millimetres(number: int) -> NDArray[np.uint16]:
@@ -73,44 +70,24 @@ def depth(number: int) -> bytes:
 
 
 def depth_of(millimetres: NDArray[np.uint16], number: int = 0) -> bytes:
-    data = np.frombuffer(compressed_depth(millimetres), np.uint8)
-    return _compressed(number, "depth_optical_frame", FORMAT, data)
-
-
-def _compressed(number: int, frame: str, format: str, data: Any) -> bytes:
-    type = "sensor_msgs/msg/CompressedImage"
-    message = TYPES.types[type](_header(number, frame), format, data)
-    return bytes(TYPES.serialize_cdr(message, type))
+    data = compressed_depth(millimetres)
+    return compressed_image(header("depth_optical_frame", number), FORMAT, data)
 
 
 def battery(number: int) -> bytes:
-    message = TYPES.types["sensor_msgs/msg/BatteryState"](
-        _header(number, "head_frame"),
+    return payload(
+        "sensor_msgs/msg/BatteryState",
+        header("head_frame", number),
         *(4.2, 30.0, 1.5, 0.5, 1.0, 1.0, 0.5, 2, 1, 2, True),
         np.array([4.1, 4.2], np.float32),
         np.array([], np.float32),
         "compute pack, Gürtel",
         "1",
     )
-    return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/BatteryState"))
 
 
 def tf(number: int) -> bytes:
-    kinds = TYPES.types
-    transform = kinds["geometry_msgs/msg/Transform"](
-        kinds["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0),
-        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
-    )
-    stamped = kinds["geometry_msgs/msg/TransformStamped"](
-        _header(number, "magicleap_world"), "head_frame", transform
-    )
-    message = kinds["tf2_msgs/msg/TFMessage"]([stamped])
-    return bytes(TYPES.serialize_cdr(message, "tf2_msgs/msg/TFMessage"))
-
-
-def _header(number: int, frame: str) -> Any:
-    time = TYPES.types["builtin_interfaces/msg/Time"](number, 5)
-    return TYPES.types["std_msgs/msg/Header"](time, frame)
+    return transform(header("magicleap_world", number), "head_frame", (1.0, 2.0, 3.0))
 
 
 SENT: dict[str, tuple[str, Callable[[int], bytes]]] = {
@@ -151,11 +128,19 @@ def send(device: MockDevice, count: int) -> None:
                 device.publish(name, make(number))
 
 
+def new_writer(folder: Path, *topics: BagTopic, **options: Any) -> BagWriter:
+    """A writer into a new folder, without compression unless said otherwise."""
+    make_folder(folder, is_overwriting=False)
+    writer = BagWriter(folder, **{"compression": "none", **options})
+    for topic in topics:
+        writer.add_topic(topic)
+    return writer
+
+
 def record(folder: Path, count: int, compression: str = "none", request: Request = REQUEST) -> None:
     """A whole session of a device."""
-    make_folder(folder, is_overwriting=False)
     failures: list[str] = []
-    writer = BagWriter(folder, compression)
+    writer = new_writer(folder, compression=compression)
     recorder = Recorder(writer, load_table(), PREFIX, failures.append)
     sink = FakeSink()
     server = Server(
@@ -188,18 +173,15 @@ def written(
     Args:
         types: of topics that are none of BatteryState.
     """
-    make_folder(folder, is_overwriting=False)
-    writer = BagWriter(folder, "none")
     table = load_table()
     config = BagTopic(f"{prefix}/config", "std_msgs/msg/String", table.qos["latched"])
     topics = {config.name: config}
     for name, _, _ in messages:
         type = types.get(name, "sensor_msgs/msg/BatteryState")
         topics[name] = BagTopic(name, type, table.qos["sensor"])
-    for topic in topics.values():
-        writer.add_topic(topic)
+    writer = new_writer(folder, *topics.values())
     writer.write(config, 0, encode_string(CONFIG))
-    for name, time_s, payload in messages:
-        writer.write(topics[name], time_s * 10**9, payload)
+    for name, time_s, data in messages:
+        writer.write(topics[name], time_s * 10**9, data)
     writer.close()
     return folder

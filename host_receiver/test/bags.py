@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
-_TYPES = get_typestore(Stores.ROS2_JAZZY)
+from ros_messages import TYPES
 
 type Messages = Iterable[tuple[str, int, bytes]]
 
@@ -17,7 +16,7 @@ def write_bag(folder: Path, types: Mapping[str, str], messages: Messages) -> Non
     """An MCAP of topics, times in ns and payloads; `types` are by topic."""
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         connections = {
-            topic: writer.add_connection(topic, type, typestore=_TYPES)
+            topic: writer.add_connection(topic, type, typestore=TYPES)
             for topic, type in types.items()
         }
         for topic, time_ns, payload in messages:

@@ -3,18 +3,20 @@
 import functools
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+import zenoh
 from hypothesis import HealthCheck, settings
 
 import bag_scene
 from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
 from ros_processes import Client, Receiver, environment
-from secure_receiver import PATIENT, SecureReceiver
+from secure_receiver import PATIENT, OpenLab, SecureReceiver
+from zenoh_peers import free_endpoint, open_router
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(
@@ -100,7 +102,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], SecureReceiver]]:
+def open_lab(tmp_path: Path) -> Iterator[OpenLab]:
     labs: list[SecureReceiver] = []
 
     def make(limits: Limits) -> SecureReceiver:
@@ -113,5 +115,17 @@ def open_lab(tmp_path: Path) -> Iterator[Callable[[Limits], SecureReceiver]]:
 
 
 @pytest.fixture
-def secure(open_lab: Callable[[Limits], SecureReceiver]) -> SecureReceiver:
+def secure(open_lab: OpenLab) -> SecureReceiver:
     return open_lab(PATIENT)
+
+
+@pytest.fixture
+def endpoint() -> str:
+    """Where a router of Zenoh may listen."""
+    return free_endpoint()
+
+
+@pytest.fixture
+def router(endpoint: str) -> Iterator[zenoh.Session]:
+    with open_router(endpoint) as router:
+        yield router

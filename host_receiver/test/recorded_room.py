@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from mcap.writer import Writer
 
-from bag_scene import TYPES, battery
+import ros_messages
+from bag_scene import battery
 from ml2_receiver.topics.string_message import encode_string
 
 PREFIX = "/robot1/magic_leap2"
@@ -61,25 +62,14 @@ def messages() -> Iterator[Recorded]:
 
 
 def image(number: int) -> bytes:
-    kinds = TYPES.types
-    header = _header("robot1/world_left_optical_frame")
-    pixels = np.full(48 * 64, grey(number), np.uint8)
-    message = kinds[IMAGE](header, 48, 64, "mono8", 0, 64, pixels)
-    return bytes(TYPES.serialize_cdr(message, IMAGE))
+    header = ros_messages.header("robot1/world_left_optical_frame", 7)
+    return ros_messages.mono_image(header, np.full((48, 64), grey(number), np.uint8))
 
 
 def transform(parent: str, child: str, metres: float) -> bytes:
     """One along the x axis."""
-    kinds = TYPES.types
-    moved = kinds["geometry_msgs/msg/Transform"](
-        kinds["geometry_msgs/msg/Vector3"](float(metres), 0.0, 0.0),
-        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
-    )
-    stamped = kinds["geometry_msgs/msg/TransformStamped"](
-        _header(f"robot1/{parent}"), f"robot1/{child}", moved
-    )
-    type = "tf2_msgs/msg/TFMessage"
-    return bytes(TYPES.serialize_cdr(kinds[type]([stamped]), type))
+    header = ros_messages.header(f"robot1/{parent}", 7)
+    return ros_messages.transform(header, f"robot1/{child}", (metres, 0.0, 0.0))
 
 
 def write(folder: Path, *, is_finished: bool = True) -> Path:
@@ -100,9 +90,13 @@ def write(folder: Path, *, is_finished: bool = True) -> Path:
     return folder
 
 
-def _header(frame: str) -> Any:
-    time = TYPES.types["builtin_interfaces/msg/Time"](7, 5)
-    return TYPES.types["std_msgs/msg/Header"](time, frame)
+def write_damaged(folder: Path) -> Path:
+    """Writes the recording, and changes a byte in the middle."""
+    (file,) = write(folder).glob("*.mcap")
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    file.write_bytes(data)
+    return folder
 
 
 _CONFIG = """{"headset": "device name", "session": "s", "streams": {"world_left": {

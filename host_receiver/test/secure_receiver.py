@@ -80,6 +80,10 @@ class SecureReceiver:
         self.sink.await_payloads(BATTERY, self.received() + count)
 
 
+# Opens a receiver with these limits.
+type OpenLab = Callable[[Limits], SecureReceiver]
+
+
 def refused(connect: Callable[[], ssl.SSLSocket]) -> str:
     """Returns the reason that a refused peer reads: TLS 1.3 sends its alert with the first read."""
     try:

@@ -11,9 +11,9 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.rosbag2 import StoragePlugin, Writer
 
-from bag_scene import TYPES
+import ros_messages
+from bags import write_bag
 from compressed_depth import FORMAT, compressed_depth
 
 PREFIX = "/magic_leap2"
@@ -48,7 +48,7 @@ class Message:
         """`payload` if there is one."""
         if self.payload is not None:
             return self.payload
-        return bytes(TYPES.serialize_cdr(_MAKE[self.type](self), self.type))
+        return _MAKE[self.type](self)
 
 
 def sound() -> list[Message]:
@@ -72,19 +72,15 @@ def pixels(it: Message) -> NDArray[np.uint8]:
 
 def written(folder: Path, messages: list[Message]) -> Path:
     """A rosbag2 folder of these, in the order of their log times."""
-    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connections: dict[str, Any] = {}
-        for it in sorted(messages, key=lambda it: it.log_ns):
-            if it.topic not in connections:
-                connections[it.topic] = writer.add_connection(it.topic, it.type, typestore=TYPES)
-            writer.write(connections[it.topic], it.log_ns, it.encoded())
+    in_order = sorted(messages, key=lambda it: it.log_ns)
+    types = {it.topic: it.type for it in in_order}
+    write_bag(folder, types, ((it.topic, it.log_ns, it.encoded()) for it in in_order))
     return folder
 
 
 def config() -> Message:
     """Returns the configuration message at the start of a recording."""
-    text = TYPES.types["std_msgs/msg/String"]('{"headset": "h", "session": "s", "streams": {}}')
-    payload = bytes(TYPES.serialize_cdr(text, "std_msgs/msg/String"))
+    payload = ros_messages.string('{"headset": "h", "session": "s", "streams": {}}')
     return Message(f"{PREFIX}/config", 0, BEGIN_NS, "std_msgs/msg/String", payload=payload)
 
 
@@ -125,60 +121,41 @@ def _at(stamp_ns: int, topic: str, type: str) -> Message:
 
 
 def _header(it: Message) -> Any:
-    time = TYPES.types["builtin_interfaces/msg/Time"](*divmod(it.stamp_ns, SECOND_NS))
-    return TYPES.types["std_msgs/msg/Header"](time, it.frame)
+    return ros_messages.header(it.frame, *divmod(it.stamp_ns, SECOND_NS))
 
 
-def _image(it: Message) -> Any:
-    width, height = it.size
-    shown = pixels(it).ravel()
-    return TYPES.types["sensor_msgs/msg/Image"](
-        _header(it), height, width, "mono8", 0, width, shown
-    )
+def _image(it: Message) -> bytes:
+    return ros_messages.mono_image(_header(it), pixels(it))
 
 
-def _compressed(it: Message) -> Any:
-    format, data = "mono8; jpeg compressed mono8", cv2.imencode(".jpg", pixels(it))[1].ravel()
+def _compressed(it: Message) -> bytes:
+    format, data = "mono8; jpeg compressed mono8", cv2.imencode(".jpg", pixels(it))[1].tobytes()
     if it.topic.endswith("compressedDepth"):
-        mm = pixels(it).astype(np.uint16)
-        format, data = FORMAT, np.frombuffer(compressed_depth(mm), np.uint8)
-    return TYPES.types["sensor_msgs/msg/CompressedImage"](_header(it), format, data)
+        format, data = FORMAT, compressed_depth(pixels(it).astype(np.uint16))
+    return ros_messages.compressed_image(_header(it), format, data)
 
 
-def _info(it: Message) -> Any:
+def _info(it: Message) -> bytes:
     width, height = it.size
-    region = TYPES.types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    region = ros_messages.message("sensor_msgs/msg/RegionOfInterest", 0, 0, 0, 0, False)
     r, p = np.eye(3).ravel(), np.hstack([np.array(K).reshape(3, 3), np.zeros((3, 1))]).ravel()
-    return TYPES.types["sensor_msgs/msg/CameraInfo"](
-        _header(it), height, width, "equidistant", np.array(D), np.array(K), r, p, 0, 0, region
-    )
+    lens = ("equidistant", np.array(D), np.array(K), r, p, 0, 0, region)
+    return ros_messages.payload("sensor_msgs/msg/CameraInfo", _header(it), height, width, *lens)
 
 
-def _metadata(it: Message) -> Any:
+def _metadata(it: Message) -> bytes:
     sec, nanosec = divmod(it.stamp_ns, SECOND_NS)
-    text = json.dumps({"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": it.frame})
-    return TYPES.types["std_msgs/msg/String"](text)
+    stamp = {"sec": sec, "nanosec": nanosec}
+    return ros_messages.string(json.dumps({"stamp": stamp, "frame_id": it.frame}))
 
 
-def _imu(it: Message) -> Any:
-    turn_rate = TYPES.types["geometry_msgs/msg/Vector3"](*TURN_RATE)
-    acceleration = TYPES.types["geometry_msgs/msg/Vector3"](*ACCELERATION)
-    turn = TYPES.types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
-    unknown = np.zeros(9)
-    return TYPES.types["sensor_msgs/msg/Imu"](
-        _header(it), turn, unknown, turn_rate, unknown, acceleration, unknown
-    )
+def _imu(it: Message) -> bytes:
+    return ros_messages.imu(_header(it), TURN_RATE, ACCELERATION)
 
 
-def _transforms(it: Message) -> Any:
-    kinds = TYPES.types
-    transform = kinds["geometry_msgs/msg/Transform"](
-        kinds["geometry_msgs/msg/Vector3"](*it.position),
-        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
-    )
-    header = kinds["std_msgs/msg/Header"](_header(it).stamp, it.parent)
-    stamped = kinds["geometry_msgs/msg/TransformStamped"](header, it.frame, transform)
-    return kinds["tf2_msgs/msg/TFMessage"]([stamped])
+def _transforms(it: Message) -> bytes:
+    header = ros_messages.header(it.parent, *divmod(it.stamp_ns, SECOND_NS))
+    return ros_messages.transform(header, it.frame, it.position)
 
 
 _MAKE = {

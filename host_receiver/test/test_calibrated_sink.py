@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 from rclpy.serialization import serialize_message
-from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import CameraInfo
 
 from calibrations import DOCUMENT, calibration_yaml
@@ -19,10 +18,10 @@ from ml2_receiver.session.sink import Applied
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.topics.calibrated_sink import CalibratedSink
 from ml2_receiver.wire.messages import StreamAnswer, StreamStatus
+from ros_messages import TYPES
 
 STREAM = load_table().streams["world_left"]
 TOPIC = next(topic for topic in STREAM.topics if topic.role == "camera_info")
-TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 
 def payload(frame_id: str, width: int = 1016, model: str = "plumb_bob") -> bytearray:

@@ -78,24 +78,21 @@ def test_the_configuration_names_a_file_beside_itself(tmp_path: Path) -> None:
     assert "calibration" not in config.requests["world_left"], "it stays on this side"
 
 
-def test_a_file_that_is_not_there_is_a_wrong_value(tmp_path: Path) -> None:
-    (tmp_path / "config.yaml").write_text(CONFIG)
-    with pytest.raises(
-        ConfigError, match=r"config.yaml:3: world_left.calibration: .*left.yaml cannot be read"
-    ):
-        load_config(tmp_path / "config.yaml")
-
-
-def test_a_calibration_for_another_resolution_is_a_wrong_value(tmp_path: Path) -> None:
-    (tmp_path / "left.yaml").write_text(calibration_yaml(image_width=508))
-    (tmp_path / "config.yaml").write_text(CONFIG)
-    with pytest.raises(ConfigError, match="expected a calibration for 1016x1016, found 508x1016"):
-        load_config(tmp_path / "config.yaml")
-
-
-def test_the_home_of_nobody_is_a_wrong_value(tmp_path: Path) -> None:
-    config = tmp_path / "config.yaml"
-    config.write_text(CONFIG.replace("left.yaml", '"~nosuchuser/left.yaml"'))
-    message = r"config.yaml:3: world_left.calibration: ~nosuchuser/left.yaml: .*home"
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("missing.yaml", r"config.yaml:3: world_left.calibration: .*missing.yaml cannot be read"),
+        ("half.yaml", "expected a calibration for 1016x1016, found 508x1016"),
+        (
+            '"~nosuchuser/left.yaml"',
+            r"config.yaml:3: world_left.calibration: ~nosuchuser/left.yaml: .*home",
+        ),
+    ],
+)
+def test_a_calibration_that_cannot_be_used_is_a_wrong_value(
+    tmp_path: Path, name: str, message: str
+) -> None:
+    (tmp_path / "half.yaml").write_text(calibration_yaml(image_width=508))
+    (tmp_path / "config.yaml").write_text(CONFIG.replace("left.yaml", name))
     with pytest.raises(ConfigError, match=message):
-        load_config(config)
+        load_config(tmp_path / "config.yaml")

@@ -1,10 +1,5 @@
 import json
-import os
-import pty
-import re
 import socket
-import subprocess
-import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,12 +9,13 @@ from ml2_receiver.cli import main
 from ml2_receiver.pairing.uri import PairingUri
 from ml2_receiver.security.paired_devices import PairedDevices
 from mock_device import MockDevice
-from ros_processes import Child, environment
+from refusals import refusal
+from ros_processes import Child
+from terminal import OnTerminal
 from test_pairing_listener import ERROR, PAIR, PAIRED, PairingScene, read, send
 from tls_device import Certificate
 
 CONFIG = "/**: {ros__parameters: {world_center: {enabled: false}, battery: {enabled: true}}}"
-COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 
 
 class Device(PairingScene):
@@ -74,11 +70,9 @@ def test_a_device_is_paired_listed_and_unpaired(
     assert "no device is paired: run `ml2-receiver pair`" in capsys.readouterr().out
 
 
-def test_who_is_not_paired_cannot_be_unpaired(
-    keys: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["unpair", "nobody", "--keys", str(keys)]) == 2
-    assert capsys.readouterr().err == "no paired device 'nobody'; paired: none\n"
+def test_who_is_not_paired_cannot_be_unpaired(keys: Path) -> None:
+    said = refusal("unpair", "nobody", "--keys", keys)
+    assert said == "no paired device 'nobody'; paired: none\n"
 
 
 def test_five_wrong_tokens_end_it(tmp_path: Path, keys: Path) -> None:
@@ -126,22 +120,8 @@ def test_an_interrupt_pairs_nobody(keys: Path) -> None:
 
 
 def test_on_a_terminal_there_is_what_to_type_and_the_time_left(keys: Path) -> None:
-    terminal, output = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ml2_receiver", "pair", "--keys", str(keys)],
-        stdout=output,
-        stderr=subprocess.DEVNULL,
-        env={**environment(), "TERM": "xterm"},
-    )
-    os.close(output)
-    shown = b""
-    try:
-        while not re.search(rb"waiting for the headset, 4:5\d left", COLOURS.sub(b"", shown)):
-            shown += os.read(terminal, 1024)
-    finally:
-        process.kill()
-        process.wait()
-        os.close(terminal)
+    with OnTerminal("pair", "--keys", str(keys)) as pairing:
+        shown = pairing.await_shown(rb"waiting for the headset, 4:5\d left")
     assert "▀".encode() in shown
     assert b"ml2-receiver headset start --pair 'ml2s://" in shown
 

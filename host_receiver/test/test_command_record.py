@@ -1,13 +1,9 @@
 """`ml2-receiver record` as a process: killed, on a full disk, with ROS and without."""
 
 import itertools
-import os
-import pty
 import resource
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -26,11 +22,11 @@ from bag_readers import (
     with_mcap_sequentially,
     with_rosbags,
 )
-from ml2_receiver.cli import main
 from ml2_tools.bags.bag_reader import BagReader
 from mock_device import MockDevice
 from repeated import repeated
-from ros_processes import Child, Recording, Subscriber, environment
+from ros_processes import Child, Recording, Subscriber
+from terminal import OnTerminal
 from waiting import LIMIT_S, await_true
 
 CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled: true}}}"
@@ -41,6 +37,17 @@ _PERIOD_S = 0.005
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     return tmp_path / "walk"
+
+
+@contextmanager
+def started(folder: Path, config: Path, *options: str) -> Iterator[tuple[Recording, MockDevice]]:
+    """A recording, and a headset that streams into it."""
+    with (
+        Recording(folder, config, *options) as recording,
+        MockDevice(recording.address, says_ping=True) as device,
+    ):
+        device.start()
+        yield recording, device
 
 
 @contextmanager
@@ -68,15 +75,13 @@ def test_a_kill_costs_the_last_half_second_at_most(
     folder: Path, config: Path, flushed_bytes: int
 ) -> None:
     with (
-        Recording(folder, config, "--no-ros") as recording,
-        MockDevice(recording.address, says_ping=True) as device,
+        started(folder, config, "--no-ros") as (recording, device),
+        streaming(device) as sent_s,
     ):
-        device.start()
-        with streaming(device) as sent_s:
-            await_flushed(folder, flushed_bytes)
-            killed_s = time.monotonic()
-            recording.process.kill()
-            recording.wait()
+        await_flushed(folder, flushed_bytes)
+        killed_s = time.monotonic()
+        recording.process.kill()
+        recording.wait()
     due = sum(sent < killed_s - 0.5 for sent in sent_s)
     expected = [digest(bag_scene.image(number)) for number in range(len(sent_s) + 1)]
     for read in (with_javascript_sequentially, with_mcap_sequentially):
@@ -99,11 +104,7 @@ def publish_until_seen(device: MockDevice, subscriber: Subscriber) -> int:
 
 def test_it_publishes_what_it_records(folder: Path, config: Path) -> None:
     pytest.importorskip("rclpy", reason="rclpy is not installed")
-    with (
-        Recording(folder, config) as recording,
-        MockDevice(recording.address, says_ping=True) as device,
-    ):
-        device.start()
+    with started(folder, config) as (recording, device):
         with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
             published = publish_until_seen(device, subscriber)
         device.leave()
@@ -149,24 +150,12 @@ def test_without_ros_nothing_of_ros_is_needed(folder: Path, config: Path) -> Non
 
 
 def test_on_a_terminal_it_shows_how_it_goes(folder: Path, config: Path) -> None:
-    terminal, output = pty.openpty()
-    options = [str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ml2_receiver", "record", *options],
-        stdout=output,
-        env={**environment(), "TERM": "xterm"},
-    )
-    os.close(output)
-    shown = b""
-    try:
-        while b"MB/s" not in shown:
-            shown += os.read(terminal, 1024)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(LIMIT_S) == 0
-    finally:
-        process.kill()
-        process.wait()
-        os.close(terminal)
+    options = (str(folder), "--no-ros", "--config", str(config), "--listen", "127.0.0.1:0")
+    with OnTerminal("record", *options) as recording:
+        recording.await_shown(b"MB/s")
+        recording.process.send_signal(signal.SIGINT)
+        recording.read_to_the_end()
+        assert recording.process.wait(LIMIT_S) == 0
 
 
 def test_it_says_what_is_missing_and_how_long_the_recording_is(folder: Path, config: Path) -> None:
@@ -189,11 +178,7 @@ def test_it_says_what_is_missing_and_how_long_the_recording_is(folder: Path, con
 
 def test_it_records_the_topics_and_the_time_that_were_asked_for(folder: Path, config: Path) -> None:
     chosen = ("--topic", "world_left/*", "--topic", "/tf", "--duration", "1")
-    with (
-        Recording(folder, config, "--no-ros", *chosen) as recording,
-        MockDevice(recording.address, says_ping=True) as device,
-    ):
-        device.start()
+    with started(folder, config, "--no-ros", *chosen) as (recording, device):
         device.publish("battery", bag_scene.battery(0))
         with streaming(device):
             assert recording.wait() == 0
@@ -210,11 +195,7 @@ def limit_files(process: int, size: int) -> None:
 
 def test_on_a_full_disk_the_recording_ends_and_the_topics_go_on(folder: Path, config: Path) -> None:
     pytest.importorskip("rclpy", reason="rclpy is not installed")
-    with (
-        Recording(folder, config) as recording,
-        MockDevice(recording.address, says_ping=True) as device,
-    ):
-        device.start()
+    with started(folder, config) as (recording, device):
         with Subscriber("/magic_leap2/battery", "sensor_msgs/msg/BatteryState") as subscriber:
             limit_files(recording.process.pid, 500_000)
             with streaming(device):
@@ -234,11 +215,7 @@ def check_images(folder: Path) -> None:
 
 
 def test_a_folder_that_is_removed_ends_the_recording(folder: Path, config: Path) -> None:
-    with (
-        Recording(folder, config, "--no-ros") as recording,
-        MockDevice(recording.address, says_ping=True) as device,
-    ):
-        device.start()
+    with started(folder, config, "--no-ros") as (recording, device):
         shutil.rmtree(folder)
         with streaming(device):
             assert recording.wait() == 2
@@ -248,11 +225,7 @@ def test_a_folder_that_is_removed_ends_the_recording(folder: Path, config: Path)
 
 
 def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
-    with (
-        Recording(folder, config, "--no-ros") as recording,
-        MockDevice(recording.address, says_ping=True) as device,
-    ):
-        device.start()
+    with started(folder, config, "--no-ros") as (recording, device):
         limit_files(recording.process.pid, 500_000)
         with streaming(device):
             assert recording.wait() == 2
@@ -260,22 +233,3 @@ def test_on_a_full_disk_without_ros_it_ends(folder: Path, config: Path) -> None:
         assert recording.errors[-1].startswith("hint: Leave the folder in place")
         assert mcap_file(folder).stat().st_size <= 500_000
     check_images(folder)
-
-
-def test_an_existing_folder_is_refused_before_anything_else(
-    folder: Path, config: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder.mkdir()
-    command = ["record", str(folder), "--no-ros", "--config", str(config)]
-    assert main([*command, "--listen", "127.0.0.1:0"]) == 2
-    error, hint = capsys.readouterr().err.splitlines()
-    assert error == f"{folder} exists already"
-    assert hint == "hint: Choose another folder, or replace the recording with --overwrite."
-
-
-def test_a_folder_that_cannot_be_made_is_an_error(
-    config: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    command = ["record", str(config / "walk"), "--no-ros", "--config", str(config)]
-    assert main([*command, "--listen", "127.0.0.1:0"]) == 2
-    assert "cannot record into" in capsys.readouterr().err

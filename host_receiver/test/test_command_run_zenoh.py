@@ -6,25 +6,24 @@ import itertools
 import os
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
 import pytest
 import zenoh
-from rosbags.typesys import Stores, get_typestore
 
 import bag_scene
 from fake_sink import FakeSink
-from ml2_receiver.cli import main
 from ml2_receiver.commands.zenoh_start import zenoh_output
 from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.topics.fan_out import FanOut
 from mock_device import MockDevice
+from refusals import refusal
+from ros_messages import TYPES
 from ros_processes import Child, Receiver, Subscriber, environment
 from waiting import LIMIT_S, await_true
-from zenoh_peers import free_endpoint, open_router
+from zenoh_peers import open_router
 
 CONFIG = """
 /**:
@@ -60,17 +59,6 @@ def await_sample(samples: "SimpleQueue[zenoh.Sample]", send: Any) -> bytes:
     raise AssertionError
 
 
-@pytest.fixture
-def endpoint() -> str:
-    return free_endpoint()
-
-
-@pytest.fixture
-def router(endpoint: str) -> Iterator[zenoh.Session]:
-    with open_router(endpoint) as router:
-        yield router
-
-
 def without_ros(config: Path, endpoint: str, *options: str) -> Child:
     given = ("--config", str(config), *LISTEN, "--no-ros", "--zenoh", endpoint)
     return Child("-c", WITHOUT_ROS, "run", *given, *options)
@@ -92,11 +80,10 @@ def test_without_ros_all_topics_and_diagnostics_are_on_zenoh(
                 images, lambda it: device.publish("world_left/image_raw", bag_scene.image(it))
             )
             assert image[4:] in {bag_scene.image(number)[4:] for number in range(100)}
-            store = get_typestore(Stores.ROS2_JAZZY)
 
             def names() -> set[str]:
                 payload = statuses.get(timeout=LIMIT_S).payload.to_bytes()
-                array: Any = store.deserialize_cdr(payload, "diagnostic_msgs/msg/DiagnosticArray")
+                array: Any = TYPES.deserialize_cdr(payload, "diagnostic_msgs/msg/DiagnosticArray")
                 return {status.name for status in array.status}
 
             await_true(lambda: "ml2_receiver: /magic_leap2/world_left/image_raw" in names())
@@ -164,12 +151,8 @@ def test_it_ends_at_once_while_there_is_no_router(config: Path, endpoint: str) -
 @pytest.mark.parametrize(
     "address", ["127.0.0.1:7447", "router", "tcp/router", "tcp/:7447", "tcp/router:0", ""]
 )
-def test_an_endpoint_has_protocol_host_and_port(
-    address: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        main(["run", "--no-ros", "--zenoh", address])
-    error = capsys.readouterr().err.splitlines()[-1]
+def test_an_endpoint_has_protocol_host_and_port(address: str) -> None:
+    error = refusal("run", "--no-ros", "--zenoh", address).splitlines()[-1]
     expected = "expected PROTOCOL/HOST:PORT, such as tcp/192.168.1.5:7447"
     assert error.endswith(f"argument --zenoh: {expected}, found {address!r}")
 
@@ -183,14 +166,14 @@ def test_an_endpoint_has_protocol_host_and_port(
     ],
 )
 def test_a_wrong_configuration_of_zenoh_ends_it(
-    tmp_path: Path, config: Path, capsys: pytest.CaptureFixture[str], content: str | None, said: str
+    tmp_path: Path, config: Path, content: str | None, said: str
 ) -> None:
     file = tmp_path / "zenoh.json5"
     if content is not None:
         file.write_text(content)
-    options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1", "--zenoh-config", str(file)]
-    assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
-    lines = [it for it in capsys.readouterr().err.splitlines() if "WARNING" not in it]
+    options = ("--no-ros", "--zenoh", "tcp/127.0.0.1:1", "--zenoh-config", file)
+    told = refusal("run", "--config", config, *LISTEN, *options).splitlines()
+    lines = [it for it in told if "WARNING" not in it]
     assert lines[0].startswith(said.format(file))
     assert lines[1].startswith("hint: ")
     assert len(lines) == 2
@@ -205,11 +188,8 @@ def test_a_wrong_configuration_of_zenoh_ends_it(
         (["--no-ros", "--start-paused", "--zenoh", "tcp/a:1"], "--start-paused waits for"),
     ],
 )
-def test_options_that_do_not_fit_end_it(
-    capsys: pytest.CaptureFixture[str], options: list[str], said: str
-) -> None:
-    assert main(["run", *options]) == 2
-    assert capsys.readouterr().err.startswith(said)
+def test_options_that_do_not_fit_end_it(options: list[str], said: str) -> None:
+    assert refusal("run", *options).startswith(said)
 
 
 @pytest.mark.parametrize(
@@ -236,22 +216,20 @@ def test_plaintext_to_another_machine_is_warned_of(
 
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(
-    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    config: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [it for it in sys.modules if it.startswith("ml2_receiver.zenoh")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "zenoh", None)
     options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1"]
-    assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
-    error = capsys.readouterr().err
+    error = refusal("run", "--config", config, *LISTEN, *options)
     assert "--zenoh needs the package eclipse-zenoh, which is not installed" in error
     assert "hint: Run in the clone `pip install './host_receiver[zenoh]'`." in error
 
 
-def test_a_domain_that_there_is_not_ends_it(
-    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_domain_that_there_is_not_ends_it(config: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(os.environ, "ROS_DOMAIN_ID", "seven")
     options = ["--no-ros", "--zenoh", "tcp/127.0.0.1:1"]
-    assert main(["run", "--config", str(config), *LISTEN, *options]) == 2
-    assert "expected a ROS_DOMAIN_ID from 0 to 232, found 'seven'" in capsys.readouterr().err
+    assert "expected a ROS_DOMAIN_ID from 0 to 232, found 'seven'" in refusal(
+        "run", "--config", config, *LISTEN, *options
+    )

@@ -32,15 +32,13 @@ def printed(child: Child) -> Any:
             continue
 
 
-def test_topics_have_their_counts_rates_and_losses(receiver: Receiver) -> None:
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        for skip in (0, 2, 0):
-            device.publish("battery", skip=skip)
-        device.exchange_time(1)
-        with command("topics", "--json") as child:
-            topics = {each["topic"]: each for each in printed(child)}
-            assert child.wait() == 0
+def test_topics_have_their_counts_rates_and_losses(device: MockDevice) -> None:
+    for skip in (0, 2, 0):
+        device.publish("battery", skip=skip)
+    device.exchange_time(1)
+    with command("topics", "--json") as child:
+        topics = {each["topic"]: each for each in printed(child)}
+        assert child.wait() == 0
     assert topics[BATTERY]["received"] == 3
     assert topics[BATTERY]["lost"] == 2
     assert topics[BATTERY]["expected_hz"] is None
@@ -52,11 +50,9 @@ def test_topics_have_their_counts_rates_and_losses(receiver: Receiver) -> None:
     assert camera["state"] == "waiting: no message has come yet"
 
 
-def test_the_table_has_an_expected_rate_or_as_delivered(receiver: Receiver) -> None:
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        with command("topics", "--once") as child:
-            rows = {topic: line_with(child, f" {topic} ") for topic in (IMAGE, BATTERY)}
+def test_the_table_has_an_expected_rate_or_as_delivered(device: MockDevice) -> None:
+    with command("topics", "--once") as child:
+        rows = {topic: line_with(child, f" {topic} ") for topic in (IMAGE, BATTERY)}
     assert "30" in rows[IMAGE].split()
     assert "as delivered" in rows[BATTERY]
     waiting = "waiting: no message has come yet"
@@ -71,15 +67,13 @@ def line_with(child: Child, words: str) -> str:
     return line
 
 
-def test_the_live_table_ends_with_an_interrupt(receiver: Receiver) -> None:
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        with command("topics") as child:
-            assert child.line() == "watching until Ctrl-C"
-            child.process.send_signal(signal.SIGINT)
-            while BATTERY not in child.line():
-                pass
-            assert child.wait() == 0
+def test_the_live_table_ends_with_an_interrupt(device: MockDevice) -> None:
+    with command("topics") as child:
+        assert child.line() == "watching until Ctrl-C"
+        child.process.send_signal(signal.SIGINT)
+        while BATTERY not in child.line():
+            pass
+        assert child.wait() == 0
 
 
 def test_devices_tell_why_a_stream_does_not_run(receiver: Receiver) -> None:
@@ -97,28 +91,24 @@ def test_devices_tell_why_a_stream_does_not_run(receiver: Receiver) -> None:
 
 
 def test_devices_tell_what_is_lowered_in_the_words_of_diagnostics(
-    receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+    device: MockDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        device.status(streams={"world_left": StreamStatus("running", quality=60, rate_hz=15)})
-        with command("devices") as child:
-            row = line_with(child, "world_left")
-            assert "lowered for the link" not in line_with(child, "battery")
-            assert child.wait() == 0
-        with command("devices", "--json") as child:
-            lowered = {it["stream"]: it["lowered"] for it in printed(child)["streams"]}
+    device.status(streams={"world_left": StreamStatus("running", quality=60, rate_hz=15)})
+    with command("devices") as child:
+        row = line_with(child, "world_left")
+        assert "lowered for the link" not in line_with(child, "battery")
+        assert child.wait() == 0
+    with command("devices", "--json") as child:
+        lowered = {it["stream"]: it["lowered"] for it in printed(child)["streams"]}
     assert row.rstrip().endswith(" lowered for the link: quality 60, 15 Hz")
     assert (lowered["world_left"], lowered["battery"]) == ("quality 60, 15 Hz", "")
 
 
-def test_doctor_tells_what_the_link_carries(receiver: Receiver) -> None:
-    with MockDevice(receiver.address, says_ping=True) as device:
-        device.start()
-        device.publish("battery")
-        with command("doctor", "--json") as child:
-            found = {each["check"]: each for each in printed(child)}
+def test_doctor_tells_what_the_link_carries(device: MockDevice) -> None:
+    device.publish("battery")
+    with command("doctor", "--json") as child:
+        found = {each["check"]: each for each in printed(child)}
     assert "Mbit/s arrive, p99 of the slowest topic" in found["link to headset"]["found"]
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
-import numpy as np
 import pytest
 
-from bag_scene import TYPES
+import ros_messages
 from ml2_receiver.topics.string_message import encode_string
 from ml2_tools.compatibility.thesis import configuration_text, metadata_text
 from mock_device import MockDevice
@@ -106,21 +105,6 @@ rclpy.spin(node)
 """
 
 
-def imu(x: float, y: float) -> bytes:
-    kinds = TYPES.types
-    time = kinds["builtin_interfaces/msg/Time"](3, 5)
-    message = kinds["sensor_msgs/msg/Imu"](
-        kinds["std_msgs/msg/Header"](time, "imu_left_frame"),
-        kinds["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
-        np.zeros(9),
-        kinds["geometry_msgs/msg/Vector3"](x, y, 0.0),
-        np.zeros(9),
-        kinds["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0),
-        np.zeros(9),
-    )
-    return bytes(TYPES.serialize_cdr(message, "sensor_msgs/msg/Imu"))
-
-
 @pytest.fixture
 def compat() -> Iterator[Child]:
     with Child("-m", "ml2_receiver", "compat") as child:
@@ -131,9 +115,12 @@ def compat() -> Iterator[Child]:
 def test_an_old_program_gets_its_topics(device: MockDevice, compat: Child) -> None:
     pytest.importorskip("rclpy", reason="rclpy is not installed")
 
+    header = ros_messages.header("imu_left_frame", 3)
+    imu = ros_messages.imu(header, (1.0, 2.0, 0.0), (0.0, 0.0, 0.0))
+
     def publish() -> None:
         device.publish("world_center/metadata", encode_string(json.dumps(METADATA)))
-        device.publish("gyro_left/imu", imu(1.0, 2.0))
+        device.publish("gyro_left/imu", imu)
 
     seen: dict[str, list[object]] = {}
     with Child("-c", PROGRAM) as program, repeated(publish, 0.05):

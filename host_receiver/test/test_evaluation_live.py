@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import rclpy
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TransformStamped
 from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.node import Node
@@ -23,10 +22,11 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 
-from ml2_receiver.cli import main
+from camera_messages import camera_info, stamped, transform_of
 from ml2_tools.errors import EvaluationError
 from ml2_tools.evaluation import live
 from ml2_tools.evaluation.live import record_live
+from refusals import refusal
 from rendered_room import CAMERA, Walk
 from waiting import LIMIT_S, await_true
 
@@ -63,11 +63,13 @@ class Headset:
         publishers = (self._images, self._infos, self._metadata, self._transforms)
         await_true(lambda: all(it.get_subscription_count() for it in publishers))
         for (stamp_ns, pixels), pose in zip(images(), WALK.poses, strict=True):
-            sec, nanosec = divmod(stamp_ns, 1_000_000_000)
-            header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=FRAME)
-            self._transforms.publish(TFMessage(transforms=[_transform(header, pose)]))
-            self._infos.publish(_info(header))
-            self._metadata.publish(String(data=_metadata(sec, nanosec)))
+            header, lens = stamped(FRAME, stamp_ns), CAMERA.lens
+            place = transform_of(stamped(WORLD, stamp_ns), FRAME, pose[:3, 3])
+            self._transforms.publish(TFMessage(transforms=[place]))
+            size = (lens.width, lens.height)
+            info = camera_info(header, size, lens.model, lens.coefficients, CAMERA.matrix)
+            self._infos.publish(info)
+            self._metadata.publish(String(data=_metadata(header.stamp)))
             self._images.publish(self._image(header, pixels))
             time.sleep(0.05)
 
@@ -84,31 +86,7 @@ class Headset:
         rclpy.shutdown(context=self.context)
 
 
-def _transform(header: Header, pose: Any) -> TransformStamped:
-    """Returns a transform of the position alone."""
-    world = Header(stamp=header.stamp, frame_id=WORLD)
-    it = TransformStamped(header=world, child_frame_id=FRAME)
-    it.transform.translation.x, it.transform.translation.y, it.transform.translation.z = (
-        float(value) for value in pose[:3, 3]
-    )
-    return it
-
-
-def _info(header: Header) -> CameraInfo:
-    lens, p = CAMERA.lens, np.hstack([np.array(CAMERA.matrix).reshape(3, 3), np.zeros((3, 1))])
-    return CameraInfo(
-        header=header,
-        height=lens.height,
-        width=lens.width,
-        distortion_model=lens.model,
-        d=list(lens.coefficients),
-        k=list(CAMERA.matrix),
-        r=list(CAMERA.rotation),
-        p=p.ravel().tolist(),
-    )
-
-
-def _metadata(sec: int, nanosec: int) -> str:
+def _metadata(stamp: Time) -> str:
     lens = CAMERA.lens
     intrinsics = {
         "width": lens.width,
@@ -118,7 +96,8 @@ def _metadata(sec: int, nanosec: int) -> str:
         "distortion_model": lens.model,
         "distortion": list(lens.coefficients),
     }
-    return json.dumps({"stamp": {"sec": sec, "nanosec": nanosec}, "intrinsics": intrinsics})
+    said = {"sec": stamp.sec, "nanosec": stamp.nanosec}
+    return json.dumps({"stamp": said, "intrinsics": intrinsics})
 
 
 @pytest.fixture
@@ -158,11 +137,12 @@ def test_what_arrives_until_the_end_is_recorded_and_all_of_it_can_be_evaluated(
 
 
 def test_without_a_headset_it_says_what_to_start(
-    headset: Headset, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    headset: Headset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(live, "_PATIENCE_S", 0.3)
-    assert main(["evaluate", "--live", "--prefix", "/nobody", "--camera", CAMERA_NAME]) == 2
-    assert "is `ml2-receiver run` running" in capsys.readouterr().err
+    assert "is `ml2-receiver run` running" in refusal(
+        "evaluate", "--live", "--prefix", "/nobody", "--camera", CAMERA_NAME
+    )
 
 
 def test_ctrl_c_before_any_image_says_what_is_missing(headset: Headset, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import pytest
 import yaml
 
 from ml2_receiver.cli import main
+from refusals import refusal
 from sound_bag import (
     ACCELERATION,
     BEGIN_NS,
@@ -42,9 +43,14 @@ OPTIONS = [f"--{name.replace('_', '-')}={value}" for name, value in NOISE.items(
 BASELINE_M = 0.15
 
 
-def export(tmp_path: Path, messages: list[Message], *options: str) -> int:
+def of_recording(tmp_path: Path, messages: list[Message], *options: str) -> list[str]:
+    """The words of the command that exports a recording of these."""
     bag = written(tmp_path / "bag", [config(), *messages])
-    return main(["export", "--euroc", str(tmp_path / "out"), "--bag", str(bag), *options])
+    return ["export", "--euroc", str(tmp_path / "out"), "--bag", str(bag), *options]
+
+
+def export(tmp_path: Path, messages: list[Message], *options: str) -> int:
+    return main(of_recording(tmp_path, messages, *options))
 
 
 def rows(path: Path) -> list[list[str]]:
@@ -214,14 +220,10 @@ IMAGE_HEAD = struct.pack("<4sIII", b"\0\1\0\0", 1, 5, 1) + b"\0\0\0\0"
     ],
 )
 def test_what_cannot_be_exported_is_said_in_one_line(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    damage: Callable[[Message], Message],
-    words: str,
+    tmp_path: Path, damage: Callable[[Message], Message], words: str
 ) -> None:
-    assert export(tmp_path, [damage(it) for it in sound()]) == 2
-    errors = capsys.readouterr().err.strip().splitlines()
-    assert words in errors[-1]
+    said = refusal(*of_recording(tmp_path, [damage(it) for it in sound()]))
+    assert words in said.strip().splitlines()[-1]
 
 
 @pytest.mark.parametrize(
@@ -232,22 +234,16 @@ def test_what_cannot_be_exported_is_said_in_one_line(
         (["--euroc", "x", "--bag", "/nowhere"], "cannot read /nowhere"),
     ],
 )
-def test_options_that_do_not_belong_together_are_refused(
-    capsys: pytest.CaptureFixture[str], options: list[str], words: str
-) -> None:
-    assert main(["export", *options]) == 2
-    assert words in capsys.readouterr().err
+def test_options_that_do_not_belong_together_are_refused(options: list[str], words: str) -> None:
+    assert words in refusal("export", *options)
 
 
-def test_what_is_there_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_there_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "out/mav0").mkdir(parents=True)
-    assert export(tmp_path, sound()) == 2
-    assert "mav0 exists already" in capsys.readouterr().err
+    assert "mav0 exists already" in refusal(*of_recording(tmp_path, sound()))
     assert list((tmp_path / "out/mav0").iterdir()) == []
 
 
-def test_cameras_that_are_missing_are_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert export(tmp_path, sound(), "--cameras", "world_left", "color") == 2
-    assert "no camera_info of color is in the recording" in capsys.readouterr().err
+def test_cameras_that_are_missing_are_named(tmp_path: Path) -> None:
+    command = of_recording(tmp_path, sound(), "--cameras", "world_left", "color")
+    assert "no camera_info of color is in the recording" in refusal(*command)

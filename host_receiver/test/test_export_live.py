@@ -11,21 +11,22 @@ import numpy as np
 import pytest
 import rclpy
 import yaml
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TransformStamped
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, CompressedImage
-from std_msgs.msg import Header, String
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from camera_messages import camera_info, stamped, transform_of
 from ml2_receiver.cli import main
 
 PREFIX = "/export_test"
 CAMERAS = ("world_left", "world_right")
 BASELINE_M = 0.15
+LENS = (0.1, -0.02, 3e-3, -4e-4)
+MATRIX = (500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -68,15 +69,17 @@ class RigHeadset:
 
     def _stand(self, node: Node, parent: str, child: str, x: float) -> object:
         publisher = node.create_publisher(TFMessage, "/tf_static", _LATCHED)
-        publisher.publish(TFMessage(transforms=[_transform(parent, child, x, 0)]))
+        publisher.publish(TFMessage(transforms=[transform_of(stamped(parent), child, (x, 0, 0))]))
         return publisher
 
     def _capture(self) -> None:
         self._second += 1
-        head = _transform("magicleap_world", "head_frame", 3.0, self._second)
+        world = stamped("magicleap_world", self._second * 10**9)
+        head = transform_of(world, "head_frame", (3, 0, 0))
         self._heads.publish(TFMessage(transforms=[head]))
         for camera, publisher in self._infos.items():
-            publisher.publish(_info(Header(frame_id=f"{camera}_optical_frame")))
+            frame = stamped(f"{camera}_optical_frame")
+            publisher.publish(camera_info(frame, (640, 480), "equidistant", LENS, MATRIX))
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -84,27 +87,6 @@ class RigHeadset:
         for node in (self._headset, self._robot):
             node.destroy_node()
         rclpy.shutdown(context=self._context)
-
-
-def _transform(parent: str, child: str, x: float, second: int) -> TransformStamped:
-    it = TransformStamped(child_frame_id=child)
-    it.header = Header(frame_id=parent, stamp=Time(sec=second))
-    it.transform.translation.x = x
-    return it
-
-
-def _info(header: Header) -> CameraInfo:
-    matrix = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
-    return CameraInfo(
-        header=header,
-        height=480,
-        width=640,
-        distortion_model="equidistant",
-        d=[0.1, -0.02, 3e-3, -4e-4],
-        k=matrix,
-        r=np.eye(3).ravel().tolist(),
-        p=np.hstack([np.array(matrix).reshape(3, 3), np.zeros((3, 1))]).ravel().tolist(),
-    )
 
 
 @pytest.fixture

@@ -2,8 +2,6 @@
 
 import errno
 import importlib
-import os
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -76,18 +74,6 @@ def test_an_error_ends_with_what_to_do(
     found = failed(prepare(tmp_path), capsys)
     assert error in found[0]
     assert hint in found[1]
-
-
-def test_the_process_that_has_the_port_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        address = f"127.0.0.1:{taken.getsockname()[1]}"
-        record = ["record", str(tmp_path / "walk"), "--no-ros", "--insecure", "--listen", address]
-        error, hint = failed(record, capsys)
-    assert error.startswith(f"cannot listen on {address}: the port is used by ")
-    assert error.endswith(f" (pid {os.getpid()})")
-    assert hint == "Stop it, or choose another port with --listen."
 
 
 def test_without_adb_it_says_how_to_install_it(

@@ -115,8 +115,9 @@ def test_what_is_no_jpeg_is_refused(
 ) -> None:
     if "12582912" in words:
         monkeypatch.delattr(cv2, "imdecode")  # it would take the memory
-    with pytest.raises(ValueError, match=words):
-        pixels_of(Compressed(GREY, data))
+    for format in (GREY, ""):
+        with pytest.raises(ValueError, match=words):
+            pixels_of(Compressed(format, data))
 
 
 @given(st.data())

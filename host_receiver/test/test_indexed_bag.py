@@ -97,12 +97,7 @@ def test_an_unfinished_recording_is_read_to_its_last_whole_chunk(unfinished: Ind
 
 
 def test_a_damaged_chunk_is_an_error_and_the_others_are_read(tmp_path: Path) -> None:
-    folder = recorded_room.write(tmp_path / "room")
-    (file,) = folder.glob("*.mcap")
-    data = bytearray(file.read_bytes())
-    data[len(data) // 2] ^= 0xFF
-    file.write_bytes(data)
-    bag = IndexedBag(folder)
+    bag = IndexedBag(recorded_room.write_damaged(tmp_path / "room"))
     with pytest.raises(RecordingError, match="is broken"):
         list(bag.after(BEGIN_NS))
     assert found(bag, time_ns(5), WORLD, History(1, 0)) == before(time_ns(5), WORLD)[-1:]

@@ -4,11 +4,11 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from ml2_receiver.cli import main
 from ml2_receiver.session.statistics import Latency
 from ml2_tools.errors import LatencyError
 from ml2_tools.monitoring.latency import Breakdown
 from ml2_tools.monitoring.latency_table import Breakdowns, latency_table, write_plot
+from refusals import refusal
 
 BREAKDOWNS: Breakdowns = {
     "/x/world_left/image_raw": (
@@ -45,9 +45,6 @@ def test_a_plot_that_cannot_be_written_is_named(tmp_path: Path, name: str) -> No
         write_plot(BREAKDOWNS, tmp_path / name)
 
 
-def test_without_matplotlib_it_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    assert main(["latency", "--plot", "x.png"]) == 2
-    assert "pip install matplotlib" in capsys.readouterr().err
+    assert "pip install matplotlib" in refusal("latency", "--plot", "x.png")

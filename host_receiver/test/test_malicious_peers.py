@@ -5,7 +5,7 @@ import socket
 import ssl
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import NoReturn
@@ -17,13 +17,11 @@ from ml2_receiver.session.settings import Limits
 from ml2_receiver.wire.frame import encode_frame
 from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
-from secure_receiver import PATIENT, QUICK, UNPAIRED_ADDRESS, SecureReceiver, refused
+from secure_receiver import PATIENT, QUICK, UNPAIRED_ADDRESS, OpenLab, SecureReceiver, refused
 from tls_device import anonymous_context
 
 
-def test_peers_that_stop_in_the_handshake_are_closed_in_time(
-    open_lab: Callable[[Limits], SecureReceiver],
-) -> None:
+def test_peers_that_stop_in_the_handshake_are_closed_in_time(open_lab: OpenLab) -> None:
     secure = open_lab(QUICK)
     hello = client_hello(secure)
     with secure.streaming(), ExitStack() as stack:
@@ -37,9 +35,7 @@ def test_peers_that_stop_in_the_handshake_are_closed_in_time(
     secure.sink.await_event("timeout: no HELLO or JOIN within 1.0 s")
 
 
-def test_a_byte_now_and_then_does_not_extend_the_handshake(
-    open_lab: Callable[[Limits], SecureReceiver],
-) -> None:
+def test_a_byte_now_and_then_does_not_extend_the_handshake(open_lab: OpenLab) -> None:
     secure = open_lab(QUICK)
     hello = client_hello(secure)
     began_s = time.monotonic()
@@ -69,9 +65,7 @@ def many_files() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("many_files")
-def test_a_thousand_half_open_connections_do_not_disturb_a_session(
-    open_lab: Callable[[Limits], SecureReceiver],
-) -> None:
+def test_a_thousand_half_open_connections_do_not_disturb_a_session(open_lab: OpenLab) -> None:
     secure = open_lab(Limits())
     with secure.streaming() as streaming, ExitStack() as stack:
         threads = threading.active_count()
@@ -84,7 +78,7 @@ def test_a_thousand_half_open_connections_do_not_disturb_a_session(
             back.start()  # from another address than the thousand
 
 
-def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], SecureReceiver]) -> None:
+def test_who_fails_too_often_has_to_wait(open_lab: OpenLab) -> None:
     secure = open_lab(replace(PATIENT, failed_attempts=3, failed_attempts_per_s=0.001))
     context = secure.paired("headset").context()
     turned_away = f"{UNPAIRED_ADDRESS} is turned away: too many failed attempts"
@@ -96,9 +90,7 @@ def test_who_fails_too_often_has_to_wait(open_lab: Callable[[Limits], SecureRece
         device.connect()  # from elsewhere
 
 
-def test_strangers_of_its_own_address_do_not_keep_a_paired_headset_out(
-    open_lab: Callable[[Limits], SecureReceiver],
-) -> None:
+def test_strangers_of_its_own_address_do_not_keep_a_paired_headset_out(open_lab: OpenLab) -> None:
     secure = open_lab(Limits())
     context = secure.paired("headset").context()
 
@@ -114,7 +106,7 @@ def test_strangers_of_its_own_address_do_not_keep_a_paired_headset_out(
     leave()
 
 
-def test_one_address_has_so_many_connections(open_lab: Callable[[Limits], SecureReceiver]) -> None:
+def test_one_address_has_so_many_connections(open_lab: OpenLab) -> None:
     secure = open_lab(replace(Limits(), connections_per_address=4))
     with ExitStack() as stack:
         for _ in range(4):

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from ml2_receiver.cli import main
 from ml2_receiver.errors import PairingError
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.access import PairedOnly
+from refusals import refusal
 from tls_device import Certificate
 
 
@@ -101,13 +101,12 @@ def test_a_damaged_file_is_named_and_keeps_only_its_device_out(
     assert PairedOnly(tmp_path / "keys").allows(whole.fingerprint)
 
 
-def test_keys_that_are_no_folder_are_an_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_keys_that_are_no_folder_are_an_error(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.touch()
-    assert main(["devices", "--paired", "--keys", str(file)]) == 2
-    assert f"cannot use {file}/devices: Not a directory" in capsys.readouterr().err
+    assert f"cannot use {file}/devices: Not a directory" in refusal(
+        "devices", "--paired", "--keys", file
+    )
 
 
 def test_a_file_under_another_name_is_not_believed(

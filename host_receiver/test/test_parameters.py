@@ -22,19 +22,12 @@ CONFIG = """# mine
     picture_center: {enabled: true}
 """
 COLOR = "picture_center"
+# What ROS alone refuses, and one value of those that test_settings.py has.
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"world_left.enabled": 1}, "world_left.enabled: expected true or false, found 1"),
-    ({"world_left.enabled": "on"}, 'world_left.enabled: expected true or false, found "on"'),
     ({"world_left.enabled": [True]}, "found a list"),
-    ({"world_left.enable": True}, "did you mean enabled?"),
     ({"general.topic_name": "/other"}, "read-only"),
-    ({"general.link": "fast"}, 'expected auto, fixed, or a number of Mbit/s above 0, found "fast"'),
-    ({"general.link": 0}, "a number of Mbit/s above 0, found 0"),
     ({"qos_overrides./magic_leap2/log.publisher.depth": 3}, "read-only"),
-    ({f"{COLOR}.update_rate": 45}, "one of 15, 30, 60 with stream 0, 1920x1080, found 45"),
     ({f"{COLOR}.resolution_width": 1280, "battery.enabled": True}, "found 1280x1080"),
-    ({"imu.angular_velocity_variance": -0.5}, "expected a number of at least 0, found -0.5"),
-    ({f"{COLOR}.mode": "big"}, 'expected WIDTHxHEIGHT@RATE such as 1280x720@30, found "big"'),
 ]
 
 

@@ -7,6 +7,7 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+from camera_messages import stamped, transform_of
 from ml2_tools.geometry.transform_tree import Tree
 
 TREE = {"world": "magicleap_world", "head": "head_frame"}
@@ -15,10 +16,7 @@ TREE = {"world": "magicleap_world", "head": "head_frame"}
 def transform(
     parent: str, child: str, x: float, stamp_s: int = 0, w: float = 1
 ) -> TransformStamped:
-    it = TransformStamped(child_frame_id=child)
-    it.header.frame_id, it.header.stamp.sec = parent, stamp_s
-    it.transform.translation.x, it.transform.rotation.w = x, w
-    return it
+    return transform_of(stamped(parent, stamp_s * 10**9), child, (x, 0, 0), (0, 0, 0, w))
 
 
 def tree() -> Tree:

@@ -19,7 +19,6 @@ from ml2_receiver.errors import PublishError, RecordingError
 from ml2_receiver.generated.type_hashes import HASHES
 from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
-from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import QUEUE_BYTES, Recorder
 from ml2_receiver.session.sink import Applied
 from ml2_receiver.table.reader import load_table
@@ -39,9 +38,9 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
 
 
 def make_recorder(folder: Path, queue_bytes: int = QUEUE_BYTES) -> Recorder:
-    make_folder(folder, is_overwriting=False)
-    writer = BagWriter(folder, "none")
-    return Recorder(writer, load_table(), bag_scene.PREFIX, pytest.fail, queue_bytes)
+    return Recorder(
+        bag_scene.new_writer(folder), load_table(), bag_scene.PREFIX, pytest.fail, queue_bytes
+    )
 
 
 @pytest.mark.parametrize("read", READERS)
@@ -100,11 +99,9 @@ def test_the_quality_of_service_is_that_of_the_publishers(
 
 
 def test_static_transforms_stay_for_late_subscribers(tmp_path: Path) -> None:
-    make_folder(tmp_path / "walk", is_overwriting=False)
-    writer = BagWriter(tmp_path / "walk", "none")
     (row,) = (row for row in load_table().streams["tf"].topics if row.role == "tf_static")
     static = BagTopic(row.name, row.type, load_table().qos[row.qos])
-    writer.add_topic(static)
+    writer = bag_scene.new_writer(tmp_path / "walk", static)
     writer.write(static, 1, bag_scene.tf(0))
     writer.close()
     with Reader(tmp_path / "walk") as reader:
@@ -113,10 +110,8 @@ def test_static_transforms_stay_for_late_subscribers(tmp_path: Path) -> None:
 
 
 def test_a_type_without_a_known_definition_is_recorded_all_the_same(tmp_path: Path) -> None:
-    make_folder(tmp_path / "walk", is_overwriting=False)
-    writer = BagWriter(tmp_path / "walk", "none")
     custom = BagTopic("/magic_leap2/custom/thing", "my_msgs/msg/Thing", load_table().qos["sensor"])
-    writer.add_topic(custom)
+    writer = bag_scene.new_writer(tmp_path / "walk", custom)
     writer.write(custom, 7, b"\0\1\0\0payload!")
     writer.close()
     with mcap_file(tmp_path / "walk").open("rb") as file:
@@ -220,10 +215,8 @@ def test_only_recordings_are_replaced(tmp_path: Path, is_folder: bool) -> None:
 
 def test_a_long_recording_goes_on_in_another_file(tmp_path: Path) -> None:
     folder = tmp_path / "walk"
-    make_folder(folder, is_overwriting=False)
-    writer = BagWriter(folder, "none", split_ns=2)
     topic = BagTopic("/battery", BATTERY.type, Qos(10))
-    writer.add_topic(topic)
+    writer = bag_scene.new_writer(folder, topic, split_ns=2)
     for number in range(7):
         writer.write(topic, number, bag_scene.battery(number))
         writer.flush()
@@ -241,10 +234,8 @@ def test_a_long_recording_goes_on_in_another_file(tmp_path: Path) -> None:
 
 
 def test_a_large_recording_goes_on_in_another_file(tmp_path: Path) -> None:
-    make_folder(tmp_path / "walk", is_overwriting=False)
-    writer = BagWriter(tmp_path / "walk", "none", split_bytes=10_000)
     topic = BagTopic("/battery", BATTERY.type, Qos(10))
-    writer.add_topic(topic)
+    writer = bag_scene.new_writer(tmp_path / "walk", topic, split_bytes=10_000)
     for number in range(3):
         writer.write(topic, number, bytes(6_000))
         writer.flush()

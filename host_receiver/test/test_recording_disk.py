@@ -18,7 +18,6 @@ from mcap.reader import make_reader
 import bag_scene
 from bag_readers import READERS, digest, mcap_file
 from ml2_receiver.errors import PublishError
-from ml2_receiver.recording.bag_folder import make_folder
 from ml2_receiver.recording.bag_topic import BagTopic
 from ml2_receiver.recording.bag_writer import BagWriter
 from ml2_receiver.recording.recorder import Recorder
@@ -33,9 +32,7 @@ BATTERIES = BagTopic("/battery", BATTERY.type, Qos(10))
 
 def make_writer(folder: Path, flushed: int) -> BagWriter:
     """Returns a writer with so many chunks of one message each, and an unflushed next one."""
-    make_folder(folder, is_overwriting=False)
-    writer = BagWriter(folder, "none")
-    writer.add_topic(BATTERIES)
+    writer = bag_scene.new_writer(folder, BATTERIES)
     for number in range(flushed):
         writer.write(BATTERIES, number, bag_scene.battery(number))
         writer.flush()
@@ -104,9 +101,8 @@ def test_a_disk_that_fails_keeps_what_was_flushed(
 
 
 def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
-    make_folder(tmp_path / "walk", is_overwriting=False)
     failures: SimpleQueue[str] = SimpleQueue()
-    writer = BagWriter(tmp_path / "walk", "none")
+    writer = bag_scene.new_writer(tmp_path / "walk")
     recorder = Recorder(writer, load_table(), bag_scene.PREFIX, failures.put)
     publish = recorder.open(BATTERY)
     publish(bytearray(bag_scene.battery(1)))
@@ -119,8 +115,7 @@ def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
 
 
 def test_messages_are_written_while_the_metadata_wait_for_the_disk(tmp_path: Path) -> None:
-    make_folder(tmp_path / "walk", is_overwriting=False)
-    writer = BagWriter(tmp_path / "walk", "none")
+    writer = bag_scene.new_writer(tmp_path / "walk")
     recorder = Recorder(writer, load_table(), bag_scene.PREFIX, pytest.fail)
     draft = tmp_path / "walk" / "metadata.yaml.draft"
     os.mkfifo(draft)  # who writes to it waits for who reads

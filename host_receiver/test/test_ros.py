@@ -6,16 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.typesys import Stores, get_typestore
 
 from ml2_receiver.wire.kinds import Kind
 from ml2_receiver.wire.messages import Error, Start, StreamStatus
 from mock_device import MockDevice
+from ros_messages import TYPES, header, mono_image
 from ros_processes import Child, Client, Receiver, Subscriber
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-TYPES = get_typestore(Stores.ROS2_JAZZY)
 IMAGE = "/magic_leap2/world_left/image_raw"
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 STRING = "std_msgs/msg/String"
@@ -24,11 +23,8 @@ CONFIG = "/**: {ros__parameters: {world_left: {enabled: true}, battery: {enabled
 
 def image(number: int, width: int = 1016, height: int = 1016) -> bytes:
     """A payload of whole words, as DDS pads others to that on their way."""
-    time = TYPES.types["builtin_interfaces/msg/Time"](number, 5)
-    header = TYPES.types["std_msgs/msg/Header"](time, "world_left_optical_frame")
-    pixels = np.random.default_rng(number).integers(0, 256, width * height, np.uint8)
-    message = TYPES.types[IMAGE_TYPE](header, height, width, "mono8", 0, width, pixels)
-    payload = bytes(TYPES.serialize_cdr(message, IMAGE_TYPE))
+    pixels = np.random.default_rng(number).integers(0, 256, (height, width), np.uint8)
+    payload = mono_image(header("world_left_optical_frame", number), pixels)
     assert len(payload) % 4 == 0
     return payload
 
@@ -219,27 +215,14 @@ def test_a_link_test_is_asked_for_by_a_service_and_told_in_diagnostics(
     assert float(found["streams_mbit_per_s"]) == 0
 
 
-START = """
-import rclpy
-from std_srvs.srv import Trigger
-rclpy.init()
-node = rclpy.create_node("starter")
-client = node.create_client(Trigger, "/ml2_receiver/start")
-assert client.wait_for_service(10)
-future = client.call_async(Trigger.Request())
-rclpy.spin_until_future_complete(node, future)
-print(future.result().success)
-"""
-
-
 def test_a_service_starts_a_paused_receiver(config: Path) -> None:
     with (
         Receiver(config, "--start-paused") as receiver,
         MockDevice(receiver.address, says_ping=True) as device,
+        Client() as client,
     ):
         request = device.configure()
-        with Child("-c", START) as child:
-            assert child.line() == "True"
+        assert client.ask("trigger", "start")[0]
         assert Start.parse(device.wires["control"].expect(Kind.START)).request == request
 
 

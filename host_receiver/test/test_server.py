@@ -1,3 +1,4 @@
+import os
 import secrets
 import socket
 import threading
@@ -289,11 +290,15 @@ def test_a_stopped_server_says_goodbye_and_leaves_no_threads(sink: FakeSink) -> 
     assert sink.await_report().state is State.ENDED
 
 
-def test_a_port_in_use_is_named() -> None:
+def test_a_port_in_use_is_named_with_its_process_and_what_to_do() -> None:
     with listen(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(ListenError, match=rf"cannot listen on 127.0.0.1:{port}: .*is used by"):
+        with pytest.raises(ListenError) as raised:
             listen(("127.0.0.1", port))
+    said = str(raised.value)
+    assert said.startswith(f"cannot listen on 127.0.0.1:{port}: the port is used by ")
+    assert said.endswith(f"(pid {os.getpid()})")
+    assert raised.value.hint == "Stop it, or choose another port with --listen."
 
 
 def test_an_unknown_host_is_named() -> None:

@@ -10,7 +10,7 @@ from fake_sink import FakeSink
 from ml2_receiver.commands import session_port
 from ml2_receiver.commands.receiving import serving
 from ml2_receiver.commands.session_port import SessionPort
-from ml2_receiver.configuration.config import load_config
+from ml2_receiver.configuration.config import parse_config
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import everywhere, text
 from mock_device import MockDevice
@@ -77,11 +77,10 @@ def test_eye_images_are_withheld_in_the_clear_unless_allowed(
 def test_a_running_receiver_opens_to_the_network_with_the_first_paired_device(
     tmp_path: Path, port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = tmp_path / "config.yaml"
-    config.write_text("/**: {ros__parameters: {battery: {enabled: true}}}")
+    config = parse_config(b"/**: {ros__parameters: {battery: {enabled: true}}}")
     with (
         SessionPort(options(tmp_path / "keys")) as way_in,
-        serving(way_in, load_config(config), FakeSink()) as server,
+        serving(way_in, config, FakeSink()) as server,
     ):
         assert server.address == f"127.0.0.1:{port}"
         certificate = Certificate(tmp_path / "a", "a")

@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 import yaml
 from rclpy.serialization import serialize_message
-from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import CameraInfo
 
 from calibrations import DOCUMENT, calibration_yaml
 from ml2_receiver.configuration.config import load_config
 from mock_device import MockDevice
+from ros_messages import TYPES
 from ros_processes import Client, Subscriber
 
 CONFIG = """/**:
@@ -20,7 +20,6 @@ CONFIG = """/**:
     world_right: {enabled: true, calibration: right.yaml}
     picture_center: {enabled: true}
 """
-TYPES = get_typestore(Stores.ROS2_JAZZY)
 TYPE = "sensor_msgs/msg/CameraInfo"
 LEFT, RIGHT = "/magic_leap2/world_left", "/magic_leap2/world_right"
 INFO: dict[str, Any] = {

@@ -81,6 +81,7 @@ def test_a_number_for_the_link_is_the_same_as_text(settings: Settings, value: ob
     ("name", "value", "said"),
     [
         ("general.link", "slow", 'expected auto, fixed, or a number .* above 0, found "slow"'),
+        ("general.link", 0, "expected auto, fixed, or a number .* above 0, found 0"),
         ("general.link", "-1", 'expected auto, fixed, or a number .* above 0, found "-1"'),
         ("world_left.enabled", 1, "expected true or false, found 1"),
         ("world_left.enabled", "yes", 'expected true or false, found "yes"'),

@@ -1,4 +1,3 @@
-import copy
 import re
 from collections.abc import Callable
 from importlib import resources
@@ -160,6 +159,12 @@ def test_the_table_cannot_be_changed() -> None:
         load_table().streams["tf"] = load_table().streams["gaze"]  # type: ignore[index]
 
 
+def packaged() -> Any:
+    """The document that is read as the table."""
+    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
+    return yaml.safe_load(text)
+
+
 def row(*path: str) -> Callable[[Any], Any]:
     def find(document: Any) -> Any:
         for name in path:
@@ -193,8 +198,7 @@ def row(*path: str) -> Callable[[Any], Any]:
 def test_a_contradiction_is_reported_with_its_place(
     find: Callable[[Any], Any], key: Any, value: Any, message: str
 ) -> None:
-    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
-    document = copy.deepcopy(yaml.safe_load(text))
+    document = packaged()
     read_table(document)
     find(document)[key] = value
     with pytest.raises(TableError) as raised:
@@ -203,8 +207,7 @@ def test_a_contradiction_is_reported_with_its_place(
 
 
 def test_a_kind_without_a_pace_is_reported() -> None:
-    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
-    document = yaml.safe_load(text)
+    document = packaged()
     del document["paces"]["imu"]
     with pytest.raises(TableError, match=r"accel_left: kind under paces: expected .*found imu"):
         read_table(document)
@@ -215,8 +218,7 @@ def test_a_kind_without_a_pace_is_reported() -> None:
     [("lane", "nothing"), ("qos", "nothing"), ("type", "nothing"), ("when", {"nothing": True})],
 )
 def test_a_topic_that_names_what_does_not_exist_is_reported(name: str, value: object) -> None:
-    text = resources.files("ml2_receiver").joinpath("data/streams.yaml").read_text("utf-8")
-    document = yaml.safe_load(text)
+    document = packaged()
     document["kinds"]["battery"][0][name] = value
     with pytest.raises(TableError, match=f"battery: {name}: .*nothing"):
         read_table(document)

@@ -12,11 +12,12 @@ import pytest
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TransformStamped
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
 
+from camera_messages import camera_info, stamped, transform_of
 from ml2_tools.geometry.other_frames import OtherFrames
 from ml2_tools.viewing.cloud import Cloud
 from ml2_tools.viewing.newest_image import NewestImage
@@ -31,13 +32,7 @@ INFO, IMAGE = "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/Image"
 
 
 def transform(parent: str, child: str, place: Any, rotation: Any = (0, 0, 0, 1)) -> Any:
-    found = TransformStamped()
-    found.header.frame_id, found.child_frame_id = parent, child
-    found.header.stamp.sec = 7
-    it = found.transform
-    it.translation.x, it.translation.y, it.translation.z = map(float, place)
-    it.rotation.x, it.rotation.y, it.rotation.z, it.rotation.w = map(float, rotation)
-    return found
+    return transform_of(stamped(parent, 7 * 10**9), child, place, rotation)
 
 
 def take_transforms(scene: Scene, topic: str, *transforms: Any, at_s: float = 100) -> None:
@@ -45,10 +40,8 @@ def take_transforms(scene: Scene, topic: str, *transforms: Any, at_s: float = 10
 
 
 def take_lens(scene: Scene, stream: str, width: int, height: int, focal: float) -> None:
-    info = CameraInfo(width=width, height=height, distortion_model="plumb_bob", d=[0.0] * 5)
-    info.k = [focal, 0.0, width / 2, 0.0, focal, height / 2, 0.0, 0.0, 1.0]
-    info.p = [focal, 0.0, width / 2, 0.0, 0.0, focal, height / 2, 0.0, 0.0, 0.0, 1.0, 0.0]
-    info.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    matrix = (focal, 0, width / 2, 0, focal, height / 2, 0, 0, 1)
+    info = camera_info(stamped(""), (width, height), "plumb_bob", [0.0] * 5, matrix)
     scene.take(f"lens {stream}", INFO, serialize_message(info), 100)
 
 

@@ -5,8 +5,8 @@ from types import ModuleType
 
 import pytest
 
-from ml2_receiver.cli import main
 from ml2_tools.commands import call, devices, latency, record_attached, topics, view
+from refusals import refusal
 
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
@@ -25,16 +25,11 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
     ],
 )
 def test_without_a_receiver_it_says_what_to_start(
-    module: ModuleType,
-    words: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    module: ModuleType, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(module, "PATIENCE_S", 0.5)
-    assert main(words.split()) == 2
-    error, hint = capsys.readouterr().err.splitlines()
+    error, hint = refusal(*words.split()).splitlines()
     assert error.startswith("no receiver in ")
     assert hint.startswith("hint: Start `ml2-receiver run`")
     assert not list(tmp_path.iterdir()), "nothing is recorded"

@@ -19,7 +19,6 @@ from ml2_receiver.zenoh.configuration import session_configuration
 from ml2_receiver.zenoh.sink import ZenohSink
 from repeated import repeated
 from waiting import LIMIT_S, await_true
-from zenoh_peers import free_endpoint, open_router
 
 DOMAIN = 7
 TABLE = load_table()
@@ -37,17 +36,6 @@ class Taker:
 
     def take(self) -> zenoh.Sample:
         return self._samples.get(timeout=LIMIT_S)
-
-
-@pytest.fixture
-def endpoint() -> str:
-    return free_endpoint()
-
-
-@pytest.fixture
-def router(endpoint: str) -> Iterator[zenoh.Session]:
-    with open_router(endpoint) as router:
-        yield router
 
 
 @pytest.fixture

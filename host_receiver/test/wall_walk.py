@@ -10,15 +10,14 @@ from typing import Any
 
 import cv2
 import numpy as np
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TransformStamped
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
-from std_msgs.msg import Header, String
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from bags import Messages, write_bag
+from camera_messages import camera_info, stamped, transform_of
 from ml2_tools.evaluation.trajectory import Trajectory
 from ml2_tools.geometry.pose import Pose
 from trajectories import START_NS
@@ -79,7 +78,9 @@ def _messages(count: int, images_dropped: tuple[int, ...], is_compressed: bool) 
     poses = dict(trajectory(count))
     for number, (stamp_ns, pixels) in enumerate(images(count)):
         sec, nanosec = divmod(stamp_ns, 10**9)
-        header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=FRAME)
+        header, pose = stamped(FRAME, stamp_ns), poses[stamp_ns]
+        place = transform_of(stamped("magicleap_world", stamp_ns), FRAME, pose[:3, 3], _turn(pose))
+        info = camera_info(header, SIZE, "equidistant", EQUIDISTANT, MATRIX)
         metadata = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_number": 100 + number}
         metadata["intrinsics"] = {
             "width": SIZE[0],
@@ -90,8 +91,8 @@ def _messages(count: int, images_dropped: tuple[int, ...], is_compressed: bool) 
             "distortion": EQUIDISTANT,
         }
         sent: dict[str, Any] = {
-            "/tf": TFMessage(transforms=[_transform(header, poses[stamp_ns])]),
-            f"{PREFIX}/{CAMERA}/camera_info": _info(header),
+            "/tf": TFMessage(transforms=[place]),
+            f"{PREFIX}/{CAMERA}/camera_info": info,
             f"{PREFIX}/{CAMERA}/metadata": String(data=json.dumps(metadata)),
         }
         if number not in images_dropped and is_compressed:
@@ -104,23 +105,12 @@ def _messages(count: int, images_dropped: tuple[int, ...], is_compressed: bool) 
         yield from ((topic, stamp_ns, serialize_message(it)) for topic, it in sent.items())
 
 
-def _info(header: Header) -> CameraInfo:
-    info = CameraInfo(header=header, width=SIZE[0], height=SIZE[1], distortion_model="equidistant")
-    info.d, info.k, info.r = list(EQUIDISTANT), MATRIX.ravel(), np.eye(3).ravel()
-    info.p = np.hstack([MATRIX, np.zeros((3, 1))]).ravel()
-    return info
-
-
-def _transform(header: Header, pose: Pose) -> TransformStamped:
-    world = Header(stamp=header.stamp, frame_id="magicleap_world")
-    transform: Any = TransformStamped(header=world, child_frame_id=FRAME)
-    it, vector = transform.transform, cv2.Rodrigues(pose[:3, :3])[0].ravel()
-    it.translation.x, it.translation.y, it.translation.z = map(float, pose[:3, 3])
+def _turn(pose: Pose) -> tuple[float, ...]:
+    """The quaternion of a pose."""
+    vector = cv2.Rodrigues(pose[:3, :3])[0].ravel()
     angle = np.linalg.norm(vector)
     axis = vector / angle * np.sin(angle / 2) if angle else vector
-    it.rotation.x, it.rotation.y, it.rotation.z = map(float, axis)
-    it.rotation.w = float(np.cos(angle / 2))
-    return transform
+    return (*map(float, axis), float(np.cos(angle / 2)))
 
 
 def _pose(at_s: float) -> Pose:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import numpy as np
 import zenoh
 
-import bag_scene
+import ros_messages
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.zenoh.configuration import session_configuration
@@ -54,18 +53,5 @@ def open_topics(sink: ZenohSink) -> dict[str, str]:
 
 
 def imu() -> bytes:
-    types = bag_scene.TYPES.types
-    header = types["std_msgs/msg/Header"](
-        stamp=types["builtin_interfaces/msg/Time"](sec=17, nanosec=5), frame_id="gyro_left"
-    )
-    vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
-    message = types["sensor_msgs/msg/Imu"](
-        header=header,
-        orientation=turn(x=0.0, y=0.0, z=0.0, w=1.0),
-        orientation_covariance=np.zeros(9),
-        angular_velocity=vector(x=0.25, y=-1.5, z=3.0),
-        angular_velocity_covariance=np.zeros(9),
-        linear_acceleration=vector(x=0.0, y=9.75, z=0.0),
-        linear_acceleration_covariance=np.zeros(9),
-    )
-    return bytes(bag_scene.TYPES.serialize_cdr(message, "sensor_msgs/msg/Imu"))
+    header = ros_messages.header("gyro_left", 17)
+    return ros_messages.imu(header, (0.25, -1.5, 3.0), (0.0, 9.75, 0.0))

@@ -1,7 +1,7 @@
 """Sources of every kind fall silent at once: each command says so, and says when they recovered.
 
 Light and battery may be silent for 60 s and 600 s. That the receiver judges them by these pauses is
-tested in host_receiver/test/test_diagnostics.py, with a clock that the test sets.
+tested in host_receiver/test/test_diagnostics_streams.py, with a clock that the test sets.
 """
 
 from __future__ import annotations

@@ -1,0 +1,55 @@
+"""Commands on a terminal of their own."""
+
+import os
+import pty
+import re
+import subprocess
+import sys
+from contextlib import suppress
+from types import TracebackType
+from typing import Self
+
+from ros_processes import environment
+
+_COLOURS = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
+
+
+class OnTerminal:
+    """`ml2-receiver` with these arguments; killed when left."""
+
+    def __init__(self, *arguments: str) -> None:
+        self._terminal, inner = pty.openpty()
+        self.process = subprocess.Popen(
+            ["setsid", "--ctty", sys.executable, "-m", "ml2_receiver", *arguments],
+            stdin=inner,
+            stdout=inner,
+            stderr=inner,
+            env={**environment(), "TERM": "xterm"},
+        )
+        os.close(inner)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: object, trace: TracebackType | None
+    ) -> None:
+        self.process.kill()
+        self.process.wait()
+        os.close(self._terminal)
+
+    def await_shown(self, pattern: bytes) -> bytes:
+        """Waits until what is shown from now on, without its colours, has this; returns all."""
+        shown = b""
+        while not re.search(pattern, _COLOURS.sub(b"", shown)):
+            shown += os.read(self._terminal, 1024)
+        return shown
+
+    def press(self, keys: bytes) -> None:
+        os.write(self._terminal, keys)
+
+    def read_to_the_end(self) -> None:
+        """Reads until the command ends, which may wait for its reader before."""
+        with suppress(OSError):  # the terminal ends with the process
+            while os.read(self._terminal, 1024):
+                pass

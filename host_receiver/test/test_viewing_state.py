@@ -1,0 +1,159 @@
+"""The state and the curves that `ml2-receiver view` shows, of rows of diagnostics."""
+
+from __future__ import annotations
+
+import pytest
+
+from ml2_tools.viewing.plots import Series
+from ml2_tools.viewing.state import state_of, topic_prefix
+
+WORLD = "/magic_leap2/world_left/image_raw"
+ROWS = {
+    "session": {
+        "message": "head: connected",
+        "headset": "head",
+        "state": "connected",
+        "state.world_left": "running",
+    },
+    "adaptation": {"world_left.rate_hz": "15", "message": "lowered for the link: world_left"},
+    "security": {"message": "insecure: no encryption"},
+    WORLD: {
+        "stream": "world_left",
+        "type": "sensor_msgs/msg/Image",
+        "rate_hz": "14.9",
+        "expected_hz": "15",
+        "received": "100",
+        "gaps": "2",
+        "unpublished": "1",
+        "latency_p50_ms": "12.5",
+        "window.capture_to_sent_ms": "10.5",
+        "window.sent_to_received_ms": "1.25",
+        "window.received_to_published_ms": "0.75",
+        "message": "lost messages: 2",
+    },
+    "/magic_leap2/battery": {
+        "stream": "battery",
+        "type": "sensor_msgs/msg/BatteryState",
+        "received": "7",
+        "gaps": "4",
+        "unpublished": "0",
+        "message": "lost messages: 4",
+    },
+}
+
+
+def test_what_the_headset_adjusted_is_said_with_the_reason() -> None:
+    session = ROWS["session"] | {"stream.world_left": "adjusted: the device has 30 Hz"}
+    state = state_of(ROWS | {"session": session}, {}, {}, "")
+    assert state["applied"] == {"world_left": "running, adjusted: the device has 30 Hz"}
+
+
+@pytest.mark.parametrize(("period_s", "kept"), [(0.03125, 961), (0.5, 61), (40, 1)])
+def test_a_series_gives_each_value_once_and_has_those_of_30_s(period_s: float, kept: int) -> None:
+    series = Series()
+    for number in range(3000):
+        series.add((number, float("nan")), 1000 + period_s * number)
+    count, values = series.since(2999)
+    assert (count, [it for _, it in values]) == (3000, [(2999, None)])
+    assert series.since(3000) == (3000, [])
+    assert len(series.since(0)[1]) == kept
+
+
+def test_a_series_has_at_most_50_values_per_second() -> None:
+    series = Series()
+    for number, at_s in enumerate((1.0, 1.001, 1.019, 1.021)):
+        assert series.is_due(at_s) is (number in (0, 3))
+        series.add((number,), at_s)
+    assert [it for _, it in series.since(0)[1]] == [(0,), (3,)]
+
+
+def test_a_series_that_forgets_says_so_and_takes_an_earlier_time() -> None:
+    series = Series()
+    series.add((1,), 100.0)
+    count, _ = series.since(0)
+    series.forget()
+    series.add((2,), 7.0)
+    assert series.since(count) == (3, [(0, ()), (7.0, (2,))])
+
+
+def test_the_state_has_what_diagnostics_say() -> None:
+    levels = {"security": 1, "adaptation": 1, WORLD: 1, "session": 0}
+    state = state_of(ROWS, levels, {"world_left": "1016x1016@30 jpeg"}, "50 %")
+    (stream,) = state["streams"]
+    assert stream == {
+        "id": "world_left",
+        "is_eye": False,
+        "level": 1,
+        "topic": WORLD,
+        "rate_hz": 14.9,
+        "expected_hz": 15,
+        "latency_p50_ms": 12.5,
+        "latency_p99_ms": None,
+        "lost": 3,
+        "state": "",
+        "mode": "1016x1016@30 jpeg",
+        "lowered": "15 Hz",
+        "stages_ms": [10.5, 1.25, 0.75],
+    }
+    facts = {it["name"]: (it["text"], it["level"]) for it in state["facts"]}
+    assert list(facts) == ["headset", "security", "clock", "link", "recording", "heat", "battery"]
+    assert facts["headset"] == ("head, connected", 0)
+    assert facts["security"] == ("insecure: no encryption", 1)
+    assert facts["battery"] == ("50 %", 0)
+    assert state["applied"] == {"world_left": "running, 1016x1016@30 jpeg"}
+    assert [it["row"] for it in state["warnings"]] == ["adaptation", "lost messages"]
+    assert state["warnings"][-1]["text"] == "/magic_leap2/battery 4"
+
+
+def test_without_ros_time_on_the_headset_there_are_no_stages() -> None:
+    row = {key: it for key, it in ROWS[WORLD].items() if not key.startswith("window.")}
+    (stream,) = state_of(ROWS | {WORLD: row}, {}, {}, "")["streams"]
+    assert stream["stages_ms"] is None
+
+
+def test_a_missing_permission_is_named_once_with_how_to_grant_it() -> None:
+    camera, hands = "android.permission.CAMERA", "com.magicleap.permission.HAND_TRACKING"
+    session = ROWS["session"] | {
+        "state.world_left": "waiting: no permission",
+        "missing.world_left": camera,
+        "state.color": "waiting: no permission",
+        "missing.color": camera,
+        "state.hand_left": "waiting: no permission",
+        "missing.hand_left": hands,
+    }
+    warnings = state_of(ROWS | {"session": session}, {}, {}, "")["warnings"]
+    found = {it["row"]: it["text"] for it in warnings if "permission" in it["row"]}
+    assert found == {
+        f"permission {camera} is missing": "grant it with"
+        " `ml2-receiver headset grant world_left color`",
+        f"permission {hands} is missing": "grant it with `ml2-receiver headset grant hand_left`",
+    }
+
+
+def test_a_silent_stream_without_an_image_is_a_warning() -> None:
+    session = ROWS["session"] | {
+        "state.world_left": "silent: nothing has come for 3 s",
+        "state.gyro_left": "silent: nothing has come for 5 s",
+        "state.battery": "waiting: no message has come yet",
+    }
+    warnings = state_of(ROWS | {"session": session}, {}, {}, "")["warnings"]
+    silent = [(it["row"], it["text"]) for it in warnings if it["text"].startswith("silent")]
+    assert silent == [("gyro_left", "silent: nothing has come for 5 s")]
+
+
+def test_a_stream_that_does_not_run_says_why() -> None:
+    silent = {"session": {**ROWS["session"], "state.world_left": "silent: nothing has come"}}
+    rows = ROWS | silent | {WORLD: {**ROWS[WORLD], "message": "silent: nothing has come"}}
+    (stream,) = state_of(rows, {WORLD: 2}, {}, "50 %")["streams"]
+    assert (stream["state"], stream["level"]) == ("silent: nothing has come", 2)
+
+
+def test_the_prefix_is_that_of_the_topics() -> None:
+    assert topic_prefix(ROWS) == "/magic_leap2"
+    assert topic_prefix({"session": {}, "/tf": {"stream": "tf"}}) is None
+
+
+def test_a_stream_that_is_not_requested_any_more_is_not_shown() -> None:
+    session = {key: it for key, it in ROWS["session"].items() if key != "state.world_left"}
+    state = state_of(ROWS | {"session": session}, {}, {}, "50 %")
+    assert (state["streams"], state["applied"]) == ([], {})
