@@ -1,7 +1,7 @@
 package dev.ml2sensors.capture
 
-import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.testImage
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.runBlocking
 import org.junit.jupiter.api.AfterEach
@@ -47,10 +47,9 @@ class ImageEncoderTest {
     fun depthIsThePayloadOfCompressedDepth() {
         // 2 zeros, 1 value, 1000 * 2 as 3 bits each, lowest first: 0x218af300
         val pixels = direct(12).putFloat(0f).putFloat(Float.NaN).putFloat(1f).flip()
+        val sample = testImage(3, 1, listOf(pixels.asImage()), strideBytes = 12)
         val payload = ImageEncoder(StreamTable.depth, ImageCodec.DEPTH_RVL).use { encoder ->
-            encoder.encode(sample(3, 1, 12, listOf(ImageSample.Plane(ImageSample.IMAGE, pixels))), 0)!!.use {
-                it.copy()
-            }
+            encoder.encode(sample, 0)!!.use { it.copy() }
         }
         val expected = direct(24).putInt(0).putFloat(0f).putFloat(0f).putInt(3).putInt(1).putInt(0x218af300).flip()
         assertEquals(expected, ByteBuffer.wrap(payload))
@@ -75,12 +74,8 @@ class ImageEncoderTest {
     fun otherPlanesStayUntilTheEncodedSampleIsReleased() {
         var isGivenBack = false
         val confidence = direct(64)
-        val sample = sample(
-            4,
-            4,
-            16,
-            listOf(ImageSample.Plane(ImageSample.IMAGE, direct(64)), ImageSample.Plane("confidence", confidence)),
-        ) { isGivenBack = true }
+        val planes = listOf(direct(64).asImage(), ImageSample.Plane("confidence", confidence))
+        val sample = testImage(4, 4, planes, strideBytes = 16) { isGivenBack = true }
         ImageEncoder(StreamTable.depth, ImageCodec.DEPTH_RVL).use { encoder ->
             val encoded = encoder.encode(sample, 0)!!
             sample.release()
@@ -127,8 +122,8 @@ class ImageEncoderTest {
     @Test
     fun whatCannotBeEncodedIsRefusedAndKeepsNoSlot() {
         val sample = grey(16, 8, strideBytes = 16)
-        val heap = sample(16, 8, 16, listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.allocate(128))))
-        val short = sample(16, 9, 16, listOf(ImageSample.Plane(ImageSample.IMAGE, direct(128))))
+        val heap = testImage(16, 8, listOf(ByteBuffer.allocate(128).asImage()))
+        val short = testImage(16, 9, listOf(direct(128).asImage()))
         ImageEncoder(StreamTable.worldLeft, ImageCodec.GREY_JPEG).use { encoder ->
             repeat(SlotPool.SLOTS + 1) {
                 assertRefused("the image is not in a direct buffer") { encoder.encode(heap, 80) }
@@ -177,32 +172,15 @@ class ImageEncoderTest {
     private companion object {
         fun direct(sizeBytes: Int): ByteBuffer = ByteBuffer.allocateDirect(sizeBytes).order(ByteOrder.LITTLE_ENDIAN)
 
+        fun ByteBuffer.asImage() = ImageSample.Plane(ImageSample.IMAGE, this)
+
         /** The pixel at x, y is 2 x + y; the rows begin at an odd place of a larger buffer. */
         fun grey(width: Int, height: Int, strideBytes: Int, giveBack: () -> Unit = {}): ImageSample {
             val pixels = direct(3 + height * strideBytes + 5).position(3).limit(3 + height * strideBytes)
             for (y in 0 until height) {
                 for (x in 0 until width) pixels.put(3 + y * strideBytes + x, (2 * x + y).toByte())
             }
-            return sample(width, height, strideBytes, listOf(ImageSample.Plane(ImageSample.IMAGE, pixels)), giveBack)
+            return testImage(width, height, listOf(pixels.asImage()), strideBytes = strideBytes, giveBack = giveBack)
         }
-
-        fun sample(
-            width: Int,
-            height: Int,
-            strideBytes: Int,
-            planes: List<ImageSample.Plane>,
-            giveBack: () -> Unit = {},
-        ) = ImageSample(
-            captureNanos = 5,
-            frameNumber = 6,
-            width,
-            height,
-            strideBytes,
-            pose = null,
-            intrinsics = null,
-            CaptureSettings(exposureNanos = 7),
-            planes,
-            giveBack,
-        )
     }
 }

@@ -1,15 +1,16 @@
 package dev.ml2sensors.capture
 
+import dev.ml2sensors.message.MlPose
 import dev.ml2sensors.message.Quaternion
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.distanceTo
-import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Intrinsics
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.source.testImage
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.Dispatchers
@@ -116,25 +117,12 @@ class LocalFramesTest {
     @Test
     fun framesHaveTheHeadsPoseAtTheirCapture() {
         LocalFrames.view(StreamTable.color, true)
-        val pixels = ByteArray(10)
-        publish(pixels)
-        LatestFrame.acquire(StreamTable.color)!!.run {
-            assertNull(frame.headPose)
-            release()
-        }
+        assertNull(publishedHeadPose())
         LocalFrames.addHead(PoseSample(67, Transform(Vector3(1.0, 0.0, 4.0), Quaternion.IDENTITY)))
         LocalFrames.addHead(PoseSample(87, Transform(Vector3(3.0, 2.0, 4.0), Quaternion.IDENTITY)))
-        publish(pixels)
-        LatestFrame.acquire(StreamTable.color)!!.run {
-            assertEquals(Transform(Vector3(2.0, 1.0, 4.0), Quaternion.IDENTITY), frame.headPose?.toBody())
-            release()
-        }
+        assertEquals(Transform(Vector3(2.0, 1.0, 4.0), Quaternion.IDENTITY), publishedHeadPose()?.toBody())
         LocalFrames.clearHead()
-        publish(pixels)
-        LatestFrame.acquire(StreamTable.color)!!.run {
-            assertNull(frame.headPose)
-            release()
-        }
+        assertNull(publishedHeadPose())
     }
 
     @Test
@@ -203,20 +191,26 @@ class LocalFramesTest {
         assertEquals(0, Native.mappedBytes())
     }
 
+    /** The head's pose in the frame of an image that is published now. */
+    private fun publishedHeadPose(): MlPose? {
+        publish(ByteArray(10))
+        val latest = assertNotNull(LatestFrame.acquire(StreamTable.color))
+        return latest.frame.headPose.also { latest.release() }
+    }
+
     /** Publishes an image of the colour camera, as an encoder does. */
     private fun publish(jpeg: ByteArray, pose: Transform? = null, intrinsics: Intrinsics? = null) {
         val slot = assertNotNull(color.take(640 * 480))
         slot.bytes.put(jpeg).flip()
-        val sample = ImageSample(
+        val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, slot.bytes))
+        val sample = testImage(
+            640,
+            480,
+            planes,
             captureNanos = 77,
-            frameNumber = 1,
-            width = 640,
-            height = 480,
             strideBytes = 0,
-            pose,
-            intrinsics,
-            CaptureSettings(),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, slot.bytes)),
+            pose = pose,
+            intrinsics = intrinsics,
             giveBack = slot::release,
         )
         LocalFrames.publish(slot, sample)

@@ -2,11 +2,11 @@ package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.Vector3
 import dev.ml2sensors.message.rotate
-import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.Distortion
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.testImage
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.first
@@ -187,10 +187,8 @@ class NativePixelSourceTest {
             for (failing in 0..2) {
                 val frames = FrameBlock(3)
                 repeat(3) { frames[it].place(stream.number, Native.take(stream.number, 64), 64) }
-                repeat(3) { frames[it].fill(picture) }
-                assertFailsWith<IllegalStateException> {
-                    frames.deliver(3) { index, _, _ -> check(index != failing) }
-                }
+                repeat(3) { frames[it].fill(testImage(width = 8, height = 8)) }
+                assertFailsWith<IllegalStateException> { frames.deliver(3) { index, _, _ -> check(index != failing) } }
                 val leased = (0 until SlotPool.SLOTS).filter { runCatching { SlotPool.release(stream, it) }.isSuccess }
                 assertEquals(emptyList(), leased, "leases that did not end when sample $failing failed")
             }
@@ -210,18 +208,6 @@ class NativePixelSourceTest {
         assertEquals(0, mapped % frameBytes)
         assertTrue(mapped / frameBytes in 1L..SlotPool.SLOTS, "$mapped bytes for frames of $frameBytes")
     }
-
-    private val picture = ImageSample(
-        captureNanos = 1,
-        frameNumber = 1,
-        width = 8,
-        height = 8,
-        strideBytes = 8,
-        pose = null,
-        intrinsics = null,
-        CaptureSettings(),
-        emptyList(),
-    ) {}
 
     /** The pictures that the simulated device drew for [stream], from its cache: [bytes] each, at whole pages. */
     private fun frames(stream: StreamSpec, bytes: Int): Sequence<ByteBuffer> {

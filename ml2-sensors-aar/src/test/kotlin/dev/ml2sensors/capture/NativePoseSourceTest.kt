@@ -37,8 +37,20 @@ class NativePoseSourceTest {
     fun close(): Unit = fixture.close()
 
     /** From the first that is tracked. */
-    private fun poses(): Flow<PoseSample> =
-        fixture.samples(StreamTable.headPose).filterIsInstance<PoseSample>().dropWhile { it.pose == null }
+    private fun poses(stream: StreamSpec = StreamTable.headPose): Flow<PoseSample> =
+        fixture.samples(stream).filterIsInstance<PoseSample>().dropWhile { it.pose == null }
+
+    /** Sets [fault] to [value] after five of [poses] and ends it after five untracked ones; whether each is tracked. */
+    private suspend fun trackedAround(poses: Flow<PoseSample>, fault: String, value: Long): List<Boolean> {
+        val isTracked = mutableListOf<Boolean>()
+        poses.first { sample ->
+            isTracked += sample.pose != null
+            if (isTracked.size == 5) Simulation.configure(fault, value)
+            if (isTracked.count { !it } == 5) Simulation.configure(fault, 0)
+            false in isTracked && isTracked.last()
+        }
+        return isTracked
+    }
 
     @Test
     fun aPoseIsWhereTheHeadWasAtItsStamp() = runBlocking<Unit> {
@@ -63,13 +75,7 @@ class NativePoseSourceTest {
 
     @Test
     fun thereIsNoPoseWhileTrackingIsLost() = runBlocking<Unit> {
-        val isTracked = mutableListOf<Boolean>()
-        poses().first { sample ->
-            isTracked += sample.pose != null
-            if (isTracked.size == 5) Simulation.configure("fault.head.tracking", 2)
-            if (isTracked.count { !it } == 5) Simulation.configure("fault.head.tracking", 0)
-            false in isTracked && isTracked.last()
-        }
+        val isTracked = trackedAround(poses(), "fault.head.tracking", 2)
         val lost = isTracked.indexOf(false)
         assertTrue(lost >= 5, "$isTracked")
         assertEquals(isTracked.lastIndex, isTracked.lastIndexOf(true), "$isTracked")
@@ -103,13 +109,7 @@ class NativePoseSourceTest {
 
     @Test
     fun theControllerHasAPoseWhileItsPositionIsKnown() = runBlocking<Unit> {
-        val isTracked = mutableListOf<Boolean>()
-        fixture.samples(StreamTable.controller).filterIsInstance<PoseSample>().dropWhile { it.pose == null }.first {
-            isTracked += it.pose != null
-            if (isTracked.size == 5) Simulation.configure("fault.controller.tracking", 1)
-            if (isTracked.count { !it } == 5) Simulation.configure("fault.controller.tracking", 0)
-            false in isTracked && isTracked.last()
-        }
+        val isTracked = trackedAround(poses(StreamTable.controller), "fault.controller.tracking", 1)
         assertTrue(isTracked.indexOf(false) >= 5, "$isTracked")
         assertTrue(isTracked.count { !it } >= 5, "$isTracked")
     }

@@ -1,12 +1,12 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.Transform
-import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
 import dev.ml2sensors.source.PoseSample
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.testImage
 import kotlinx.coroutines.CoroutineStart
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.flow.flow
@@ -44,9 +44,7 @@ class SampleQueueTest {
     fun whatWaitsIsDeliveredBeforeTheFailure() = runBlocking<Unit> {
         queue.offer(image(1))
         queue.close(CaptureException.VendorFailure("it broke"))
-        val received = mutableListOf<Sample>()
-        val failure = assertFailsWith<CaptureException.VendorFailure> { queue.deliverTo(received::add) }
-        assertEquals(listOf("1") to "it broke", describe(received) to failure.message)
+        assertEquals(listOf("1"), deliveredUntilItBreaks())
         assertEquals(listOf(1L), released)
     }
 
@@ -55,14 +53,8 @@ class SampleQueueTest {
         queue.offer(image(1))
         queue.countLost(2, DropReason.UNUSABLE)
         queue.close(CaptureException.VendorFailure("it broke"))
-        val received = mutableListOf<Sample>()
-        assertFailsWith<CaptureException.VendorFailure> {
-            queue.deliverTo { sample ->
-                received += sample
-                if (sample is ImageSample) queue.countLost(3, DropReason.UNUSABLE)
-            }
-        }
-        assertEquals(listOf("2 unusable", "1", "3 unusable"), describe(received))
+        val received = deliveredUntilItBreaks { queue.countLost(3, DropReason.UNUSABLE) }
+        assertEquals(listOf("2 unusable", "1", "3 unusable"), received)
     }
 
     @Test
@@ -106,14 +98,8 @@ class SampleQueueTest {
         queue.offer(image(1))
         queue.close(CaptureException.VendorFailure("it broke"))
         queue.countLost(3, DropReason.SOURCE_LATE)
-        val received = mutableListOf<Sample>()
-        val failure = assertFailsWith<CaptureException.VendorFailure> {
-            queue.deliverTo { sample ->
-                received += sample
-                if (sample is ImageSample) queue.countLost(2, DropReason.NO_BUFFER)
-            }
-        }
-        assertEquals(listOf("3 source_late", "1", "2 no_buffer") to "it broke", describe(received) to failure.message)
+        val received = deliveredUntilItBreaks { queue.countLost(2, DropReason.NO_BUFFER) }
+        assertEquals(listOf("3 source_late", "1", "2 no_buffer"), received)
     }
 
     @Test
@@ -132,6 +118,19 @@ class SampleQueueTest {
         assertEquals(listOf(3L to true, 6L to true, 7L to false), poses)
     }
 
+    /** What is delivered before the failure "it broke"; [atImage] runs while an image is delivered. */
+    private suspend fun deliveredUntilItBreaks(atImage: () -> Unit = {}): List<String> {
+        val received = mutableListOf<Sample>()
+        val failure = assertFailsWith<CaptureException.VendorFailure> {
+            queue.deliverTo { sample ->
+                received += sample
+                if (sample is ImageSample) atImage()
+            }
+        }
+        assertEquals("it broke", failure.message)
+        return describe(received)
+    }
+
     private suspend fun samples() = flow { queue.deliverTo(this) }.toList()
 
     private fun describe(samples: List<Sample>) = samples.map {
@@ -139,5 +138,5 @@ class SampleQueueTest {
     }
 
     private fun image(number: Long) =
-        ImageSample(number, number, 0, 0, 0, null, null, CaptureSettings(), emptyList()) { released += number }
+        testImage(width = 0, height = 0, frameNumber = number, captureNanos = number) { released += number }
 }

@@ -1,7 +1,6 @@
 package dev.ml2sensors.capture
 
 import dev.ml2sensors.message.Transform
-import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.LostSamples
@@ -13,6 +12,7 @@ import dev.ml2sensors.source.VideoOutput
 import dev.ml2sensors.source.VideoPacket
 import dev.ml2sensors.source.VideoSettings
 import dev.ml2sensors.source.isKeyFrame
+import dev.ml2sensors.source.testImage
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.toList
@@ -45,7 +45,7 @@ class VideoStreamTest {
 
     @Test
     fun eachImageBecomesItsAccessUnit() {
-        val images = List(3) { image(it * PERIOD_NANOS) }
+        val images = images(3)
         val found = encoded(images).filterIsInstance<Encoded>()
         assertEquals(images.map { it.captureNanos }, found.map { it.captureNanos })
         assertContentEquals(KEY_FRAME, found[0].packet)
@@ -59,7 +59,7 @@ class VideoStreamTest {
 
     @Test
     fun aKeyFrameIsAskedForEachSecond() {
-        encoded(List(65) { image(it * PERIOD_NANOS) })
+        encoded(images(65))
         assertEquals(listOf(0, 31, 62), encoder.keyFrames)
     }
 
@@ -67,51 +67,41 @@ class VideoStreamTest {
     fun whatTheLinkRefusesIsCountedAndHarmsNoOtherImage() {
         link.refusals[1] = DropReason.QUEUE_FULL
         link.refusals[2] = DropReason.LINK_DOWN
-        val found = encoded(List(5) { image(it * PERIOD_NANOS) })
-        assertEquals(mapOf(DropReason.QUEUE_FULL to 1, DropReason.LINK_DOWN to 1), found.lost())
-        assertEquals(listOf(0, 3, 4), found.numbers())
+        assertEncoded(5, listOf(0, 3, 4), DropReason.QUEUE_FULL to 1, DropReason.LINK_DOWN to 1)
         assertEquals(listOf(0), encoder.keyFrames)
     }
 
     @Test
     fun aRateThatWasLoweredLeavesImagesOutUncounted() {
         link.leavesOut += setOf(1, 3)
-        val found = encoded(List(5) { image(it * PERIOD_NANOS) })
-        assertEquals(listOf(0, 2, 4), found.numbers())
-        assertEquals(emptyMap(), found.lost())
+        assertEncoded(5, listOf(0, 2, 4))
     }
 
     @Test
     fun afterALostPacketNothingComesUntilTheKeyFrameThatIsAskedFor() {
         encoder.actions[3] = { link.droppedPackets++ }
         encoder.delayOfRequests = 2
-        val found = encoded(List(8) { image(it * PERIOD_NANOS) })
-        assertEquals(listOf(0, 1, 2, 6, 7), found.numbers())
-        assertEquals(mapOf(DropReason.AWAITING_KEY_FRAME to 3), found.lost())
+        assertEncoded(8, listOf(0, 1, 2, 6, 7), DropReason.AWAITING_KEY_FRAME to 3)
         assertEquals(listOf(0, 4), encoder.keyFrames)
     }
 
     @Test
     fun aBusyEncoderLosesImagesButNoRequest() {
         encoder.refuses += setOf(0, 2)
-        val found = encoded(List(4) { image(it * PERIOD_NANOS) })
-        assertEquals(listOf(1, 3), found.numbers())
-        assertEquals(mapOf(DropReason.ENCODER_BUSY to 2), found.lost())
+        assertEncoded(4, listOf(1, 3), DropReason.ENCODER_BUSY to 2)
         assertEquals(listOf(1), encoder.keyFrames)
     }
 
     @Test
     fun imagesThatTheEncoderLeavesOutAreCounted() {
         encoder.skips += setOf(2, 3)
-        val found = encoded(List(5) { image(it * PERIOD_NANOS) })
-        assertEquals(listOf(0, 1, 4), found.numbers())
-        assertEquals(mapOf(DropReason.ENCODER_BUSY to 2), found.lost())
+        assertEncoded(5, listOf(0, 1, 4), DropReason.ENCODER_BUSY to 2)
     }
 
     @Test
     fun imagesThatWaitToBeSentAreCountedForTheLink() {
         val held = mutableListOf<ImageSample>()
-        encoded(List(4) { image(it * PERIOD_NANOS) }) {
+        encoded(images(4)) {
             it.retain()
             held += it
         }
@@ -124,7 +114,7 @@ class VideoStreamTest {
         val held = ArrayDeque<ImageSample>()
         encoder.actions[SlotPool.SLOTS + 1] = { held.removeFirst().release() }
         var seen = 0
-        val found = encoded(List(SlotPool.SLOTS + 3) { image(it * PERIOD_NANOS) }) {
+        val found = encoded(images(SlotPool.SLOTS + 3)) {
             if (seen++ >= SlotPool.SLOTS) return@encoded
             it.retain()
             held += it
@@ -150,16 +140,14 @@ class VideoStreamTest {
     @Test
     fun aPacketLargerThanTheRawImageIsLost() {
         encoder.packetOf[1] = OTHER_FRAME + ByteArray(WIDTH * HEIGHT)
-        val found = encoded(List(3) { image(it * PERIOD_NANOS) })
-        assertEquals(listOf(0, 2), found.numbers())
-        assertEquals(mapOf(DropReason.UNUSABLE to 1), found.lost())
+        assertEncoded(3, listOf(0, 2), DropReason.UNUSABLE to 1)
         assertEquals(listOf(0, 2), encoder.keyFrames)
     }
 
     @Test
     fun aFailureOfTheEncoderEndsTheStreamWithItsCause() {
         encoder.actions[2] = { encoder.output.failed(SourceException("the chip is gone")) }
-        val failure = assertFailsWith<SourceException> { encoded(List(4) { image(it * PERIOD_NANOS) }) }
+        val failure = assertFailsWith<SourceException> { encoded(images(4)) }
         assertEquals("the chip is gone", failure.message)
     }
 
@@ -177,7 +165,7 @@ class VideoStreamTest {
     @Test
     fun anImageThatNobodyGaveIsAFailure() {
         encoder.actions[1] = { encoder.output.packet(VideoPacket(17, ByteBuffer.wrap(OTHER_FRAME))) }
-        val failure = assertFailsWith<SourceException> { encoded(List(3) { image(it * PERIOD_NANOS) }) }
+        val failure = assertFailsWith<SourceException> { encoded(images(3)) }
         assertEquals("the encoder of world_left returned an image that it was not given", failure.message)
     }
 
@@ -214,7 +202,12 @@ class VideoStreamTest {
         found
     }
 
-    private fun List<Any>.numbers() = filterIsInstance<Encoded>().map { (it.captureNanos / PERIOD_NANOS).toInt() }
+    /** Asserts what becomes of [count] images: the numbers of those that are encoded, and how many are [lost]. */
+    private fun assertEncoded(count: Int, numbers: List<Int>, vararg lost: Pair<DropReason, Int>) {
+        val found = encoded(images(count))
+        assertEquals(numbers, found.filterIsInstance<Encoded>().map { (it.captureNanos / PERIOD_NANOS).toInt() })
+        assertEquals(mapOf(*lost), found.lost())
+    }
 
     private fun List<Any>.lost() =
         filterIsInstance<LostSamples>().groupBy { it.reason }.mapValues { (_, of) -> of.sumOf { it.count } }
@@ -297,16 +290,15 @@ class VideoStreamTest {
         val KEY_FRAME = byteArrayOf(0, 0, 0, 1, 0x67, 1, 2, 0, 0, 1, 0x65, 3)
         val OTHER_FRAME = byteArrayOf(0, 0, 0, 1, 0x41, 4)
 
-        fun image(captureNanos: Long) = ImageSample(
-            captureNanos,
-            frameNumber = captureNanos / PERIOD_NANOS + 100,
+        fun image(captureNanos: Long) = testImage(
             WIDTH,
             HEIGHT,
-            strideBytes = WIDTH,
-            Transform.IDENTITY,
-            intrinsics = null,
-            CaptureSettings(exposureNanos = 7),
             listOf(ImageSample.Plane(ImageSample.IMAGE, ByteBuffer.allocateDirect(WIDTH * HEIGHT))),
-        ) {}
+            captureNanos,
+            frameNumber = captureNanos / PERIOD_NANOS + 100,
+            pose = Transform.IDENTITY,
+        )
+
+        fun images(count: Int) = List(count) { image(it * PERIOD_NANOS) }
     }
 }

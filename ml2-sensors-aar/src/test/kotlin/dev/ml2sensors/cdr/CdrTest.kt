@@ -230,12 +230,8 @@ class CdrTest {
     fun whatRosHasNoTypeForIsRefused() {
         assertFailsWith<SerializationException> { Cdr.encodeToByteArray(Optional.serializer(), Optional(null)) }
         assertFailsWith<SerializationException> { Cdr.encodeToByteArray(Optional.serializer(), Optional(1)) }
-        assertFailsWith<SerializationException> {
-            Cdr.decodeFromByteArray(
-                Optional.serializer(),
-                hex("0001000001000000"),
-            )
-        }
+        val present = hex("0001000001000000")
+        assertFailsWith<SerializationException> { Cdr.decodeFromByteArray(Optional.serializer(), present) }
         assertFailsWith<SerializationException> { Cdr.encodeToByteArray(Keyed.serializer(), Keyed(mapOf())) }
         assertFailsWith<SerializationException> { Cdr.encodeToByteArray(Empty.serializer(), Empty()) }
     }

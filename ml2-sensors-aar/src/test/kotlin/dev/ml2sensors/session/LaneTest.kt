@@ -1,8 +1,8 @@
 package dev.ml2sensors.session
 
-import dev.ml2sensors.source.CaptureSettings
 import dev.ml2sensors.source.CountedBuffers
 import dev.ml2sensors.source.ImageSample
+import dev.ml2sensors.source.testImage
 import dev.ml2sensors.table.QueueSpec
 import dev.ml2sensors.wire.FrameHeader
 import dev.ml2sensors.wire.FrameKind
@@ -235,17 +235,8 @@ class LaneTest {
 
     private fun frame(): OutgoingFrame {
         val memory = pool.acquire()
-        val sample = ImageSample(
-            captureNanos = 0,
-            frameNumber = 0,
-            width = 4,
-            height = 1,
-            strideBytes = 4,
-            pose = null,
-            intrinsics = null,
-            CaptureSettings(),
-            listOf(ImageSample.Plane(ImageSample.IMAGE, memory)),
-        ) { pool.release(memory) }
+        val planes = listOf(ImageSample.Plane(ImageSample.IMAGE, memory))
+        val sample = testImage(width = 4, height = 1, planes) { pool.release(memory) }
         val head = ByteBuffer.allocate(FrameHeader.BYTES)
         FrameHeader(FrameKind.DATA.code, 4, 1, counters.nextSequence()).writeTo(head)
         return OutgoingFrame(counters, head.flip(), assertNotNull(sample.plane(ImageSample.IMAGE)), sample)

@@ -60,12 +60,7 @@ class SessionEndTest {
         fixture.await("configure [depth]")
         fixture.stop.complete("enough")
         val early = runBlocking {
-            withTimeoutOrNull(200.milliseconds) {
-                fixture.streams.calls.first {
-                    "stopSources" in
-                        it
-                }
-            }
+            withTimeoutOrNull(200.milliseconds) { fixture.streams.calls.first { "stopSources" in it } }
         }
         assertNull(early, "while a request is handled")
         fixture.streams.configuring.complete(Unit)
@@ -121,12 +116,7 @@ class SessionEndTest {
     fun whatCannotBeSentInTimeIsDroppedAndCounted() {
         SessionFixture(drainLimit = 100.milliseconds).use { slow ->
             val outcome = slow.run()
-            val session = slow.host.awaitHello()
-            session.hold("color")
-            session.welcome()
-            session.configure(1, """{"color": {}}""")
-            session.start(1)
-            slow.await("start")
+            val session = slow.started("color", held = "color")
             repeat(20) { slow.offer("color/image", payloadBytes = 4 shl 20) }
             slow.offer("color/info")
             slow.stop.complete("enough")
@@ -146,12 +136,7 @@ class SessionEndTest {
     fun noLaneEndsWhileAnotherIsStillSending() {
         SessionFixture(drainLimit = 20.seconds).use { slow ->
             val outcome = slow.run()
-            val session = slow.host.awaitHello()
-            session.hold("color")
-            session.welcome()
-            session.configure(1, """{"color": {}}""")
-            session.start(1)
-            slow.await("start")
+            val session = slow.started("color", held = "color")
             repeat(20) { slow.offer("color/image", payloadBytes = 4 shl 20) }
             slow.stop.complete("enough")
             slow.await("stopSources")
@@ -186,12 +171,7 @@ class SessionEndTest {
     @Test
     fun framesUnderWayWhenTheLinkBreaksAreSettledInTheNextSession() {
         val first = fixture.run()
-        val session = host.awaitHello()
-        session.hold("color")
-        session.welcome()
-        session.configure(1, """{"color": {}}""")
-        session.start(1)
-        fixture.await("start")
+        val session = fixture.started("color", held = "color")
         repeat(50) { fixture.offer("color/image", payloadBytes = 1 shl 20) }
         session.cut()
         assertIs<IOException>(fixture.outcome(first))

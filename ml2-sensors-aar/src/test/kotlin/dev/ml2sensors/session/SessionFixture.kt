@@ -41,9 +41,10 @@ internal class SessionFixture(drainLimit: Duration = 2.seconds, server: ServerSo
         }
     }
 
-    /** A session that is welcomed and has START for [streams]. */
-    fun started(vararg streams: String): HostSession {
+    /** A session that is welcomed and has START for [streams]; nothing of the lane [held] is read yet. */
+    fun started(vararg streams: String, held: String? = null): HostSession {
         val session = host.awaitHello()
+        held?.let(session::hold)
         session.welcome(host.received())
         session.configure(1, streams.joinToString(prefix = "{", postfix = "}") { "\"$it\": {}" })
         session.start(1)

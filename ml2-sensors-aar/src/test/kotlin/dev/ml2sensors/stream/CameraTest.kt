@@ -37,7 +37,7 @@ class CameraTest {
 
     @Test
     fun colourImagesWithoutAPoseAreCountedInAnEvent() = runBlocking<Unit> {
-        val session = start("""{"color": {}, "world_left": {}}""")
+        val session = fixture.start("""{"color": {}, "world_left": {}}""")
         repeat(30) {
             headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, it.toLong()))
             headset.deliver(StreamTable.color, headset.image(fixture.now, it.toLong()))
@@ -49,7 +49,7 @@ class CameraTest {
 
     @Test
     fun imageInfoAndMetadataOfACaptureShareStampAndFrame() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}, "world_right": {}}""")
+        val session = fixture.start("""{"world_left": {}, "world_right": {}}""")
         val base = fixture.now
         for (number in 0L..4) {
             for (stream in listOf(StreamTable.worldLeft, StreamTable.worldRight)) {
@@ -58,23 +58,19 @@ class CameraTest {
         }
         val stamps = List(5) { number ->
             val headers = listOf("world_left", "world_right").flatMap { headers(session, it, number) }
-            assertEquals(
-                setOf("world_left_optical_frame", "world_right_optical_frame"),
-                headers.map {
-                    it.frameId
-                }.toSet(),
-            )
+            val frames = headers.map { it.frameId }.toSet()
+            assertEquals(setOf("world_left_optical_frame", "world_right_optical_frame"), frames)
             headers.map { it.stamp.toNanos() }.distinct().single()
         }
         assertEquals(stamps.sorted().distinct(), stamps)
-        session.data("world_left/image_raw").zip(stamps) { frame, stamp -> assertEquals(stamp, frame.captureNanos) }
-        session.data("world_left/camera_info").zip(stamps) { frame, stamp -> assertEquals(stamp, frame.captureNanos) }
-        session.data("world_left/metadata").zip(stamps) { frame, stamp -> assertEquals(stamp, frame.captureNanos) }
+        for (topic in listOf("world_left/image_raw", "world_left/camera_info", "world_left/metadata")) {
+            assertEquals(stamps, session.data(topic).map { it.captureNanos }, topic)
+        }
     }
 
     @Test
     fun rawImagesArriveByteForByte() = runBlocking<Unit> {
-        val session = start("""{"world_center": {}, "eye_nasal_left": {}}""")
+        val session = fixture.start("""{"world_center": {}, "eye_nasal_left": {}}""")
         headset.deliver(StreamTable.worldCenter, headset.image(fixture.now, number = 5, rowBytes = 48, height = 40))
         val image = session.awaitData("world_center/image_raw")[0].message<Image>()
         assertEquals(listOf(40u, 48u, 48u), listOf(image.height, image.width, image.step))
@@ -84,7 +80,7 @@ class CameraTest {
 
     @Test
     fun jpegsArriveByteForByte() = runBlocking<Unit> {
-        val session = start("""{"color": {}, "mixed_reality": {}}""")
+        val session = fixture.start("""{"color": {}, "mixed_reality": {}}""")
         for (stream in listOf(StreamTable.color, StreamTable.mixedReality)) {
             headset.deliver(stream, headset.image(fixture.now, number = 9, rowBytes = 1, height = 1234))
             val jpeg = session.awaitData("${stream.id}/image_raw/compressed")[0].message<CompressedImage>()
@@ -96,7 +92,7 @@ class CameraTest {
 
     @Test
     fun depthComesWithConfidenceAndFlagsWhenTheyAreOn() = runBlocking<Unit> {
-        val session = start("""{"depth": {"confidence": true, "flags": true}}""")
+        val session = fixture.start("""{"depth": {"confidence": true, "flags": true}}""")
         val roles = listOf("image", "confidence", "flags")
         headset.deliver(StreamTable.depth, headset.image(fixture.now, roles = roles))
         val images = listOf("depth/image_raw", "depth/confidence", "depth/flags").map {
@@ -112,18 +108,17 @@ class CameraTest {
     @Test
     fun whatIsSwitchedOffHasNoChannel() {
         val topics = setOf("depth/image_raw", "depth/camera_info", "depth/metadata")
-        assertEquals(topics, start("""{"depth": {}}""").channels().keys)
+        assertEquals(topics, fixture.start("""{"depth": {}}""").channels().keys)
         fixture.close()
         StreamFixture().use {
-            it.streamer.start()
-            val session = it.session("""{"depth": {"confidence": false, "flags": true}}""")
+            val session = it.start("""{"depth": {"confidence": false, "flags": true}}""")
             assertEquals(topics + "depth/flags", session.channels().keys)
         }
     }
 
     @Test
     fun cameraInfoIsTheDevicesProjection() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
         val info = session.awaitData("world_left/camera_info")[0].message<CameraInfo>()
         assertEquals(64u to 32u, info.width to info.height)
@@ -143,7 +138,7 @@ class CameraTest {
 
     @Test
     fun metadataHasAStableSchemaAndNothingIsRounded() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         val settings = CaptureSettings(1_234_567, 1.0 / 3, 2.5, "off")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, 77, intrinsics = LENS, settings = settings))
         val frame = session.awaitData("world_left/metadata")[0]
@@ -161,7 +156,7 @@ class CameraTest {
 
     @Test
     fun aLensThatRosDoesNotKnowIsPublishedAsTheNearestAndStatedAsItIs() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         val lens = LENS.copy(distortion = Distortion.FisheyeTangential(0.1, 0.02, 0.003, 0.0004, 1e-3, 2e-3))
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = lens))
         val info = session.awaitData("world_left/camera_info")[0].message<CameraInfo>()
@@ -177,7 +172,7 @@ class CameraTest {
 
     @Test
     fun whatTheDeviceDoesNotSayIsAbsent() = runBlocking<Unit> {
-        val session = start("""{"eye_temple_left": {}, "world_left": {}, "tf": {}}""")
+        val session = fixture.start("""{"eye_temple_left": {}, "world_left": {}, "tf": {}}""")
         val pose = Transform.IDENTITY
         headset.deliver(StreamTable.eyeTempleLeft, headset.image(fixture.now, pose = pose, intrinsics = LENS.copy()))
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
@@ -191,7 +186,7 @@ class CameraTest {
 
     @Test
     fun capturesThatTheSourceLostAreGapsInEveryTopic() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
         headset.deliver(StreamTable.worldLeft, LostSamples(fixture.now, 3, DropReason.NO_BUFFER))
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, intrinsics = LENS))
@@ -204,16 +199,11 @@ class CameraTest {
 
     @Test
     fun anEmptyImageIsAMessageToo() = runBlocking<Unit> {
-        val session = start("""{"color": {}}""")
+        val session = fixture.start("""{"color": {}}""")
         headset.deliver(StreamTable.color, headset.image(fixture.now, rowBytes = 0))
         val jpeg = session.awaitData("color/image_raw/compressed")[0].message<CompressedImage>()
         assertEquals(0, jpeg.data.remaining())
         assertTrue(fixture.finish(session).values.all { it.dropped.isEmpty() })
-    }
-
-    private fun start(streams: String): HostSession {
-        fixture.streamer.start()
-        return fixture.session(streams)
     }
 
     /** Of capture [number], in image and camera_info, and from the metadata's JSON. */

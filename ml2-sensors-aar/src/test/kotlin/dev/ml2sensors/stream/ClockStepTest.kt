@@ -25,8 +25,7 @@ class ClockStepTest {
 
     @Test
     fun aHostThatStepsBackCostsEveryChannelOfACapture() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"world_left": {}, "gyro_left": {}, "tf": {}}""")
+        val session = fixture.start("""{"world_left": {}, "gyro_left": {}, "tf": {}}""")
         headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
         session.awaitData("gyro_left/imu")
         session.awaitClock("state", "synchronised")

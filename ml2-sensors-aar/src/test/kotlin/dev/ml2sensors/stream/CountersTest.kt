@@ -28,8 +28,7 @@ class CountersTest {
 
     @Test
     fun aSlowHostLosesImagesToTheQueueAndNothingElse() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"world_left": {}, "gyro_left": {}}""", held = listOf("world_left"))
+        val session = fixture.start("""{"world_left": {}, "gyro_left": {}}""", held = listOf("world_left"))
         val images = 40
         repeat(images) {
             val image = headset.image(fixture.now, it.toLong(), rowBytes = 256, height = 256, intrinsics = LENS)
@@ -52,8 +51,7 @@ class CountersTest {
 
     @Test
     fun aLinkThatIsCutAgainAndAgainLosesWhatTheBooksSay() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val sessions = mutableListOf(fixture.session(STREAMS))
+        val sessions = mutableListOf(fixture.start(STREAMS))
         val sources = listOf(
             source(StreamTable.gyroLeft) { VectorSample(fixture.now, 0.0, 0.0, 0.0) },
             source(StreamTable.worldLeft) { headset.image(fixture.now, rowBytes = 128, height = 128) },
@@ -76,8 +74,7 @@ class CountersTest {
 
     @Test
     fun anInstanceTheReceiverDoesNotKnowKeepsItsBooks() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val first = fixture.session("""{"battery": {}, "gyro_left": {}}""")
+        val first = fixture.start("""{"battery": {}, "gyro_left": {}}""")
         repeat(5) { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }
         first.awaitData("gyro_left/imu", 5)
         first.cut()

@@ -31,8 +31,7 @@ class CustomTopicsTest {
     @Test
     fun messagesArriveAsTheyWereGivenWithTheStampOfTheirCapture() = runBlocking<Unit> {
         val publisher = fixture.streamer.publisher("temperature", FLOAT)
-        fixture.streamer.start()
-        val session = fixture.session(CUSTOM)
+        val session = fixture.start(CUSTOM)
         val channel = session.channels().getValue("custom/temperature")
         assertEquals(listOf("custom", "custom", FLOAT, "sensor", "", "sensors"), channel.texts(FIELDS))
         val captureNanos = fixture.now
@@ -47,8 +46,7 @@ class CustomTopicsTest {
 
     @Test
     fun oneThatComesLaterIsAnnouncedAtOnceAndWaitsForItsStart() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session(CUSTOM)
+        val session = fixture.start(CUSTOM)
         val publisher = fixture.streamer.publisher("late", FLOAT)
         session.await(HostFrame.CHANNEL)
         assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
@@ -61,8 +59,7 @@ class CustomTopicsTest {
     @Test
     fun aStartThatWasSaidBeforeItsChannelArrivedDoesNotOpenIt() = runBlocking<Unit> {
         val early = fixture.streamer.publisher("early", FLOAT)
-        fixture.streamer.start()
-        val session = fixture.session(CUSTOM)
+        val session = fixture.start(CUSTOM)
         early.publishOnceOpen(1, fixture.now)
         val late = fixture.streamer.publisher("late", FLOAT)
         session.await(HostFrame.CHANNEL, 1)
@@ -78,8 +75,7 @@ class CustomTopicsTest {
     @Test
     fun noneIsAnnouncedToAReceiverThatDoesNotAskForThem() = runBlocking<Unit> {
         val publisher = fixture.streamer.publisher("temperature", FLOAT)
-        fixture.streamer.start()
-        val session = fixture.session("""{"battery": {}}""")
+        val session = fixture.start("""{"battery": {}}""")
         assertFalse(publisher.publish(ByteBuffer.wrap(message(0)), fixture.now))
         assertEquals(setOf("battery"), session.channels().keys)
         assertContains(publisher.refusal.orEmpty(), "custom.enabled")
@@ -94,8 +90,7 @@ class CustomTopicsTest {
     @Test
     fun whatIsNoLongerAskedForEndsAndMayBeginAgain() = runBlocking<Unit> {
         val publisher = fixture.streamer.publisher("temperature", FLOAT)
-        fixture.streamer.start()
-        val session = fixture.session(CUSTOM)
+        val session = fixture.start(CUSTOM)
         publisher.publishOnceOpen(1, fixture.now)
         session.configure(2, "{}")
         session.await(HostFrame.CHANNEL_END)
@@ -110,8 +105,7 @@ class CustomTopicsTest {
     @Test
     fun aTopicThatTheReceiverDoesNotPublishSaysWhyUntilTheNextSession() = runBlocking<Unit> {
         val publisher = fixture.streamer.publisher("thing", "my_msgs/msg/Thing")
-        fixture.streamer.start()
-        val session = fixture.session(CUSTOM)
+        val session = fixture.start(CUSTOM)
         publisher.publishOnceOpen(1, fixture.now)
         val id = session.channels().getValue("custom/thing").getValue("id")
         session.write(
@@ -130,8 +124,7 @@ class CustomTopicsTest {
     @Test
     fun aCaptureInTheFutureIsRefusedAndCountedAndStopsNoStamps() = runBlocking<Unit> {
         val publisher = fixture.streamer.publisher("temperature", FLOAT)
-        fixture.streamer.start()
-        val session = fixture.session(CUSTOM)
+        val session = fixture.start(CUSTOM)
         publisher.publishOnceOpen(1, fixture.now)
         val wallNanos = System.currentTimeMillis() * 1_000_000
         assertFalse(publisher.publish(ByteBuffer.wrap(message(2)), wallNanos))

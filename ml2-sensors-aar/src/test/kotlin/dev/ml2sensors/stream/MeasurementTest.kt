@@ -66,8 +66,7 @@ class MeasurementTest {
 
     @Test
     fun unitedUnitsCarryBothHalves() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"imu_left": {"angular_velocity_variance": 0.5}}""")
+        val session = fixture.start("""{"imu_left": {"angular_velocity_variance": 0.5}}""")
         val base = fixture.now
         for (offset in listOf(0L, 20)) {
             headset.deliver(StreamTable.accelLeft, VectorSample(base + offset, 0.0, offset.toDouble(), 0.0))
@@ -106,8 +105,7 @@ class MeasurementTest {
 
     @Test
     fun posesAreSentWhileTheyAreTracked() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"head_pose": {}}""")
+        val session = fixture.start("""{"head_pose": {}}""")
         for (tracked in listOf(null, pose, null)) {
             // To the watch of tracking events, too
             headset.deliver(StreamTable.headPose, PoseSample(fixture.now, tracked), times = 2)
@@ -148,25 +146,21 @@ class MeasurementTest {
         val sample = BatterySample(fixture.now, 3.7f, -1.25f, 0.5f, ChargeStatus.FULL, temperature = 31.5f)
         val battery = carry(StreamTable.battery, "{}", sample).message<BatteryState>()
         assertEquals(listOf(3.7f, -1.25f, 0.5f), listOf(battery.voltage, battery.current, battery.percentage))
-        assertTrue(
-            listOf(battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN),
-        )
+        assertTrue(listOf(battery.charge, battery.capacity, battery.designCapacity).all(Float::isNaN))
         assertEquals(31.5f, battery.temperature)
         assertEquals(4.toUByte() to true, battery.powerSupplyStatus to battery.present)
     }
 
     @Test
     fun whatASourceLostIsCounted() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"battery": {}}""")
+        val session = fixture.start("""{"battery": {}}""")
         headset.deliver(StreamTable.battery, LostSamples(fixture.now, 4, DropReason.SOURCE_LATE))
         assertEquals(Counters(4, 0, mapOf("source_late" to 4)), fixture.finish(session).getValue("battery"))
     }
 
     /** The message that comes of [sample]. */
     private fun carry(stream: StreamSpec, values: String, sample: Sample): HostFrame = runBlocking {
-        fixture.streamer.start()
-        val session = fixture.session("""{"${stream.id}": $values}""")
+        val session = fixture.start("""{"${stream.id}": $values}""")
         headset.deliver(stream, sample)
         val frame = session.awaitData(stream.topics.single().name)[0]
         assertEquals(0, frame.sequence)

@@ -39,8 +39,7 @@ class Ml2StreamerTest {
     fun theStateSaysWhereTheStreamerIs() = runBlocking<Unit> {
         fixture.streamer.state.test {
             assertEquals(StreamerState.Connecting(null), awaitItem())
-            fixture.streamer.start()
-            val session = fixture.session("{}")
+            val session = fixture.start("{}")
             assertEquals(StreamerState.Connected("scripted"), awaitItem())
             withTimeout(StreamFixture.LIMIT) { fixture.streamer.stop("enough") }
             assertEquals("""{"reason":"enough"}""", session.await(HostFrame.BYE).body.decodeToString())
@@ -66,8 +65,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aReceiverThatLeavesIsFoundAgainByTheSameInstance() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val first = fixture.session("""{"gyro_left": {}}""")
+        val first = fixture.start("""{"gyro_left": {}}""")
         fixture.headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
         first.awaitData("gyro_left/imu")
         first.close()
@@ -129,8 +127,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aSuspendOfTheDeviceIsAnEvent() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("{}")
+        val session = fixture.start("{}")
         fixture.headset.suspendedNanos += (8.hours + 2.minutes + 300.milliseconds).inWholeNanoseconds
         val event = session.await(HostFrame.EVENT).json
         assertEquals("suspended", event.getValue("event").jsonPrimitive.content)
@@ -139,8 +136,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aStreamThatIsHeldWaitsInTheStatusOfTheApp() = runBlocking<Unit> {
-        fixture.streamer.start()
-        fixture.session("""{"gyro_left": {}}""")
+        fixture.start("""{"gyro_left": {}}""")
         assertEquals("accepted", fixture.streamer.status().streams.getValue("gyro_left").state)
         fixture.headset.holds = mapOf("gyro_left" to "paused")
         val held = fixture.streamer.status().streams.getValue("gyro_left")
@@ -155,8 +151,7 @@ class Ml2StreamerTest {
 
     @Test
     fun stoppingWithoutAReceiverReleasesWhatIsBorrowed() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         fixture.headset.deliver(StreamTable.worldLeft, fixture.headset.image(fixture.now))
         session.cut()
         fixture.host.close()
@@ -183,8 +178,7 @@ class Ml2StreamerTest {
 
     @Test
     fun aLongReasonIsCutToFitItsFrame() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("{}")
+        val session = fixture.start("{}")
         withTimeout(StreamFixture.LIMIT) { fixture.streamer.stop("x".repeat(10_000)) }
         assertTrue(session.await(HostFrame.BYE).body.size <= 4096)
     }

@@ -27,7 +27,7 @@ class OutageTest {
 
     @Test
     fun aSourceThatFailsComesBackOnTheSameChannel() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}, "gyro_left": {}}""")
+        val session = fixture.start("""{"world_left": {}, "gyro_left": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(fixture.now))
         headset.end(StreamTable.worldLeft, IOException("unplugged"))
         session.awaitState("world_left", """{"state":"waiting","reason":"IOException: unplugged"}""")
@@ -44,7 +44,7 @@ class OutageTest {
 
     @Test
     fun whatWaitsWaitsOnWhileOthersAreConfigured() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         headset.end(StreamTable.worldLeft, IOException("unplugged"))
         session.awaitState("world_left", """{"state":"waiting","reason":"IOException: unplugged"}""")
         session.configure(2, """{"world_left": {}, "gyro_left": {}}""")
@@ -56,7 +56,7 @@ class OutageTest {
 
     @Test
     fun otherValuesAreTriedAtOnceAndTheStreamWaitsUntilItDelivers() = runBlocking<Unit> {
-        val session = start("""{"depth": {"update_rate": 5}}""")
+        val session = fixture.start("""{"depth": {"update_rate": 5}}""")
         headset.end(StreamTable.depth, IOException("unplugged"))
         session.awaitState("depth", """{"state":"waiting","reason":"IOException: unplugged"}""")
         session.configure(2, """{"depth": {"update_rate": 30}}""")
@@ -70,7 +70,7 @@ class OutageTest {
 
     @Test
     fun aStreamThatIsNoLongerRequestedHasNoStateThatItKeeps() = runBlocking<Unit> {
-        val session = start("""{"depth": {}}""")
+        val session = fixture.start("""{"depth": {}}""")
         headset.end(StreamTable.depth, IOException("unplugged"))
         session.awaitState("depth", """{"state":"waiting","reason":"IOException: unplugged"}""")
         session.configure(2, "{}")
@@ -81,7 +81,7 @@ class OutageTest {
     @Test
     fun whatWasRefusedIsToldToBeAvailableAsSoonAsItIs() = runBlocking<Unit> {
         headset.answers[StreamTable.depth] = Answer.Refused("not granted", "a.permission")
-        val session = start("""{"depth": {}, "battery": {}}""")
+        val session = fixture.start("""{"depth": {}, "battery": {}}""")
         session.awaitState("depth", """{"state":"refused","reason":"not granted","permission":"a.permission"}""")
         headset.answers -= StreamTable.depth
         session.awaitState("depth", """{"state":"available","reason":"not granted","permission":"a.permission"}""")
@@ -94,14 +94,9 @@ class OutageTest {
     @Test
     fun whatIsHeldBackSaysWhy() = runBlocking<Unit> {
         headset.holds = mapOf("head_pose" to "drawing")
-        val session = start("""{"tf": {}, "battery": {}}""")
+        val session = fixture.start("""{"tf": {}, "battery": {}}""")
         session.awaitState("tf", """{"state":"waiting","reason":"drawing"}""")
         session.awaitState("battery", """{"state":"running"}""")
-    }
-
-    private fun start(streams: String): HostSession {
-        fixture.streamer.start()
-        return fixture.session(streams)
     }
 
     private fun HostSession.awaitState(stream: String, state: String) {

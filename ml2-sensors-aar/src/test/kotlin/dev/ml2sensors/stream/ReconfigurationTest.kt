@@ -3,7 +3,6 @@ package dev.ml2sensors.stream
 import app.cash.turbine.test
 import dev.ml2sensors.message.Transform
 import dev.ml2sensors.session.HostFrame
-import dev.ml2sensors.session.HostSession
 import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.BatterySample
 import dev.ml2sensors.source.ChargeStatus
@@ -87,7 +86,7 @@ class ReconfigurationTest {
 
     @Test
     fun onlyTheStreamsThatChangeAreRestarted() = runBlocking<Unit> {
-        val session = start("""{"gyro_left": {}, "world_left": {}, "depth": {"update_rate": 5}}""")
+        val session = fixture.start("""{"gyro_left": {}, "world_left": {}, "depth": {"update_rate": 5}}""")
         val gyroscope = launch(Dispatchers.Default) {
             while (true) headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0))
         }
@@ -110,7 +109,7 @@ class ReconfigurationTest {
 
     @Test
     fun theFramePrefixStandsBeforeEveryFrameAndAnotherOneRestartsTheStream() = runBlocking<Unit> {
-        val session = start("{}")
+        val session = fixture.start("{}")
         for ((request, prefix) in listOf(2L to "robot1/", 3L to "robot2/")) {
             session.configure(request, """{"gyro_left": {}, "tf": {}}""", prefix)
             session.start(request)
@@ -127,7 +126,7 @@ class ReconfigurationTest {
 
     @Test
     fun theTreeThatIsAddedLaterCarriesNothingBeforeItsStart() = runBlocking<Unit> {
-        val session = start("""{"world_left": {}}""")
+        val session = fixture.start("""{"world_left": {}}""")
         val camera = launch(Dispatchers.Default) {
             while (true) {
                 headset.deliver(StreamTable.worldLeft, headset.image(fixture.now, pose = Transform.IDENTITY))
@@ -148,9 +147,8 @@ class ReconfigurationTest {
 
     @Test
     fun anOlderStartBeginsNothingOfANewerRequest() = runBlocking<Unit> {
-        fixture.streamer.start()
         val streams = """{"battery": {}, "light_sensor": {}}"""
-        val session = fixture.session(streams, held = listOf("time")) // so that START waits for stamps
+        val session = fixture.start(streams, held = listOf("time")) // so that START waits for stamps
         session.configure(2, """{"battery": {}, "gyro_left": {}}""")
         session.release("time")
         val delivery = launch { headset.deliver(StreamTable.gyroLeft, VectorSample(fixture.now, 0.0, 0.0, 0.0)) }
@@ -161,11 +159,6 @@ class ReconfigurationTest {
         assertFalse(headset.isRunning(StreamTable.lightSensor))
         session.awaitData("gyro_left/imu")
         session.awaitData("battery")
-    }
-
-    private fun start(streams: String): HostSession {
-        fixture.streamer.start()
-        return fixture.session(streams)
     }
 
     private companion object {

@@ -33,9 +33,8 @@ class RecordingTest {
 
     @Test
     fun nothingIsDroppedForASlowReaderAndStampsAreCapturesPlusOneConstant() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val streams = """{"world_left": {}, "gyro_left": {}}"""
-        val session = fixture.session(streams, held = listOf("world_left", "sensors"))
+        val held = listOf("world_left", "sensors")
+        val session = fixture.start("""{"world_left": {}, "gyro_left": {}}""", held)
         val captures = List(60) { firstCapture + it * 50_000_000L + it % 7 }
         val player = launch(Dispatchers.Default) {
             for ((number, capture) in captures.withIndex()) {
@@ -47,7 +46,7 @@ class RecordingTest {
             headset.end(StreamTable.gyroLeft, null)
         }
         session.await(HostFrame.STATUS)
-        assertFalse(player.isCompleted, "the recording suspendsWhenFull for the reader")
+        assertFalse(player.isCompleted, "the recording waits for the reader")
         session.release("world_left")
         session.release("sensors")
         session.await(HostFrame.BYE)
@@ -66,8 +65,7 @@ class RecordingTest {
     fun aRecordingThatIsOverEndsTheSessionInOrder() = runBlocking<Unit> {
         fixture.streamer.state.test {
             assertEquals(StreamerState.Connecting(null), awaitItem())
-            fixture.streamer.start()
-            val session = fixture.session("""{"gyro_left": {}}""")
+            val session = fixture.start("""{"gyro_left": {}}""")
             assertEquals(StreamerState.Connected("scripted"), awaitItem())
             headset.deliver(StreamTable.gyroLeft, VectorSample(1, 0.0, 0.0, 0.0))
             headset.end(StreamTable.gyroLeft, null)
@@ -79,8 +77,7 @@ class RecordingTest {
 
     @Test
     fun aStreamIsReconfiguredWhileATransformWaitsForTheLink() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val first = fixture.session("""{"world_left": {"update_rate": 30}, "tf": {}}""")
+        val first = fixture.start("""{"world_left": {"update_rate": 30}, "tf": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(firstCapture))
         headset.deliver(StreamTable.headPose, PoseSample(firstCapture, Transform.IDENTITY))
         first.awaitData("/tf")
@@ -99,8 +96,7 @@ class RecordingTest {
 
     @Test
     fun aPausedStreamOfARecordingKeepsItsRestWhenTheOthersEnd() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"gyro_left": {}, "battery": {}}""")
+        val session = fixture.start("""{"gyro_left": {}, "battery": {}}""")
         headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture, 0.0, 0.0, 0.0))
         headset.awaitRunning(StreamTable.battery)
         session.configure(2, "{}")
@@ -123,8 +119,7 @@ class RecordingTest {
 
     @Test
     fun whatFailsInARecordingFailsForGood() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"world_left": {}, "gyro_left": {}}""")
+        val session = fixture.start("""{"world_left": {}, "gyro_left": {}}""")
         headset.deliver(StreamTable.worldLeft, headset.image(firstCapture))
         headset.end(StreamTable.worldLeft, IOException("no image"))
         val error = session.await(HostFrame.ERROR).json
@@ -137,8 +132,7 @@ class RecordingTest {
 
     @Test
     fun aRecordingGoesOnWhereItWasWhenTheLinkIsBack() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val first = fixture.session("""{"gyro_left": {}}""")
+        val first = fixture.start("""{"gyro_left": {}}""")
         val player = launch(Dispatchers.Default) {
             repeat(500) { headset.deliver(StreamTable.gyroLeft, VectorSample(firstCapture + it, 0.0, 0.0, 0.0)) }
         }

@@ -31,6 +31,12 @@ internal class StreamFixture(
     /** Present device time. */
     val now: Long get() = headset.clock.nowNanos()
 
+    /** Starts streaming; the first [session]. */
+    fun start(streams: String, held: List<String> = emptyList()): HostSession {
+        streamer.start()
+        return session(streams, held)
+    }
+
     /** A session that is started with [streams], the JSON of CONFIGURE; lanes of [held] are not read yet. */
     fun session(streams: String, held: List<String> = emptyList()): HostSession {
         val session = host.awaitHello()

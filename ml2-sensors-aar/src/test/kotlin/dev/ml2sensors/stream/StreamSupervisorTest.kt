@@ -152,10 +152,8 @@ class StreamSupervisorTest {
         supervise(PAUSE) { run ->
             emit(SAMPLE)
             if (run == 1) awaitCancellation()
-            while (true) {
-                delay(PAUSE - 1.milliseconds)
-                emit(SAMPLE)
-            }
+            delay(PAUSE - 1.milliseconds)
+            emitEvery(PAUSE - 1.milliseconds)
         }
         advanceTimeBy(1.minutes)
         assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no capture for 4 s"), null), told)
@@ -166,10 +164,7 @@ class StreamSupervisorTest {
     fun theFirstSampleMayTakeLonger() = runTest {
         supervise(PAUSE) {
             delay(PAUSE + 5.seconds)
-            while (true) {
-                emit(SAMPLE)
-                delay(1.seconds)
-            }
+            emitEvery(1.seconds)
         }
         advanceTimeBy(1.minutes)
         assertEquals(1, begins.size)
@@ -186,12 +181,7 @@ class StreamSupervisorTest {
 
     @Test
     fun lossesAreNoSignOfLife() = runTest {
-        supervise(PAUSE) {
-            while (true) {
-                delay(100.milliseconds)
-                emit(LostSamples(1, 1, DropReason.UNUSABLE))
-            }
-        }
+        supervise(PAUSE) { emitEvery(100.milliseconds) { LostSamples(1, 1, DropReason.UNUSABLE) } }
         advanceTimeBy(PAUSE + 7.seconds)
         assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("no capture for 4 s")), told)
     }
@@ -216,10 +206,7 @@ class StreamSupervisorTest {
         supervise(PAUSE) {
             emit(SAMPLE)
             delay(1.minutes)
-            while (true) {
-                emit(SAMPLE)
-                delay(1.seconds)
-            }
+            emitEvery(1.seconds)
         }
         advanceTimeBy(2.minutes)
         assertEquals<List<StreamState?>>(listOf(StreamState.Waiting("not worn"), null), told)
@@ -236,12 +223,7 @@ class StreamSupervisorTest {
     @Test
     fun posesThatAreNotTrackedAreToldAndTheSourceStaysOpen() = runTest {
         var pose: Transform? = Transform.IDENTITY
-        supervise(PAUSE) {
-            while (true) {
-                emit(PoseSample(1, pose))
-                delay(16.milliseconds)
-            }
-        }
+        supervise(PAUSE) { emitEvery(16.milliseconds) { PoseSample(1, pose) } }
         advanceTimeBy(10.seconds)
         pose = null
         advanceTimeBy(PAUSE - 1.seconds)
@@ -258,12 +240,7 @@ class StreamSupervisorTest {
     @Test
     fun captureTimesInTheFutureAreToldAndTheSourceStaysOpen() = runTest {
         isFuture = true
-        supervise(longestPause = 2.seconds) {
-            while (true) {
-                emit(SAMPLE)
-                delay(10.milliseconds)
-            }
-        }
+        supervise(longestPause = 2.seconds) { emitEvery(10.milliseconds) }
         advanceTimeBy(1.seconds)
         assertEquals(emptyList(), told)
         advanceTimeBy(10.seconds)
@@ -297,6 +274,13 @@ class StreamSupervisorTest {
         val time = testScheduler.timeSource
         StreamSupervisor(longestPause, { isHeld }, { sleepReason }, time, { isFuture }) { told += it }
             .run(::open) { samples -> samples.collect { process(it) } }
+    }
+
+    private suspend fun FlowCollector<Sample>.emitEvery(period: Duration, sample: () -> Sample = { SAMPLE }) {
+        while (true) {
+            emit(sample())
+            delay(period)
+        }
     }
 
     private class Denied(message: String, override val permission: String) : SourceException(message)

@@ -32,9 +32,8 @@ class StreamTableTest {
 
     @Test
     fun everyStreamIsAnnouncedAndCarriesItsMessage() = runBlocking<Unit> {
-        fixture.streamer.start()
         val streams = StreamTable.all.joinToString { if (it == StreamTable.depth) DEPTH else "\"${it.id}\": {}" }
-        val session = fixture.session("{$streams}")
+        val session = fixture.start("{$streams}")
         assertEquals(EXPECTED.trimIndent().lines().sorted(), session.channels().values.map(::line).sorted())
         for (stream in StreamTable.all) {
             val parts = mapOf("imu_left" to "left", "imu_right" to "right", "imu_compute_pack" to "compute_pack")
@@ -46,11 +45,7 @@ class StreamTableTest {
         val counters = fixture.finish(session)
         assertEquals(session.channels().keys, counters.keys)
         for ((topic, counts) in counters) {
-            assertEquals(
-                counts.produced to emptyMap(),
-                counts.sent to counts.dropped,
-                topic,
-            )
+            assertEquals(counts.produced to emptyMap(), counts.sent to counts.dropped, topic)
         }
     }
 
@@ -75,16 +70,10 @@ class StreamTableTest {
         }
     }
 
-    private fun image() =
-        fixture.headset.image(CAPTURE, pose = Transform.IDENTITY, intrinsics = CameraFixtures.pinhole(64, 32))
-
-    private fun image(roles: List<String>) =
-        fixture.headset.image(
-            CAPTURE,
-            roles = roles,
-            pose = Transform.IDENTITY,
-            intrinsics = CameraFixtures.pinhole(64, 32),
-        )
+    private fun image(roles: List<String> = listOf(ImageSample.IMAGE)): ImageSample {
+        val lens = CameraFixtures.pinhole(64, 32)
+        return fixture.headset.image(CAPTURE, roles = roles, pose = Transform.IDENTITY, intrinsics = lens)
+    }
 
     private companion object {
         const val CAPTURE = 5_000_000_000_000

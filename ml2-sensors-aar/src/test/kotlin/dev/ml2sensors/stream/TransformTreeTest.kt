@@ -38,8 +38,7 @@ class TransformTreeTest {
 
     @Test
     fun withoutTransformsANewWorldIsReportedWhileAPoseIsSent() = runBlocking<Unit> {
-        fixture.streamer.start()
-        val session = fixture.session("""{"gaze": {}}""")
+        val session = fixture.start("""{"gaze": {}}""")
         fixture.headset.deliver(StreamTable.headPose, PoseSample(fixture.now, Transform.IDENTITY))
         fixture.headset.deliver(StreamTable.headPose, PoseSample(fixture.now, Transform.IDENTITY, isInNewWorld = true))
         val event = session.await(HostFrame.EVENT).json.getValue("event").jsonPrimitive.content
@@ -336,11 +335,6 @@ class TransformTreeTest {
 
     private fun HostSession.events() =
         frames(HostFrame.EVENT).map { it.json.getValue("event").jsonPrimitive.content }
-
-    private fun StreamFixture.start(streams: String): HostSession {
-        streamer.start()
-        return session(streams)
-    }
 
     private suspend fun StreamFixture.head(capture: Long, pose: Transform?) =
         headset.deliver(StreamTable.headPose, PoseSample(capture, pose))

@@ -78,13 +78,9 @@ class TlsChannelTest(private val provider: TlsProvider) {
         TlsPeer { socket ->
             val echo = socket.inputStream.readNBytes(bytes.size)
             socket.outputStream.write(echo)
-        }.use { peer ->
-            Relay(peer.port, pieceBytes = 1).use { relay ->
-                open(relay.port).use { channel ->
-                    channel.write(direct(bytes))
-                    assertContentEquals(bytes, readAll(channel, Random(5)))
-                }
-            }
+        }.relayed(pieceBytes = 1) { channel, _ ->
+            channel.write(direct(bytes))
+            assertContentEquals(bytes, readAll(channel, Random(5)))
         }
     }
 
@@ -154,39 +150,15 @@ class TlsChannelTest(private val provider: TlsProvider) {
     }
 
     @Test
-    fun anEndWithoutALastWordIsAnEnd() {
-        val isConnected = CountDownLatch(1)
-        TlsPeer { socket ->
-            socket.outputStream.write(1)
-            isConnected.await()
-        }.use { peer ->
-            Relay(peer.port, pieceBytes = 100_000).use { relay ->
-                open(relay.port).use { channel ->
-                    assertContentEquals(byteArrayOf(1), read(channel, 1))
-                    channel.shutdownInput()
-                    assertEquals(-1, channel.read(ByteBuffer.allocate(1)))
-                    isConnected.countDown()
-                }
-            }
-        }
+    fun anEndWithoutALastWordIsAnEnd() = afterTheFirstByte { channel, _ ->
+        channel.shutdownInput()
+        assertEquals(-1, channel.read(ByteBuffer.allocate(1)))
     }
 
     @Test
-    fun bytesThatWereChangedOnTheWayAreFound() {
-        val isRead = CountDownLatch(1)
-        TlsPeer { socket ->
-            socket.outputStream.write(1)
-            isRead.await()
-        }.use { peer ->
-            Relay(peer.port, pieceBytes = 100_000).use { relay ->
-                open(relay.port).use { channel ->
-                    assertContentEquals(byteArrayOf(1), read(channel, 1))
-                    relay.inject(byteArrayOf(23, 3, 3, 0, 32) + ByteArray(32))
-                    assertFailsWith<TlsException> { read(channel, 1) }
-                    isRead.countDown()
-                }
-            }
-        }
+    fun bytesThatWereChangedOnTheWayAreFound() = afterTheFirstByte { channel, relay ->
+        relay.inject(byteArrayOf(23, 3, 3, 0, 32) + ByteArray(32))
+        assertFailsWith<TlsException> { read(channel, 1) }
     }
 
     @Test
@@ -209,6 +181,23 @@ class TlsChannelTest(private val provider: TlsProvider) {
             assertEquals(taken.size, taken.map { System.identityHashCode(it) }.toSet().size, "a buffer was lent twice")
             taken.forEach(DirectBufferPool::release)
         }
+    }
+
+    /** Runs [test] with a channel that has read all that its peer sends; the peer stays connected meanwhile. */
+    private fun afterTheFirstByte(test: (TransportChannel, Relay) -> Unit) {
+        val isOver = CountDownLatch(1)
+        TlsPeer { socket ->
+            socket.outputStream.write(1)
+            isOver.await()
+        }.relayed(pieceBytes = 100_000) { channel, relay ->
+            assertContentEquals(byteArrayOf(1), read(channel, 1))
+            test(channel, relay)
+            isOver.countDown()
+        }
+    }
+
+    private fun TlsPeer.relayed(pieceBytes: Int, test: (TransportChannel, Relay) -> Unit) = use { peer ->
+        Relay(peer.port, pieceBytes).use { relay -> open(relay.port).use { channel -> test(channel, relay) } }
     }
 
     private fun open(peer: TlsPeer) = open(peer.port)

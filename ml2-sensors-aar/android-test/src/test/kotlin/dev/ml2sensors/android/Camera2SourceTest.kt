@@ -81,27 +81,22 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun aJpegOfTheCameraIsCopiedAndGoesWithItsResult() = runBlocking {
-        rig.add("1", listOf(JPEG))
+    fun aJpegOfTheCameraIsCopiedAndGoesWithItsResult() = withCamera { camera ->
         val timestamp = device.monotonicNanos - 20_000_000
-        copies().test {
-            val camera = rig.awaitRunning()
-            assertEquals(Range(30, 30), camera.request.get(CaptureRequest.CONTROL_AE_TARGET_FPS_RANGE))
-            val image = FakeImage.jpeg(timestamp, byteArrayOf(1, 2, 3))
-            with(rig) { camera.image(image) }
-            assertTrue(image.isClosed, "as soon as it is copied")
-            with(rig) { camera.result(timestamp, exposureNanos = 8_000_000) }
-            val sample = awaitImage()
-            assertContentEquals(byteArrayOf(1, 2, 3), sample.bytes)
-            assertEquals(listOf(640, 480, 0), sample.image.run { listOf(width, height, strideBytes) })
-            assertEquals(8_000_000, sample.image.settings.exposureNanos)
-            assertNull(sample.image.settings.analogGain)
-            cancel()
-        }
+        assertEquals(Range(30, 30), camera.request.get(CaptureRequest.CONTROL_AE_TARGET_FPS_RANGE))
+        val image = FakeImage.jpeg(timestamp, byteArrayOf(1, 2, 3))
+        with(rig) { camera.image(image) }
+        assertTrue(image.isClosed, "as soon as it is copied")
+        with(rig) { camera.result(timestamp, exposureNanos = 8_000_000) }
+        val sample = awaitImage()
+        assertContentEquals(byteArrayOf(1, 2, 3), sample.bytes)
+        assertEquals(listOf(640, 480, 0), sample.image.run { listOf(width, height, strideBytes) })
+        assertEquals(8_000_000, sample.image.settings.exposureNanos)
+        assertNull(sample.image.settings.analogGain)
     }
 
     @Test
-    fun withTheVendorsTagsTimePoseAndIntrinsicsAreThoseOfTheCentreOfExposure() = runBlocking {
+    fun withTheVendorsTagsTimePoseAndIntrinsicsAreThoseOfTheCentreOfExposure() {
         withPoses { camera ->
             val floats = floatArrayOf(1280f, 960f, 901f, 902f, 641f, 481f, 70f, .1f, .2f, .3f, .4f, .5f)
             val tags = mapOf(
@@ -163,19 +158,14 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun aShapeWithoutIntrinsicsHasNone() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        copies().test {
-            val camera = rig.awaitRunning()
-            val wide = floatArrayOf(1920f, 1080f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f)
-            camera.capture(mapOf("com.amd.control.intrinsics" to wide))
-            assertNull(awaitImage().image.intrinsics)
-            cancel()
-        }
+    fun aShapeWithoutIntrinsicsHasNone() = withCamera { camera ->
+        val wide = floatArrayOf(1920f, 1080f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f, 1f)
+        camera.capture(mapOf("com.amd.control.intrinsics" to wide))
+        assertNull(awaitImage().image.intrinsics)
     }
 
     @Test
-    fun withoutTheVendorsTagsTheTimeIsThatOfCamera2AndNothingIsInvented() = runBlocking {
+    fun withoutTheVendorsTagsTheTimeIsThatOfCamera2AndNothingIsInvented() {
         withPoses { camera ->
             with(rig) {
                 camera.image(FakeImage.jpeg(device.monotonicNanos - 20_000_000, byteArrayOf(1)))
@@ -217,23 +207,18 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun yuvImagesAreCopiedWhateverTheirStridesAndDeliveredInOrderOfCapture() = runBlocking {
-        rig.add("1", listOf(YUV))
+    fun yuvImagesAreCopiedWhateverTheirStridesAndDeliveredInOrderOfCapture() = withCamera(YUV) { camera ->
         val random = Random(3)
-        copies().test {
-            val camera = rig.awaitRunning()
-            val pictures = List(WORKERS) { Picture(640, 480, random) }
-            // The first is ready last
-            encoder.hold(pictures.first().toNv21())
-            pictures.forEachIndexed { i, picture -> camera.capture(picture.image(device.monotonicNanos + i, random)) }
-            encoder.awaitDone(WORKERS - 1)
-            encoder.letGo()
-            for ((i, picture) in pictures.withIndex()) {
-                val sample = awaitImage()
-                assertEquals(i.toLong(), sample.image.frameNumber)
-                assertContentEquals(FakeEncoder.jpegOf(picture.toNv21()), sample.bytes)
-            }
-            cancel()
+        val pictures = List(WORKERS) { Picture(640, 480, random) }
+        // The first is ready last
+        encoder.hold(pictures.first().toNv21())
+        pictures.forEachIndexed { i, picture -> camera.capture(picture.image(device.monotonicNanos + i, random)) }
+        encoder.awaitDone(WORKERS - 1)
+        encoder.letGo()
+        for ((i, picture) in pictures.withIndex()) {
+            val sample = awaitImage()
+            assertEquals(i.toLong(), sample.image.frameNumber)
+            assertContentEquals(FakeEncoder.jpegOf(picture.toNv21()), sample.bytes)
         }
     }
 
@@ -256,32 +241,22 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun whatABusyEncoderCannotTakeIsCountedAndTheCameraGoesOn() = runBlocking {
-        rig.add("1", listOf(YUV))
+    fun whatABusyEncoderCannotTakeIsCountedAndTheCameraGoesOn() = withCamera(YUV) { camera ->
         val random = Random(4)
         val picture = Picture(640, 480, random)
-        copies().test {
-            val camera = rig.awaitRunning()
-            encoder.hold(picture.toNv21())
-            val images = List(WORKERS + 1 + 5) { picture.image(device.monotonicNanos + it, random) }
-            images.forEach { camera.capture(it) }
-            assertTrue(images.all { it.isClosed })
-            encoder.letGo()
-            val events = mutableListOf<Any>()
-            while (events.filterIsInstance<LostSamples>().sumOf { it.count } + events.count { it is Copied } <
-                images.size
-            ) {
-                events += awaitItem()
-            }
-            assertEquals(
-                setOf(DropReason.ENCODER_BUSY),
-                events.filterIsInstance<LostSamples>().map {
-                    it.reason
-                }.toSet(),
-            )
-            assertEquals(5, events.filterIsInstance<LostSamples>().sumOf { it.count })
-            cancel()
+        encoder.hold(picture.toNv21())
+        val images = List(WORKERS + 1 + 5) { picture.image(device.monotonicNanos + it, random) }
+        images.forEach { camera.capture(it) }
+        assertTrue(images.all { it.isClosed })
+        encoder.letGo()
+        var encoded = 0
+        var lost = 0
+        while (encoded + lost < images.size) {
+            val sample = awaitItem()
+            if (sample is LostSamples) assertEquals(DropReason.ENCODER_BUSY, sample.reason)
+            if (sample is LostSamples) lost += sample.count else encoded++
         }
+        assertEquals(5, lost)
     }
 
     @Test
@@ -306,53 +281,31 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun aJpegThatDoesNotFitIsLostAndCounted() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        copies().test {
-            val camera = rig.awaitRunning()
-            camera.capture(FakeImage.jpeg(device.monotonicNanos, ByteArray(640 * 480 + 1)))
-            assertEquals(DropReason.NO_BUFFER, assertIs<LostSamples>(awaitItem()).reason)
-            cancel()
-        }
+    fun aJpegThatDoesNotFitIsLostAndCounted() = withCamera { camera ->
+        camera.capture(FakeImage.jpeg(device.monotonicNanos, ByteArray(640 * 480 + 1)))
+        assertEquals(DropReason.NO_BUFFER, assertIs<LostSamples>(awaitItem()).reason)
     }
 
     @Test
-    fun anImageWithoutAResultIsLostAndCounted() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        copies().test {
-            val camera = rig.awaitRunning()
-            with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos - 1, byteArrayOf(1))) }
-            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
-            assertEquals(DropReason.SOURCE_LATE, assertIs<LostSamples>(awaitItem()).reason)
-            assertContentEquals(byteArrayOf(2), awaitImage().bytes)
-            cancel()
-        }
+    fun anImageWithoutAResultIsLostAndCounted() = withCamera { camera ->
+        with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos - 1, byteArrayOf(1))) }
+        camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
+        assertEquals(DropReason.SOURCE_LATE, assertIs<LostSamples>(awaitItem()).reason)
+        assertContentEquals(byteArrayOf(2), awaitImage().bytes)
     }
 
     @Test
-    fun aCameraThatIsTakenAwayFailsItsFlowAndIsClosed() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        source.samples(StreamTable.color, values).test {
-            rig.awaitRunning()
-            CameraRig.opened.disconnect()
-            val expected = "camera 1 was taken away: another use has priority, or the app is not in front"
-            assertEquals(expected, assertIs<SourceException>(awaitError()).message)
-        }
-        assertTrue(CameraRig.opened.isClosed)
+    fun aCameraThatIsTakenAwayFailsItsFlowAndIsClosed() = untilItEnds {
+        CameraRig.opened.disconnect()
+        val expected = "camera 1 was taken away: another use has priority, or the app is not in front"
+        assertEquals(expected, assertIs<SourceException>(awaitError()).message)
     }
 
     @Test
-    fun anErrorOfTheCameraFailsItsFlowWithItsName() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        source.samples(StreamTable.color, values).test {
-            rig.awaitRunning()
-            CameraRig.opened.fail(CameraDevice.StateCallback.ERROR_CAMERA_SERVICE)
-            assertEquals(
-                "camera 1 failed: error of the camera service",
-                assertIs<SourceException>(awaitError()).message,
-            )
-        }
-        assertTrue(CameraRig.opened.isClosed)
+    fun anErrorOfTheCameraFailsItsFlowWithItsName() = untilItEnds {
+        CameraRig.opened.fail(CameraDevice.StateCallback.ERROR_CAMERA_SERVICE)
+        val expected = "camera 1 failed: error of the camera service"
+        assertEquals(expected, assertIs<SourceException>(awaitError()).message)
     }
 
     @Test
@@ -366,92 +319,69 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun aFailureOnTheThreadOfTheCameraEndsTheFlowInsteadOfTheApp() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        source.samples(StreamTable.color, values).test {
-            val camera = rig.awaitRunning()
-            val timestampOfNoClock = 42L
-            repeat(100) { camera.capture(FakeImage.jpeg(timestampOfNoClock + it, byteArrayOf(1))) }
-            assertIs<SourceException>(awaitLossesAndError().second)
-        }
-        assertTrue(CameraRig.opened.isClosed)
+    fun aFailureOnTheThreadOfTheCameraEndsTheFlowInsteadOfTheApp() = untilItEnds { camera ->
+        val timestampOfNoClock = 42L
+        repeat(100) { camera.capture(FakeImage.jpeg(timestampOfNoClock + it, byteArrayOf(1))) }
+        assertIs<SourceException>(awaitLossesAndError().second)
     }
 
     @Test
-    fun anImageThatCannotBeReadIsLostAndEndsNothing() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        copies().test {
-            val camera = rig.awaitRunning()
-            camera.capture(unreadable(0))
-            assertLost(DropReason.UNUSABLE)
-            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
-            awaitImage()
-            cancel()
-        }
+    fun anImageThatCannotBeReadIsLostAndEndsNothing() = withCamera { camera ->
+        camera.capture(unreadable(0))
+        assertLost(DropReason.UNUSABLE)
+        camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+        awaitImage()
     }
 
     @Test
-    fun imagesThatCannotBeReadEndTheFlowAfterThirtyInARow() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        source.samples(StreamTable.color, values).test {
-            val camera = rig.awaitRunning()
-            repeat(29) { camera.capture(unreadable(it)) }
-            camera.capture(FakeImage.jpeg(device.monotonicNanos + 29, byteArrayOf(1)))
-            while (awaitItem() !is ImageSample) Unit
-            repeat(30) { camera.capture(unreadable(30 + it)) }
-            val (lost, failure) = awaitLossesAndError()
-            assertEquals(mapOf(DropReason.UNUSABLE to 30), lost, "the image that ends the flow is counted, too")
-            assertIs<IllegalArgumentException>(failure)
-        }
+    fun imagesThatCannotBeReadEndTheFlowAfterThirtyInARow() = untilItEnds { camera ->
+        repeat(29) { camera.capture(unreadable(it)) }
+        camera.capture(FakeImage.jpeg(device.monotonicNanos + 29, byteArrayOf(1)))
+        while (awaitItem() !is ImageSample) Unit
+        repeat(30) { camera.capture(unreadable(30 + it)) }
+        val (lost, failure) = awaitLossesAndError()
+        assertEquals(mapOf(DropReason.UNUSABLE to 30), lost, "the image that ends the flow is counted, too")
+        assertIs<IllegalArgumentException>(failure)
     }
 
     @Test
-    fun framesInFlightWhenACameraFailsAreDeliveredOrCounted() = runBlocking {
-        rig.add("1", listOf(YUV))
+    fun framesInFlightWhenACameraFailsAreDeliveredOrCounted() = untilItEnds(YUV) { camera ->
         val random = Random(7)
         val pictures = List(2) { Picture(640, 480, random) }
-        source.samples(StreamTable.color, values).test {
-            val camera = rig.awaitRunning()
-            encoder.hold(pictures.first().toNv21())
-            pictures.forEachIndexed { i, picture -> camera.capture(picture.image(device.monotonicNanos + i, random)) }
-            encoder.awaitDone(1)
-            with(rig) { camera.image(pictures.first().image(device.monotonicNanos + 2, random)) }
-            CameraRig.opened.disconnect()
-            while (!CameraRig.opened.isClosed) yield()
-            encoder.letGo()
-            val images = mutableListOf<Long>()
-            val (lost) = awaitLossesAndError { images += it.frameNumber }
-            assertEquals(listOf(0L, 1L), images)
-            assertEquals(mapOf(DropReason.SOURCE_LATE to 1), lost, "one has no result")
-        }
+        encoder.hold(pictures.first().toNv21())
+        pictures.forEachIndexed { i, picture -> camera.capture(picture.image(device.monotonicNanos + i, random)) }
+        encoder.awaitDone(1)
+        with(rig) { camera.image(pictures.first().image(device.monotonicNanos + 2, random)) }
+        CameraRig.opened.disconnect()
+        while (!CameraRig.opened.isClosed) yield()
+        encoder.letGo()
+        val images = mutableListOf<Long>()
+        val (lost) = awaitLossesAndError { images += it.frameNumber }
+        assertEquals(listOf(0L, 1L), images)
+        assertEquals(mapOf(DropReason.SOURCE_LATE to 1), lost, "one has no result")
     }
 
     /** An image with three planes, where a JPEG has one. */
     private fun unreadable(number: Int) = Picture(640, 480, Random(1)).image(device.monotonicNanos + number, Random(2))
 
     @Test
-    fun capturesAndBuffersThatTheCameraLosesAreCounted() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        copies().test {
-            val camera = rig.awaitRunning()
-            camera.fail(wasImageCaptured = false)
-            assertLost(DropReason.UNUSABLE)
-            camera.loseBuffer()
-            assertLost(DropReason.UNUSABLE)
-            camera.fail(wasImageCaptured = true)
-            with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos - 1, byteArrayOf(1))) }
-            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
-            assertLost(DropReason.SOURCE_LATE)
-            assertContentEquals(byteArrayOf(2), awaitImage().bytes)
-            cancel()
-        }
+    fun capturesAndBuffersThatTheCameraLosesAreCounted() = withCamera { camera ->
+        camera.fail(wasImageCaptured = false)
+        assertLost(DropReason.UNUSABLE)
+        camera.loseBuffer()
+        assertLost(DropReason.UNUSABLE)
+        camera.fail(wasImageCaptured = true)
+        with(rig) { camera.image(FakeImage.jpeg(device.monotonicNanos - 1, byteArrayOf(1))) }
+        camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
+        assertLost(DropReason.SOURCE_LATE)
+        assertContentEquals(byteArrayOf(2), awaitImage().bytes)
     }
 
     private suspend fun ReceiveTurbine<Any>.assertLost(reason: DropReason) =
         assertIs<LostSamples>(awaitItem()).let { assertEquals(1 to reason, it.count to it.reason) }
 
     @Test
-    fun aTrackerThatFailsIsOpenedAgain() = runBlocking {
+    fun aTrackerThatFailsIsOpenedAgain() {
         withPoses { camera ->
             suspend fun next(): ImageSample {
                 device.monotonicNanos += SECOND / 30
@@ -470,20 +400,16 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun anEncoderThatFailsCostsImagesAndEndsTheFlowAfterThirtyInARow() = runBlocking {
-        rig.add("1", listOf(YUV))
-        source.samples(StreamTable.color, values).test {
-            val camera = rig.awaitRunning()
-            encoder.fails = true
-            repeat(29) {
-                camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + it, Random(6)))
-                assertEquals(DropReason.UNUSABLE, assertIs<LostSamples>(awaitItem()).reason)
-            }
-            camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + 29, Random(6)))
-            val (lost, failure) = awaitLossesAndError()
-            assertEquals(mapOf(DropReason.UNUSABLE to 1), lost, "the image that ends the flow is counted, too")
-            assertEquals("Android failed to encode a JPEG", assertIs<SourceException>(failure).message)
+    fun anEncoderThatFailsCostsImagesAndEndsTheFlowAfterThirtyInARow() = untilItEnds(YUV) { camera ->
+        encoder.fails = true
+        repeat(29) {
+            camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + it, Random(6)))
+            assertEquals(DropReason.UNUSABLE, assertIs<LostSamples>(awaitItem()).reason)
         }
+        camera.capture(Picture(640, 480, Random(5)).image(device.monotonicNanos + 29, Random(6)))
+        val (lost, failure) = awaitLossesAndError()
+        assertEquals(mapOf(DropReason.UNUSABLE to 1), lost, "the image that ends the flow is counted, too")
+        assertEquals("Android failed to encode a JPEG", assertIs<SourceException>(failure).message)
     }
 
     @Test
@@ -503,41 +429,45 @@ class Camera2SourceTest {
     }
 
     @Test
-    fun aPausedSourceClosesTheCameraAndTheFlowGoesOnAfterwards() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        copies().test {
-            rig.awaitRunning()
-            val first = CameraRig.opened
-            source.pause()
-            while (!first.isClosed) yield()
-            source.resume()
-            rig.awaitRunning().capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
-            assertContentEquals(byteArrayOf(2), awaitImage().bytes)
-            cancel()
-        }
+    fun aPausedSourceClosesTheCameraAndTheFlowGoesOnAfterwards() = withCamera {
+        val first = CameraRig.opened
+        source.pause()
+        while (!first.isClosed) yield()
+        source.resume()
+        rig.awaitRunning().capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(2)))
+        assertContentEquals(byteArrayOf(2), awaitImage().bytes)
     }
 
     @Test
-    fun closingTheSourceEndsItsFlows() = runBlocking {
-        rig.add("1", listOf(JPEG))
-        source.samples(StreamTable.color, values).test {
-            rig.awaitRunning()
-            source.close()
-            awaitComplete()
-        }
-        assertTrue(CameraRig.opened.isClosed)
+    fun closingTheSourceEndsItsFlows() = untilItEnds {
+        source.close()
+        awaitComplete()
         assertEquals(emptyList(), source.samples(StreamTable.color, values).toList())
     }
 
     /** Runs [test] with a running camera whose images have poses. */
-    private suspend fun withPoses(test: suspend ReceiveTurbine<Any>.(CameraRig.Running) -> Unit) {
-        rig.add("1", listOf(JPEG))
+    private fun withPoses(test: suspend ReceiveTurbine<Any>.(CameraRig.Running) -> Unit) {
         poses.isThere = true
-        copies().test {
-            test(rig.awaitRunning())
-            cancel()
-        }
+        withCamera(test = test)
     }
+
+    /** Runs [test] with a running camera and copies of what it delivers. */
+    private fun withCamera(mode: Mode = JPEG, test: suspend ReceiveTurbine<Any>.(CameraRig.Running) -> Unit) =
+        runBlocking {
+            rig.add("1", listOf(mode))
+            copies().test {
+                test(rig.awaitRunning())
+                cancel()
+            }
+        }
+
+    /** Runs [test], which sees the end of the flow of a running camera, and asserts that the camera is closed. */
+    private fun untilItEnds(mode: Mode = JPEG, test: suspend ReceiveTurbine<Sample>.(CameraRig.Running) -> Unit) =
+        runBlocking {
+            rig.add("1", listOf(mode))
+            source.samples(StreamTable.color, values).test { test(rig.awaitRunning()) }
+            assertTrue(CameraRig.opened.isClosed)
+        }
 
     private fun copies(stream: StreamSpec = StreamTable.color, values: StreamValues = this.values): Flow<Any> =
         source.samples(stream, values).map { if (it is ImageSample) Copied(it, it.copy()) else it }

@@ -49,11 +49,8 @@ class ColorNegotiationTest {
     fun close() = source.close()
 
     @Test
-    fun theCamerasOwnJpegIsTakenWhenItHoldsUpNothingAndIsFastEnough() {
-        rig.add("1", listOf(Mode(ImageFormat.JPEG, HD, FRAME_30), Mode(ImageFormat.YUV_420_888, HD, FRAME_30)))
-        assertEquals(Answer.Applied(wanted), source.negotiate(StreamTable.color, wanted))
-        assertEquals(ImageFormat.JPEG, formatThatRuns())
-    }
+    fun theCamerasOwnJpegIsTakenWhenItHoldsUpNothingAndIsFastEnough() =
+        assertFormat(ImageFormat.JPEG, Mode(ImageFormat.JPEG, HD, FRAME_30))
 
     @Test
     fun theCameraThatIsAskedForServes() {
@@ -79,19 +76,12 @@ class ColorNegotiationTest {
     }
 
     @Test
-    fun aJpegThatStallsTheCameraIsMadeHereInstead() {
-        val stalling = Mode(ImageFormat.JPEG, HD, FRAME_30, stallNanos = 1)
-        rig.add("1", listOf(stalling, Mode(ImageFormat.YUV_420_888, HD, FRAME_30)))
-        assertEquals(Answer.Applied(wanted), source.negotiate(StreamTable.color, wanted))
-        assertEquals(ImageFormat.YUV_420_888, formatThatRuns())
-    }
+    fun aJpegThatStallsTheCameraIsMadeHereInstead() =
+        assertFormat(ImageFormat.YUV_420_888, Mode(ImageFormat.JPEG, HD, FRAME_30, stallNanos = 1))
 
     @Test
-    fun aJpegThatIsTooSlowIsMadeHereInstead() {
-        rig.add("1", listOf(Mode(ImageFormat.JPEG, HD, FRAME_15), Mode(ImageFormat.YUV_420_888, HD, FRAME_30)))
-        assertEquals(Answer.Applied(wanted), source.negotiate(StreamTable.color, wanted))
-        assertEquals(ImageFormat.YUV_420_888, formatThatRuns())
-    }
+    fun aJpegThatIsTooSlowIsMadeHereInstead() =
+        assertFormat(ImageFormat.YUV_420_888, Mode(ImageFormat.JPEG, HD, FRAME_15))
 
     @Test
     fun aRateThatTheCameraDoesNotReachIsAdjustedToOneThatItDoes() {
@@ -167,14 +157,15 @@ class ColorNegotiationTest {
         assertEquals(Answer.Refused("update_rate is 25, expected one of 15, 30, 60"), answer)
     }
 
-    private fun formatThatRuns(): Int = runBlocking {
-        var format = 0
+    /** Asserts that images run in [expected] if the camera makes JPEGs as [jpeg] says, and raw ones at 30 Hz. */
+    private fun assertFormat(expected: Int, jpeg: Mode) = runBlocking {
+        rig.add("1", listOf(jpeg, Mode(ImageFormat.YUV_420_888, HD, FRAME_30)))
+        assertEquals(Answer.Applied(wanted), source.negotiate(StreamTable.color, wanted))
         source.samples(StreamTable.color, wanted).test {
             rig.awaitRunning()
-            format = CameraRig.readers.single().reader.imageFormat
+            assertEquals(expected, CameraRig.readers.single().reader.imageFormat)
             cancel()
         }
-        format
     }
 
     private companion object {

@@ -56,12 +56,7 @@ class MediaCodecEncodersTest {
         val times = List(5) { 1_000_000L + 33_333 * it }
         MediaCodecEncoders().open(SETTINGS, output).use { encoder ->
             times.forEachIndexed { index, micros ->
-                encoder.put(
-                    picture(index),
-                    micros,
-                    asKeyFrame =
-                    index in setOf(0, 3),
-                )
+                encoder.put(picture(index), micros, asKeyFrame = index in setOf(0, 3))
             }
             val found = times.map { packet() }
             assertEquals(times, found.map { it.micros })
