@@ -4,13 +4,11 @@ import json
 import zlib
 from fnmatch import fnmatch
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
+from bodies import VECTORS
 from pieces import joined
-from sent_frames import Valid, bytes_of
-
-VECTORS = Path(__file__).parent / "vectors"
+from sent_frames import bytes_of
 
 
 class Vector(NamedTuple):
@@ -38,14 +36,8 @@ def named(folder: str, names: str = "*") -> list[Vector]:
     return [vector for name, vector in load(folder).items() if fnmatch(name, names)]
 
 
-@cache
-def _valid() -> Valid:
-    bodies: Valid = json.loads((VECTORS / "valid" / "bodies.json").read_text("utf-8"))
-    return bodies
-
-
 def _data(case: dict[str, Any]) -> bytes:
-    data = bytes_of(case["sent"], _valid()) if "sent" in case else joined(case.get("bytes", []))
+    data = bytes_of(case["sent"]) if "sent" in case else joined(case.get("bytes", []))
     assert case.get("crc32", crc32(data)) == crc32(data), case
     return data
 
