@@ -12,11 +12,11 @@ import pytest
 import bag_scene
 from bag_scene import COUNT
 from fake_sink import FakeSink
+from free_port import reserve_port
 from ml2_receiver.cli import main
 from ml2_receiver.session.report import State
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.transport.access import PairedOnly
-from ml2_receiver.transport.listener import listen
 from ml2_tools.bags.bag_reader import BagReader
 from ml2_tools.playback.answers import Repertoire
 from ml2_tools.playback.lane import Destination
@@ -99,8 +99,7 @@ def test_one_side_alone_without_tls_is_told_so(bag: Path, tmp_path: Path) -> Non
 
 
 def test_without_a_receiver_it_says_what_to_start(bag: Path) -> None:
-    with listen(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = reserve_port()
     said = refusal("play", bag, "--receiver", f"127.0.0.1:{port}")
     assert f"no receiver at 127.0.0.1:{port}" in said
     assert "Start `ml2-receiver run`" in said

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from free_port import reserve_port
 from ml2_receiver.processes import Process, is_listened_on, is_receiver, listener_of
 from ml2_receiver.processes import processes as all_processes
 from ml2_receiver.ros.fastdds import PROFILES_VARIABLE
@@ -134,8 +135,8 @@ def test_a_receiver_is_known_by_its_command(command: tuple[str, ...], is_one: bo
 @pytest.mark.parametrize("host", ["127.0.0.1", "::1"])
 def test_the_process_that_listens_is_found(host: str) -> None:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    with socket.create_server((host, 0), family=family) as server:
-        port = server.getsockname()[1]
+    port = reserve_port()
+    with socket.create_server((host, port), family=family):
         assert is_listened_on(port)
         holder = listener_of(port)
         assert holder is not None

@@ -97,7 +97,7 @@ def exactly(tls: socket.socket, count: int) -> bytes:
 
 @pytest.fixture
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[PairingScene]:
-    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 1.0)
+    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 20.0)  # a busy machine may need it
     scene = PairingScene(tmp_path)
     yield scene
     scene.listener.close()
@@ -185,12 +185,15 @@ def test_wrong_tokens_are_counted_and_told(scene: PairingScene) -> None:
     ],
 )
 def test_malicious_peers_are_refused_and_the_next_device_is_paired(
-    scene: PairingScene, sent: bytes, code: str
+    scene: PairingScene, sent: bytes, code: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with scene.connect() as tls:
-        read(tls)
-        tls.sendall(sent)
-        kind, error = read(tls)
+    with monkeypatch.context() as patch:
+        if code == "timeout":
+            patch.setattr(pairing_listener, "_EXCHANGE_S", 1.0)
+        with scene.connect() as tls:
+            read(tls)
+            tls.sendall(sent)
+            kind, error = read(tls)
     assert (kind, error["code"]) == (ERROR, code)
     assert scene.pair()[0] == PAIRED
 
@@ -216,7 +219,10 @@ def test_other_protocols_are_refused(
     assert scene.pair()[0] == PAIRED
 
 
-def test_plaintext_and_silence_do_not_keep_a_device_out(scene: PairingScene) -> None:
+def test_plaintext_and_silence_do_not_keep_a_device_out(
+    scene: PairingScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 3.0)
     with (
         socket.create_connection(scene.address, 10) as silent,
         socket.create_connection(scene.address, 10) as plain,
@@ -227,15 +233,21 @@ def test_plaintext_and_silence_do_not_keep_a_device_out(scene: PairingScene) -> 
             assert silent.recv(100) == b""
 
 
-def test_bytes_now_and_then_do_not_hold_a_place(scene: PairingScene) -> None:
-    began_s = time.monotonic()
+def test_bytes_now_and_then_do_not_hold_a_place(
+    scene: PairingScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pairing_listener, "_EXCHANGE_S", 1.0)
     with scene.connect() as tls:
         read(tls)
-        with suppress(OSError):
-            while time.monotonic() - began_s < 8:
-                tls.sendall(b"M")
-                time.sleep(0.1)  # a slow peer, whom nothing tells when to go on
-    assert time.monotonic() - began_s < 8
+        tls.sendall(HEADER.pack(0x324D, 1, PAIR, 0, 0, 0, 9000, 0, 0))
+        with pytest.raises((ConnectionError, ssl.SSLError)):
+            send_slowly(tls)
+
+
+def send_slowly(tls: socket.socket) -> None:
+    for _ in range(400):
+        tls.sendall(b" ")
+        time.sleep(0.1)  # a slow peer, whom nothing tells when to go on
 
 
 def test_silent_connections_do_not_keep_a_device_of_another_machine_out(

@@ -1,12 +1,12 @@
 """Choosing the address at which headsets connect."""
 
-import socket
 from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
 from fake_sink import FakeSink
+from free_port import reserve_port
 from ml2_receiver.commands import session_port
 from ml2_receiver.commands.receiving import serving
 from ml2_receiver.commands.session_port import SessionPort
@@ -20,8 +20,7 @@ from tls_device import Certificate
 @pytest.fixture(autouse=True)
 def port(monkeypatch: pytest.MonkeyPatch) -> int:
     """One that is free instead of the usual one."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        number: int = free.getsockname()[1]
+    number = reserve_port()
     monkeypatch.setattr(session_port, "_LOOPBACK", ("127.0.0.1", number))
     monkeypatch.setattr(session_port, "_EVERYWHERE", everywhere(number))
     return number

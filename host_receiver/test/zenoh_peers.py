@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import socket
 import sys
 from typing import Any
 
 import zenoh
 
+from free_port import reserve_port
+
 
 def free_endpoint(protocol: str = "tcp") -> str:
-    """An endpoint of this machine on a port that the system chose."""
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        return f"{protocol}/127.0.0.1:{taken.getsockname()[1]}"
+    """An endpoint of this machine where nobody listens."""
+    return f"{protocol}/127.0.0.1:{reserve_port()}"
 
 
 def open_session(mode: str, values: dict[str, Any]) -> zenoh.Session:
