@@ -8,10 +8,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from lab import SCREEN, Lab, running_lab
-
-# The simulated headset draws its images before it sends the first one.
-LIMIT_MS = 60_000
+from lab import LIMIT_MS, Lab, new_page, running_lab
 
 
 @pytest.fixture(scope="session")
@@ -36,10 +33,8 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(scope="module")
 def page(browser: Browser, lab: Lab) -> Iterator[Page]:
     """The page, which shows the state of a connected headset."""
-    context = browser.new_context(viewport=SCREEN, color_scheme="dark")
-    context.set_default_timeout(LIMIT_MS)
-    page = context.new_page()
+    page = new_page(browser, "dark")
     page.goto(lab.address)
     expect(page.locator("#facts")).to_contain_text("connected")
     yield page
-    context.close()
+    page.context.close()

@@ -7,8 +7,9 @@ import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from playwright.sync_api import ViewportSize
+from playwright.sync_api import Browser, Page, ViewportSize
 
 from processes import (
     RECEIVER,
@@ -25,6 +26,8 @@ from simulation import SMALL, compressed_config
 IMAGES = ("color", "depth", "world_left", "eye_nasal_left")
 # A common laptop's.
 SCREEN = ViewportSize(width=1366, height=768)
+# The simulated headset draws its images before it sends the first one.
+LIMIT_MS = 60_000
 _OFF = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 
 
@@ -45,6 +48,13 @@ class Lab:
     @property
     def origin(self) -> str:
         return self.address.partition("/#")[0]
+
+
+def new_page(browser: Browser, color_scheme: Literal["dark", "light"] | None = None) -> Page:
+    """An empty page in a context of its own, which the caller closes."""
+    context = browser.new_context(viewport=SCREEN, color_scheme=color_scheme)
+    context.set_default_timeout(LIMIT_MS)
+    return context.new_page()
 
 
 @contextlib.contextmanager

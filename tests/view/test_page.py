@@ -9,7 +9,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from images import await_images
-from lab import IMAGES, SCREEN, Lab
+from lab import IMAGES, Lab, new_page
 
 REPORTS = Path(__file__).resolve().parents[2] / "build" / "reports"
 CONTROLS = """() => [...document.querySelectorAll(
@@ -55,37 +55,36 @@ def test_plots_draw_values(page: Page) -> None:
 
 
 def test_no_request_leaves_this_machine(browser: Browser, lab: Lab) -> None:
-    context = browser.new_context(viewport=SCREEN)
-    page = context.new_page()
+    page = new_page(browser)
     requested: list[str] = []
-    context.on("request", lambda it: requested.append(it.url))
+    page.context.on("request", lambda it: requested.append(it.url))
     page.on("websocket", lambda it: requested.append(it.url.replace("ws:", "http:")))
     page.goto(lab.address)
     await_images(page, "world_left")
-    context.close()
+    page.context.close()
     assert f"{lab.origin}/live" in requested
     assert len(requested) > 5
     assert [it for it in requested if not it.startswith(f"{lab.origin}/")] == []
 
 
 def test_a_wrong_token_is_refused_in_words(browser: Browser, lab: Lab) -> None:
-    page = browser.new_page()
+    page = new_page(browser)
     page.goto(f"{lab.origin}/#wrong")
     expect(page.locator("#notice")).to_contain_text("not valid any more")
     expect(page.locator("[data-stream]")).to_have_count(0)
-    page.close()
+    page.context.close()
 
 
 def test_a_page_without_one_of_its_files_says_so(browser: Browser, lab: Lab) -> None:
-    page = browser.new_page()
+    page = new_page(browser)
     page.route("**/plots.js", lambda it: it.abort())
     page.goto(lab.address)
     expect(page.locator("#notice")).to_contain_text("Reload it.")
-    page.close()
+    page.context.close()
 
 
 def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) -> None:
-    frozen = browser.new_page(viewport=SCREEN)
+    frozen = new_page(browser)
     frozen.goto(lab.address)
     await_images(frozen, "world_left", 1)
     browser_of_frozen = frozen.context.new_cdp_session(frozen)
@@ -93,17 +92,17 @@ def test_a_frozen_page_slows_no_other(browser: Browser, lab: Lab, page: Page) ->
     await_images(page, "world_left", 15)
     browser_of_frozen.send("Page.setWebLifecycleState", {"state": "active"})
     await_images(frozen, "world_left")
-    frozen.close()
+    frozen.context.close()
 
 
 def test_a_hidden_page_asks_for_no_images(browser: Browser, lab: Lab) -> None:
-    page = browser.new_page(viewport=SCREEN)
+    page = new_page(browser)
     with page.expect_websocket() as opened:
         page.goto(lab.address)
     await_images(page, "world_left")
     with opened.value.expect_event("framesent", lambda it: json.loads(it) == {"show": []}):
         page.evaluate(HIDE)
-    page.close()
+    page.context.close()
 
 
 def test_each_control_is_reached_with_the_tab_key(page: Page) -> None:

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from images import await_images
-from lab import SCREEN, Lab
+from lab import Lab, new_page
 from processes import RECEIVER, isolated_environment, line_with, process
 from test_page import CONTROLS, REPORTS
 
@@ -32,12 +32,11 @@ def page(browser: Browser, lab: Lab, tmp_path_factory: pytest.TempPathFactory) -
         )
     view: list[str | Path] = [RECEIVER, "view", folder / "walk", "--no-browser"]
     with process(view, isolated_environment(), folder / "view.log") as playing:
-        context = browser.new_context(viewport=SCREEN, color_scheme="light")
-        page = context.new_page()
+        page = new_page(browser, "light")
         page.goto(line_with(playing, "open ").split()[1])
         expect(page.locator("#facts")).to_contain_text("walk")
         yield page
-        context.close()
+        page.context.close()
 
 
 def test_the_panels_play(page: Page) -> None:
@@ -70,7 +69,7 @@ def test_keys_pause_seek_and_play(page: Page) -> None:
         button.press("Enter")
     expect(button).to_have_text("Play")
     slider.press("End")
-    expect(said).to_have_text(re.compile(r"^[3-5]\.\d of [3-5]\.\d s · \d\d:\d\d:\d\d\.\d$"))
+    expect(said).to_have_text(re.compile(r"^(\d+\.\d) of \1 s · \d\d:\d\d:\d\d\.\d$"))
     slider.press("Home")
     expect(said).to_have_text(re.compile(r"^0\.0 of "))
     slider.press("ArrowRight")

@@ -13,7 +13,7 @@ from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
 
-from lab import SCREEN, Lab
+from lab import Lab, new_page
 
 _SHOWN = ("head", "color", "depth", "world left", "hand left", "hand right", "gaze")
 
@@ -74,7 +74,7 @@ def test_points_come_while_the_image_of_depth_is_shown(browser: Browser, lab: La
     page, socket = opened(browser, lab)
     with socket.expect_event("framesent", lambda it: json.loads(it) == {"seen": "cloud"}):
         expect(page.locator("[data-stream=depth]")).to_be_visible()
-    page.close()
+    page.context.close()
 
 
 def test_a_hidden_view_asks_for_nothing(browser: Browser, lab: Lab) -> None:
@@ -85,11 +85,11 @@ def test_a_hidden_view_asks_for_nothing(browser: Browser, lab: Lab) -> None:
         scene.get_by_role("button", name="Hide").click()
     with socket.expect_event("framesent", lambda it: asks_for_scene(it, otherwise=False)):
         scene.get_by_role("button", name="Show").click()
-    page.close()
+    page.context.close()
 
 
 def opened(browser: Browser, lab: Lab) -> tuple[Page, WebSocket]:
-    page = browser.new_page(viewport=SCREEN)
+    page = new_page(browser)
     with page.expect_websocket() as socket:
         page.goto(lab.address)
     return page, socket.value

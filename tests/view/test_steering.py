@@ -45,7 +45,7 @@ def test_a_mode_and_a_format_reach_the_headset(page: Page) -> None:
     mode.select_option("0 1280x720@15")
     expect(row(page, "picture_center")).to_contain_text("running, 1280x720@15 jpeg")
     expect(page.locator(_COLOR)).to_contain_text("1280x720@15 jpeg")
-    page.wait_for_function(f"() => document.querySelector('{_COLOR} canvas').width === 1280")
+    await_images(page, "color", width=1280)
     mode.select_option("0 640x480@30")
     page.get_by_label("format of depth center").select_option("DepthRaw")
     await_images(page, "infra")
