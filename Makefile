@@ -171,7 +171,7 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	$(pytest) tests/unity
 
 test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) $(slowest) --timeout 120 --numprocesses 3 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+	$(pytest) $(slowest) --numprocesses 3 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 page-library: ## Bundle three.js for the page of `ml2-receiver view`, after a change in config/three
@@ -181,7 +181,7 @@ test-view: build ## Test the page of `ml2-receiver view` in Chromium, which is i
 	host_receiver/environment/setup.sh --program chromium
 	config/three/bundle.sh build/three/three.min.js
 	cmp build/three/three.min.js $(three)
-	$(pytest) $(slowest) --timeout 120 tests/view
+	$(pytest) $(slowest) tests/view
 
 api: setup ## Rewrite the lists of what is public, to be committed with what changed it
 	REWRITE_API=1 $(maven) --quiet test -pl ml2-sensors-aar,ml2-sensors-aar/simulator -Dtest=PublicApiTest
