@@ -121,7 +121,7 @@ def secure(open_lab: OpenLab) -> SecureReceiver:
 
 @pytest.fixture
 def endpoint() -> str:
-    """Where a router of Zenoh may listen."""
+    """A free endpoint for a router of Zenoh."""
     return free_endpoint()
 
 

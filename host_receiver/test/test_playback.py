@@ -1,4 +1,4 @@
-"""What a receiver gets of a recording that is played to it."""
+"""A recording is played to a receiver, which gets its messages."""
 
 import json
 from pathlib import Path

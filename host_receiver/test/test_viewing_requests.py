@@ -1,4 +1,4 @@
-"""What browsers may ask of `ml2-receiver view`."""
+"""The requests of browsers to `ml2-receiver view`: legal ones, and hostile ones."""
 
 from __future__ import annotations
 

@@ -29,9 +29,8 @@ IMAGE = TABLE.streams["world_left"].topics[0]
 IMU = TABLE.streams["gyro_left"].topics[0]
 HERE = Path(__file__).parent
 CUTS = 50
-# A put with CongestionControl.BLOCK would wait for 5 s, until Zenoh gives up the connection. A busy
-# machine alone makes one wait for more than 1 s.
-BLOCKED_S = 4.0
+# A put with CongestionControl.BLOCK would wait for 5 s, until Zenoh gives up the connection.
+BLOCKED_S = 1.0
 FAST_RETRY = "{connect: {retry: {period_init_ms: 20, period_max_ms: 20}}}"
 
 

@@ -18,7 +18,7 @@ TICKET = "TICKET".ljust(32, "_")
 REQUEST = "REQUEST".ljust(32, "_")
 
 HELLO, CONFIGURE, CONFIGURED = (VALID[it] for it in ("HELLO", "CONFIGURE", "CONFIGURED"))
-# Those of the two streams that the device accepts.
+# The channels of the two streams that the device accepts.
 CHANNELS = [
     VALID[it] for it in ("CHANNEL", "CHANNEL image", "CHANNEL camera_info", "CHANNEL metadata")
 ]

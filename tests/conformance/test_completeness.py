@@ -21,7 +21,7 @@ FAULTS_OF_JSON = (
     *("LoneSurrogate", "ControlCharacter", "SingleQuotes", "Comment", "TrailingComma"),
     *("NaN", "Infinity", "SeventeenDeep"),
 )
-# Those that are longer than a PAIR may be.
+# These faults make a body longer than a PAIR may be.
 LONG_FAULTS = ("VeryDeep", "DeepOpenOnly")
 # Objects in bodies whose keys are fixed.
 NESTED = {"HELLO": ("capabilities",), "STATUS": ("clock",), "WELCOME": ("timeouts", "limits")}

@@ -42,7 +42,7 @@ template <typename Port> class Cameras : public SimulatedHeadset {
     void setFault(const char *what, const char *value) {
         set((std::string("fault.") + Port::kName + "." + what).c_str(), value);
     }
-    /** What a get shows of a fault. */
+    /** Gets the data of a capture under a fault. */
     const Data &dataWith(const char *fault, const char *value) {
         setFault(fault, value);
         connectAndGet();

@@ -118,7 +118,7 @@ class SampleQueueTest {
         assertEquals(listOf(3L to true, 6L to true, 7L to false), poses)
     }
 
-    /** What is delivered before the failure "it broke"; [atImage] runs while an image is delivered. */
+    /** Returns the samples before the failure "it broke"; [atImage] runs while an image is delivered. */
     private suspend fun deliveredUntilItBreaks(atImage: () -> Unit = {}): List<String> {
         val received = mutableListOf<Sample>()
         val failure = assertFailsWith<CaptureException.VendorFailure> {
