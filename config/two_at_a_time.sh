@@ -1,16 +1,21 @@
 #!/usr/bin/env bash
-# Runs targets of the Makefile two at a time, all of them, each line of output with its target, and
-# names at the end those that failed:
+# Runs targets of the Makefile two at a time, all of them, each line of output with its target. At
+# the end it repeats the last lines of those that failed, and names them:
 #   MAKE=... config/two_at_a_time.sh TARGET...
 set -euo pipefail
+shopt -s nullglob
 
-failed=$(mktemp)
-trap 'rm -f "$failed"' EXIT
-export MAKE failed
+logs=$(mktemp --directory)
+trap 'rm -rf "$logs"' EXIT
+export MAKE logs
 # shellcheck disable=SC2016
 printf '%s\n' "$@" | xargs --max-procs 2 -I TARGET bash -c \
-  'set -o pipefail; $MAKE "$0" 2>&1 | sed --unbuffered "s/^/$0 | /" || echo "$0" >>"$failed"' TARGET
-if [[ -s $failed ]]; then
-  echo "failed: $(sort "$failed" | xargs)" >&2
+  'set -o pipefail
+   $MAKE "$0" 2>&1 | sed --unbuffered "s/^/$0 | /" | tee "$logs/$0" || mv "$logs/$0"{,.failed}' TARGET
+failed=("$logs"/*.failed)
+if ((${#failed[@]})); then
+  printf '\n'
+  tail --quiet --lines 60 "${failed[@]}"
+  echo "failed: $(basename --multiple --suffix .failed "${failed[@]}" | xargs)" >&2
   exit 1
 fi

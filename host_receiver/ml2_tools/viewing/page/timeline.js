@@ -2,6 +2,8 @@
 import { setText } from "./elements.js";
 
 const REDRAW_MS = 100;
+// As many as the slider's step, which is a tenth of a second.
+const STEPS_PER_S = 10;
 
 export class TimeLine {
   #bar = document.getElementById("timeline");
@@ -23,7 +25,8 @@ export class TimeLine {
     this.#recording = recording;
     this.#ask = ask;
     this.#bar.hidden = false;
-    this.#slider.max = recording.length_s;
+    // A slider stops at the last whole step, which shall not be before the end.
+    this.#slider.max = Math.ceil(recording.length_s * STEPS_PER_S) / STEPS_PER_S;
     this.#speed.replaceChildren(...recording.speeds.map((it) => new Option(`${it}×`, it)));
     this.#button.onclick = () => this.#wish("play", !this.#position.is_playing);
     this.#speed.onchange = () => this.#wish("speed", Number(this.#speed.value));
