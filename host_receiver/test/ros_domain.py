@@ -6,6 +6,8 @@ import random
 import socket
 from collections import deque
 
+from machine_lock import try_lock
+
 # From 102 on, ports of domains may be those that Linux gives to connections.
 _DOMAINS = range(1, 102)
 # Many enough that who was killed in one is out of its graph by the time it is given back.
@@ -16,12 +18,8 @@ _reserved: deque[socket.socket] = deque()
 def reserve_domain() -> int:
     """A silent domain that no other test has until this process ends or has reserved ten more."""
     for domain in random.sample(_DOMAINS, len(_DOMAINS)):
-        # A name without a file: another user could not open the file of the first one.
-        lock = socket.socket(socket.AF_UNIX)
-        try:
-            lock.bind(f"\0ml2_test_domain_{domain}")
-        except OSError:
-            lock.close()
+        lock = try_lock(f"domain_{domain}")
+        if lock is None:
             continue
         _reserved.append(lock)
         if len(_reserved) > _KEPT:

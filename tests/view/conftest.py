@@ -9,6 +9,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from lab import LIMIT_MS, Lab, new_page, running_lab
+from shared_machine import in_turns
+
+pytest_runtest_protocol = in_turns(places=2)
 
 
 @pytest.fixture(scope="session")
