@@ -19,7 +19,7 @@ from secure_receiver import PATIENT, OpenLab, SecureReceiver
 from shared_machine import in_turns
 from zenoh_peers import free_endpoint, open_router
 
-pytest_runtest_protocol = in_turns(places=1)
+pytest_runtest_protocol = in_turns(Path(__file__).parent, places=1)
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(

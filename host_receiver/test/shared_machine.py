@@ -6,6 +6,7 @@ import os
 import socket
 import time
 from collections.abc import Callable, Generator, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -16,16 +17,20 @@ _PLACES = 3 * (os.cpu_count() or 1)
 _POLL_S = 0.05
 
 
-def in_turns(places: int) -> Callable[[pytest.Item], Generator[None, object, object]]:
+def in_turns(folder: Path, places: int) -> Callable[[pytest.Item], Generator[None, object, object]]:
     """Returns the hook of a `conftest.py` that runs each test when the machine has room for it.
 
     Args:
+        folder: of that `conftest.py`. pytest calls the hook for tests of other folders, too, and
+            who waits for places while he has some may wait for himself.
         places: of the machine that a test takes, of three a processor. One that is marked as
             alone takes all.
     """
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)  # the time limit begins after the waiting
     def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+        if not item.path.is_relative_to(folder):
+            return (yield)
         taken = _take(_PLACES if item.get_closest_marker("alone") else min(places, _PLACES))
         try:
             return (yield)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ from shared_machine import in_turns
 from simulation import SMALL
 
 # Most have a headset, a receiver and subscribers.
-pytest_runtest_protocol = in_turns(places=2)
+pytest_runtest_protocol = in_turns(Path(__file__).parent, places=2)
 
 # Tests of one group run on one worker, one after another, so that a recording is made once. Two
 # groups have all loads that need a processor each, so that no more run at a time.
