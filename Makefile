@@ -29,9 +29,13 @@ endef
 unexport PYTHONDONTWRITEBYTECODE
 maven_options := $(if $(CI),--batch-mode --no-transfer-progress)
 maven := mvn $(maven_options)
-# C and C++ are compiled once for equal sources, also in another clone.
+# C and C++ are compiled once for equal sources; what needs no precompiled header, also for other clones.
 export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
 export CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)
+export CCACHE_BASEDIR := $(CURDIR)
+export CCACHE_NOHASHDIR := true
+# Without these, nothing that includes a precompiled header.
+export CCACHE_SLOPPINESS := pch_defines,time_macros
 is_set_up := $(shell host_receiver/environment/setup.sh --check && echo yes)
 kotlin := pom.xml .mvn ml2-sensors-aar
 # Folders of sources, too: they tell of files that are gone.
