@@ -12,8 +12,8 @@ python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo 
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
-# Targets of this file, two at a time.
-two_at_a_time = MAKE='$(submake)' config/two_at_a_time.sh $(1)
+# So many targets of this file at a time.
+at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
@@ -121,7 +121,7 @@ demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CON
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)") $(if $(LINK),--link $(LINK))
 
 check: build $(javascript) ## Check style, and run the fast tests of what changed since they last passed
-	$(call two_at_a_time,lint check-python check-native check-kotlin check-unity)
+	$(call at_a_time,2,lint check-python check-native check-kotlin check-unity)
 
 check-python:
 	$(if_unchecked) config host_receiver tests/conformance tests/docs *.md docs -- $(pytest) $(call beside,2) -m 'not processes' \
@@ -142,7 +142,7 @@ check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
 test: build $(javascript) ## Run the tests of everything but a release's packages
-	$(call two_at_a_time,test-python test-view test-native test-kotlin test-conformance test-unity)
+	$(call at_a_time,3,test-python test-view test-kotlin test-native test-conformance test-unity)
 	$(submake) test-e2e
 
 test-python: setup $(javascript) ## Test the receiver
@@ -193,7 +193,7 @@ api: setup ## Rewrite the lists of what is public, to be committed with what cha
 	REWRITE_API=1 tests/unity/run.sh -run:Ml2Sensors.Tests.PublicApiTests
 
 lint: setup $(ktlint_jar) $(detekt_jar) ## Check style, types, scripts, generated files and documents
-	$(call two_at_a_time,lint-python lint-kotlin lint-native lint-documents)
+	$(call at_a_time,2,lint-python lint-kotlin lint-native lint-documents)
 
 lint-python:
 	$(if_unchecked) $(python) $(settings) build/venv/.setup-inputs -- $(submake) ruff mypy
@@ -243,7 +243,7 @@ bench: build ## Measure against bare loops, and [PEER=checkout of ROS-TCP-Endpoi
 	$(run) env PEER="$(PEER)" tests/bench/run.sh
 
 fuzz: build ## Look for bytes of peers that our readers mistake, DURATION seconds for each reader
-	$(call two_at_a_time,fuzz-python fuzz-kotlin)
+	$(call at_a_time,2,fuzz-python fuzz-kotlin)
 
 fuzz-python: setup
 	$(run) tests/fuzz/run.sh $(DURATION)

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from test_gradle import CATALOGUE
-from toolchain import ROOT, maven_property, run
+from toolchain import ROOT, java_command, maven_property, run
 
 DSL = ROOT / "tests" / "aar" / "gradle"
 CLASS_PATH = ROOT / "build" / "gradle-scripts.classpath"
@@ -94,10 +94,10 @@ def compile_scripts(folder: Path, scripts: dict[str, str]) -> subprocess.Complet
         for option, annotation in PLUGINS.items()
         for argument in ("-P", f"plugin:org.jetbrains.kotlin.{option}={annotation}")
     ]
-    compiler = ["java", "-cp", jars, "org.jetbrains.kotlin.cli.jvm.K2JVMCompiler"]
     arguments = ["-no-stdlib", "-cp", jars, "-d", str(folder / "classes"), *plugins, *options]
     files = [str(DSL / "KotlinDsl.kt"), *(str(folder / name) for name in sources)]
-    command = [*compiler, *arguments, *files]
+    compiler = "org.jetbrains.kotlin.cli.jvm.K2JVMCompiler"
+    command = java_command(class_path(), compiler, *arguments, *files)
     return subprocess.run(command, check=False, capture_output=True, text=True)
 
 

@@ -79,15 +79,14 @@ def run(*command: str | Path) -> str:
     return done.stdout
 
 
-def java(class_path: Iterable[Path], *arguments: str | Path) -> str:
+def java_command(class_path: Iterable[Path], *arguments: str | Path) -> list[str | Path]:
     # HotSpot's second compiler costs more than it saves programs that live for seconds.
-    options = [
-        "-XX:TieredStopAtLevel=1",
-        "-XX:+UseParallelGC",
-        "-cp",
-        os.pathsep.join(map(str, class_path)),
-    ]
-    return run("java", *options, *arguments)
+    options = ["-XX:TieredStopAtLevel=1", "-XX:+UseParallelGC"]
+    return ["java", *options, "-cp", os.pathsep.join(map(str, class_path)), *arguments]
+
+
+def java(class_path: Iterable[Path], *arguments: str | Path) -> str:
+    return run(*java_command(class_path, *arguments))
 
 
 def kotlinc(output: Path, sources: Path, class_path: Iterable[Path]) -> None:

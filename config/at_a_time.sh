@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs targets of the Makefile two at a time, all of them, each line of output with its target. At
+# Runs targets of the Makefile, COUNT at a time, all of them; each line of output has its target. At
 # the end it repeats the last lines of those that failed, and names them:
-#   MAKE=... config/two_at_a_time.sh TARGET...
+#   MAKE=... config/at_a_time.sh COUNT TARGET...
 set -euo pipefail
 shopt -s nullglob
 
@@ -9,9 +9,10 @@ logs=$(mktemp --directory)
 trap 'rm -rf "$logs"' EXIT
 export MAKE logs
 # shellcheck disable=SC2016
-printf '%s\n' "$@" | xargs --max-procs 2 -I TARGET bash -c \
+printf '%s\n' "${@:2}" | xargs --max-procs "$1" -I TARGET bash -c \
   'set -o pipefail
-   $MAKE "$0" 2>&1 | sed --unbuffered "s/^/$0 | /" | tee "$logs/$0" || mv "$logs/$0"{,.failed}' TARGET
+   TIMEFORMAT="%0R s; CPU %0U s, in the system %0S s"
+   { time $MAKE "$0"; } 2>&1 | sed --unbuffered "s/^/$0 | /" | tee "$logs/$0" || mv "$logs/$0"{,.failed}' TARGET
 failed=("$logs"/*.failed)
 if ((${#failed[@]})); then
   printf '\n'
