@@ -156,8 +156,7 @@ TEST_F(OpenXrPoses, ASystemWithoutGazeOrHandTrackingSaysSo) {
 
 TEST_F(SdkPoses, ClosedEyesLookNowhere) {
     Sensor sensor(onSdk(kGaze));
-    while (!poll(sensor, 1)[0].is_tracked && sensor.result == ML2S_OK) {
-    }
+    untilTracked(sensor, 1);
     headset("fault.gaze.closed", "1");
     EXPECT_FALSE(sensor.pollPose().is_tracked);
     EXPECT_EQ(sensor.result, ML2S_OK);

@@ -34,6 +34,20 @@ class Trackers : public OpenXr {
         poses.resize(count);
         return poses;
     }
+    /** The poses once one is tracked, which takes the vendor's trackers a moment. */
+    static std::vector<ml2s_pose> untilTracked(Sensor &sensor, uint32_t capacity) {
+        const auto isTracked = [](const ml2s_pose &pose) { return pose.is_tracked != 0; };
+        const int64_t end = ml2s_now() + 10000 * kMillisecond;
+        auto poses = poll(sensor, capacity);
+        while (sensor.result == ML2S_OK && std::none_of(poses.begin(), poses.end(), isTracked)) {
+            if (ml2s_now() > end) {
+                ADD_FAILURE() << "no pose is tracked within 10 s";
+                break;
+            }
+            poses = poll(sensor, capacity);
+        }
+        return poses;
+    }
     static void expectNow(int64_t before, int64_t capture_nanos, int64_t device_nanos) {
         EXPECT_GE(capture_nanos, before - kMillisecond);
         EXPECT_LE(capture_nanos, ml2s_now() + kMillisecond);
@@ -64,14 +78,8 @@ class EitherBackend : public Trackers, public testing::WithParamInterface<ml2s_b
         settings.backend = GetParam();
         return settings;
     }
-    /** The poses once one is tracked, which takes the vendor's trackers a moment. */
     std::vector<ml2s_pose> tracked(Sensor &sensor, uint32_t capacity = 1) const {
-        const auto isTracked = [](const ml2s_pose &pose) { return pose.is_tracked != 0; };
-        auto poses = poll(sensor, capacity);
-        while (isSdk() && sensor.result == ML2S_OK && std::none_of(poses.begin(), poses.end(), isTracked)) {
-            poses = poll(sensor, capacity);
-        }
-        return poses;
+        return isSdk() ? untilTracked(sensor, capacity) : poll(sensor, capacity);
     }
 };
 
