@@ -9,6 +9,7 @@ import json
 import re
 import subprocess
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -108,9 +109,14 @@ def test_packets_are_those_of_ffmpeg_image_transport(run: Run, camera: str) -> N
 
 @each_camera
 def test_a_key_frame_comes_each_second(run: Run, camera: str) -> None:
-    keys = [stamp_ns(it) for it in run.packets(camera) if it.flags]
-    assert len(keys) > 1
-    assert np.diff(keys) / 1e9 == pytest.approx(1, abs=0.1)
+    """A busy machine may lose the capture that was due; the next one is a key frame then."""
+    packets = run.packets(camera)
+    stamps_ns = [stamp_ns(it) for it in packets]
+    keys_ns = [at_ns for at_ns, it in zip(stamps_ns, packets, strict=True) if it.flags]
+    assert len(keys_ns) > 1
+    for key_ns, next_ns in pairwise(keys_ns):
+        due_ns = key_ns + 10**9 - 10**6  # stamps follow the host's clock
+        assert next_ns == min(it for it in stamps_ns if it >= due_ns)
 
 
 @pytest.mark.parametrize(("camera", "least_db"), [("world_left", 36), ("color", 32)])
