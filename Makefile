@@ -34,7 +34,7 @@ export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
 export CMAKE_CXX_COMPILER_LAUNCHER := $(CMAKE_C_COMPILER_LAUNCHER)
 export CCACHE_BASEDIR := $(CURDIR)
 export CCACHE_NOHASHDIR := true
-# Without these, nothing that includes a precompiled header.
+# Without these, ccache leaves what needs a precompiled header to the compiler.
 export CCACHE_SLOPPINESS := pch_defines,time_macros
 is_set_up := $(shell host_receiver/environment/setup.sh --check && echo yes)
 kotlin := pom.xml .mvn ml2-sensors-aar

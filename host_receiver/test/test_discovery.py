@@ -1,5 +1,6 @@
 import os
 import queue
+import secrets
 import socket
 import struct
 import subprocess
@@ -31,6 +32,17 @@ ANNOUNCEMENTS = 4
 # An announcement takes 2.4 s; a responder says one record once a second at most.
 LOOK_S = 1.2
 LIMIT_S = 30.0
+_OWN = secrets.token_hex(3)
+
+
+def own(name: str) -> str:
+    """The name with what no test of another checkout on this machine announces."""
+    return f"{name}-{_OWN}"
+
+
+def on_the_wire(name: str) -> bytes:
+    """The label of RFC 1035, 3.1."""
+    return bytes([len(name)]) + name.encode()
 
 
 @contextmanager
@@ -87,21 +99,23 @@ def found(names: set[str]) -> dict[str, FoundReceiver]:
 
 
 def test_receivers_are_found_by_name_with_address_and_port() -> None:
-    with announced("desk-a", 7001), announced("desk-b", 7002):
-        receivers = found({"desk-a", "desk-b"})
-    assert receivers["desk-a"] == FoundReceiver("desk-a", ("127.0.0.1",), 7001)
-    assert receivers["desk-b"].port == 7002
+    first, second = own("desk-a"), own("desk-b")
+    with announced(first, 7001), announced(second, 7002):
+        receivers = found({first, second})
+    assert receivers[first] == FoundReceiver(first, ("127.0.0.1",), 7001)
+    assert receivers[second].port == 7002
 
 
 def test_one_search_finds_all_receivers_of_a_machine() -> None:
-    with announced("one-a", 7011), announced("one-b", 7012):
-        found({"one-a", "one-b"})
+    both = {own("one-a"), own("one-b")}
+    with announced(own("one-a"), 7011), announced(own("one-b"), 7012):
+        found(both)
         names = {it.name for it in find_receivers(interfaces=LOOPBACK)}
-    assert {"one-a", "one-b"} <= names
+    assert both <= names
 
 
 def test_names_without_an_address_are_not_found_and_leave_nothing_running() -> None:
-    names = [f"silent-{number}" for number in range(3)]
+    names = [own(f"silent-{number}") for number in range(3)]
     before = set(threading.enumerate())
     with pointed_at(names):
         speaking = set(threading.enumerate())
@@ -111,30 +125,32 @@ def test_names_without_an_address_are_not_found_and_leave_nothing_running() -> N
 
 
 def test_a_name_that_is_taken_gets_a_number() -> None:
-    with announced("twin", 7003):
-        found({"twin"})
-        with announced("twin", 7004):
-            assert found({"twin", "twin-2"})["twin-2"].port == 7004
+    twin, other = own("twin"), own("twin") + "-2"
+    with announced(twin, 7003):
+        found({twin})
+        with announced(twin, 7004):
+            assert found({twin, other})[other].port == 7004
 
 
 def test_a_name_that_has_just_been_announced_is_taken_too() -> None:
     """Those that have just said it do not say it again at once."""
-    with overheard() as packets, announced("quick", 7009):
+    quick, other = own("quick"), own("quick") + "-2"
+    with overheard() as packets, announced(quick, 7009):
         said = 0
         while said < ANNOUNCEMENTS:
             packet = packets.get(timeout=10)
-            said += b"\x05quick" in packet and struct.unpack_from(">H", packet, 2)[0] >> 15
-        with announced("quick", 7010):
-            assert found({"quick", "quick-2"})["quick-2"].port == 7010
+            said += on_the_wire(quick) in packet and struct.unpack_from(">H", packet, 2)[0] >> 15
+        with announced(quick, 7010):
+            assert found({quick, other})[other].port == 7010
 
 
 def test_one_that_is_closed_says_goodbye() -> None:
     with overheard() as packets:
-        with announced("leaver", 7005):
-            found({"leaver"})
+        with announced(own("leaver"), 7005):
+            found({own("leaver")})
         while True:
             packet = packets.get(timeout=10)
-            record = packet.find(b"\x06leaver", 12)
+            record = packet.find(on_the_wire(own("leaver")), 12)
             pointer = b"_ml2sensors"
             is_goodbye = struct.pack(">I", 0) in packet and pointer in packet and record > 0
             if is_goodbye and struct.unpack_from(">H", packet, 2)[0] & 0x8000:
@@ -142,25 +158,27 @@ def test_one_that_is_closed_says_goodbye() -> None:
 
 
 def test_the_text_record_has_name_version_and_fingerprint_only() -> None:
-    with overheard() as packets, announced("lab.pc", 7006, "ab" * 32):
-        found({"lab-pc"})
+    name = own("lab.pc")
+    with overheard() as packets, announced(name, 7006, "ab" * 32):
+        found({own("lab-pc")})
         said = b"".join(packets.queue)
-    text = b"\x0bname=lab.pc\x09version=1\x43fp=" + b"ab" * 32
+    text = on_the_wire(f"name={name}") + b"\x09version=1\x43fp=" + b"ab" * 32
     assert struct.pack(">H", len(text)) + text in said
 
 
 def test_without_tls_no_fingerprint_is_announced() -> None:
-    with overheard() as packets, announced("open", 7008):
-        found({"open"})
-        said = b"".join(packet for packet in packets.queue if b"\x04open" in packet)
+    with overheard() as packets, announced(own("open"), 7008):
+        found({own("open")})
+        said = b"".join(packet for packet in packets.queue if on_the_wire(own("open")) in packet)
     assert b"\x09version=1" in said
     assert b"fp=" not in said
 
 
-@pytest.mark.parametrize(("name", "cut"), [("x" * 64, "x" * 59), ("ü" * 40, "ü" * 29)])
+@pytest.mark.parametrize(("name", "cut"), [("x" * 64, "x" * 53), ("ü" * 40, "ü" * 26)])
 def test_a_long_name_is_cut_to_what_dns_takes(name: str, cut: str) -> None:
-    with announced(name, 7007):
-        assert found({cut})[cut].port == 7007
+    """59 bytes, of which 6 are own."""
+    with announced(_OWN + name, 7007):
+        assert found({_OWN + cut})[_OWN + cut].port == 7007
 
 
 MOVING = """
