@@ -69,6 +69,7 @@ class ZenohOutput:
         self._news: SimpleQueue[_News] = SimpleQueue()
         self._router = endpoint.partition("#")[0]  # what follows may hold a key
         self._said = ""
+        self._is_connected: bool | None = None
         self._thread = threading.Thread(target=self._run, name="zenoh")
 
     def serve(self, control: Control) -> None:
@@ -134,9 +135,10 @@ class ZenohOutput:
         while (news := self._next(due_s - time.monotonic())) != "close":
             if news == "matched" and self._control is not None and self._is_lazy():
                 self._control.update()
-            if news == "router":
+            is_due = time.monotonic() >= due_s
+            if news == "router" or is_due:  # news may come before Zenoh has forgotten the router
                 self._say_connection(session)
-            if time.monotonic() >= due_s:
+            if is_due:
                 due_s += _PERIOD_S
                 self._report(sink)
 
@@ -146,7 +148,11 @@ class ZenohOutput:
         return None
 
     def _say_connection(self, session: zenoh.Session) -> None:
-        if session.info.routers_zid() or session.info.peers_zid():
+        is_connected = bool(session.info.routers_zid() or session.info.peers_zid())
+        if is_connected == self._is_connected:
+            return
+        self._is_connected = is_connected
+        if is_connected:
             self._say(f"Zenoh: connected to {self._router}")
         else:
             self._say_unreachable()
