@@ -11,7 +11,7 @@ from typing import Any
 import rclpy
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -29,6 +29,7 @@ class Client:
         self._node = node
         self._parameters = AsyncParameterClient(node, _RECEIVER)
         assert self._parameters.wait_for_services(LIMIT_S)
+        self._await_heard()
 
     def set(self, values: dict[str, Any]) -> Any:
         """One parameter after the other, as `ros2 param set`."""
@@ -87,7 +88,23 @@ class Client:
     def _answer(self, type: Any, name: str, request: Any) -> Any:
         client = self._node.create_client(type, name)
         assert client.wait_for_service(LIMIT_S)
+        self._await_heard()
         return self._await(client.call_async(request))
+
+    def _await_heard(self) -> None:
+        """Waits until the receiver knows all clients of this node: before, an answer may be lost.
+
+        It hears of them in their order, so it knows all when it answers the newest.
+        """
+        newest = self._node.create_client(GetParameters, f"{_RECEIVER}/get_parameters")
+        assert newest.wait_for_service(LIMIT_S)
+        for _ in range(int(LIMIT_S)):
+            answer = newest.call_async(GetParameters.Request())
+            rclpy.spin_until_future_complete(self._node, answer, timeout_sec=1)
+            if answer.done():
+                break
+        self._node.destroy_client(newest)
+        assert answer.done()
 
     def _await(self, future: Any) -> Any:
         rclpy.spin_until_future_complete(self._node, future, timeout_sec=LIMIT_S)

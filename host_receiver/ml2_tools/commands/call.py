@@ -40,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    with receiver_client(options.name, PATIENCE_S) as client:
+    with receiver_client(options.name, PATIENCE_S, [options.service]) as client:
         is_done, message = client.call(options.service)
     if not is_done:
         raise RosError(message)

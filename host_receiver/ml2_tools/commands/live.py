@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -32,8 +32,10 @@ def diagnostics_node() -> Iterator[DiagnosticsNode]:
 
 
 @contextmanager
-def receiver_client(receiver: str, timeout_s: float) -> Iterator[ReceiverClient]:
-    """A client of one running receiver.
+def receiver_client(
+    receiver: str, timeout_s: float, services: Iterable[str] = ()
+) -> Iterator[ReceiverClient]:
+    """A client of one running receiver, which will call these services.
 
     Raises:
         RosError: ROS is missing or does not start, or there is no such receiver.
@@ -42,7 +44,7 @@ def receiver_client(receiver: str, timeout_s: float) -> Iterator[ReceiverClient]
         from ..live.receiver_client import ReceiverClient
 
         node.rows(receiver, timeout_s)
-        client = ReceiverClient(node.context, receiver, timeout_s)
+        client = ReceiverClient(node.context, receiver, timeout_s, services)
         try:
             yield client
         finally:

@@ -12,6 +12,7 @@ from .live import PATIENCE_S, diagnostics_node
 from .recording_wait import Standing, wait
 
 _ROW = "recording"
+_START, _STOP = "start_recording", "stop_recording"
 
 
 def record_attached(options: argparse.Namespace) -> int:
@@ -26,17 +27,17 @@ def record_attached(options: argparse.Namespace) -> int:
         from ..live.receiver_client import ReceiverClient
 
         node.rows(options.name, PATIENCE_S)
-        client = ReceiverClient(node.context, options.name, PATIENCE_S)
+        client = ReceiverClient(node.context, options.name, PATIENCE_S, [_START, _STOP])
         try:
             _done(client.set(_parameters(options)))
-            print(f"{_done(client.call('start_recording'))} until Ctrl-C", flush=True)
+            print(f"{_done(client.call(_START))} until Ctrl-C", flush=True)
             folder = str(options.out.absolute())
 
             def standing() -> Standing:
                 return _standing(node.rows(options.name, PATIENCE_S).get(_ROW, {}), folder)
 
             wait(stopping, options.duration, standing)
-            print(_done(client.call("stop_recording")))
+            print(_done(client.call(_STOP)))
         finally:
             client.close()
     return 0

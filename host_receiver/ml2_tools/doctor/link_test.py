@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import rclpy
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from std_srvs.srv import Trigger
-
 from ml2_receiver.errors import RosError
-from ml2_receiver.ros.spinning import spin_until
+
+from ..live.receiver_client import ReceiverClient
 
 if TYPE_CHECKING:
     from ..live.diagnostics_node import DiagnosticsNode, Values
 
-_SERVICE = "ml2_receiver/test_link"
+_SERVICE = "test_link"
 _ANSWER_S = 10.0
 _TEST_S = 12.0  # 8 s until it counts as unanswered, PROTOCOL.md, and what /diagnostics take
 
@@ -30,28 +26,15 @@ def try_link(node: DiagnosticsNode, receiver: str) -> Values:
         RosError: there is no test.
     """
     before = node.rows(receiver, _ANSWER_S).get("link", {}).get("tests")
-    _trigger(node.context, "/".join(filter(None, ("", receiver, _SERVICE))))
+    client = ReceiverClient(node.context, receiver, _ANSWER_S, [_SERVICE])
+    try:
+        is_done, reason = client.call(_SERVICE)
+    finally:
+        client.close()
+    if not is_done:
+        raise RosError(reason)
 
     def is_over(row: Values) -> bool:
         return row.get("tests") != before and row.get("state") != "running"
 
     return node.rows(receiver, _TEST_S, lambda rows: is_over(rows.get("link", {})))["link"]
-
-
-def _trigger(context: Context, service: str) -> None:
-    node = rclpy.create_node("ml2_tools_call", context=context)
-    try:
-        client = node.create_client(Trigger, service)
-        if not client.wait_for_service(_ANSWER_S):
-            raise RosError(f"the receiver has no service {service}")
-        answer = client.call_async(Trigger.Request())
-        executor = SingleThreadedExecutor(context=context)
-        executor.add_node(node)
-        spin_until(executor, answer.done, _ANSWER_S)
-        executor.shutdown()
-    finally:
-        node.destroy_node()
-    if not answer.done():
-        raise RosError(f"{service} does not answer")
-    if not answer.result().success:
-        raise RosError(answer.result().message)

@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import rclpy
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.spinning import spin_until
 from ml2_receiver.wire.json_body import Scalar
 
+_ASK_AGAIN_S = 1.0
+
 
 class ReceiverClient:
     """One receiver; close() ends it.
+
+    A ROS service drops its answer if it has not found the client within 0.1 s of the request
+    (check_for_subscription() of rmw_fastrtps). So each request follows one for parameters, which is
+    repeated until it is answered. The client for parameters is the newest, and ROS announces the
+    clients of a process in order of creation: a receiver that answers it has found the others, too.
 
     Args:
         context: that of a node which has heard of the receiver.
         receiver: as in its --name, or empty.
         timeout_s: for each answer.
-        services: are looked for at once, because ROS takes up to seconds to find one.
+        services: those that will be called.
     """
 
     def __init__(
@@ -36,9 +45,9 @@ class ReceiverClient:
         self._node = rclpy.create_node("ml2_client", context=context)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self._node)
-        # A client lives as long as its node.
-        self._parameter_client: AsyncParameterClient | None = None
-        self._services = {it: self._service(it) for it in services}
+        self._services = {it: self._client(Trigger, it) for it in services}
+        self._set = self._client(SetParametersAtomically, "set_parameters_atomically")
+        self._get = self._client(GetParameters, "get_parameters")
 
     def close(self) -> None:
         self._executor.shutdown()
@@ -50,9 +59,9 @@ class ReceiverClient:
         Raises:
             RosError: it does not answer.
         """
-        client = self._parameters()
-        parameters = [Parameter(name, value=value) for name, value in values.items()]
-        result = self._answer(client.set_parameters_atomically(parameters)).result
+        parameters = [Parameter(name, value=it).to_parameter_msg() for name, it in values.items()]
+        request = SetParametersAtomically.Request(parameters=parameters)
+        result = self._request(self._set, request).result
         return result.successful, result.reason
 
     def get(self, names: Sequence[str]) -> dict[str, Scalar]:
@@ -61,8 +70,7 @@ class ReceiverClient:
         Raises:
             RosError: it does not answer.
         """
-        client = self._parameters()
-        values = self._answer(client.get_parameters(list(names))).values
+        values = self._ask(GetParameters.Request(names=list(names))).values
         return dict(zip(names, map(parameter_value_to_python, values), strict=False))
 
     def call(self, service: str) -> tuple[bool, str]:
@@ -71,29 +79,40 @@ class ReceiverClient:
         Raises:
             RosError: it does not answer.
         """
-        if service not in self._services:
-            self._services[service] = self._service(service)
-        client = self._services[service]
-        if not client.wait_for_service(self._timeout_s):
-            raise self._silent(service)
-        answer = self._answer(client.call_async(Trigger.Request()))
+        answer = self._request(self._services[service], Trigger.Request())
         return answer.success, answer.message
 
-    def _service(self, name: str) -> Client:
-        return self._node.create_client(Trigger, f"{self._name}/{name}")
+    def _client(self, type: Any, service: str) -> Client:
+        return self._node.create_client(type, f"{self._name}/{service}")
 
-    def _parameters(self) -> AsyncParameterClient:
-        if self._parameter_client is None:
-            self._parameter_client = AsyncParameterClient(self._node, self._name)
-        client = self._parameter_client
-        if not client.wait_for_services(self._timeout_s):
-            raise self._silent("parameter services")
-        return client
+    def _request(self, client: Client, request: Any) -> Any:
+        self._ask(GetParameters.Request())
+        self._find(client)
+        answer = client.call_async(request)
+        if not spin_until(self._executor, answer.done, self._timeout_s):
+            raise self._silent()
+        return answer.result()
 
-    def _answer(self, future: Any) -> Any:
-        if not spin_until(self._executor, future.done, self._timeout_s):
-            raise RosError(f"{self._name} has not answered within {self._timeout_s:g} s")
-        return future.result()
+    def _ask(self, request: GetParameters.Request) -> GetParameters.Response:
+        self._find(self._get)
+        deadline_s = time.monotonic() + self._timeout_s
+        asked: list[Future] = []
+        answer: Future | None = None
+        while answer is None and (left_s := deadline_s - time.monotonic()) > 0:
+            asked.append(self._get.call_async(request))
+            spin_until(
+                self._executor, lambda: any(it.done() for it in asked), min(left_s, _ASK_AGAIN_S)
+            )
+            answer = next((it for it in asked if it.done()), None)
+        for unanswered in asked:
+            self._get.remove_pending_request(unanswered)
+        if answer is None:
+            raise self._silent()
+        return answer.result()
 
-    def _silent(self, what: str) -> RosError:
-        return RosError(f"{self._name} offers no {what} within {self._timeout_s:g} s")
+    def _find(self, client: Client) -> None:
+        if not client.wait_for_service(self._timeout_s):
+            raise RosError(f"there is no {client.service_name} within {self._timeout_s:g} s")
+
+    def _silent(self) -> RosError:
+        return RosError(f"{self._name} has not answered within {self._timeout_s:g} s")
