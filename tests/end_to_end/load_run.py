@@ -147,6 +147,7 @@ def load_run(
     record: Path | None = None,
     security: Security = PLAINTEXT,
     headset_options: tuple[str, ...] = (),
+    java_options: str = "",
     link: Callable[[str], Proxy] | None = None,
     on_snapshot: Callable[[dict[str, Any]], None] = lambda _: None,
     hosts: tuple[Host, Host] = (Host(), Host()),
@@ -156,6 +157,7 @@ def load_run(
     Args:
         folder: the folder for logs.
         headset_options: more options of the headsets.
+        java_options: more options of their Java.
         link: makes the proxy between headset and receiver, from the receiver's address.
         on_snapshot: is called about once per second with a subscriber's snapshot.
         source: the headsets' option --source.
@@ -163,6 +165,8 @@ def load_run(
         record: the folder for a recording of the only receiver, or None.
     """
     environment = isolated_environment()
+    if java_options:
+        environment["JAVA_TOOL_OPTIONS"] = java_options
     with contextlib.ExitStack() as stack:
         started = [
             _start(
