@@ -112,12 +112,15 @@ class Visitor:
             self._connection.send(self._hello())
             while not self._is_over:
                 has_sent = False
+                # A request changes what is in force before its answer is there: only answers that
+                # were there before the messages are looked for are sent after them.
+                answers = len(self._answers)
                 for name, message in self._messages():
                     with self._view.changed:
                         self._under_way[name] += 1
                     self._connection.send(message)
                     has_sent = True
-                while self._answers:
+                for _ in range(answers):
                     self._connection.send(self._answers.popleft())
                     has_sent = True
                     with self._view.changed:
