@@ -36,8 +36,9 @@ CONFIG = """
     eye_nasal_left: {enabled: true}
     battery: {enabled: true}
 """
-WORLD = "/magic_leap2/world_left/image_raw"
-EYE = "/magic_leap2/eye_nasal_left/image_raw"
+WATCHED = "watched"
+WORLD = f"/{WATCHED}/magic_leap2/world_left/image_raw"
+EYE = f"/{WATCHED}/magic_leap2/eye_nasal_left/image_raw"
 
 
 def depth(number: int) -> bytes:
@@ -67,15 +68,18 @@ def view(device: MockDevice) -> Iterator[View]:
 
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[View]:
-    """A page of changing images, for the tests that change nothing themselves."""
+    """A page of changing images, for the tests that change nothing themselves.
+
+    Its receiver has a name, so that no other test's services are two nodes'.
+    """
     config = tmp_path_factory.mktemp("watched") / "config.yaml"
     config.write_text(CONFIG)
     with (
-        Receiver(config, "--insecure-eye-images") as receiver,
+        Receiver(config, "--name", WATCHED, "--insecure-eye-images") as receiver,
         MockDevice(receiver.address, says_ping=True) as device,
     ):
         device.start()
-        with publishing(device), View() as view:
+        with publishing(device), View("--name", WATCHED) as view:
             yield view
 
 
@@ -259,7 +263,7 @@ def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(watched: View) 
 
     def await_subscribers(number: int) -> None:
         wanted = str(number)
-        rows = node.rows("", 20, lambda it: it.get(WORLD, {}).get("subscribers") == wanted)
+        rows = node.rows(WATCHED, 20, lambda it: it.get(WORLD, {}).get("subscribers") == wanted)
         assert rows[EYE]["subscribers"] == "0"
 
     try:
