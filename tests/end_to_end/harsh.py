@@ -138,7 +138,7 @@ def harsh_run(
     slopes["slots"] = [
         topic
         for topic in sorted(lost[-1] - lost[0])
-        if not _filled_all_slots(arrivals[topic], end_s - last_s)
+        if not filled_all_slots(arrivals[topic], end_s - last_s)
     ]
     return {
         "seed": seed,
@@ -194,7 +194,7 @@ def _lost_without_slot(snapshot: dict[str, Any]) -> Counter[str]:
     )
 
 
-def _filled_all_slots(arrivals: NDArray[np.float64], since_s: float) -> bool:
+def filled_all_slots(arrivals: NDArray[np.float64], since_s: float) -> bool:
     """Returns True if a frame was so late that newer ones can have had all other slots.
 
     Args:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from harsh import harsh_run, write
+from harsh import filled_all_slots, harsh_run, write
 from simulation import SMALL
 
 DURATION_S = 30.0
@@ -53,3 +54,16 @@ def test_every_message_is_received_or_counted_as_dropped(results: dict[str, Any]
 
 def test_nothing_grows(results: dict[str, Any]) -> None:
     assert results["grown"] == [], results["slopes"]
+
+
+@pytest.mark.parametrize(("latency_ms", "is_enough"), [(200.0, False), (250.0, True)])
+def test_only_a_late_frame_explains_why_no_slot_was_free(
+    latency_ms: float, is_enough: bool
+) -> None:
+    """Eight slots of a camera with 30 Hz are in use after 7 / 30 s."""
+    stamps_s = np.arange(90) / 30
+    latencies_ms = np.full(90, 20.0)
+    latencies_ms[80] = latency_ms
+    arrivals = np.column_stack([stamps_s + latencies_ms / 1e3, latencies_ms])
+    assert filled_all_slots(arrivals, since_s=2.0) is is_enough
+    assert not filled_all_slots(arrivals, since_s=3.0)
