@@ -30,6 +30,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from contact_sheet import write_contact_sheet
+from ml2_receiver.ros.fastdds import apply_default_profile
 from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_receiver.topics.adaptation import ADAPTATION
 from ml2_receiver.topics.stamps import stamp_reader
@@ -190,6 +191,7 @@ def spun_observer(
 ) -> Iterator[Observer]:
     """An observer that a thread spins; the process ends when any of its threads fails."""
     threading.excepthook = _end_process
+    apply_default_profile(os.environ)  # so that Fast DDS writes no log among the lines
     rclpy.init()
     observer = Observer(prefix, qos_depths, observed, receiver)
     executor = SingleThreadedExecutor()

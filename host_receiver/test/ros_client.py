@@ -4,6 +4,7 @@ Each line of standard input is [function, arguments...]; each answer is a line o
 """
 
 import json
+import os
 import signal
 import sys
 from typing import Any
@@ -19,6 +20,7 @@ from sensor_msgs.msg import CameraInfo
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import SetBool, Trigger
 
+from ml2_receiver.ros.fastdds import apply_default_profile
 from waiting import LIMIT_S
 
 _RECEIVER = "/ml2_receiver"
@@ -118,6 +120,7 @@ def _parameters(values: dict[str, Any]) -> list[Parameter]:
 def main() -> None:
     # A shell may have started the tests to ignore it.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    apply_default_profile(os.environ)  # so that Fast DDS writes no log among the lines
     rclpy.init()
     client = Client(rclpy.create_node("client"))
     for line in sys.stdin:

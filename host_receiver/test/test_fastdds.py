@@ -94,6 +94,19 @@ rclpy.shutdown()
 """
 
 
+def printed_by_a_participant(environ: dict[str, str], *free: str) -> tuple[str, str]:
+    """Returns its standard output and its standard error."""
+    run = subprocess.run(
+        [sys.executable, "-c", PARTICIPANT, *free],
+        env=environ,
+        capture_output=True,
+        check=True,
+        text=True,
+        timeout=60,
+    )
+    return run.stdout, run.stderr
+
+
 @pytest.mark.parametrize(
     ("free", "least", "most"),
     [([], 64 * MEBIBYTE, 80_000_000), (["40000000"], 20_000_000, 30_000_000)],
@@ -106,11 +119,24 @@ def test_a_participant_makes_the_segment(free: list[str], least: int, most: int)
         pytest.skip("/dev/shm has less than 80 MB free")
     environ = environment()
     environ.pop(PROFILES_VARIABLE, None)
-    printed = subprocess.run(
-        [sys.executable, "-c", PARTICIPANT, *free],
-        env=environ,
-        capture_output=True,
-        check=True,
-        timeout=60,
-    ).stdout
+    printed, _ = printed_by_a_participant(environ, *free)
     assert least < int(printed) < most
+
+
+def test_errors_of_fast_dds_are_not_among_what_a_program_prints() -> None:
+    pytest.importorskip("rclpy", reason="rclpy is not installed")
+    environ = environment()
+    environ.pop(PROFILES_VARIABLE, None)
+    # Like another user's files, these links cannot be opened.
+    first = 7411 + 250 * int(environ["ROS_DOMAIN_ID"])  # RTPS 2.2, 9.6.1.1
+    locks = [Path(f"/dev/shm/fastrtps_port{first + 2 * number}_el") for number in range(8)]
+    mine = [it for it in locks if not it.exists()]
+    for lock in mine:
+        lock.symlink_to("/nowhere/file")
+    try:
+        printed, errors = printed_by_a_participant(environ)
+    finally:
+        for lock in mine:
+            lock.unlink(missing_ok=True)
+    assert printed.strip().isdigit(), printed
+    assert "open_and_lock_file failed" in errors

@@ -16,7 +16,7 @@ from ..table.reader import load_table
 from ..topics.fan_out import FanOut
 from .options import add_file, name
 from .printed_events import PrintedEvents
-from .ros_start import node_arguments, ros_needed, use_profile
+from .ros_start import node_arguments, ros_needed
 from .session_port import SessionPort, add_insecure, add_keys
 
 if TYPE_CHECKING:
@@ -87,7 +87,6 @@ def ros_output(
     if options.no_ros:
         yield config, None, FanOut([PrintedEvents()])
         return
-    use_profile()
     with ros_needed():
         from ..ros.node import RosNode  # reads the profile
     node = RosNode(load_table(), config, node_arguments(options.ros_args, config.name))

@@ -16,24 +16,20 @@ _ROS_HINT = (
 
 @contextmanager
 def ros_needed() -> Iterator[None]:
-    """Around imports of what needs ROS.
+    """Around imports of what needs ROS. Fast DDS gets our profile, unless the user has chosen one.
 
     Raises:
         RosError: it is not there.
     """
+    warning = apply_default_profile(os.environ)
+    if warning is not None:
+        print(f"WARNING: {warning}", file=sys.stderr)
     try:
         yield
     except ModuleNotFoundError as error:
         raise RosError(
             f"ROS 2 is not available: Python finds no {error.name}", hint=_ROS_HINT
         ) from error
-
-
-def use_profile() -> None:
-    """Enough shared memory for images, before anything imports rclpy."""
-    warning = apply_default_profile(os.environ)
-    if warning is not None:
-        print(f"WARNING: {warning}", file=sys.stderr)
 
 
 def node_arguments(ros_args: Sequence[str], name: str) -> list[str]:

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_profile
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 
 _EPILOG = """\
@@ -41,7 +41,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    use_profile()
     with ros_needed():
         from ..compatibility.node import CompatibilityNode
     name = options.name

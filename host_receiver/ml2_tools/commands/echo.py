@@ -4,7 +4,7 @@ import argparse
 import signal
 
 from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import ros_needed, use_profile
+from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.table.reader import load_table
 
@@ -33,7 +33,6 @@ def add_parser(subparsers: Subparsers) -> None:
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # `| head` ends it silently
-    use_profile()
     with ros_needed():
         from ..monitoring.topic_reader import as_text, messages
     topic = options.topic

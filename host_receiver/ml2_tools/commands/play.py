@@ -13,7 +13,7 @@ from rich.live import Live
 
 from ml2_receiver.commands.options import Subparsers, above_zero
 from ml2_receiver.commands.receiving import address
-from ml2_receiver.commands.ros_start import ros_needed, use_profile
+from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.security.identity import Identity
@@ -137,7 +137,6 @@ def _timeline(reader: BagReader, options: argparse.Namespace) -> Timeline:
 
 
 def _clock(timeline: Timeline) -> AbstractContextManager[object]:
-    use_profile()
     with ros_needed():
         from ..playback.ros_clock import RosClock
     return RosClock(timeline)

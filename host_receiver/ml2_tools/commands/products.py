@@ -3,7 +3,7 @@
 import argparse
 
 from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import node_arguments, ros_needed, use_profile
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed
 from ml2_receiver.commands.stopping import stop_signal
 
 from .optional_packages import optional_packages
@@ -40,7 +40,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     stopping = stop_signal()
-    use_profile()
     with (
         ros_needed(),
         optional_packages("cv2", command="products", pip="pip install './host_receiver[products]'"),

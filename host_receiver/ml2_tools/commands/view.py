@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.options import Subparsers, add_name, port
 from ml2_receiver.commands.pair import failed_attempts
-from ml2_receiver.commands.ros_start import ros_needed, use_profile
+from ml2_receiver.commands.ros_start import ros_needed
 from ml2_receiver.commands.session_port import PORT, add_keys
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import ListenError, RecordingError
@@ -103,7 +103,6 @@ def _run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
-    use_profile()
     with ros_needed():
         from ..viewing.live_source import LiveSource  # reads the profile
         from ..viewing.steering import Steering
