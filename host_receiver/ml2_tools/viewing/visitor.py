@@ -112,8 +112,8 @@ class Visitor:
             self._connection.send(self._hello())
             while not self._is_over:
                 has_sent = False
-                # A request changes what is in force before its answer is there: only answers that
-                # were there before the messages are looked for are sent after them.
+                # An answer follows the values that its request changed. Those of a later answer may
+                # not be among the messages of this turn.
                 answers = len(self._answers)
                 for name, message in self._messages():
                     with self._view.changed:
