@@ -70,7 +70,7 @@ def view(device: MockDevice) -> Iterator[View]:
 def watched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[View]:
     """A page of changing images, for the tests that change nothing themselves.
 
-    Its receiver has a name, so that no other test's services are two nodes'.
+    Its receiver has a name. Without one, the requests of other tests would reach it, too.
     """
     config = tmp_path_factory.mktemp("watched") / "config.yaml"
     config.write_text(CONFIG)

@@ -15,13 +15,11 @@ pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 import rclpy
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ml2_receiver.errors import RosError
-from ml2_receiver.ros.context import tool_node
-from ml2_receiver.ros.spinning import spin_until, wake
+from ml2_receiver.ros.context import spin_until, start_ros, tool_node
 from ml2_tools.live.receiver_client import ReceiverClient
 
 NEVER = 1 << 30
@@ -61,28 +59,16 @@ class LateReceiver:
 
 
 @pytest.fixture
-def node(ros_of_children: None) -> Iterator[Node]:
-    with tool_node("test_receiver_client") as other:
-        node = rclpy.create_node(
-            "ml2_receiver", context=other.context, start_parameter_services=False
-        )
-        yield node
-        node.destroy_node()
-
-
-@pytest.fixture
-def late(node: Node, deaf_for: int) -> Iterator[LateReceiver]:
+def late(ros_of_children: None, deaf_for: int) -> Iterator[LateReceiver]:
+    context = start_ros()
+    node = rclpy.create_node("ml2_receiver", context=context, start_parameter_services=False)
     late = LateReceiver(node, deaf_for)
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
-    is_over = threading.Event()
-    spinner = threading.Thread(target=spin_until, args=[executor, is_over.is_set])
+    stopping = threading.Event()
+    spinner = threading.Thread(target=spin_until, args=[stopping, node, context])
     spinner.start()
     yield late
-    is_over.set()
-    wake(executor)
+    stopping.set()
     spinner.join(40)
-    executor.shutdown()
 
 
 @pytest.mark.parametrize("deaf_for", [2])

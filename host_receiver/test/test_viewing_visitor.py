@@ -1,4 +1,4 @@
-"""What a browser is sent, in which order."""
+"""The order of the messages that a browser gets."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ def _lost_without_slot(snapshot: dict[str, Any]) -> Counter[str]:
     """Returns how many messages of each topic were lost so far because no slot was free."""
     return Counter(
         {
-            topic: int(seen["diagnostics"].get("dropped.no_buffer", 0))
+            topic: _dropped({"topics": {topic: seen}}, "no_buffer")
             for topic, seen in snapshot["topics"].items()
         }
     )

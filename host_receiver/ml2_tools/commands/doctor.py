@@ -8,7 +8,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -177,14 +177,13 @@ def _config(node: DiagnosticsNode, receiver: str) -> Config | None:
     from ..live.receiver_client import ReceiverClient
 
     sections = load_table().sections.values()
-    client = ReceiverClient(node.context, receiver, PATIENCE_S)
+    names = [f"{section.id}.{key}" for section in sections for key in section.keys]
     try:
-        values = client.get([f"{section.id}.{key}" for section in sections for key in section.keys])
+        with closing(ReceiverClient(node.context, receiver, PATIENCE_S)) as client:
+            values = client.get(names)
         return dataclasses.replace(config_of(values), name=receiver) if values else None
     except (ConfigError, RosError):
         return None
-    finally:
-        client.close()
 
 
 def _table(found: Sequence[Finding]) -> Table:

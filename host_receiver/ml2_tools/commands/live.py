@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
 from ml2_receiver.commands.ros_start import ros_needed
@@ -44,8 +44,5 @@ def receiver_client(
         from ..live.receiver_client import ReceiverClient
 
         node.rows(receiver, timeout_s)
-        client = ReceiverClient(node.context, receiver, timeout_s, services)
-        try:
+        with closing(ReceiverClient(node.context, receiver, timeout_s, services)) as client:
             yield client
-        finally:
-            client.close()

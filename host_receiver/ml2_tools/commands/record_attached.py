@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from contextlib import closing
 
 from ml2_receiver.commands.stopping import stop_signal
 from ml2_receiver.errors import RecordingError
@@ -27,8 +28,8 @@ def record_attached(options: argparse.Namespace) -> int:
         from ..live.receiver_client import ReceiverClient
 
         node.rows(options.name, PATIENCE_S)
-        client = ReceiverClient(node.context, options.name, PATIENCE_S, [_START, _STOP])
-        try:
+        services = [_START, _STOP]
+        with closing(ReceiverClient(node.context, options.name, PATIENCE_S, services)) as client:
             _done(client.set(_parameters(options)))
             print(f"{_done(client.call(_START))} until Ctrl-C", flush=True)
             folder = str(options.out.absolute())
@@ -38,8 +39,6 @@ def record_attached(options: argparse.Namespace) -> int:
 
             wait(stopping, options.duration, standing)
             print(_done(client.call(_STOP)))
-        finally:
-            client.close()
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 from ml2_receiver.errors import RosError
@@ -26,11 +27,8 @@ def try_link(node: DiagnosticsNode, receiver: str) -> Values:
         RosError: there is no test.
     """
     before = node.rows(receiver, _ANSWER_S).get("link", {}).get("tests")
-    client = ReceiverClient(node.context, receiver, _ANSWER_S, [_SERVICE])
-    try:
+    with closing(ReceiverClient(node.context, receiver, _ANSWER_S, [_SERVICE])) as client:
         is_done, reason = client.call(_SERVICE)
-    finally:
-        client.close()
     if not is_done:
         raise RosError(reason)
 
