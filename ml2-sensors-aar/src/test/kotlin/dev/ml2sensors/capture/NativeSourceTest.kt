@@ -193,8 +193,15 @@ class NativeSourceTest {
     fun framesThatTheDeviceDropsAreCounted() = runBlocking<Unit> {
         Simulation.configure("fault.eye.drop_every", 4)
         val received = fixture.samples(EYE).takeUntil { images -> images == 12 }
-        val lost = received.filterIsInstance<LostSamples>()
-        assertTrue(lost.size in 3..4, "lost $lost")
+        val endNanos = Native.now()
+        val images = received.filterIsInstance<ImageSample>()
+        val lost = received.dropWhile { it !is ImageSample }.filterIsInstance<LostSamples>().sumOf { it.count }
+        val missing = (images.last().frameNumber - images.first().frameNumber + 1).toInt() - images.size
+        assertTrue(images.map { it.frameNumber % 4 }.toSet().size <= 3, "every fourth number is missing")
+        assertTrue(missing >= 3, "missing $missing")
+        // A loss is reported as soon as it is known: also one of frames after the last image
+        val after = (endNanos - images.last().captureNanos) / PERIOD_NANOS + 1
+        assertTrue(lost in missing..missing + after, "lost $lost, missing $missing, $after captured after them")
         assertBooksBalance(received)
     }
 
@@ -274,6 +281,7 @@ class NativeSourceTest {
     }
 
     private companion object {
+        const val PERIOD_NANOS = 1_000_000_000L / 30
         val EYE = StreamTable.eyeNasalLeft
         val OTHER_EYE = StreamTable.eyeTempleRight
     }
