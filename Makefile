@@ -141,9 +141,13 @@ check-kotlin:
 check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
-test: build $(javascript) ## Run the tests of everything but a release's packages
-	$(call at_a_time,3,test-python test-view test-kotlin test-native test-conformance test-unity)
+test: native $(javascript) ## Run the tests of everything but a release's packages
+	$(call at_a_time,2,test-python test-built)
 	$(submake) test-e2e
+
+# The tests of the receiver do not wait for the Kotlin library.
+test-built: build
+	$(call at_a_time,2,test-kotlin test-view test-native test-conformance test-unity)
 
 test-python: setup $(javascript) ## Test the receiver
 	$(pytest) $(slowest) $(call beside,4) host_receiver/test

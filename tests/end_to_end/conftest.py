@@ -28,6 +28,7 @@ _GROUPS = (
     r"test_projection\.py.*\[openxr",
     r"test_replay\.py.*\[2",
     r"test_replay\.py.*\[max",
+    r"test_short_walk\.py",
 )
 # Each test of these modules has its own processes. The tests of all others are a group by module.
 _INDEPENDENT = r"test_(recovery|security|transform_tree|receiver_bench)\.py"

@@ -48,7 +48,6 @@ def test_the_demo_leaves_a_report_and_a_picture(tmp_path: Path) -> None:
     assert cv2.imread(str(DEMO / "streams.png")) is not None
 
 
-@pytest.mark.alone
 def test_images_give_way_to_the_link_of_the_demo_and_no_sample_is_lost(tmp_path: Path) -> None:
     if reason := why_not():
         pytest.skip(reason)
