@@ -1,5 +1,6 @@
 """A recording of a scripted device, and the payloads it sent."""
 
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -185,3 +186,9 @@ def written(
         writer.write(topics[name], time_s * 10**9, data)
     writer.close()
     return folder
+
+
+def remove(folder: Path) -> None:
+    """Removes the folder of a recording that goes on, and may make a file in it meanwhile."""
+    while folder.exists():
+        shutil.rmtree(folder, ignore_errors=True)

@@ -2,7 +2,6 @@
 
 import itertools
 import resource
-import shutil
 import signal
 import time
 from collections.abc import Iterator
@@ -216,7 +215,7 @@ def check_images(folder: Path) -> None:
 
 def test_a_folder_that_is_removed_ends_the_recording(folder: Path, config: Path) -> None:
     with started(folder, config, "--no-ros") as (recording, device):
-        shutil.rmtree(folder)
+        bag_scene.remove(folder)
         with streaming(device):
             assert recording.wait() == 2
         error, hint = recording.errors[-2:]

@@ -3,7 +3,6 @@
 import errno
 import os
 import resource
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -106,7 +105,7 @@ def test_a_recording_whose_folder_is_removed_says_so(tmp_path: Path) -> None:
     recorder = Recorder(writer, load_table(), bag_scene.PREFIX, failures.put)
     publish = recorder.open(BATTERY)
     publish(bytearray(bag_scene.battery(1)))
-    shutil.rmtree(tmp_path / "walk")
+    bag_scene.remove(tmp_path / "walk")
     assert failures.get(timeout=LIMIT_S) == "somebody has removed its file"
     with pytest.raises(PublishError, match="removed"):
         publish(bytearray(bag_scene.battery(2)))

@@ -1,6 +1,5 @@
 """Recordings that begin and end while a receiver runs."""
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -158,13 +157,13 @@ def test_a_recording_that_failed_is_told_and_another_may_begin(
 ) -> None:
     with Child("-m", "ml2_receiver", "record", str(folder), "--attach") as child:
         assert child.line() == f"recording into {folder} until Ctrl-C"
-        shutil.rmtree(folder)
+        bag_scene.remove(folder)
         assert child.wait() == 2
     assert "it ended early: somebody has removed its file" in child.errors[-1]
     assert any("the recording has ended: somebody" in line for line in receiver.errors)
     assert client.ask("trigger", "start_recording")[0]
     device.publish("battery", bag_scene.battery(1))
-    shutil.rmtree(folder)
+    bag_scene.remove(folder)
     assert "removed its file" in recording("failed")["message"]
     client.ask("set", {"record.folder": str(folder.parent / "again")})
     assert client.ask("trigger", "start_recording") == [
