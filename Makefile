@@ -14,6 +14,8 @@ beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
 # So many targets of this file at a time.
 at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
+# Of all checkouts and users of a machine, one runs this program so at a time. It locks the program's file, which all can read.
+in_turn = flock --close $$(readlink -f $$(command -v $(firstword $(1)))) $(1)
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
@@ -160,13 +162,13 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 
 test-native: native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure
+	$(call in_turn,ctest) --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
-	ctest --test-dir build/native/thread --timeout 240 --parallel 4 --output-on-failure --label-regex threaded
+	$(call in_turn,ctest) --test-dir build/native/thread --timeout 240 --parallel 4 --output-on-failure --label-regex threaded
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
-	$(maven) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
+	$(call in_turn,$(maven)) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) $(call beside,4) tests/conformance

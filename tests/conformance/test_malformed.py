@@ -21,7 +21,7 @@ from ml2_receiver.transport.listener import listen
 from scripted_device import LIMIT_S, Address, Peer, ScriptedDevice, StreamingDevice
 
 CASES = named("malformed", "Receiver*")
-LIMITS = Limits(handshake_s=1.0, linger_s=0.5)
+LIMITS = Limits(handshake_s=3.0, linger_s=0.5)
 # What a case may cost; frames that claim up to 4 GiB are among them.
 MEMORY_BYTES = 4 << 20
 

@@ -95,7 +95,7 @@ internal class VectorHost : Closeable {
     }
 
     companion object {
-        private const val LIMIT_MILLIS = 8_000
+        private const val LIMIT_MILLIS = 30_000
         private const val BACKLOG = 16
         private const val TIMES_BYTES = 24
         private const val NANOS_PER_MILLI = 1_000_000L
