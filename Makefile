@@ -14,7 +14,7 @@ beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
 # So many targets of this file at a time.
 at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
-# Of all checkouts and users of a machine, one runs this program so at a time. It locks the program's file, which all can read.
+# Runs a program once no other checkout or user of this machine runs it so: the lock is on its file, which all can read.
 in_turn = flock --close $$(readlink -f $$(command -v $(firstword $(1)))) $(1)
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory

@@ -74,6 +74,15 @@ def overheard() -> Iterator[queue.Queue[bytes]]:
             yield packets
 
 
+def said_of(name: str, packets: queue.Queue[bytes], until: bytes) -> bytes:
+    """The packets that have a name, up to the one that has `until`, too."""
+    said = b""
+    while until not in said:
+        packet = packets.get(timeout=LIMIT_S)
+        said += packet if on_the_wire(name) in packet else b""
+    return said
+
+
 @contextmanager
 def pointed_at(names: list[str]) -> Iterator[None]:
     """Says ten times a second that there are receivers of these names, and never where."""
@@ -160,17 +169,14 @@ def test_one_that_is_closed_says_goodbye() -> None:
 def test_the_text_record_has_name_version_and_fingerprint_only() -> None:
     name = own("lab.pc")
     with overheard() as packets, announced(name, 7006, "ab" * 32):
-        found({own("lab-pc")})
-        said = b"".join(packets.queue)
+        said = said_of(own("lab-pc"), packets, until=b"version=1")
     text = on_the_wire(f"name={name}") + b"\x09version=1\x43fp=" + b"ab" * 32
     assert struct.pack(">H", len(text)) + text in said
 
 
 def test_without_tls_no_fingerprint_is_announced() -> None:
     with overheard() as packets, announced(own("open"), 7008):
-        found({own("open")})
-        said = b"".join(packet for packet in packets.queue if on_the_wire(own("open")) in packet)
-    assert b"\x09version=1" in said
+        said = said_of(own("open"), packets, until=b"\x09version=1")
     assert b"fp=" not in said
 
 
