@@ -13,6 +13,8 @@ from ros_domain import reserve_domain
 from ros_processes import environment
 
 MEBIBYTE = 2**20
+# So many participants of a domain get no shared memory; a second one may still be ending.
+_BLOCKED = 4
 NAMESPACE = "{http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles}"
 
 
@@ -125,25 +127,30 @@ def test_a_participant_makes_the_segment(free: list[str], least: int, most: int)
     assert least < int(printed) < most
 
 
-def locks(domain: int) -> list[Path]:
-    """The locks of the shared memory of a domain's first participants, for messages to them."""
+def shared_files(domain: int) -> list[Path]:
+    """By which a domain's first participants get messages: memory, mutexes and, last, locks."""
     first_port = 7411 + 250 * domain  # RTPS 2.2, 9.6.1.1
-    return [Path(f"/dev/shm/fastrtps_port{first_port + 2 * number}_el") for number in range(4)]
+    names = [f"fastrtps_port{first_port + 2 * number}" for number in range(_BLOCKED)]
+    forms = ("{}", "sem.{}_mutex", "{}_el")
+    return [Path("/dev/shm", form.format(name)) for form in forms for name in names]
 
 
 def is_ours(file: Path) -> bool:
-    return not file.exists() or file.stat().st_uid == os.getuid()
+    return not os.path.lexists(file) or file.lstat().st_uid == os.getuid()
 
 
 @pytest.fixture
 def blocked_domain() -> Iterator[int]:
     """A domain in which Fast DDS cannot open shared memory, as if it belonged to another user."""
-    domain = next(it for it in iter(reserve_domain, None) if all(map(is_ours, locks(it))))
-    for lock in locks(domain):
-        lock.unlink(missing_ok=True)  # of a participant that was killed
+    domain = next(it for it in iter(reserve_domain, None) if all(map(is_ours, shared_files(it))))
+    files = shared_files(domain)
+    locks = files[-_BLOCKED:]
+    for file in files:
+        file.unlink(missing_ok=True)  # of a participant that was killed
+    for lock in locks:
         lock.symlink_to("/nowhere/file")
     yield domain
-    for lock in locks(domain):
+    for lock in locks:
         lock.unlink(missing_ok=True)
 
 
