@@ -139,19 +139,21 @@ def is_ours(file: Path) -> bool:
     return not os.path.lexists(file) or file.lstat().st_uid == os.getuid()
 
 
+def remove(files: list[Path]) -> None:
+    for file in files:
+        file.unlink(missing_ok=True)
+
+
 @pytest.fixture
 def blocked_domain() -> Iterator[int]:
     """A domain in which Fast DDS cannot open shared memory, as if it belonged to another user."""
     domain = next(it for it in iter(reserve_domain, None) if all(map(is_ours, shared_files(it))))
     files = shared_files(domain)
-    locks = files[-_BLOCKED:]
-    for file in files:
-        file.unlink(missing_ok=True)  # of a participant that was killed
-    for lock in locks:
+    remove(files)  # what a participant that was killed has left
+    for lock in files[-_BLOCKED:]:
         lock.symlink_to("/nowhere/file")
     yield domain
-    for lock in locks:
-        lock.unlink(missing_ok=True)
+    remove(files)
 
 
 def test_errors_of_fast_dds_are_not_among_what_a_program_prints(blocked_domain: int) -> None:
