@@ -169,6 +169,7 @@ def test_one_that_is_closed_says_goodbye() -> None:
 def test_the_text_record_has_name_version_and_fingerprint_only() -> None:
     name = own("lab.pc")
     with overheard() as packets, announced(name, 7006, "ab" * 32):
+        found({own("lab-pc")})
         said = said_of(own("lab-pc"), packets, until=b"version=1")
     text = on_the_wire(f"name={name}") + b"\x09version=1\x43fp=" + b"ab" * 32
     assert struct.pack(">H", len(text)) + text in said
@@ -176,6 +177,7 @@ def test_the_text_record_has_name_version_and_fingerprint_only() -> None:
 
 def test_without_tls_no_fingerprint_is_announced() -> None:
     with overheard() as packets, announced(own("open"), 7008):
+        found({own("open")})
         said = said_of(own("open"), packets, until=b"\x09version=1")
     assert b"fp=" not in said
 
