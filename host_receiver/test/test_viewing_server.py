@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import http.client
+import socket
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from urllib.parse import urlsplit
@@ -68,6 +70,22 @@ def test_each_file_is_served_with_the_policy(url: str) -> None:
         assert (response.status, response.headers["Content-Type"]) == (200, type)
         assert response.content == content  # type: ignore[attr-defined]
         assert HEADERS.items() <= dict(response.headers).items()
+
+
+def test_a_busy_browser_gets_the_whole_file(url: str) -> None:
+    path, content = "/three.min.js", page_files()["/three.min.js"][1]
+    address = urlsplit(url)
+    with socket.socket() as browser:
+        # So little fits that the server waits for the browser.
+        browser.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        browser.settimeout(20)
+        browser.connect((address.hostname, address.port))
+        browser.sendall(f"GET {path} HTTP/1.1\r\nHost: {address.netloc}\r\n\r\n".encode())
+        # Longer than the closing of a WebSocket may take.
+        time.sleep(1.5)
+        response = http.client.HTTPResponse(browser)
+        response.begin()
+        assert response.read() == content
 
 
 def test_other_paths_and_methods_find_nothing(url: str) -> None:

@@ -27,6 +27,9 @@ SOCKET_PATH = "/live"
 WRONG_TOKEN = 4401
 _MOST_VISITORS = 8
 _PATIENCE_S = 5
+_CLOSE_S = 1
+# A browser takes its time to read a file: on a busy machine, over a second for the largest.
+_FILE_S = 20
 # struct timeval of SO_SNDTIMEO: a browser that reads nothing for so long is disconnected.
 _SEND_TIMEOUT = struct.pack("ll", _PATIENCE_S, 0)
 
@@ -49,7 +52,7 @@ class ViewServer:
             process_request=self._answer,
             server_header=None,
             open_timeout=_PATIENCE_S,
-            close_timeout=1,
+            close_timeout=_CLOSE_S,
             max_size=MOST_BYTES,
         )
         self._thread = threading.Thread(target=self._server.serve_forever, name="view-server")
@@ -74,6 +77,8 @@ class ViewServer:
         if (file := self._files.get(request.path)) is None:
             return _response(http.HTTPStatus.NOT_FOUND, "not found\n")
         type, content = file
+        # A response closes the connection, and is cut off when that takes too long.
+        connection.close_timeout = _FILE_S
         return _response(http.HTTPStatus.OK, content, type)
 
     def _serve(self, connection: ServerConnection) -> None:
