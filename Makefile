@@ -109,10 +109,13 @@ $(packed_app): $(packed) $(if $(KEYSTORE),setup) # which is always done: a key o
 unity-package: aar ## Pack the Unity package: build/unity
 	$(run) python3 config/unity_tarball.py
 
-dist: apk unity-package $(cyclonedx) ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
+dist: unity-package ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
+	$(call at_a_time,2,apk cyclonedx)
 	$(if_changed) build/.bills $(filter %pom.xml,$(kotlin_files)) -- env MAVEN_OPTS=$(all_compilers) $(maven) --quiet package $(compiled) -DskipTests \
 	  -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
 	$(run) python3 config/dist.py --cyclonedx $(cyclonedx)
+
+cyclonedx: setup $(cyclonedx)
 
 $(cyclonedx):
 	$(run) python3 -m venv $(@D)/..
