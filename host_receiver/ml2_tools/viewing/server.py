@@ -89,7 +89,8 @@ class ViewServer:
                     connection.close(WRONG_TOKEN, "wrong token")
                     return
             except TimeoutError:
-                connection.close(WRONG_TOKEN, "no token")
+                # The page tries again, since its token may be right.
+                connection.close(CloseCode.POLICY_VIOLATION, f"no token in {_PATIENCE_S} s")
                 return
             if not self._places.acquire(blocking=False):
                 connection.close(CloseCode.TRY_AGAIN_LATER, "too many browsers")
