@@ -211,7 +211,7 @@ class NativePixelSourceTest {
 
     /** The pictures that the simulated device drew for [stream], from its cache: [bytes] each, at whole pages. */
     private fun frames(stream: StreamSpec, bytes: Int): Sequence<ByteBuffer> {
-        val file = Path.of("target/frame_cache").listDirectoryEntries("${stream.id}-*").first()
+        val file = Path.of("target/frame_cache").listDirectoryEntries("${stream.id}-*.frames").first()
         val cached = ByteBuffer.wrap(file.readBytes())
         val pitch = (bytes + PAGE - 1) / PAGE * PAGE
         return (0 until cached.capacity() / pitch).asSequence().map { index ->
