@@ -14,8 +14,8 @@ beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
 # So many targets of this file at a time.
 at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
-# Runs a program once no other checkout or user of this machine runs it so: the lock is on its file, which all can read.
-in_turn = flock --close $$(readlink -f $$(command -v $(firstword $(1)))) $(1)
+# Runs a program once no other checkout or user of this machine runs one so: the lock is on a file that all can read.
+in_turn := flock --close $$(readlink -f $$(command -v flock))
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
@@ -152,7 +152,7 @@ test: native $(javascript) ## Run the tests of everything but a release's packag
 
 # The tests of the receiver do not wait for the Kotlin library.
 test-built: build
-	$(call at_a_time,2,test-kotlin test-view test-native test-conformance test-unity)
+	$(call at_a_time,2,test-kotlin test-view test-conformance test-unity test-native)
 
 test-python: setup $(javascript) ## Test the receiver
 	$(pytest) $(slowest) $(call beside,4) host_receiver/test
@@ -165,13 +165,13 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 
 test-native: native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
-	$(call in_turn,ctest) --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure
+	$(in_turn) ctest --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
-	$(call in_turn,ctest) --test-dir build/native/thread --timeout 240 --parallel 4 --output-on-failure --label-regex threaded
+	$(in_turn) ctest --test-dir build/native/thread --timeout 240 --parallel 4 --output-on-failure --label-regex threaded
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
-	$(call in_turn,$(maven)) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
+	$(in_turn) $(maven) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) $(call beside,4) tests/conformance

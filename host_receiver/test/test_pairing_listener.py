@@ -22,6 +22,7 @@ from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import listen
 from tls_device import Certificate, anonymous_context
+from waiting import await_true
 
 HEADER = struct.Struct("<HBBHHIIqq")
 CHALLENGE, PAIR, PAIRED, ERROR = 60, 61, 62, 51
@@ -165,7 +166,8 @@ def test_wrong_tokens_are_counted_and_told(scene: PairingScene) -> None:
     assert scene.pairing.is_guessed_at
     assert scene.pair()[0] == ERROR
     assert scene.devices.load() == []
-    assert any("wrong token, 0 more allowed" in said for said in scene.said)
+    # It is told once the device has closed its connection.
+    await_true(lambda: any("wrong token, 0 more allowed" in it for it in scene.said))
 
 
 @pytest.mark.parametrize(

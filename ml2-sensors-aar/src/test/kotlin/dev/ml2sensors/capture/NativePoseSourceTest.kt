@@ -84,16 +84,19 @@ class NativePoseSourceTest {
 
     @Test
     fun theFirstSampleInANewWorldSaysSo() = runBlocking<Unit> {
-        val samples = mutableListOf<PoseSample>()
-        poses().first {
-            if (samples.isEmpty()) Simulation.configure("fault.head.new_session", 1)
-            samples += it
+        var moving: LongRange? = null
+        val sample = poses().first {
+            if (moving == null) {
+                val before = Native.now()
+                Simulation.configure("fault.head.new_session", 1)
+                moving = before..Native.now()
+            }
             it.isInNewWorld
         }
-        val sample = samples.last()
-        assertNear(Simulation.truth(Simulation.HEAD, sample.captureNanos).position.toRos(), sample.pose!!.translation)
-        val last = samples[samples.lastIndex - 1]
-        assertTrue(length(last.pose!!.translation) > length(sample.pose!!.translation), "the origin moved to the head")
+        fun truth(nanos: Long) = Simulation.truth(Simulation.HEAD, nanos).position
+        assertNear(truth(sample.captureNanos).toRos(), sample.pose!!.translation)
+        val nearest = (assertNotNull(moving) step 1_000_000).minOf { length(truth(it)) }
+        assertTrue(nearest < 0.01, "the head was never closer than $nearest m to the origin, which moved to it")
     }
 
     @Test

@@ -160,7 +160,7 @@ private class App(private val scope: CoroutineScope) {
         runBlocking { withTimeout(FAILURE_LIMIT) { session.await() } }
 
     private companion object {
-        val FAILURE_LIMIT = 10.seconds
+        val FAILURE_LIMIT = 60.seconds
     }
 }
 
