@@ -9,13 +9,14 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 library=ml2-sensors-aar
 package=(package --threads 2 -DskipTests -pl "!$library/aar")
 version=$(sed -n 's|.*<kotlin.version>\(.*\)</.*|\1|p' pom.xml)
-kotlin_jars=$(find ~/.m2/repository/org/jetbrains -name "*-$version.jar" -o -name 'kotlinx-coroutines-core-jvm*.jar' \
-  -o -name 'annotations*.jar' 2>/dev/null | paste -sd :)
+compiler=~/.m2/repository/org/jetbrains
 
 # The first build writes no caches, which would take longer: a clone is often built only once.
-if [[ ! -d $library/target || $kotlin_jars != *kotlin-build-tools-impl* ]]; then
+if [[ ! -d $library/target || ! -d $compiler/kotlin/kotlin-build-tools-impl/$version ]]; then
   exec mvn "$@" "${package[@]}"
 fi
+kotlin_jars=$(find "$compiler" -name "*-$version.jar" -o -name 'kotlinx-coroutines-core-jvm*.jar' -o -name 'annotations*.jar' |
+  paste -sd :)
 incremental=("$@" --quiet -Dkotlin.compiler.incremental=true -Dmaven.clean.skip)
 
 # The rest of a line is a command for when the inputs before `--` differ from the last time.
