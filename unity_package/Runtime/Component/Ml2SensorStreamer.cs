@@ -40,6 +40,9 @@ namespace Ml2Sensors
         private bool _isRequested;
         private bool _isStarted;
 
+        /// <summary>What the platform said last, and what the library was told.</summary>
+        private bool _isPaused, _isLibraryPaused;
+
         /// <summary>Raised when a session begins, with the receiver's name or address.</summary>
         public event Action<string> Connected;
 
@@ -110,6 +113,7 @@ namespace Ml2Sensors
             _isRequested = true;
             if (Unavailable != null) Debug.LogWarning(Unavailable, this);
             else if (_insecure) Debug.LogWarning(InsecureWarning, this);
+            _permissions.ForgetCancelled();
             AskForPermissions();
             ContinueStart();
         }
@@ -157,18 +161,46 @@ namespace Ml2Sensors
 
         private void OnApplicationPause(bool isPaused)
         {
-            if (!_isStarted) return;
-            if (isPaused) Bridge.Pause();
-            else Bridge.Resume();
+            _isPaused = isPaused;
+            PauseLibrary();
+            if (!isPaused) LookAtPermissions();
         }
 
-        private void OnDisable() => StopStreaming();
+        private void OnApplicationFocus(bool hasFocus)
+        {
+            if (hasFocus) LookAtPermissions();
+        }
+
+        private void OnDisable()
+        {
+            StopStreaming();
+            // Unity does not tell an inactive object that the app is resumed
+            _isPaused = false;
+        }
 
         private void OnDestroy()
         {
             _bridge?.Dispose();
             _bridge = null;
+            _isLibraryPaused = false;
         }
+
+        /// <summary>Tells a started library whether the app is paused, if it does not know.</summary>
+        private void PauseLibrary()
+        {
+            if (!_isStarted || _isLibraryPaused == _isPaused) return;
+            _isLibraryPaused = _isPaused;
+            if (_isPaused) Bridge.Pause();
+            else Bridge.Resume();
+        }
+
+        /// <summary>Finds permissions that were granted anywhere, and requests that Android ended without an answer.</summary>
+        private void LookAtPermissions()
+        {
+            if (_bridge != null) _permissions.Look(Needs(), true);
+        }
+
+        private IReadOnlyList<PermissionNeed> Needs() => StatusReader.ReadPermissions(Bridge.PermissionsNeeded());
 
         /// <summary>Starts, or restarts after a new permission, since a refused stream stays refused for the session.</summary>
         private void ContinueStart()
@@ -178,6 +210,7 @@ namespace Ml2Sensors
             if (!_isRequested || (_isStarted && !hasNewPermission)) return;
             _isStarted = true;
             Bridge.Start(_receiver, _config == null ? "{}" : _config.ToJson(), _insecure);
+            PauseLibrary();
         }
 
         private void Apply(Status now)
@@ -200,7 +233,9 @@ namespace Ml2Sensors
 
         private void AskForPermissions()
         {
-            var needs = _permissions.TakeNew(StatusReader.ReadPermissions(Bridge.PermissionsNeeded()));
+            var missing = Needs();
+            _permissions.Look(missing, false);
+            var needs = _permissions.TakeNew(missing);
             foreach (PermissionNeed need in needs) PermissionNeeded?.Invoke(need);
             if (_askForPermissions) _permissions.Ask(needs);
         }

@@ -35,9 +35,20 @@ namespace Ml2Sensors.Tests
 
         public void Stop() => Calls.Add("stop");
 
-        public void Pause() => Calls.Add("pause");
+        /// <summary>True between Pause and Resume.</summary>
+        public bool IsPaused { get; private set; }
 
-        public void Resume() => Calls.Add("resume");
+        public void Pause()
+        {
+            IsPaused = true;
+            Calls.Add("pause");
+        }
+
+        public void Resume()
+        {
+            IsPaused = false;
+            Calls.Add("resume");
+        }
 
         public string Status() => "{\"state\": \"ended\"}";
 

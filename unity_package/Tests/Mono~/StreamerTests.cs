@@ -197,6 +197,117 @@ namespace Ml2Sensors.Tests
         }
 
         [Test]
+        public void Resume_WhileStopped_ReachesTheLibraryWithTheNextStart()
+        {
+            _streamer.enabled = true;
+            _streamer.Send("OnApplicationPause", true);
+            _streamer.StopStreaming();
+            _streamer.Send("OnApplicationPause", false);
+            _streamer.StartStreaming();
+            AssertCalls("start \"\" {}", "pause", "stop", "start \"\" {}", "resume");
+        }
+
+        [Test]
+        public void Resume_OfAnObjectThatUnityDoesNotTell_ReachesTheLibraryWhenItIsEnabled()
+        {
+            _streamer.enabled = true;
+            _streamer.Send("OnApplicationPause", true);
+            _streamer.enabled = false;
+            _streamer.enabled = true;
+            Assert.AreEqual("resume", _bridge.Calls.Last());
+        }
+
+        [Test]
+        public void PauseAndResume_AmongTheAppsOwnCallsInAnyOrder_LeaveTheLibraryAsThePlatformIs()
+        {
+            foreach (int seed in Enumerable.Range(1, 200))
+            {
+                SetUp();
+                var random = new System.Random(seed);
+                bool isPaused = false;
+                for (int i = 0; i < 30; i++)
+                {
+                    int call = random.Next(4);
+                    if (call == 0) _streamer.Send("OnApplicationPause", isPaused = true);
+                    if (call == 1) _streamer.Send("OnApplicationPause", isPaused = false);
+                    if (call == 2) _streamer.StopStreaming();
+                    if (call == 3) _streamer.StartStreaming();
+                }
+                _streamer.StartStreaming();
+                Assert.AreEqual(isPaused, _bridge.IsPaused, $"seed {seed}: {string.Join(", ", _bridge.Calls)}");
+            }
+        }
+
+        [TestCase("OnApplicationFocus", true)]
+        [TestCase("OnApplicationPause", false)]
+        public void PermissionRequest_WithoutAnAnswer_EndsWhenTheAppIsInFrontAgain(string message, bool argument)
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            _streamer.Send("OnApplicationFocus", false);
+            for (int i = 0; i < 1000; i++) Update();
+            AssertCalls();
+            _streamer.Send(message, argument);
+            Update();
+            AssertCalls("start \"\" {}");
+            Assert.AreEqual(1, Permission.Asked.Count, "no dialog after dialog");
+            Permission.Callbacks.Answer("android.permission.CAMERA", false);
+            Update();
+            AssertCalls("start \"\" {}");
+        }
+
+        [Test]
+        public void PermissionRequest_WithoutAnAnswer_IsMadeAgainWithTheNextStart()
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            _streamer.StopStreaming();
+            _streamer.StartStreaming();
+            Assert.AreEqual(1, Permission.Asked.Count, "the dialog may be open");
+            _streamer.StopStreaming();
+            _streamer.Send("OnApplicationFocus", true);
+            _streamer.StartStreaming();
+            Assert.AreEqual(2, Permission.Asked.Count);
+            AssertCalls();
+            _streamer.StopStreaming();
+            Need("[]");
+            _streamer.StartStreaming();
+            AssertCalls("start \"\" {}");
+        }
+
+        [Test]
+        public void PermissionGranted_OutsideTheDialog_RestartsWhenTheAppIsInFrontAgain()
+        {
+            Need(CameraNeeded);
+            _streamer.enabled = true;
+            Permission.Callbacks.Answer("android.permission.CAMERA", false);
+            Update();
+            _streamer.Send("OnApplicationFocus", true);
+            Update();
+            AssertCalls("start \"\" {}");
+            Need("[]");
+            _streamer.Send("OnApplicationFocus", true);
+            Update();
+            _streamer.Send("OnApplicationFocus", true);
+            Update();
+            AssertCalls("start \"\" {}", "start \"\" {}");
+        }
+
+        [Test]
+        public void Permission_AnsweredAndLookedAt_RestartsOnce()
+        {
+            _streamer.enabled = true;
+            Need(CameraNeeded);
+            Show("{'state': 'connected', 'streams': {'world_left': {'state': 'refused', 'reason': 'permission'}}}");
+            Need("[]");
+            _streamer.Send("OnApplicationFocus", true);
+            Update();
+            Permission.Callbacks.Answer("android.permission.CAMERA", true);
+            Update();
+            AssertCalls("start \"\" {}", "start \"\" {}");
+        }
+
+        [Test]
         public void Disable_BeforeTheUserAnswers_NeverStarts()
         {
             Need(CameraNeeded);
