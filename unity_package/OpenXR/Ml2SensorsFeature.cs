@@ -46,9 +46,9 @@ namespace Ml2Sensors.OpenXR
         protected override unsafe void OnSessionCreate(ulong xrSession)
         {
             if (Application.platform != RuntimePlatform.Android) return;
-            // Java must load the library first, so that the library gets the Java virtual machine
-            using (var java = new AndroidJavaClass("java.lang.System"))
-                java.CallStatic("loadLibrary", NativeMethods.Library);
+            // Java must load the library first, so that the library gets the Java virtual machine. It finds the library by
+            // the class loader of the caller, which has to be a class of the app: GameActivity calls from a native thread
+            using (var facade = new AndroidJavaClass("dev.ml2sensors.unity.Ml2Unity")) facade.CallStatic("loadLibrary");
             var openXR = new NativeOpenXR
             {
                 StructSize = (uint)sizeof(NativeOpenXR),

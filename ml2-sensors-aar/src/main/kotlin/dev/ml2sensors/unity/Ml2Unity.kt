@@ -7,6 +7,7 @@ import dev.ml2sensors.android.Ml2Sensors
 import dev.ml2sensors.android.missingPermissions
 import dev.ml2sensors.android.nsdBrowser
 import dev.ml2sensors.capture.LocalFrames
+import dev.ml2sensors.capture.NativeLibrary
 import dev.ml2sensors.session.Receiver
 import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
@@ -226,6 +227,14 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         @JvmStatic
         fun open(context: Context, listener: Ml2UnityListener): Ml2Unity =
             Ml2Unity(context.applicationContext, listener)
+
+        /**
+         * Loads libml2sensors.so, for a caller that has no class of the app.
+         *
+         * @throws UnsatisfiedLinkError if it is not there.
+         */
+        @JvmStatic
+        fun loadLibrary(): Unit = NativeLibrary.load()
 
         private fun stream(id: String): StreamSpec =
             requireNotNull(StreamTable.byId(id)) { "there is no stream '$id', only ${StreamTable.all.joinToString()}" }
