@@ -23,6 +23,6 @@ def test_csharp_calls_only_methods_that_the_facade_has() -> None:
 
 
 def test_csharp_calls_no_class_of_the_system_which_would_look_for_our_library_elsewhere() -> None:
-    """System.loadLibrary searches where its caller does; a native thread has the system's loader."""
+    """System.loadLibrary searches where its caller does: for a native thread, in the system."""
     classes = {name for text in _sources().values() for name in CLASS.findall(text)}
     assert classes == {"com.unity3d.player.UnityPlayer", "dev.ml2sensors.unity.Ml2Unity"}
