@@ -37,6 +37,7 @@ PUBLIC = (
     "ml2_receiver.topics",
     "ml2_receiver.recording",
     "ml2_receiver.ros.context",
+    "ml2_receiver.ros.real_time",
     "ml2_receiver.ros.spinning",
     "ml2_receiver.ros.fastdds",
     "ml2_receiver.commands",

@@ -26,6 +26,7 @@ from .context import start_ros
 from .parameters import ParameterNode
 from .publishers import Publishers, create_publisher
 from .raw_publish import takes_bytearray
+from .real_time import real_time, say_real_time, steady_timer
 from .recording_services import RecordingServices
 from .services import add_services
 from .spinning import spin_until, wake
@@ -106,7 +107,8 @@ class RosNode:
         if sinks is not None:
             self._recording = RecordingServices(self._node, control, self._prefix, sinks)
         self._node.on_change(self._settings_changed)
-        self._node.create_timer(_DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
+        steady_timer(self._node, _DIAGNOSTICS_PERIOD_S, lambda: self._report(control.report()))
+        say_real_time(self._node)
         self._spinner.start()
 
     def close(self) -> None:
@@ -170,5 +172,4 @@ class RosNode:
             topic.full_name(self._prefix): {"subscribers": str(count)}
             for topic, count in self._publishers.subscribers().items()
         }
-        stamp = self._node.get_clock().now().to_msg()
-        self._statuses.publish(status_array(self.config.name, rows, more, stamp))
+        self._statuses.publish(status_array(self.config.name, rows, more, real_time()))

@@ -20,6 +20,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from ml2_receiver.ros.context import spin_until, start_ros
+from ml2_receiver.ros.real_time import real_time, say_real_time, steady_timer
 from ml2_receiver.table.reader import load_table
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.topics.message_types import message_class
@@ -78,7 +79,8 @@ class ProductsNode:
         static = QoSProfile(depth=STATIC_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._node.create_subscription(TFMessage, _TF_STATIC, self._take_static, static)
         self._statuses = self._node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._node.create_timer(_PERIOD_S, self._tick)
+        steady_timer(self._node, _PERIOD_S, self._tick)
+        say_real_time(self._node)
 
     def spin(self, stopping: threading.Event) -> None:
         """Runs the node until `stopping` is set, then ends it."""
@@ -210,7 +212,7 @@ class ProductsNode:
         self._subscribe()
         array = DiagnosticArray(status=[self._status(topic) for topic in self._publishers])
         array.status.append(self._losses())
-        array.header.stamp = self._node.get_clock().now().to_msg()
+        array.header.stamp = real_time()
         self._statuses.publish(array)
 
     def _status(self, topic: str) -> DiagnosticStatus:

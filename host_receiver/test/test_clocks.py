@@ -1,0 +1,97 @@
+"""What happens each second happens whatever the PC's clock or ROS's does."""
+
+import ctypes.util
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ros_messages import TYPES
+from ros_processes import Child, Receiver, Subscriber
+
+pytest.importorskip("rclpy", reason="rclpy is not installed")
+
+CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}"
+TYPE = "diagnostic_msgs/msg/DiagnosticArray"
+SIM_TIME = ("--ros-args", "-p", "use_sim_time:=true")
+SAID = "use_sim_time is set: sensor stamps and /diagnostics stay in real time"
+ONE_HOUR_S = 3600
+# Steps the real-time clock of a process back once the file of STEPPED exists.
+STEPPING = f"""
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
+
+int clock_gettime(clockid_t clock, struct timespec *now)
+{{
+    static int (*real)(clockid_t, struct timespec *);
+    if (!real)
+        real = (int (*)(clockid_t, struct timespec *))dlsym(RTLD_NEXT, "clock_gettime");
+    int result = real(clock, now);
+    if (clock == CLOCK_REALTIME && access(getenv("STEPPED"), F_OK) == 0)
+        now->tv_sec -= {ONE_HOUR_S};
+    return result;
+}}
+"""
+
+
+def stamp_s(payload: bytes) -> int:
+    return int(TYPES.deserialize_cdr(payload, TYPE).header.stamp.sec)  # type: ignore[attr-defined]
+
+
+@pytest.fixture
+def step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A file that steps the clock of later children back when it is made."""
+    compiler = shutil.which("cc")
+    if compiler is None or ctypes.util.find_library("c") is None:
+        pytest.skip("there is no C compiler")
+    source, library, step = (tmp_path / name for name in ("step.c", "step.so", "stepped"))
+    source.write_text(STEPPING)
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
+    with monkeypatch.context() as patched:
+        patched.setenv("LD_PRELOAD", str(library))
+        patched.setenv("STEPPED", str(step))
+        yield step
+
+
+@pytest.mark.parametrize("program", ["receiver", "products"])
+def test_diagnostics_go_on_when_the_clock_steps_back(
+    program: str, config: Path, step: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    child = Receiver(config) if program == "receiver" else Child("-m", "ml2_receiver", "products")
+    monkeypatch.delenv("LD_PRELOAD")
+    with child, Subscriber("/diagnostics", TYPE) as subscriber:
+        before_s = stamp_s(subscriber.message())
+        step.touch()
+        while stamp_s(subscriber.message()) > before_s - ONE_HOUR_S / 2:
+            pass
+        subscriber.message()
+
+
+@pytest.mark.parametrize("program", ["receiver", "products"])
+def test_diagnostics_go_on_in_real_time_when_no_clock_is_published(
+    program: str, config: Path
+) -> None:
+    began_s = int(time.time())
+    child = (
+        Receiver(config, *SIM_TIME)
+        if program == "receiver"
+        else Child("-m", "ml2_receiver", "products", *SIM_TIME)
+    )
+    with child, Subscriber("/diagnostics", TYPE) as subscriber:
+        for _ in range(2):
+            assert stamp_s(subscriber.message()) >= began_s
+        child.await_error(SAID)
+        assert sum(SAID in line for line in child.errors) == 1
+
+
+def test_no_other_timer_follows_a_clock_that_can_stop() -> None:
+    root = Path(__file__).resolve().parents[1]
+    sources = [path for top in ("ml2_receiver", "ml2_tools") for path in (root / top).rglob("*.py")]
+    timers = [path.name for path in sources if "create_timer(" in path.read_text()]
+    assert timers == ["real_time.py"]
