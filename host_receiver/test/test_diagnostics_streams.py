@@ -167,7 +167,6 @@ def test_a_stream_that_gives_way_is_well(watch: Watch) -> None:
         ("gyro_left", "imu", 2, "a message every 2 s"),
         ("magnetometer_left", "magnetic_field", 2, "a message every 2 s"),
         ("pressure_headset", "pressure", 4, "a message every 4 s"),
-        ("light_sensor", "illuminance", 60, "a message every 60 s"),
         ("battery", "battery", 600, "a message every 600 s"),
     ],
 )

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "../sources/conversions.h"
+
 static bool has(uint32_t types, XrPixelSensorMetadataTypeML type) { return types & 1u << type; }
 
 void pixel_metadata_chain(struct pixel_metadata *metadata, uint32_t types, XrPixelSensorDataML *data) {
@@ -34,17 +36,16 @@ void pixel_metadata_chain(struct pixel_metadata *metadata, uint32_t types, XrPix
 }
 
 static void read_pinhole(const XrPixelSensorPinholeIntrinsicsML *pinhole, ml2s_frame *frame) {
-    frame->has |= ML2S_HAS_INTRINSICS;
     frame->lens = ML2S_LENS_PLUMB_BOB;
     frame->focal_length[0] = pinhole->focalLength.x;
     frame->focal_length[1] = pinhole->focalLength.y;
     frame->principal_point[0] = pinhole->principalPoint.x;
     frame->principal_point[1] = pinhole->principalPoint.y;
     memcpy(frame->distortion, pinhole->distortion, sizeof pinhole->distortion);
+    frame->has |= is_lens(frame) ? ML2S_HAS_INTRINSICS : 0;
 }
 
 static void read_fisheye(const XrPixelSensorFisheyeIntrinsicsML *fisheye, ml2s_frame *frame) {
-    frame->has |= ML2S_HAS_INTRINSICS;
     frame->lens = ML2S_LENS_FISHEYE_TANGENTIAL;
     frame->focal_length[0] = fisheye->focalLength.x;
     frame->focal_length[1] = fisheye->focalLength.y;
@@ -52,18 +53,21 @@ static void read_fisheye(const XrPixelSensorFisheyeIntrinsicsML *fisheye, ml2s_f
     frame->principal_point[1] = fisheye->principalPoint.y;
     memcpy(frame->distortion, fisheye->radialDistortion, 4 * sizeof(double));
     memcpy(frame->distortion + 4, fisheye->tangentialDistortion, 2 * sizeof(double));
+    frame->has |= is_lens(frame) ? ML2S_HAS_INTRINSICS : 0;
 }
 
 void pixel_metadata_read(const struct pixel_metadata *metadata, uint32_t types, ml2s_frame *frame) {
-    if (has(types, XR_PIXEL_SENSOR_METADATA_EXPOSURE_TIME_ML)) {
+    // In milliseconds; no exposure is longer than a minute, and a value that is not a number is none
+    if (has(types, XR_PIXEL_SENSOR_METADATA_EXPOSURE_TIME_ML) && metadata->exposure.exposureTime >= 0 &&
+        metadata->exposure.exposureTime <= 60000) {
         frame->has |= ML2S_HAS_EXPOSURE;
         frame->exposure_nanos = (int64_t)((double)metadata->exposure.exposureTime * 1e6 + 0.5);
     }
-    if (has(types, XR_PIXEL_SENSOR_METADATA_ANALOG_GAIN_ML)) {
+    if (has(types, XR_PIXEL_SENSOR_METADATA_ANALOG_GAIN_ML) && __builtin_isfinite(metadata->analog_gain.gain)) {
         frame->has |= ML2S_HAS_ANALOG_GAIN;
         frame->analog_gain = metadata->analog_gain.gain;
     }
-    if (has(types, XR_PIXEL_SENSOR_METADATA_DIGITAL_GAIN_ML)) {
+    if (has(types, XR_PIXEL_SENSOR_METADATA_DIGITAL_GAIN_ML) && __builtin_isfinite(metadata->digital_gain.gain)) {
         frame->has |= ML2S_HAS_DIGITAL_GAIN;
         frame->digital_gain = metadata->digital_gain.gain;
     }

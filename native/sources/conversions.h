@@ -36,13 +36,27 @@ static inline void frame_set_pose(ml2s_frame *frame, const MLTransform *transfor
     frame->has |= is_pose(frame->rotation, frame->position) ? ML2S_HAS_POSE : 0;
 }
 
+/** Returns true if the numbers are those of a lens: finite, and with a focal length that pixels can be divided by. */
+static inline bool is_lens(const ml2s_frame *frame) {
+    bool is = true;
+    for (int i = 0; i < 6; i++) {
+        is &= __builtin_isfinite(frame->distortion[i]) != 0;
+    }
+    for (int i = 0; i < 2; i++) {
+        is &= frame->focal_length[i] > 0 && frame->focal_length[i] < 1e6;
+        is &= __builtin_fabs(frame->principal_point[i]) < 1e6;
+    }
+    return is;
+}
+
+/** Sets the intrinsics; the distortion is set before. */
 static inline void frame_set_pinhole(ml2s_frame *frame, MLVec2f focal_length, MLVec2f principal_point) {
     const float values[] = {focal_length.x, focal_length.y, principal_point.x, principal_point.y};
     for (int i = 0; i < 2; i++) {
         frame->focal_length[i] = values[i];
         frame->principal_point[i] = values[i + 2];
     }
-    frame->has |= are_finite(values, 4) ? ML2S_HAS_INTRINSICS : 0;
+    frame->has |= is_lens(frame) ? ML2S_HAS_INTRINSICS : 0;
 }
 
 static inline ml2s_result frame_set_time(ml2s_frame *frame, MLTime time, ml2s_error *error) {

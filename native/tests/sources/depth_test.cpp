@@ -292,6 +292,13 @@ TEST_F(Depth, PicturesLargerThanTheCameraHasAreRefused) {
 TEST_F(Depth, DistanceCannotBecomeZWithoutIntrinsics) {
     script.depthFrames[0].intrinsics.focal_length.x = NAN;
     expectOddOf("intrinsics are not finite");
+    for (float focal : {0.0f, -6.0f, 1e9f, INFINITY}) {
+        script.depthFrames[0].intrinsics.focal_length.x = focal;
+        expectOddOf("intrinsics are not finite");
+    }
+    script.depthFrames[0].intrinsics.focal_length.x = 6;
+    script.depthFrames[0].intrinsics.distortion[4] = NAN;
+    expectOddOf("intrinsics are not finite");
 }
 
 TEST_F(Depth, APoseThatIsNoNumberIsNone) {

@@ -101,11 +101,16 @@ internal class ColorCapture(
         val connection = CameraConnection(cameraManager, camera.id, handler)
         val ending = ended.invokeOnCompletion { connection.end.complete(Unit) }
         val odd = OddImages(connection::fail)
+        val thinning = Thinning(rateHz)
         val deliver = { image: CopiedImage, exposure: Exposure, captureNanos: Long ->
-            val place = order.add()
-            CoroutineScope(workers.dispatcher + encoding).launch {
-                val sample = sample(image, exposure, captureNanos, odd)
-                order.put(place, sample?.let { Captured(image.slot, it) })
+            if (thinning.admits(captureNanos)) {
+                val place = order.add()
+                CoroutineScope(workers.dispatcher + encoding).launch {
+                    val sample = sample(image, exposure, captureNanos, odd)
+                    order.put(place, sample?.let { Captured(image.slot, it) })
+                }
+            } else {
+                image.discard()
             }
             Unit
         }
@@ -129,6 +134,7 @@ internal class ColorCapture(
         device.createCaptureRequest(CameraDevice.TEMPLATE_RECORD).apply {
             addTarget(reader.surface)
             set(CaptureRequest.CONTROL_AE_TARGET_FPS_RANGE, camera.fpsRange(rateHz))
+            VendorRequest.of(camera.id)?.let { it.setIn(this) }
             if (plan.format == ImageFormat.JPEG) set(CaptureRequest.JPEG_QUALITY, JpegEncoder.QUALITY.toByte())
         }.build()
 

@@ -22,8 +22,10 @@ import java.util.concurrent.CountDownLatch
 /**
  * Android's encoder [name], asynchronous, with a thread of its own for what it makes.
  *
+ * Nothing of it is left when its constructor throws.
+ *
  * @throws java.io.IOException if it does not open.
- * @throws IllegalStateException if it does not take [format].
+ * @throws RuntimeException of any kind if it does not take [format].
  */
 internal class MediaCodecEncoder(private val name: String, format: MediaFormat, private val output: VideoOutput) :
     VideoEncoder {
@@ -39,7 +41,7 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
             codec.setCallback(Callback(), handler)
             codec.configure(format, null, null, MediaCodec.CONFIGURE_FLAG_ENCODE)
             codec.start()
-        } catch (e: IllegalStateException) {
+        } catch (e: Throwable) {
             close()
             throw e
         }
@@ -55,13 +57,13 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
             planes.copy(image, y, u, v)
             if (asKeyFrame) codec.setParameters(KEY_FRAME)
             codec.queueInputBuffer(index, 0, sizeBytes, presentationMicros, 0)
-        } catch (e: IllegalStateException) {
+        } catch (e: RuntimeException) {
             throw failure(e)
         }
         return true
     }
 
-    private fun failure(e: IllegalStateException) = SourceException("Android's encoder $name failed: ${e.message}", e)
+    private fun failure(e: RuntimeException) = SourceException("Android's encoder $name failed: ${e.message}", e)
 
     /** Ends on the encoder's own thread, so that no callback meets a codec that was released. */
     override fun close() {
@@ -89,7 +91,7 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
                 take(bytes, info)
             }
             codec.releaseOutputBuffer(index, false)
-        } catch (e: IllegalStateException) {
+        } catch (e: RuntimeException) { // One that leaves a callback would end the app
             output.failed(failure(e))
         }
 

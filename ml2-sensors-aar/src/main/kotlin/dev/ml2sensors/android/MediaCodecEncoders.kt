@@ -26,7 +26,7 @@ internal class MediaCodecEncoders : VideoEncoders() {
             MediaCodecEncoder(info.name, info.abilities.formatOf(settings), output)
         } catch (e: IOException) {
             throw SourceException("Android's encoder ${info.name} does not open: ${e.message}", e)
-        } catch (e: IllegalStateException) { // MediaCodec.CodecException is one
+        } catch (e: RuntimeException) { // Codecs throw more kinds than are documented
             throw SourceException("Android's encoder ${info.name} does not take ${settings.inWords()}: ${e.message}", e)
         }
     }

@@ -8,6 +8,7 @@ import android.hardware.camera2.CameraManager
 import android.os.Build
 import android.os.PowerManager
 import android.provider.Settings
+import android.util.Log
 import dev.ml2sensors.capture.NativeColorPoses
 import dev.ml2sensors.pairing.DeviceKeys
 import dev.ml2sensors.pairing.PairedReceiver
@@ -54,16 +55,25 @@ public object Ml2Sensors {
 
     /**
      * Pairs this headset with the receiver that shows [uri], the text or QR code of `ml2-receiver pair`. Needed once;
-     * then [connect] finds the receiver.
+     * then [connect] finds the receiver. If Android's Keystore cannot read the key of this app any more, a new one is
+     * made, and the log says so: receivers that were paired before need another pairing.
      *
      * @throws IllegalArgumentException if [uri] is not a pairing URI; surrounding spaces are ignored.
      * @throws dev.ml2sensors.pairing.PairingException when the receiver refuses or does not answer.
      * @throws dev.ml2sensors.transport.TransportException when another machine answers, or without TLS 1.3.
      * @throws java.io.IOException when Android's Keystore fails, or the receiver cannot be stored.
      */
-    public suspend fun pair(context: Context, uri: String): PairedReceiver {
+    public suspend fun pair(context: Context, uri: String): PairedReceiver = pair(context, uri) {}
+
+    /** As the public one; [keyReplaced] also receives why a new key was made, if one was made in place of another. */
+    internal suspend fun pair(context: Context, uri: String, keyReplaced: (reason: String) -> Unit): PairedReceiver {
         val app = context.applicationContext
-        return AndroidKeys.of(app).pair(PairingUri.parse(uri.trim()), identityOf(app))
+        val keys = AndroidKeys.forPairing(app) { reason ->
+            val said = "$reason; pairing made a new one, and receivers that were paired before need another pairing"
+            Log.w("ml2s", said)
+            keyReplaced(said)
+        }
+        return keys.pair(PairingUri.parse(uri.trim()), identityOf(app))
     }
 
     /**

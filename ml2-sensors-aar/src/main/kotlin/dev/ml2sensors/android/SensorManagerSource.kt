@@ -51,7 +51,8 @@ internal class SensorManagerSource(
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
         access.callbackSamples { queue ->
             val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
-            val timestamps = TimestampConverter(clocks) { base -> foundBases.update { it + (stream to base) } }
+            val timestamps =
+                TimestampConverter(clocks, row.isOnChange) { base -> foundBases.update { it + (stream to base) } }
             val listener = Listener(row, timestamps, queue)
             // Of the fastest rate Android makes the sensor's minDelay
             if (!sensorManager.registerListener(listener, sensor, FASTEST, UNBATCHED_MICROS, handler)) {

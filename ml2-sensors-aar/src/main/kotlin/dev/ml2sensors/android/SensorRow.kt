@@ -19,6 +19,12 @@ internal class SensorRow(
     val name: String,
     val sample: (captureNanos: Long, values: FloatArray) -> Sample,
 ) {
+    /**
+     * True if Android reports this type only when its value changes. It reports the latest value, however old, when the
+     * sensor is registered, and then nothing while the value is steady.
+     */
+    val isOnChange: Boolean get() = type == Sensor.TYPE_LIGHT
+
     fun matches(sensor: Sensor): Boolean = sensor.type == type && name in sensor.name
 
     companion object {

@@ -35,9 +35,10 @@ internal class UnityPairing(private val app: Context) {
 
     /** Pairs with the receiver that shows [uri]; returns false if it failed, and [status] says why. */
     suspend fun run(uri: String): Boolean = try {
-        Ml2Sensors.pair(app, uri)
+        var replaced = ""
+        Ml2Sensors.pair(app, uri) { replaced = it }
         load()
-        mutableStatus.update { it.copy(state = "paired") }
+        mutableStatus.update { it.copy(state = "paired", reason = replaced) }
         true
     } catch (e: IOException) {
         failed(e)

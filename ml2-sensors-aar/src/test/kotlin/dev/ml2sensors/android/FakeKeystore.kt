@@ -14,6 +14,7 @@ import java.security.PrivateKey
 import java.security.Provider
 import java.security.SecureRandom
 import java.security.Security
+import java.security.UnrecoverableKeyException
 import java.security.cert.Certificate
 import java.security.spec.AlgorithmParameterSpec
 import java.util.Collections
@@ -26,6 +27,9 @@ import java.util.Enumeration
 internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private val content = HashMap<String, Pair<PrivateKey, Certificate>>()
     val made = ArrayList<KeyGenParameterSpec>()
+
+    /** True while the keys that were made so far are listed but cannot be read. */
+    var isUnreadable = false
 
     /** Holds the key of [identity] as [alias] from the start. */
     fun add(alias: String, identity: DeviceIdentity) {
@@ -82,6 +86,7 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
             val (key, certificate) = keytool(specification.certificateSubject.name)
             content[specification.keystoreAlias] = key to certificate
             made += specification
+            isUnreadable = false
             return KeyPair(certificate.publicKey, key)
         }
     }
@@ -89,7 +94,10 @@ internal class FakeKeystore : Provider("AndroidKeyStore", "1", "in memory") {
     private inner class Store : KeyStoreSpi() {
         override fun engineLoad(stream: InputStream?, password: CharArray?) = Unit
 
-        override fun engineGetKey(alias: String, password: CharArray?): Key? = content[alias]?.first
+        override fun engineGetKey(alias: String, password: CharArray?): Key? {
+            if (isUnreadable) throw UnrecoverableKeyException("Failed to obtain information about key")
+            return content[alias]?.first
+        }
 
         override fun engineGetCertificate(alias: String): Certificate? = content[alias]?.second
 

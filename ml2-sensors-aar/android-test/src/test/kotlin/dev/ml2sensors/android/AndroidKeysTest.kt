@@ -15,6 +15,7 @@ import java.time.Instant
 import kotlin.test.assertEquals
 import kotlin.test.assertFailsWith
 import kotlin.test.assertIs
+import kotlin.test.assertNotEquals
 import kotlin.test.assertTrue
 
 @RunWith(RobolectricTestRunner::class)
@@ -49,6 +50,23 @@ class AndroidKeysTest {
     fun aKeystoreThatFailsIsAnInputOutputFailure() {
         val failure = assertFailsWith<IOException> { AndroidKeys.of(app).identity }
         assertTrue("Android's Keystore returned no key" in failure.message.orEmpty(), "$failure")
+    }
+
+    @Test
+    fun anUnreadableKeyIsReplacedByPairingAloneWhichSaysSo() = keystore.use {
+        val first = AndroidKeys.of(app).identity.fingerprint
+        keystore.isUnreadable = true
+        val failure = assertFailsWith<IOException> { AndroidKeys.of(app).identity }
+        assertTrue("cannot read the key" in failure.message.orEmpty(), "$failure")
+        assertTrue("ml2-receiver pair" in failure.message.orEmpty(), "$failure")
+        assertEquals(1, keystore.made.size, "a new key would be unknown to all receivers")
+        val reasons = mutableListOf<String>()
+        val uri = "ml2s://127.0.0.1:1?fp=${"0".repeat(64)}&token=${"0".repeat(32)}"
+        val refusal = assertFailsWith<IOException> { runBlocking { Ml2Sensors.pair(app, uri) { reasons += it } } }
+        assertTrue("Keystore" !in refusal.message.orEmpty(), "$refusal")
+        assertTrue("cannot read the key" in reasons.single(), "$reasons")
+        assertNotEquals(first, AndroidKeys.of(app).identity.fingerprint)
+        assertEquals(2, keystore.made.size)
     }
 
     @Test

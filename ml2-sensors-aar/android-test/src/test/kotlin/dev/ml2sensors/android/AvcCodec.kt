@@ -100,7 +100,7 @@ class AvcCodec : ShadowMediaCodec() {
         var sendsParameterSetsOnce = false
 
         /** Why it does not take a format. */
-        var refusal: IllegalStateException? = null
+        var refusal: RuntimeException? = null
 
         /** The images that it was given, without padding: brightness, then U, then V. */
         val inputs = ConcurrentLinkedQueue<ByteArray>()

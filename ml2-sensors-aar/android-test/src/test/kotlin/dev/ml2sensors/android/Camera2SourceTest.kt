@@ -38,6 +38,7 @@ import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
+import org.robolectric.shadows.ShadowLog
 import kotlin.random.Random
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
@@ -165,6 +166,44 @@ class Camera2SourceTest {
     }
 
     @Test
+    fun numbersOfTheVendorThatNoLensHasAreNoIntrinsics() = withCamera { camera ->
+        val lens = floatArrayOf(1280f, 960f, 901f, 902f, 641f, 481f, 70f, .1f, .2f, .3f, .4f, .5f)
+        val zeros = FloatArray(24)
+        fun changed(index: Int, value: Float) = lens.copyOf().also { it[index] = value }
+        val odd = (0..11).flatMap { listOf(changed(it, Float.NaN), changed(it, Float.POSITIVE_INFINITY)) } +
+            (0..3).flatMap { listOf(changed(it, 0f), changed(it, -1f)) } + changed(0, 1e9f) + changed(9, 1e30f) + zeros
+        for ((index, numbers) in (odd + listOf(lens + zeros, zeros + lens)).withIndex()) {
+            device.monotonicNanos += SECOND
+            camera.capture(mapOf("com.amd.control.intrinsics" to numbers))
+            val found = awaitImage().image.intrinsics
+            assertEquals(if (index < odd.size) null else 450.5, found?.fx, numbers.joinToString())
+        }
+        val said = ShadowLog.getLogsForTag("ml2s").filter { "com.amd.control.intrinsics" in it.msg }
+        assertEquals(1, said.size, "$said")
+    }
+
+    @Test
+    fun aCameraThatIsFasterThanAskedIsThinned() = withCamera { camera ->
+        val period = SECOND / 60
+        repeat(60) {
+            device.monotonicNanos += period
+            camera.capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+        }
+        camera.fail(wasImageCaptured = false)
+        val times = mutableListOf<Long>()
+        while (true) (awaitItem() as? Copied ?: break).let { times += it.image.captureNanos }
+        val pauses = times.zipWithNext { before, next -> next - before }
+        assertTrue(pauses.drop(9).all { it in 2 * period - 10..2 * period + 10 }, "$pauses")
+    }
+
+    @Test
+    fun theVendorsTagsOfARequestAreThoseOfItsCamera() = withCamera { camera ->
+        assertEquals(1.toByte(), camera.request.get(byteTag("com.amd.control.forceapply")))
+    }
+
+    private fun byteTag(name: String) = CaptureRequest.Key(name, Byte::class.java)
+
+    @Test
     fun withoutTheVendorsTagsTheTimeIsThatOfCamera2AndNothingIsInvented() {
         withPoses { camera ->
             with(rig) {
@@ -199,6 +238,7 @@ class Camera2SourceTest {
         poses.isThere = true
         copies(StreamTable.mixedReality, values.copy(stream = 1, width = 960, height = 720)).test {
             val camera = rig.awaitRunning()
+            assertEquals(0.toByte(), camera.request.get(byteTag("com.ml.control.capture_mode")))
             val times = longArrayOf(1, 2, 3, 4)
             camera.capture(mapOf("com.ml.control.cvip_timestamps" to times))
             assertEquals(2 + FakePoses.ML_TIME_IN_BOOT_TIME, awaitImage().image.captureNanos)

@@ -148,6 +148,19 @@ class MediaCodecEncodersTest {
     }
 
     @Test
+    fun whateverAnEncoderThrowsNothingOfItIsLeft() {
+        AvcCodec.install(WIDTH, HEIGHT)
+        for (refusal in listOf(IllegalArgumentException("no"), NullPointerException("no"), SecurityException("no"))) {
+            AvcCodec.refusal = refusal
+            repeat(5) {
+                val failure = assertFailsWith<SourceException> { MediaCodecEncoders().open(SETTINGS, output) }
+                assertTrue(failure.message.orEmpty().endsWith(": no"), "$failure")
+            }
+            assertFalse(hasThread(), "$refusal")
+        }
+    }
+
+    @Test
     fun anErrorOfTheChipIsAFailureOfTheSource() {
         AvcCodec.install(WIDTH, HEIGHT)
         val encoder = MediaCodecEncoders().open(SETTINGS, output)

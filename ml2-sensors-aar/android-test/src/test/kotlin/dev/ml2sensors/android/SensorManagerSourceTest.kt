@@ -31,6 +31,7 @@ import org.robolectric.annotation.Config
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertNotEquals
+import kotlin.test.assertNull
 
 /** On Android 10's own SensorManager, with a hub of sensors below it. */
 @RunWith(RobolectricTestRunner::class)
@@ -175,6 +176,22 @@ class SensorManagerSourceTest {
         source.samples(StreamTable.pressureComputePack, StreamValues()).test {
             assertEquals(setOf(sensor), hub.enabled.keys)
             cancel()
+        }
+    }
+
+    @Test
+    fun theLastKnownLightIsDeliveredWithItsOwnStampAndTheNextStampIsRight() = runBlocking {
+        val light = hub.add(Sensor.TYPE_LIGHT, "Ambient Light Sensor")
+        assertNull(StreamTable.lightSensor.longestPauseSeconds, "a steady light is reported once")
+        for (ageSeconds in listOf(10, 61, 7_000, 7_100)) {
+            source.samples(StreamTable.lightSensor, StreamValues()).test {
+                val old = device.bootNanos - ageSeconds * SECOND - 1
+                hub.measure(light, old, 300f)
+                assertEquals(old, assertIs<ScalarSample>(awaitItem()).captureNanos, "$ageSeconds s old")
+                hub.measure(light, device.bootNanos - 1, 301f)
+                assertEquals(device.bootNanos - 1, assertIs<ScalarSample>(awaitItem()).captureNanos)
+                cancel()
+            }
         }
     }
 

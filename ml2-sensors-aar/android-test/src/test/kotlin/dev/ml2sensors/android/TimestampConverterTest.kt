@@ -99,6 +99,36 @@ class TimestampConverterTest {
     }
 
     @Test
+    fun aReadingAsOldAsTheDeviceWasSuspendedDoesNotDecideTheClock() {
+        converter.captureNanos(device.bootNanos - 7_000 * SECOND - MILLI)
+        repeat(5) {
+            device.monotonicNanos += SECOND
+            val timestamp = device.bootNanos - MILLI
+            assertEquals(timestamp, converter.captureNanos(timestamp))
+        }
+        assertEquals(ClockDomain.BOOTTIME, found.last())
+    }
+
+    @Test
+    fun theLastKnownValueOfAnOnChangeSensorHasItsOwnStampWhateverItsAge() {
+        for (age in listOf(MILLI, 60 * SECOND, 3_600 * SECOND, 7_000 * SECOND + MILLI, 7_400 * SECOND)) {
+            val onChange = TimestampConverter(device.clocks, isOnChange = true)
+            assertEquals(device.bootNanos - age, onChange.captureNanos(device.bootNanos - age), "${age / SECOND} s old")
+        }
+    }
+
+    @Test
+    fun anOnChangeSensorOfTheMonotonicClockIsFoundAfterSomeReadings() {
+        val onChange = TimestampConverter(device.clocks, isOnChange = true) { found += it }
+        repeat(3) {
+            device.monotonicNanos += SECOND
+            onChange.captureNanos(device.monotonicNanos - MILLI)
+        }
+        assertEquals(listOf(ClockDomain.MONOTONIC), found)
+        assertEquals(device.bootNanos, onChange.captureNanos(device.monotonicNanos))
+    }
+
+    @Test
     fun timestampsOfNoClockFailWithAllThreeNumbers() {
         val failure = assertFailsWith<SourceException> { repeat(100) { assertNull(converter.captureNanos(42)) } }
         assertEquals(

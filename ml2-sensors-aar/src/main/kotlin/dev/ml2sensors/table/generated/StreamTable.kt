@@ -910,7 +910,6 @@ public object StreamTable {
             ),
             frameId = "head_frame",
             backends = listOf("sensor_manager"),
-            longestPauseSeconds = 60,
         )
 
     /** geometry_msgs/msg/PoseStamped on head_pose. */
