@@ -20,8 +20,7 @@ from processes import (
     process,
     receive_command,
 )
-
-_TIMEOUT_S = 90
+from waiting import LIMIT_S
 
 
 @contextlib.contextmanager
@@ -48,7 +47,7 @@ def collect(
     output = folder / "topics.pickle"
     script = Path(__file__).with_name("topics_subscriber.py")
     command: list[str | Path] = [sys.executable, script, json.dumps(names), str(count), output]
-    subprocess.run(command, env=environment | PATHS, timeout=_TIMEOUT_S, check=True)
+    subprocess.run(command, env=environment | PATHS, timeout=2 * LIMIT_S, check=True)
     topics = pickle.loads(output.read_bytes())
     counts = {name: len(payloads) for name, (_, payloads) in topics.items()}
     assert min(counts.values()) >= count, counts

@@ -21,6 +21,7 @@ from pairing import pair
 from payload_file import Payloads
 from proxy import Proxy
 from ros_domain import reserve_domain
+from waiting import LIMIT_S
 
 ROOT = Path(__file__).resolve().parents[2]
 RECEIVER = ROOT / "host_receiver" / "ml2-receiver"
@@ -28,12 +29,11 @@ HEADSET = ROOT / "ml2-sensors-aar" / "simulator" / "ml2-headset"
 EXCERPT = ROOT.parent / "shared" / "data" / "euroc_v1_01_excerpt"
 PREFIX = "/magic_leap2"
 _LISTENING = "listening on "
-_TIMEOUT_S = 60
 # More messages than are ever in flight, so that the subscriber loses none that were published.
 _DEPTH = 1000
 PATHS = {
     "PYTHONPATH": os.pathsep.join(
-        [str(ROOT / "host_receiver"), str(ROOT / "host_receiver" / "demo")]
+        str(ROOT / "host_receiver" / folder) for folder in (".", "demo", "test")
     )
 }
 # The JVM's mDNS library searches on this network.
@@ -129,7 +129,7 @@ def process(
         finally:
             child.terminate()
             try:
-                output, _ = child.communicate(timeout=_TIMEOUT_S)
+                output, _ = child.communicate(timeout=LIMIT_S)
             except subprocess.TimeoutExpired:
                 child.kill()
                 raise
@@ -183,16 +183,22 @@ def receive(
         destination = proxy.address if proxy else address
         headset = [*program, "--receiver", destination, *security.headset, *headset_options]
         running = start(process(headset, environment, folder / "headset.log"))
-        snapshots = map(json.loads, lines(subscriber))
-        for number, snapshot in enumerate(filter(_has_messages, snapshots)):
+        snapshots = _from_first_message(map(json.loads, lines(subscriber)), running)
+        for number, snapshot in enumerate(snapshots):
             on_snapshot(proxy, number)
             if is_enough(snapshot):
                 running.terminate()
         return result(subscriber, folder)
 
 
-def _has_messages(snapshot: dict[str, Any]) -> bool:
-    return any(topic["count"] for topic in snapshot["topics"].values())
+def _from_first_message(
+    snapshots: Iterator[dict[str, Any]], headset: subprocess.Popen[str]
+) -> Iterator[dict[str, Any]]:
+    for snapshot in snapshots:
+        if any(topic["count"] for topic in snapshot["topics"].values()):
+            yield snapshot
+        else:
+            assert headset.poll() is None, "the headset has ended without a message: headset.log"
 
 
 def subscribing(
@@ -221,7 +227,7 @@ def line_with(child: subprocess.Popen[str], words: str) -> str:
 
 def result(subscriber: subprocess.Popen[str], folder: Path) -> Received:
     """Waits for the end of a subscriber, whose full pipe would stop it, and returns its result."""
-    subscriber.communicate(timeout=_TIMEOUT_S)
+    subscriber.communicate(timeout=LIMIT_S)
     assert subscriber.returncode == 0, (folder / "subscriber.log").read_text()
     return Received(**pickle.loads((folder / "received.pickle").read_bytes()))
 

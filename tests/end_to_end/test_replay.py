@@ -1,4 +1,7 @@
-"""The replayed EuRoC excerpt arrives unchanged at an independent rclpy subscriber."""
+"""A replayed EuRoC data set arrives unchanged at an independent rclpy subscriber.
+
+One that this makes is replayed in any clone, a recorded one where it lies beside the clone.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +15,11 @@ import pytest
 
 from capture_stamps import stamp_ns
 from euroc import Matrix, angle_between, ground_truth, interpolated, rows, sensor_yaml
+from made_recording import write_recording
 from processes import EXCERPT, PREFIX, Received, headset_command, receive
 from simulation import compressed_config, raw_config
 from transforms import transforms
 
-MAV = EXCERPT / "mav0"
 CAMERAS = {"cam0": "world_left", "cam1": "world_right"}
 SENSORS = {"head_pose": "state_groundtruth_estimate0"}
 SENSORS |= {f"{imu}/imu": "imu0" for imu in ("accel_left", "gyro_left", "imu_left")}
@@ -27,9 +30,10 @@ DEEP_PUBLISHERS = ["--ros-args"]
 for name in ("/tf", *(f"{PREFIX}/{topic}" for topic in (*SENSORS, COMPRESSED))):
     DEEP_PUBLISHERS += ["-p", f"qos_overrides.{name}.publisher.depth:=1000"]
 
-pytestmark = pytest.mark.skipif(
-    not EXCERPT.is_dir(), reason=f"the recorded excerpt is not at {EXCERPT}"
-)
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_recording(tmp_path_factory.mktemp("made"))
 
 
 @pytest.fixture(scope="module", params=["2", "max"])
@@ -38,16 +42,16 @@ def rate_factor(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def recording(rate_factor: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The excerpt; at full speed with every fifth row of ground truth, to test interpolation."""
+def recording(rate_factor: str, made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """At full speed the made one with every fifth row of ground truth, to test interpolation."""
     if rate_factor != "max":
-        return EXCERPT
+        return EXCERPT if EXCERPT.is_dir() else made
     folder = tmp_path_factory.mktemp("recording")
     truth = folder / "mav0" / "state_groundtruth_estimate0"
     truth.mkdir(parents=True)
     for sensor in (*CAMERAS, "imu0"):
-        (truth.parent / sensor).symlink_to(MAV / sensor)
-    head, *lines = (MAV / truth.name / "data.csv").read_text().splitlines(keepends=True)
+        (truth.parent / sensor).symlink_to(made / "mav0" / sensor)
+    head, *lines = (made / "mav0" / truth.name / "data.csv").read_text().splitlines(keepends=True)
     (truth / "data.csv").write_text("".join([head, *lines[::5]]))
     return folder
 
@@ -79,9 +83,9 @@ def test_every_image_has_the_pixels_of_its_png(
 ) -> None:
     images = replayed.messages(f"{CAMERAS[camera]}/image_raw")
     names = [name for _, name in rows(recording, camera)]
-    assert len(images) == len(names) == 95
+    assert len(images) == len(names) > 0
     for image, name in zip(images, names, strict=True):
-        png = cv2.imread(str(MAV / camera / "data" / name), cv2.IMREAD_UNCHANGED)
+        png = cv2.imread(str(recording / "mav0" / camera / "data" / name), cv2.IMREAD_UNCHANGED)
         assert png is not None
         assert (image.encoding, image.height, image.width) == ("mono8", *png.shape)
         assert image.step == image.width
@@ -89,17 +93,17 @@ def test_every_image_has_the_pixels_of_its_png(
         assert image.header.frame_id == f"{CAMERAS[camera]}_optical_frame"
 
 
-def test_a_recording_can_be_sent_compressed(tmp_path: Path) -> None:
+def test_a_recording_can_be_sent_compressed(made: Path, tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     config.write_text(compressed_config())
-    headset = ["--replay", str(EXCERPT), "--rate-factor", "max"]
+    headset = ["--replay", str(made), "--rate-factor", "max"]
     received = receive(config, headset, tmp_path, receiver_options=DEEP_PUBLISHERS)
     images = received.messages(COMPRESSED)
-    names = [name for _, name in rows(EXCERPT, "cam0")]
-    assert len(images) == len(names) == 95
+    names = [name for _, name in rows(made, "cam0")]
+    assert len(images) == len(names) > 0
     for image, name in zip(images, names, strict=True):
         decoded = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_UNCHANGED)
-        png = cv2.imread(str(MAV / "cam0" / "data" / name), cv2.IMREAD_UNCHANGED)
+        png = cv2.imread(str(made / "mav0" / "cam0" / "data" / name), cv2.IMREAD_UNCHANGED)
         assert decoded is not None
         assert png is not None
         assert cv2.PSNR(decoded, png) > 35
@@ -116,7 +120,7 @@ def test_stamps_are_the_recorded_ones_plus_one_constant(
 
 def test_every_imu_sample_has_the_recorded_values(replayed: Received, recording: Path) -> None:
     recorded = [[float(value) for value in row[1:]] for row in rows(recording, "imu0")]
-    assert len(recorded) == 950
+    assert recorded
 
     def vector(v: Any) -> list[float]:
         return [v.x, v.y, v.z]

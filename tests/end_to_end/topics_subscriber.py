@@ -18,8 +18,8 @@ import rclpy
 from rclpy.qos import QoSProfile
 
 from ml2_tools.live.raw_taker import RawSubscription, RawTaker
+from waiting import LIMIT_S
 
-_TIMEOUT_S = 40.0
 _POLL_S = 0.1
 _DEPTH = 1000
 
@@ -33,7 +33,7 @@ def main(types: dict[str, str], count: int, output: Path) -> None:
         for topic, type in types.items()
     ]
     taker = RawTaker(node, subscriptions)
-    deadline_s = time.monotonic() + _TIMEOUT_S
+    deadline_s = time.monotonic() + LIMIT_S
     pause = threading.Event()
     while min(map(len, taken.values())) < count and time.monotonic() < deadline_s:
         pause.wait(_POLL_S)
