@@ -9,13 +9,15 @@ run := host_receiver/environment/run.sh
 settings := host_receiver/pyproject.toml
 pytest := $(run) python3 -m pytest --config-file $(settings) --rootdir .
 python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo host_receiver/test config native/tests/codecs native/tests/scene native/tests/sdk tests/conformance tests/dist tests/docs tests/fuzz tests/aar tests/unity tests/interop tests/end_to_end tests/validation tests/view tests/bench
+# Seconds that a test waits for what has to come. It only ends a hang; a slower machine may set more.
+export ML2S_TEST_LIMIT_S ?= 120
+# A test that waits for several things has ten times as long.
+export PYTEST_TIMEOUT = $(ML2S_TEST_LIMIT_S)0
 # So many tests at a time.
 beside = --numprocesses $(1) --dist worksteal
 slowest := --durations 20 --durations-min 0.5
 # So many targets of this file at a time.
 at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
-# Runs a program once no other checkout or user of this machine runs one so: the lock is on a file that all can read.
-in_turn := flock --close $$(readlink -f $$(command -v flock))
 # A line that names MAKE itself would be run under `make -n`, too.
 submake = $(MAKE) --no-print-directory
 # Runs what follows `--` unless the inputs before it have the content that they had when it last succeeded.
@@ -111,7 +113,7 @@ unity-package: aar ## Pack the Unity package: build/unity
 
 dist: unity-package ## Put what a release holds into build/dist, with checksums and bills of materials [KEYSTORE as for apk]
 	$(call at_a_time,2,apk cyclonedx)
-	$(if_changed) build/.bills $(filter %pom.xml,$(kotlin_files)) -- env MAVEN_OPTS=$(all_compilers) $(maven) --quiet package $(compiled) -DskipTests \
+	$(if_changed) build/.bills $(filter %pom.xml,$(kotlin_files)) -- env MAVEN_OPTS="$(all_compilers) $$MAVEN_OPTS" $(maven) --quiet package $(compiled) -DskipTests \
 	  -pl $(library),$(app),$(headset) -am org.cyclonedx:cyclonedx-maven-plugin:makeBom
 	$(run) python3 config/dist.py --cyclonedx $(cyclonedx)
 
@@ -137,7 +139,7 @@ check-native:
 
 fast-native:
 	$(call sanitized,address,address$(comma)undefined)
-	ctest --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure --exclude-regex sim_tests
+	ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure --exclude-regex sim_tests
 
 check-kotlin:
 	$(if_unchecked) $(kotlin) build/native/bundle config/streams.yaml tests/conformance/vectors -- \
@@ -165,19 +167,19 @@ $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 
 test-native: native ## Test the native library and its simulations, with sanitizers
 	$(call sanitized,address,address$(comma)undefined)
-	$(in_turn) ctest --test-dir build/native/address --timeout 240 --parallel 4 --output-on-failure
+	ctest --test-dir build/native/address --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure
 	$(call sanitized,thread,thread,--target threaded)
-	$(in_turn) ctest --test-dir build/native/thread --timeout 240 --parallel 4 --output-on-failure --label-regex threaded
+	ctest --test-dir build/native/thread --timeout $(PYTEST_TIMEOUT) --parallel 2 --output-on-failure --label-regex threaded
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
-	$(in_turn) $(maven) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
+	$(maven) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
 	$(pytest) $(call beside,4) tests/conformance
 
 test-release: native dist ## Test what a release holds: the Android packages and the app, the Unity package, the wheel
-	$(pytest) --timeout 300 --numprocesses 2 --dist loadfile tests/aar tests/dist
+	$(pytest) --numprocesses 2 --dist loadfile tests/aar tests/dist
 
 test-unity: native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh

@@ -19,6 +19,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 
 from ros_messages import TYPES
+from waiting import LIMIT_S
 
 _HERE = Path(__file__).parent
 _NODE_MODULES = _HERE.parents[1] / "build/javascript/node_modules"
@@ -132,7 +133,7 @@ def _javascript(folder: Path, mode: str) -> list[Seen]:
         env={**os.environ, "NODE_PATH": str(_NODE_MODULES)},
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=LIMIT_S,
         check=False,
     )
     if result.returncode:

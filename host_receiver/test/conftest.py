@@ -16,10 +16,7 @@ from ml2_receiver.session.settings import Limits
 from mock_device import MockDevice
 from ros_processes import Client, Receiver, environment
 from secure_receiver import PATIENT, OpenLab, SecureReceiver
-from shared_machine import in_turns
 from zenoh_peers import free_endpoint, open_router
-
-pytest_runtest_protocol = in_turns(Path(__file__).parent, places=1)
 
 # How long a busy machine takes to make up data proves nothing about what is tested with it.
 settings.register_profile(

@@ -13,6 +13,7 @@ import pytest
 
 from ml2_tools.evaluation.tum import read_tum, write_tum
 from ros_processes import environment
+from waiting import LIMIT_S
 from wall_walk import CAMERA, recording, trajectory
 
 COUNT, LOST = 40, (17,)
@@ -22,7 +23,7 @@ PICTURES = ("plane", "space", "axes", "angles", "errors")
 def evaluate(*options: str | Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "ml2_receiver", "evaluate", *map(str, options)]
     return subprocess.run(
-        command, env=environment(), capture_output=True, text=True, timeout=240, check=False
+        command, env=environment(), capture_output=True, text=True, timeout=LIMIT_S, check=False
     )
 
 
@@ -47,7 +48,6 @@ def figures(folder: Path) -> dict[str, Any]:
     return figures
 
 
-@pytest.mark.timeout(300)
 def test_every_image_that_arrived_is_placed_to_a_centimetre(figures: dict[str, Any]) -> None:
     assert figures["images_sent"] == COUNT
     assert figures["matched_pairs"] == figures["images_placed"] == COUNT - len(LOST)
@@ -93,7 +93,7 @@ def test_without_colmap_it_says_what_to_install(bag: Path) -> None:
         env=environment(),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=LIMIT_S,
         check=False,
     )
     assert run.returncode == 2

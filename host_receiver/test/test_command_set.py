@@ -32,7 +32,7 @@ def echo(*arguments: str) -> tuple[int, list[str], str]:
         env=environment(),
         capture_output=True,
         text=True,
-        timeout=2 * LIMIT_S,
+        timeout=LIMIT_S,
         check=False,
     )
     return done.returncode, done.stdout.splitlines(), done.stderr

@@ -27,6 +27,7 @@ from viewing_browser import Browser, Picture, View
 pytest.importorskip("rclpy", reason="rclpy is not installed")
 
 from ml2_tools.live.diagnostics_node import DiagnosticsNode
+from waiting import LIMIT_S
 
 CONFIG = """
 /**:
@@ -276,7 +277,7 @@ def test_it_subscribes_to_an_image_only_while_a_browser_shows_it(watched: View) 
             second.say(show=["world_left", "depth"])
             await_subscribers(1)
             first.say(show=[])
-            assert first.connection.ping().wait(20)
+            assert first.connection.ping().wait(LIMIT_S)
             await_subscribers(1)
         await_subscribers(0)
     finally:

@@ -27,7 +27,6 @@ def reconnect(receiver: Receiver, times: int) -> None:
             device.leave()
 
 
-@pytest.mark.timeout(240)
 def test_threads_and_files_do_not_grow_with_reconnects(receiver: Receiver) -> None:
     reconnect(receiver, WARM_UP)
     threads, files = held(receiver.process.pid)

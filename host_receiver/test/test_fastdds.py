@@ -11,6 +11,7 @@ import pytest
 from ml2_receiver.ros.fastdds import PROFILES_VARIABLE, apply_default_profile
 from ros_domain import reserve_domain
 from ros_processes import environment
+from waiting import LIMIT_S
 
 MEBIBYTE = 2**20
 # So many participants of a domain get no shared memory; a second one may still be ending.
@@ -106,7 +107,7 @@ def printed_by_a_participant(environ: dict[str, str], *free: str) -> tuple[str, 
         capture_output=True,
         check=True,
         text=True,
-        timeout=60,
+        timeout=LIMIT_S,
     )
     return run.stdout, run.stderr
 

@@ -5,13 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from waiting import LIMIT_S
+
 ROOT = Path(__file__).resolve().parents[2]
 KOTLIN = "ml2-sensors-aar/src/main/kotlin/dev/ml2sensors"
 
 
 def check(root: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(root / "config/generate.py"), "--check"]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import listen
 from tls_device import Certificate, anonymous_context
-from waiting import await_true
+from waiting import LIMIT_S, await_true
 
 HEADER = struct.Struct("<HBBHHIIqq")
 CHALLENGE, PAIR, PAIRED, ERROR = 60, 61, 62, 51
@@ -107,7 +107,7 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[PairingSc
 
 def test_the_device_with_the_token_is_paired(scene: PairingScene) -> None:
     assert scene.pair() == (PAIRED, {"name": "desk", "port": 7755})
-    assert scene.listener.ended.wait(10)
+    assert scene.listener.ended.wait(LIMIT_S)
     (device,) = scene.devices.load()
     assert (device.name, device.device_id) == ("Magic Leap 2", "id")
     assert device.certificate == scene.certificate.der
@@ -121,7 +121,7 @@ def test_a_device_that_cannot_be_remembered_is_told_and_pairing_ends(
     kind, error = scene.pair()
     assert (kind, error["code"]) == (ERROR, "pairing")
     assert "cannot store the pairing" in error["message"]
-    assert scene.listener.ended.wait(10)
+    assert scene.listener.ended.wait(LIMIT_S)
     assert "cannot use" in str(scene.listener.failure)
     assert scene.listener.device is None
 

@@ -235,7 +235,7 @@ for stream in ("world_left", "battery"):
     node.open(table.streams[stream].topics[0])
 
 def told(idle):  # one change may be told twice
-    while control.updates.get(timeout=10) != idle:
+    while control.updates.get(timeout=LIMIT_S) != idle:
         pass
     return sorted(idle)
 
@@ -243,6 +243,7 @@ print(sorted(node.idle_streams()))
 rclpy.init()
 subscriber = rclpy.create_node("subscriber")
 from sensor_msgs.msg import BatteryState
+from waiting import LIMIT_S
 subscription = subscriber.create_subscription(BatteryState, "/magic_leap2/battery", print, 1)
 print(told({"world_left"}))
 subscriber.destroy_subscription(subscription)

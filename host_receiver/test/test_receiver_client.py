@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from ml2_receiver.errors import RosError
 from ml2_receiver.ros.context import spin_until, start_ros, tool_node
 from ml2_tools.live.receiver_client import ReceiverClient
+from waiting import LIMIT_S
 
 NEVER = 1 << 30
 
@@ -68,7 +69,7 @@ def late(ros_of_children: None, deaf_for: int) -> Iterator[LateReceiver]:
     spinner.start()
     yield late
     stopping.set()
-    spinner.join(40)
+    spinner.join(LIMIT_S)
 
 
 @pytest.mark.parametrize("deaf_for", [2])

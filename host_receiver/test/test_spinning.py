@@ -18,6 +18,7 @@ from ml2_receiver.ros.context import tool_node
 from ml2_receiver.ros.spinning import spin_until, wake
 from ml2_tools.live.receiver_client import ReceiverClient
 from ros_processes import Receiver
+from waiting import LIMIT_S
 
 CONFIG = """
 /**:
@@ -90,5 +91,5 @@ def test_another_thread_ends_it_without_a_message(executor: SingleThreadedExecut
     spinner.start()
     is_over.set()
     wake(executor)
-    spinner.join(40)
+    spinner.join(LIMIT_S)
     assert not spinner.is_alive()

@@ -28,6 +28,7 @@ from ml2_tools.viewing.pairing import PagePairing
 from ml2_tools.viewing.server import WRONG_TOKEN, ViewServer
 from ml2_tools.viewing.steering import Steering
 from ml2_tools.viewing.view import View
+from waiting import LIMIT_S
 
 pytestmark = pytest.mark.processes
 TOKEN = Token()
@@ -56,7 +57,7 @@ def url(ros_of_children: None) -> Iterator[str]:
 
 
 def get(url: str, path: str, method: str = "GET", **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection(urlsplit(url).netloc, timeout=20)
+    connection = http.client.HTTPConnection(urlsplit(url).netloc, timeout=LIMIT_S)
     connection.request(method, path, headers={k.replace("_", "-"): v for k, v in headers.items()})
     response = connection.getresponse()
     response.content = response.read()  # type: ignore[attr-defined]
@@ -78,7 +79,7 @@ def test_a_busy_browser_gets_the_whole_file(url: str) -> None:
     with socket.socket() as browser:
         # So little fits that the server waits for the browser.
         browser.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        browser.settimeout(20)
+        browser.settimeout(LIMIT_S)
         browser.connect((address.hostname, address.port))
         browser.sendall(f"GET {path} HTTP/1.1\r\nHost: {address.netloc}\r\n\r\n".encode())
         # Longer than the closing of a WebSocket may take.
@@ -149,7 +150,7 @@ def test_an_invalid_message_ends_that_connection_only(
         assert other.text("hello")
         with Browser(url, TOKEN.text) as third:
             assert third.text("hello")
-        assert other.connection.ping().wait(20)
+        assert other.connection.ping().wait(LIMIT_S)
 
 
 def test_a_ninth_browser_is_sent_away(url: str) -> None:

@@ -16,6 +16,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 
 from ml2_receiver.wire.kinds import Kind
 from mock_device import MockDevice
+from waiting import LIMIT_S
 
 _PERIOD_S = 0.02
 
@@ -107,7 +108,7 @@ class StreamingDevice:
 
     def await_end(self) -> None:
         """Waits until the receiver has ended the session."""
-        self._sender.join(10)
+        self._sender.join(LIMIT_S)
         assert not self._sender.is_alive()
 
     def __exit__(

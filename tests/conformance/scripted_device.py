@@ -11,10 +11,10 @@ from typing import Any, NamedTuple, Self
 
 from bodies import CHANNELS, CONFIGURED, HELLO, REQUEST, SESSION, STRING_PAYLOAD, TICKET
 from frame_bytes import KINDS, frame, json_frame
+from waiting import LIMIT_S
 
 Address = tuple[str, int]
 # Longer than any limit of the receiver under test.
-LIMIT_S = 10.0
 _NAMES = {number: name for name, number in KINDS.items()}
 
 

@@ -18,7 +18,8 @@ from ml2_receiver.session.sink import Applied, Publish
 from ml2_receiver.table.stream_table import Topic
 from ml2_receiver.transport.access import Everybody
 from ml2_receiver.transport.listener import listen
-from scripted_device import LIMIT_S, Address, Peer, ScriptedDevice, StreamingDevice
+from scripted_device import Address, Peer, ScriptedDevice, StreamingDevice
+from waiting import LIMIT_S
 
 CASES = named("malformed", "Receiver*")
 LIMITS = Limits(handshake_s=3.0, linger_s=0.5)

@@ -17,7 +17,8 @@ from ml2_receiver.pairing.pairing import Pairing, check_signature, signed_text
 from ml2_receiver.security.identity import Identity
 from ml2_receiver.security.paired_devices import PairedDevices
 from ml2_receiver.transport.listener import listen
-from scripted_device import LIMIT_S, Peer
+from scripted_device import Peer
+from waiting import LIMIT_S
 
 SIGNATURES = load("pairing")
 CASES = named("malformed", "Pairing*")

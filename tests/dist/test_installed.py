@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import wheel_environment
 from dist import DIST, ROOT, VERSION
+from waiting import LIMIT_S
 from zenoh_peers import free_endpoint, open_router
 
 HEADSET = ROOT / "ml2-sensors-aar/simulator/ml2-headset"
@@ -25,7 +26,6 @@ CONFIG = """
 """
 TOPICS = {"/magic_leap2/gyro_left/imu", "/magic_leap2/battery"}
 LISTENING = "listening on "
-_TIMEOUT_S = 60
 
 
 @pytest.fixture(scope="module")
@@ -73,10 +73,10 @@ def feed(receiving: subprocess.Popen[str]) -> str:
     address = next(line.split()[2] for line in receiving.stdout if line.startswith(LISTENING))
     try:
         headset = [str(HEADSET), "--receiver", address, "--insecure", "--duration", "2"]
-        subprocess.run(headset, check=True, timeout=_TIMEOUT_S, capture_output=True)
+        subprocess.run(headset, check=True, timeout=LIMIT_S, capture_output=True)
     finally:
         receiving.send_signal(signal.SIGINT)
-        rest, _ = receiving.communicate(timeout=_TIMEOUT_S)
+        rest, _ = receiving.communicate(timeout=LIMIT_S)
     return rest
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,11 +10,7 @@ from xdist.scheduler import LoadScopeScheduling  # type: ignore[import-untyped]
 
 from full_load import FullLoad, full_load
 from processes import Received
-from shared_machine import in_turns
 from simulation import SMALL
-
-# Most have a headset, a receiver and subscribers.
-pytest_runtest_protocol = in_turns(Path(__file__).parent, places=2)
 
 # Tests of one group run on one worker, one after another, so that a recording is made once. Two
 # groups have all loads that need a processor each, so that no more run at a time.

@@ -18,19 +18,19 @@ from processes import (
     process,
     receive_command,
 )
+from waiting import LIMIT_S
 
 CONFIG = "/**: {ros__parameters: {battery: {enabled: true}}}\n"
-FOUND_S = 10.0
 
 
 def announced(address: str) -> FoundReceiver:
     """Waits for the announcement of the receiver that listens on `address`."""
-    deadline_s = time.monotonic() + FOUND_S
+    deadline_s = time.monotonic() + LIMIT_S
     while time.monotonic() < deadline_s:
         for receiver in find_receivers(interfaces=["127.0.0.1"]):
             if f"{receiver.addresses[0]}:{receiver.port}" == address:
                 return receiver
-    raise AssertionError(f"expected an announcement of {address} within {FOUND_S:g} s, found none")
+    raise AssertionError(f"expected an announcement of {address} within {LIMIT_S:g} s, found none")
 
 
 def connected_from(log: Path) -> bool:

@@ -13,6 +13,7 @@ import pytest
 from counters import assert_counters_agree
 from processes import RECEIVER, Received, headset_command
 from proxy import Proxy
+from waiting import LIMIT_S
 from waiting_receiver import WaitingReceiver, waiting_receiver
 
 # One raw camera at 30 Hz, which is 248 Mbit/s, and small streams.
@@ -24,7 +25,6 @@ CONFIG = """
 """
 NEEDED_MBIT_PER_S = (240, 270)
 SLOW_BYTES_PER_S = 10e6
-LIMIT_S = 60.0
 
 
 def measured(folder: Path, bytes_per_s: float | None) -> tuple[dict[str, Any], Received]:

@@ -13,6 +13,7 @@ from capture_stamps import stamp_ns
 from other_programs import collect, streaming
 from processes import PREFIX, RECEIVER
 from transforms import transforms
+from waiting import LIMIT_S
 
 CONFIG = """
 /ml2_receiver:
@@ -54,7 +55,7 @@ def test_the_rig_in_kalibr_yaml_is_the_one_in_the_transform_tree(tmp_path: Path)
         received = collect(topics, 10, domain, tmp_path)
         # After the start, in which a busy machine drops so many readings that their rate is wrong
         output = subprocess.run(
-            export, env=domain, timeout=60, check=True, capture_output=True, text=True
+            export, env=domain, timeout=LIMIT_S, check=True, capture_output=True, text=True
         ).stdout
     assert "T_cam_imu is not in camchain.yaml" in output
     chain = yaml.safe_load((out / "camchain.yaml").read_text())

@@ -20,8 +20,6 @@ COMPRESSED = (
     "eye_temple_right",
 )
 
-pytestmark = pytest.mark.timeout(240)
-
 
 @pytest.fixture(scope="module", params=[1, 2], ids=["default_backends", "openxr"])
 def results(

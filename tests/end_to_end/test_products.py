@@ -19,6 +19,7 @@ from other_programs import collect, streaming
 from processes import RECEIVER, Received, process
 from simulated_scene import Room, simulated_room
 from transforms import transforms
+from waiting import LIMIT_S
 
 CONFIG = """
 /ml2_receiver:
@@ -63,7 +64,7 @@ def receive_products(config: Path, folder: Path) -> Received:
     ):
         received = collect(TOPICS, COUNT, domain, folder)
         making.terminate()
-        assert making.wait(10) == 0
+        assert making.wait(LIMIT_S) == 0
     assert "Traceback" not in (folder / "products.log").read_text()
     return received
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from processes import ROOT, isolated_environment
+from waiting import LIMIT_S
 
 BENCH = ROOT / "tests" / "bench" / "receiver_bench.py"
 STAND_IN = Path(__file__).with_name("endpoint_stand_in")
@@ -26,7 +27,7 @@ def test_the_benchmark_measures_a_peer_if_there_is_one(tmp_path: Path, peer: str
     }
     file = tmp_path / "receiver.json"
     command = [sys.executable, str(BENCH), str(file), str(FRAMES), str(REPETITIONS)]
-    subprocess.run(command, env=environment, check=True, timeout=50)
+    subprocess.run(command, env=environment, check=True, timeout=LIMIT_S)
     found = json.loads(file.read_text())
     assert found["lost"] == found["bare_lost"] == 0
     assert found["ratio_to_bare"] > 0

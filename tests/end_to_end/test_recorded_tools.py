@@ -23,6 +23,7 @@ from processes import (
     listening_address,
     process,
 )
+from waiting import LIMIT_S
 
 CONFIG = """
 /ml2_receiver:
@@ -52,7 +53,7 @@ def bag(config: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     with process(record, environment, folder / "receiver.log") as receiver:
         headset = headset_command(listening_address(receiver), "--duration", "6")
         with (folder / "headset.log").open("w") as log:
-            subprocess.run(headset, check=True, env=environment, stderr=log, timeout=120)
+            subprocess.run(headset, check=True, env=environment, stderr=log, timeout=LIMIT_S)
     return folder / "walk"
 
 
@@ -61,7 +62,7 @@ def euroc(bag: Path) -> Path:
     folder = bag.parent / "euroc"
     noise = [f"--{name}=0.001" for name in NOISE]
     export: list[str | Path] = [RECEIVER, "export", "--euroc", folder, "--bag", bag]
-    subprocess.run([*export, "--imu", "imu_left", *noise], check=True, timeout=120)
+    subprocess.run([*export, "--imu", "imu_left", *noise], check=True, timeout=LIMIT_S)
     return folder
 
 
@@ -84,7 +85,7 @@ def lost_transforms(bag: Path) -> int:
 def test_images_have_camera_info_metadata_and_transforms(bag: Path) -> None:
     """Tolerates gaps, also of poses: a busy machine may simulate a capture too late."""
     inspect: list[str | Path] = [RECEIVER, "inspect", bag, "--json"]
-    run = subprocess.run(inspect, capture_output=True, text=True, timeout=120, check=False)
+    run = subprocess.run(inspect, capture_output=True, text=True, timeout=LIMIT_S, check=False)
     checks = {(it["topic"], it["check"]): it for it in json.loads(run.stdout)}
     without = 0
     for camera in CAMERAS.values():

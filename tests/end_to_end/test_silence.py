@@ -45,8 +45,6 @@ SILENT = (
 )
 COMMANDS = ("devices", "topics", "doctor")
 
-pytestmark = pytest.mark.timeout(180)
-
 type States = dict[str, str]
 type Outputs = dict[str, subprocess.CompletedProcess[str]]
 

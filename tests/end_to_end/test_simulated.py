@@ -28,6 +28,7 @@ from processes import (
 )
 from promised_topics import ALL_OTHERS, INFRA, MIXED_REALITY
 from simulation import CAMERAS, EYES, image_topic, raw_config
+from waiting import LIMIT_S
 
 THESIS_CONFIG = ROOT / "host_receiver" / "test" / "data" / "thesis_config.yaml"
 OWN_TOPICS = {f"{PREFIX}/config", f"{PREFIX}/log"}
@@ -235,7 +236,7 @@ def test_ctrl_c_ends_a_headset_that_was_started_to_ignore_it(tmp_path: Path) -> 
     with process(command, isolated_environment(), tmp_path / "headset.log") as headset:
         line_with(headset, "connecting to")
         headset.send_signal(signal.SIGINT)
-        assert headset.wait(timeout=20) == 0
+        assert headset.wait(LIMIT_S) == 0
 
 
 def test_stamps_of_200_hz_are_5_ms_apart(received: Received) -> None:

@@ -33,6 +33,7 @@ from processes import (
 )
 from shaped_link import link, why_not
 from test_reconfiguration import service_client
+from waiting import LIMIT_S
 
 CONFIG = """
 /ml2_receiver:
@@ -160,7 +161,7 @@ def test_what_a_thin_link_leaves_of_a_video_can_be_decoded(tmp_path: Path) -> No
             options = ("--duration", "6", "--simulate", "image_noise=4")
             headset = headset_command(listening_address(receiver), *options)
             command = [*made.headset.prefix, *headset]
-            subprocess.run(command, check=True, env=environment, timeout=90)
+            subprocess.run(command, check=True, env=environment, timeout=LIMIT_S)
     with AnyReader([tmp_path / "walk"]) as bag:
         topics = [it for it in bag.connections if it.topic.endswith("/ffmpeg")]
         packets: list[Any] = [bag.deserialize(it[2], it[0].msgtype) for it in bag.messages(topics)]

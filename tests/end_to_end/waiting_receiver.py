@@ -21,6 +21,7 @@ from processes import (
     result,
     subscribing,
 )
+from waiting import LIMIT_S
 
 _GYRO = f"{PREFIX}/gyro_left/imu"
 
@@ -48,7 +49,7 @@ class WaitingReceiver:
             env=self.environment,
             stdout=subprocess.PIPE,
             text=True,
-            timeout=60,
+            timeout=LIMIT_S,
             check=False,
         )
 

@@ -13,7 +13,6 @@ from walks import Walk
 WALK = Walk("short", "world_center", 2.0, 0.8, 40)
 
 
-@pytest.mark.timeout(400)
 def test_estimated_poses_agree_with_the_headsets_poses_and_the_true_ones(tmp_path: Path) -> None:
     walked = stream(WALK, tmp_path / "walk")
     figures = evaluate(tmp_path / "walk", WALK.camera, walked.truth)

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from lab import LIMIT_MS, Lab, new_page, running_lab
-from shared_machine import in_turns
-
-pytest_runtest_protocol = in_turns(Path(__file__).parent, places=2)
 
 
 @pytest.fixture(scope="session")

@@ -21,13 +21,14 @@ from processes import (
     receive_command,
 )
 from simulation import SMALL, compressed_config
+from waiting import LIMIT_S
 
 # One camera of each kind, so that two cores carry them and a browser.
 IMAGES = ("color", "depth", "world_left", "eye_nasal_left")
 # A common laptop's.
 SCREEN = ViewportSize(width=1366, height=768)
 # The simulated headset draws its images before it sends the first one.
-LIMIT_MS = 60_000
+LIMIT_MS = 1000 * LIMIT_S
 _OFF = ("world_center", "world_right", "eye_nasal_right", "eye_temple_left", "eye_temple_right")
 
 
