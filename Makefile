@@ -13,8 +13,7 @@ python := host_receiver/ml2_receiver host_receiver/ml2_tools host_receiver/demo 
 export ML2S_TEST_LIMIT_S ?= 120
 # A test that waits for several things has ten times as long.
 export PYTEST_TIMEOUT = $(ML2S_TEST_LIMIT_S)0
-# So many tests at a time.
-beside = --numprocesses $(1) --dist worksteal
+beside := --numprocesses 2 --dist worksteal
 slowest := --durations 20 --durations-min 0.5
 # So many targets of this file at a time.
 at_a_time = MAKE='$(submake)' config/at_a_time.sh $(1) $(2)
@@ -27,11 +26,11 @@ comma := ,
 # The native library and its tests with sanitizers: folder, sanitizers, options of the build. Clang takes two thirds of GCC's time.
 define sanitized
 cmake -S native -B build/native/$(1) -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DML2S_SANITIZE=$(2)
-cmake --build build/native/$(1) $(3)
+cmake --build build/native/$(1) --parallel 2 $(3)
 endef
 # Where it is set, each Python process would compile all modules anew.
 unexport PYTHONDONTWRITEBYTECODE
-maven_options := $(if $(CI),--batch-mode --no-transfer-progress)
+maven_options := --no-transfer-progress $(if $(CI),--batch-mode)
 maven := mvn $(maven_options)
 # C and C++ are compiled once for equal sources; what needs no precompiled header, also for other clones.
 export CMAKE_C_COMPILER_LAUNCHER := $(shell command -v ccache)
@@ -45,6 +44,7 @@ kotlin := pom.xml .mvn ml2-sensors-aar
 # Folders of sources, too: they tell of files that are gone.
 kotlin_files := $(shell find $(kotlin) -name target -prune -o \( -type f -o -path '*/src*' \) ! -name '*.md' -print)
 packaged := build/.maven-packaged
+simulated_headset := build/.headset-packaged
 bundle := build/native/bundle/order
 # For what comes after `build`: takes its classes as they are.
 compiled := -Dphase.compile=none -Dphase.test-compile=none -Dmaven.clean.skip
@@ -81,6 +81,10 @@ build: setup native $(packaged) ## Compile and package the Kotlin library and th
 
 $(packaged): $(bundle) $(kotlin_files)
 	$(if_changed) $@ $(kotlin) build/native/bundle -- config/kotlin/package.sh $(maven_options)
+
+# What a demo needs of `build`, in half the time: no tests, no app.
+$(simulated_headset): $(bundle) $(kotlin_files)
+	$(if_changed) $@ $(kotlin) build/native/bundle -- $(maven) package -Dmaven.test.skip -pl $(library),$(headset)
 
 native: setup $(device_library) $(simulation) $(bundle) ## Build the native library as it ships, and the simulated device it runs on here
 
@@ -123,7 +127,7 @@ $(cyclonedx):
 	$(run) python3 -m venv $(@D)/..
 	$(@D)/pip install --quiet cyclonedx-bom==7.5.0
 
-demo: build ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder] [LINK=Mbit/s between them, as root]
+demo: setup $(if $(wildcard $(packaged)),$(packaged),$(simulated_headset)) ## Watch a simulated headset arrive in ROS 2 [DURATION=seconds] [CONFIG=file] [REPLAY=EuRoC folder] [LINK=Mbit/s between them, as root]
 	$(run) python3 host_receiver/demo --duration $(DURATION) \
 	  $(if $(CONFIG),--config "$(CONFIG)") $(if $(REPLAY),--replay "$(REPLAY)") $(if $(LINK),--link $(LINK))
 
@@ -131,7 +135,7 @@ check: build $(javascript) ## Check style, and run the fast tests of what change
 	$(call at_a_time,2,lint check-python check-native check-kotlin check-unity)
 
 check-python:
-	$(if_unchecked) config host_receiver tests/conformance tests/docs *.md docs -- $(pytest) $(call beside,2) -m 'not processes' \
+	$(if_unchecked) config host_receiver tests/conformance tests/docs *.md docs -- $(pytest) $(beside) -m 'not processes' \
 	  host_receiver/test tests/conformance/test_wire.py tests/conformance/test_cdr_oracles.py
 
 check-native:
@@ -148,16 +152,14 @@ check-kotlin:
 check-unity:
 	$(if_unchecked) unity_package build/native/bundle tests/unity tests/unity_project tests/conformance/vectors -- tests/unity/run.sh
 
-test: native $(javascript) ## Run the tests of everything but a release's packages
-	$(call at_a_time,2,test-python test-built)
-	$(submake) test-e2e
-
-# The tests of the receiver do not wait for the Kotlin library.
-test-built: build
-	$(call at_a_time,2,test-kotlin test-view test-conformance test-unity test-native)
+# The longest first. Two targets run at a time, of which each has two tests or compilers at a time: as many as two
+# processors carry. More would only wait for each other.
+test: build $(javascript) ## Run the tests of everything but a release's packages
+	$(call at_a_time,2,test-together test-python test-kotlin test-view test-native test-conformance test-unity)
+	$(submake) test-alone
 
 test-python: setup $(javascript) ## Test the receiver
-	$(pytest) $(slowest) $(call beside,4) host_receiver/test
+	$(pytest) $(slowest) $(beside) host_receiver/test
 
 $(javascript): $(wildcard host_receiver/test/javascript/package*.json)
 	mkdir -p $(@D)
@@ -173,10 +175,10 @@ test-native: native ## Test the native library and its simulations, with sanitiz
 	$(pytest) native/tests
 
 test-kotlin: build ## Test the Kotlin library and the simulated headset
-	$(maven) verify $(compiled) --threads 3 -pl '!$(aar),!$(benchmark)'
+	$(maven) verify $(compiled) -pl '!$(aar),!$(benchmark)'
 
 test-conformance: build ## Test every language against the shared vectors
-	$(pytest) $(call beside,4) tests/conformance
+	$(pytest) $(beside) tests/conformance
 
 test-release: native dist ## Test what a release holds: the Android packages and the app, the Unity package, the wheel
 	$(pytest) --numprocesses 2 --dist loadfile tests/aar tests/dist
@@ -185,8 +187,12 @@ test-unity: native ## Test the Unity package with mono, and that it is complete
 	tests/unity/run.sh
 	$(pytest) tests/unity
 
-test-e2e: build ## Test headset, receiver and ROS 2 together, as processes
-	$(pytest) $(slowest) --numprocesses 3 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+test-e2e: test-together test-alone ## Test headset, receiver and ROS 2 together, as processes
+
+test-together: build
+	$(pytest) $(slowest) --numprocesses 2 --dist loadscope -m 'not alone' tests/end_to_end tests/validation
+
+test-alone: build
 	$(pytest) $(slowest) -m alone tests/end_to_end tests/validation
 
 page-library: ## Bundle three.js for the page of `ml2-receiver view`, after a change in config/three

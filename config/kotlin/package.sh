@@ -12,7 +12,7 @@ version=$(sed -n 's|.*<kotlin.version>\(.*\)</.*|\1|p' pom.xml)
 compiler=~/.m2/repository/org/jetbrains
 
 # The first build writes no caches, which would take longer: a clone is often built only once.
-if [[ ! -d $library/target || ! -d $compiler/kotlin/kotlin-build-tools-impl/$version ]]; then
+if [[ ! -d $library/target/test-classes || ! -d $compiler/kotlin/kotlin-build-tools-impl/$version ]]; then
   exec mvn "$@" "${package[@]}"
 fi
 kotlin_jars=$(find "$compiler" -name "*-$version.jar" -o -name 'kotlinx-coroutines-core-jvm*.jar' -o -name 'annotations*.jar' |
