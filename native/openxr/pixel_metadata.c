@@ -63,11 +63,11 @@ void pixel_metadata_read(const struct pixel_metadata *metadata, uint32_t types, 
         frame->has |= ML2S_HAS_EXPOSURE;
         frame->exposure_nanos = (int64_t)((double)metadata->exposure.exposureTime * 1e6 + 0.5);
     }
-    if (has(types, XR_PIXEL_SENSOR_METADATA_ANALOG_GAIN_ML) && __builtin_isfinite(metadata->analog_gain.gain)) {
+    if (has(types, XR_PIXEL_SENSOR_METADATA_ANALOG_GAIN_ML)) {
         frame->has |= ML2S_HAS_ANALOG_GAIN;
         frame->analog_gain = metadata->analog_gain.gain;
     }
-    if (has(types, XR_PIXEL_SENSOR_METADATA_DIGITAL_GAIN_ML) && __builtin_isfinite(metadata->digital_gain.gain)) {
+    if (has(types, XR_PIXEL_SENSOR_METADATA_DIGITAL_GAIN_ML)) {
         frame->has |= ML2S_HAS_DIGITAL_GAIN;
         frame->digital_gain = metadata->digital_gain.gain;
     }
