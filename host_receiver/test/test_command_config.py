@@ -36,6 +36,21 @@ def test_topics_that_are_switched_off_are_not_listed(
     assert "confidence" not in printed
 
 
+def test_what_is_for_another_node_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "config.yaml"
+    file.write_text(
+        "/**:\n  ros__parameters:\n    planner: {speed: 1}\n    gaze: {enabled: true}\n"
+    )
+    assert main(["config", "check", str(file)]) == 0
+    printed = capsys.readouterr()
+    assert "gaze" in printed.out
+    assert printed.err.startswith(
+        f"{file}:3: planner: ignored, since it is no section of this node"
+    )
+
+
 def test_a_bad_file_has_one_line_per_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

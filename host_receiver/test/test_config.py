@@ -125,10 +125,87 @@ def test_without_any_stream_there_is_no_transform_tree() -> None:
     assert parse({"tf": {"layout": "rig"}}).requests == {}
 
 
-@pytest.mark.parametrize("node", ["/ml2_receiver", "ml2_receiver", "/config_ML_node", "/**"])
+@pytest.mark.parametrize(
+    "node",
+    [
+        *("/ml2_receiver", "ml2_receiver", "/config_ML_node", "/**", "/*"),
+        *("/robot1/ml2_receiver", "/**/ml2_receiver", "/*/ml2_receiver", "/robot1/**"),
+    ],
+)
 def test_node_names_are_those_of_parameter_files(node: str) -> None:
     text = f"{node}:\n  ros__parameters:\n    gaze: {{enabled: true}}\n"
     assert "gaze" in parse_config(text.encode()).requests
+
+
+def test_namespaces_may_be_mappings() -> None:
+    text = "robot1: {arm: {ml2_receiver: {ros__parameters: {gaze: {enabled: true}}}}}"
+    assert "gaze" in parse_config(text.encode()).requests
+
+
+def test_what_is_for_another_node_is_left_out() -> None:
+    """ROS does so; the same file may be given to several nodes."""
+    text = """
+/camera_driver: {ros__parameters: {exposure: [1, 2], gaze: {enabled: 7}}}
+arm: {controller: {ros__parameters: {rate: 50}}}
+/ml2_receiver: {ros__parameters: {gaze: {enabled: true}}}
+"""
+    config = parse_config(text.encode())
+    assert "gaze" in config.requests
+    assert config.ignored == ()
+
+
+def test_a_value_under_the_nodes_name_goes_before_one_for_all_nodes() -> None:
+    own, all_nodes = (
+        f"{node}: {{ros__parameters: {{gaze: {{enabled: {value}}}, battery: {{enabled: true}}}}}}"
+        for node, value in (("/ml2_receiver", "true"), ("/**", "false"))
+    )
+    for text in (f"{own}\n{all_nodes}", f"{all_nodes}\n{own}"):
+        assert "gaze" in parse_config(text.encode()).requests
+
+
+def test_a_section_under_a_wildcard_may_be_another_nodes() -> None:
+    config = parse_config(b"/**: {ros__parameters: {planner: {speed: 1}, gaze: {enabled: true}}}")
+    assert "gaze" in config.requests
+    (ignored,) = config.ignored
+    assert (ignored.line, ignored.key) == (1, "planner")
+    assert "no section of this node" in ignored.message
+    (problem,) = problems("/**: {ros__parameters: {gaze: {enable: true}}}")
+    assert "did you mean enabled?" in problem.message
+
+
+def test_two_receivers_in_one_file_are_told_apart_by_nobody() -> None:
+    block = "{ros__parameters: {gaze: {enabled: true}}}"
+    (problem,) = problems(f"/robot1/ml2_receiver: {block}\n/robot2/ml2_receiver: {block}\n")
+    assert problem.line == 2
+    assert "expected one receiver, found /robot2/ml2_receiver and /robot1/" in problem.message
+
+
+def test_what_ros_declares_itself_is_ignored_and_said_once() -> None:
+    qos = "qos_overrides: {/magic_leap2/log: {publisher: {depth: 3}}, /tf: {publisher: {}}}"
+    text = f"/ml2_receiver: {{ros__parameters: {{use_sim_time: false, {qos}, gaze: {{}}}}}}"
+    assert [it.key for it in parse_config(text.encode()).ignored] == [
+        "use_sim_time",
+        "qos_overrides",
+    ]
+
+
+def test_a_mode_in_a_file_stands_for_three_keys() -> None:
+    config = parse({"picture_center": {"enabled": True, "mode": "1280x720@30"}})
+    assert config.requests["color"]["resolution_height"] == 720
+    assert wrong("picture_center: {mode: 1280x720}").message.startswith(
+        "expected WIDTHxHEIGHT@RATE"
+    )
+    same = {"mode": "1280x720@30", "update_rate": 30}
+    assert parse({"picture_center": same}).values["picture_center.resolution_width"] == 1280
+
+
+@pytest.mark.parametrize("order", [("mode", "update_rate"), ("update_rate", "mode")])
+def test_a_mode_and_a_key_that_contradict_are_refused(order: tuple[str, str]) -> None:
+    given = {"mode": "1280x720@30", "update_rate": 15}
+    text = ", ".join(f"{key}: {given[key]}" for key in order)
+    problem = wrong(f"picture_center: {{{text}}}")
+    assert problem.key == "picture_center.mode"
+    assert "picture_center.update_rate is 15: give one of them" in problem.message
 
 
 def test_keys_may_be_written_with_dots() -> None:

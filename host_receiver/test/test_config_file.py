@@ -39,6 +39,25 @@ def test_only_values_that_changed_are_written(file: Path) -> None:
     assert load_config(file) == config
 
 
+def test_values_are_written_where_the_receivers_are(file: Path) -> None:
+    other = "/driver: {ros__parameters: {gaze: {enabled: false}}}\n"
+    own = "robot1: {ml2_receiver: {ros__parameters: {tf: {layout: flat}}}}\n"
+    file.write_text(other + "/**: {ros__parameters: {planner: {speed: 1}}}\n" + own)
+    config = changed(file, gaze__enabled=True)
+    ConfigFile(file).save(config)
+    assert load_config(file).values == config.values
+    assert file.read_text().startswith(other)
+    assert "tf: {layout: flat}, gaze: {enabled: true}" in file.read_text()
+
+
+def test_a_mode_is_written_as_a_mode(file: Path) -> None:
+    file.write_text(TEXT + "    picture_center: {mode: 640x480@15}\n")
+    config = changed(file, picture_center__mode="1280x720@30")
+    ConfigFile(file).save(config)
+    assert "picture_center: {mode: 1280x720@30}" in file.read_text()
+    assert load_config(file).values == config.values
+
+
 def test_a_number_for_the_link_stays_as_the_user_wrote_it(file: Path) -> None:
     file.write_text(TEXT + "    general: {link: 100.0}\n")
     ConfigFile(file).save(changed(file, general__link="100", battery__enabled=True))

@@ -49,6 +49,7 @@ OTHER = Process(13, "nginx", ("nginx",))
         (findings.domain("5", {12: None}), "wrong", "export ROS_DOMAIN_ID=0"),
         (findings.parameter_file("a.yaml", ["/ml2_receiver"]), "ok", ""),
         (findings.parameter_file("a.yaml", ["/**"]), "ok", ""),
+        (findings.parameter_file("a.yaml", ["/camera", "/robot1/ml2_receiver"]), "ok", ""),
         (findings.parameter_file("a.yaml", ["config_ML_node"]), "hint", "run --config a.yaml"),
     ],
 )

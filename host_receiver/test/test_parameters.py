@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from ml2_receiver.configuration.config import load_config
 from ml2_receiver.table.reader import load_table
@@ -29,6 +30,18 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"qos_overrides./magic_leap2/log.publisher.depth": 3}, "read-only"),
     ({f"{COLOR}.resolution_width": 1280, "battery.enabled": True}, "found 1280x1080"),
 ]
+
+
+def nested(values: dict[str, Any]) -> dict[str, Any]:
+    """Parameters as `ros2 param dump` writes them: one mapping for each part of a name."""
+    tree: dict[str, Any] = {}
+    for name, value in values.items():
+        *path, last = name.split(".")
+        branch = tree
+        for part in path:
+            branch = branch.setdefault(part, {})
+        branch[last] = value
+    return tree
 
 
 def test_every_key_is_a_parameter_with_what_it_may_be(client: Client) -> None:
@@ -177,6 +190,34 @@ def test_parameters_given_to_ros_go_before_the_file_even_when_it_is_reloaded(
             pass
 
 
+def test_a_file_of_ros_may_have_sections_of_other_nodes(config: Path, tmp_path: Path) -> None:
+    file = tmp_path / "all.yaml"
+    file.write_text("/**: {ros__parameters: {world_leftt: {enabled: true}, gaze: {enabled: true}}}")
+    with Receiver(config, "--ros-args", "--params-file", str(file)) as receiver, Client() as client:
+        assert client.ask("get", "gaze.enabled") == [True]
+    (told,) = [line for line in receiver.errors if "world_leftt" in line]
+    assert "no section of this node, and ignored" in told
+    assert "did you mean world_left?" in told
+
+
+def test_a_dump_of_all_parameters_can_be_given_back(config: Path, tmp_path: Path) -> None:
+    with Receiver(config), Client() as client:
+        assert client.ask("set", {f"{COLOR}.mode": "640x480@15"}) == [[True, ""]]
+        names = client.ask("names")
+        values = dict(zip(names, client.ask("get", *names), strict=True))
+    dump = tmp_path / "dump.yaml"
+    dump.write_text(yaml.safe_dump({"/ml2_receiver": {"ros__parameters": nested(values)}}))
+    for file, *options in ((dump,), (config, "--ros-args", "--params-file", str(dump))):
+        with Receiver(file, *options), Client() as client:
+            assert client.ask("get", *names) == list(values.values())
+    dump.write_text(dump.read_text().replace("mode: 640x480@15", "mode: 1280x720@30"))
+    command = ("-m", "ml2_receiver", "run", "--listen", "127.0.0.1:0", "--insecure", "--config")
+    for file, *options in ((dump,), (config, "--ros-args", "--params-file", str(dump))):
+        with Child(*command, str(file), *options) as child:
+            assert child.wait() == 2
+        assert any(f"{COLOR}.mode: " in line for line in child.errors), child.errors
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -235,7 +276,7 @@ for stream in ("world_left", "battery"):
     node.open(table.streams[stream].topics[0])
 
 def told(idle):  # one change may be told twice
-    while control.updates.get(timeout=LIMIT_S) != idle:
+    while control.updates.get() != idle:
         pass
     return sorted(idle)
 
@@ -243,7 +284,6 @@ print(sorted(node.idle_streams()))
 rclpy.init()
 subscriber = rclpy.create_node("subscriber")
 from sensor_msgs.msg import BatteryState
-from waiting import LIMIT_S
 subscription = subscriber.create_subscription(BatteryState, "/magic_leap2/battery", print, 1)
 print(told({"world_left"}))
 subscriber.destroy_subscription(subscription)

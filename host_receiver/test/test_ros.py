@@ -239,6 +239,29 @@ def test_qos_can_be_overridden_at_start(config: Path) -> None:
             assert subscriber.publisher["reliability"] == "RELIABLE"
 
 
+def test_durability_can_be_overridden_and_what_changes_nothing_is_told(config: Path) -> None:
+    given = {
+        f"{IMAGE}.publisher.durability": "transient_local",
+        f"{IMAGE}s.publisher.depth": "5",
+        f"{IMAGE}.subscription.depth": "5",
+        f"{IMAGE}.publisher.deadline": "5",
+        "/magic_leap2/custom/joints.publisher.depth": "5",
+    }
+    options = [word for it in given.items() for word in ("-p", "qos_overrides.{}:={}".format(*it))]
+    with (
+        Receiver(config, "--ros-args", *options) as receiver,
+        MockDevice(receiver.address, says_ping=True) as device,
+    ):
+        device.start()
+        with Subscriber(IMAGE, IMAGE_TYPE) as subscriber:
+            assert subscriber.publisher["durability"] == "TRANSIENT_LOCAL"
+        told = [line for line in receiver.errors if "changes nothing" in line]
+    assert len(told) == 3, receiver.errors
+    assert f"did you mean {IMAGE}?" in told[0]
+    assert "expected publisher, found subscription" in told[1]
+    assert "expected one of depth, durability, history, reliability" in told[2]
+
+
 def test_a_topic_with_a_wrong_override_is_not_published_and_the_others_are(config: Path) -> None:
     override = f"qos_overrides.{IMAGE}.publisher.reliability:=some"
     with (

@@ -62,6 +62,13 @@ def test_a_mode_stands_for_three_keys(settings: Settings) -> None:
     assert settings.parameters()[f"{COLOR}.mode"] == "640x480@15"
 
 
+def test_a_mode_and_a_key_that_contradict_are_refused_in_any_order(settings: Settings) -> None:
+    given = {f"{COLOR}.mode": "640x480@30", f"{COLOR}.update_rate": 15}
+    for changes in (given, dict(reversed(given.items()))):
+        said = refusal(settings, changes, may_wait=False)
+        assert f"{COLOR}.update_rate is 15: give one of them" in said
+
+
 def test_values_that_are_set_together_do_not_wait(settings: Settings) -> None:
     size = {f"{COLOR}.resolution_width": 1280, f"{COLOR}.resolution_height": 1080}
     assert "found 1280x1080" in refusal(settings, size, may_wait=False)

@@ -11,6 +11,7 @@ from ..configuration.link_fit import bound_mbit_per_s, fitting_change, link_in_w
 from ..table.reader import load_table
 from ..table.stream_table import Topic
 from .options import Subparsers, above_zero, add_file
+from .receiving import print_ignored
 
 _CHECK_EPILOG = """\
 Exit code: 0, or 2 with one line per wrong value.
@@ -58,6 +59,7 @@ def _check(options: argparse.Namespace) -> int:
     from rich.table import Table
 
     config = load_config(options.file)
+    print_ignored(config, str(options.file))
     needs = images_mbit_per_s(config)
     link = options.link or bound_mbit_per_s(config)
     if options.json:

@@ -1,6 +1,7 @@
 """Common parts of the commands that act as the receiver."""
 
 import argparse
+import sys
 from collections.abc import Callable, Collection, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
@@ -72,8 +73,19 @@ def config_file(options: argparse.Namespace) -> ConfigFile:
 
 
 def load(file: ConfigFile, options: argparse.Namespace) -> Config:
-    """Returns the configuration in the file, for the receiver named --name."""
-    return replace(file.load(), name=options.name)
+    """Returns the configuration in the file, for the receiver named --name.
+
+    Says on standard error what the file has for others.
+    """
+    config = file.load()
+    print_ignored(config, str(file.path))
+    return replace(config, name=options.name)
+
+
+def print_ignored(config: Config, file: str) -> None:
+    """Says on standard error what a file has that is not for the receiver."""
+    for problem in config.ignored:
+        print(problem.located_in(file), file=sys.stderr)
 
 
 @contextmanager

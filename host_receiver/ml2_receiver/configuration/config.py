@@ -1,6 +1,6 @@
 """Reads config.yaml: which streams shall run, and how."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,8 +10,8 @@ from ..table.reader import load_table
 from ..table.stream_table import Stream
 from ..wire.messages import Link
 from .calibration import Calibration, load_calibration
-from .config_rules import Values, camera_problems, key_problems, read_values
-from .parameter_file import MAX_BYTES, read_parameters
+from .config_rules import Values, camera_problems, key_problems, read_values, without_modes
+from .parameter_file import MAX_BYTES, Parameter, expected_one_of, is_of_ros, read_parameters
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,14 @@ class Config:
         name: empty, or tells this headset from others.
         folder: what the names of files are relative to.
         cameras: the user's calibrations by section.
+        ignored: what the file has for others, and so is not in `values`.
     """
 
     values: Values
     name: str = ""
     folder: Path = Path()
     cameras: Mapping[str, Calibration] = field(default_factory=dict)
+    ignored: tuple[Problem, ...] = ()
 
     @property
     def prefix(self) -> str:
@@ -97,7 +99,10 @@ def parse_config(data: bytes, folder: Path = Path()) -> Config:
     """Parses the bytes of a file as load_config does; paths in it are relative to `folder`."""
     table = load_table()
     parameters, problems = read_parameters(data)
-    problems += key_problems(parameters, table.sections)
+    others = {name: it for name, it in parameters.items() if _is_of_others(name, it)}
+    parameters = {name: it for name, it in parameters.items() if name not in others}
+    parameters, mistaken = without_modes(parameters, table.sections)
+    problems += [*mistaken, *key_problems(parameters, table.sections)]
     values = read_values(parameters, table.sections)
     for section in table.sections.values():
         problems += camera_problems(section, parameters, values)
@@ -107,7 +112,26 @@ def parse_config(data: bytes, folder: Path = Path()) -> Config:
         problems.append(replace(mistake, line=parameter.line, value=parameter.text))
     if problems:
         raise ConfigError(sorted(problems, key=lambda problem: problem.line))
-    return Config(values, folder=folder, cameras=cameras)
+    return Config(values, folder=folder, cameras=cameras, ignored=tuple(_ignored(others)))
+
+
+def _is_of_others(name: str, parameter: Parameter) -> bool:
+    section = name.partition(".")[0]
+    return is_of_ros(name) or (parameter.is_for_all and section not in load_table().sections)
+
+
+def _ignored(others: Mapping[str, Parameter]) -> Iterator[Problem]:
+    """Says once for each section why it is left out."""
+    first: dict[str, Parameter] = {}
+    for name, parameter in others.items():
+        first.setdefault(name.partition(".")[0], parameter)
+    for section, parameter in first.items():
+        if is_of_ros(section):
+            message = "ignored, since it is a parameter of ROS: give it by --params-file"
+        else:
+            expected = expected_one_of(load_table().sections, section)
+            message = f"ignored, since it is no section of this node; {expected}"
+        yield Problem(parameter.line, section, parameter.text, message)
 
 
 def read_calibrations(

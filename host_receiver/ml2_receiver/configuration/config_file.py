@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..errors import ConfigError, Problem
+from ..table.reader import load_table
 from ..user_folder import user_folder
 from .config import Config, load_config, parse_config
-from .config_rules import Values
+from .config_rules import MODE_KEYS, Values, mode_of
+from .parameter_file import is_for_node, is_wildcard
 from .whole_file import replace_file
 
 _INDENT = {"mapping": 2, "sequence": 4, "offset": 2}
@@ -94,13 +96,21 @@ def _edited(data: bytes, folder: Path, values: Values) -> bytes:
         reason = getattr(error, "problem", None) or str(error)
         problem = Problem(line, "", "", f"cannot be written: {' '.join(reason.split())}")
         raise ConfigError([problem]) from error
+    cameras = [it.id for it in load_table().sections.values() if it.modes]
+    modes = {f"{it}.mode": it for it in cameras if any(_places(document, f"{it}.mode"))}
+    in_modes = {f"{camera}.{key}" for camera in modes.values() for key in MODE_KEYS}
     for name, value in values.items():
         if value == before[name]:
             continue
         keys, key = next(_places(document, name), (None, ""))
+        if keys is None and name in in_modes:
+            continue
         if keys is None:
             keys, key = _new_place(document, name)
         keys[key] = value
+    for name, camera in modes.items():
+        keys, key = next(_places(document, name))
+        keys[key] = mode_of(camera, values)
     text = io.BytesIO()
     yaml.dump(document, text)
     return text.getvalue()
@@ -111,8 +121,7 @@ def _places(
 ) -> Iterator[tuple[MutableMapping[str, Any], str]]:
     """Yields the places of a key: under its section, or written with a dot."""
     section, _, key = name.partition(".")
-    for node in document.values():
-        sections = node["ros__parameters"]
+    for sections in _of_node(document):
         if name in sections:
             yield sections, name
         elif key in sections.get(section, {}):
@@ -121,5 +130,23 @@ def _places(
 
 def _new_place(document: Mapping[str, Any], name: str) -> tuple[MutableMapping[str, Any], str]:
     section, _, key = name.partition(".")
-    sections = next(iter(document.values()))["ros__parameters"]
-    return sections.setdefault(section, {}), key
+    return next(_of_node(document)).setdefault(section, {}), key
+
+
+def _of_node(document: Mapping[str, Any]) -> Iterator[MutableMapping[str, Any]]:
+    """Yields what stands under ros__parameters of this node: under its name, then for all nodes."""
+    blocks = sorted(_blocks(document, ""), key=lambda it: is_wildcard(it[0]))
+    return (sections for node, sections in blocks if is_for_node(node))
+
+
+def _blocks(
+    document: Mapping[str, Any], namespace: str
+) -> Iterator[tuple[str, MutableMapping[str, Any]]]:
+    for name, node in document.items():
+        if not isinstance(node, Mapping):
+            continue
+        path = f"{namespace}/{str(name).removeprefix('/')}"
+        if "ros__parameters" in node:
+            yield path, node["ros__parameters"]
+        else:
+            yield from _blocks(node, path)

@@ -1,6 +1,8 @@
 """Checks configuration values, and describes the problems."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from ..errors import Problem
 from ..table.key_values import accepts, expected, mbit_per_s
@@ -18,6 +20,45 @@ _STEPS: Mapping[tuple[str, ...], Callable[[Mode], Sequence[tuple[Scalar, ...]]]]
     ("update_rate",): lambda mode: [(rate,) for rate in mode.rates],
     ("format",): lambda mode: [(format,) for format in mode.formats],
 }
+
+
+_MODE = re.compile(r"(\d{1,6})x(\d{1,6})@(\d{1,6})", re.ASCII)
+# What a camera's parameter `mode` says in one.
+MODE_KEYS = ("resolution_width", "resolution_height", "update_rate")
+_EXAMPLE = "1280x720@30"
+
+
+def mode_of(camera: str, values: Values) -> str:
+    """Returns a camera's WIDTHxHEIGHT@RATE, the parameter `<camera>.mode`."""
+    width, height, rate = (values[f"{camera}.{key}"] for key in MODE_KEYS)
+    return f"{width}x{height}@{rate}"
+
+
+def without_modes(
+    parameters: Parameters, sections: Mapping[str, Section]
+) -> tuple[dict[str, Parameter], list[Problem]]:
+    """The parameters with each `<camera>.mode` as the three keys that it stands for.
+
+    A mode that is none, or that says something else than a key beside it, is a problem.
+    """
+    taken, problems = dict(parameters), []
+    for section in sections.values():
+        name = f"{section.id}.mode"
+        if not section.modes or name not in parameters:
+            continue
+        mode = taken.pop(name)
+        found = _MODE.fullmatch(mode.value) if isinstance(mode.value, str) else None
+        if found is None:
+            message = f"expected WIDTHxHEIGHT@RATE such as {_EXAMPLE}, found {mode.text}"
+            problems.append(Problem(mode.line, name, mode.text, message))
+            continue
+        for key, number in zip(MODE_KEYS, found.groups(), strict=True):
+            same = f"{section.id}.{key}"
+            beside = taken.setdefault(same, replace(mode, value=int(number), text=number))
+            if beside.value != int(number):
+                message = f"found {mode.text}, but {same} is {beside.text}: give one of them"
+                problems.append(Problem(mode.line, name, mode.text, message))
+    return taken, problems
 
 
 def key_problems(parameters: Parameters, sections: Mapping[str, Section]) -> Iterator[Problem]:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any
 
@@ -16,18 +16,26 @@ from ..errors import ConfigError, Problem
 
 MAX_BYTES = 64 * 1024
 
-# This receiver, the configuration node of the system it replaces, and ROS's wildcard.
-_NODE_NAMES = ("ml2_receiver", "config_ML_node", "**")
+# This receiver, and the configuration node of the system it replaces.
+_NODE_NAMES = ("ml2_receiver", "config_ML_node")
+# ROS's names for all nodes; the last part of a path of namespaces, or the whole.
+_ANY_NODE = ("**", "*")
+# What a node has for ROS, its publishers and recordings; `ros2 param dump` writes it, too.
+_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides", "record")
 MAX_SHOWN = 60
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One value of the file: its line, the Python value, and the text to show for it."""
+    """One value of the file: its line, the Python value, and the text to show for it.
+
+    `is_for_all` says that it stands under a wildcard, so that it may be meant for another node.
+    """
 
     line: int
     value: object
     text: str
+    is_for_all: bool = False
 
 
 class _Loader(yaml.SafeLoader):
@@ -54,32 +62,61 @@ def expected_one_of(names: Collection[str], found: str) -> str:
 def read_parameters(data: bytes) -> tuple[dict[str, Parameter], list[Problem]]:
     """The parameters by "section.key", and what is wrong around them.
 
-    A section that has no keys, but a value, stands under its own name.
+    What stands under other nodes is left out, as ROS does. A value under the node's name goes
+    before one under a wildcard. A section that has no keys, but a value, stands under its own name.
 
     Raises:
         ConfigError: the file is no YAML mapping at all.
     """
+    blocks = list(_blocks(_compose(_decode(data)), ""))
+    own = {it.node: it for it in blocks if it.is_own}
+    problems = [
+        it.wrong(f"expected one receiver, found {it.node} and {next(iter(own))}")
+        for it in list(own.values())[1:]
+    ]
     parameters: dict[str, Parameter] = {}
-    problems: list[Problem] = []
-    for found in _entries(_compose(_decode(data))):
-        if isinstance(found, Problem):
-            problems.append(found)
-            continue
-        name, parameter = found
-        first = parameters.setdefault(name, parameter)
-        if first is not parameter:
-            message = f"found {parameter.text}, but it is already given on line {first.line}"
-            problems.append(Problem(parameter.line, name, parameter.text, message))
+    if not any(is_for_node(it.node) for it in blocks):
+        problems += [
+            it.wrong(f"unknown node; {expected_one_of([*_NODE_NAMES, '**'], it.node)}")
+            for it in blocks
+        ]
+    for block in sorted(blocks, key=lambda it: it.is_for_all):
+        given: dict[str, Parameter] = {}
+        for found in block.entries():
+            if isinstance(found, Problem):
+                problems.append(found)
+                continue
+            name, parameter = found
+            first = given.setdefault(name, parameter)
+            if first is not parameter:
+                message = f"found {parameter.text}, but it is already given on line {first.line}"
+                problems.append(Problem(parameter.line, name, parameter.text, message))
+        parameters = given | parameters
     return parameters, problems
 
 
+def is_for_node(path: str) -> bool:
+    """Returns True if parameters under this path of namespaces and node are this receiver's."""
+    return path.rpartition("/")[2] in _NODE_NAMES or is_wildcard(path)
+
+
+def is_wildcard(path: str) -> bool:
+    """Returns True if parameters under this path are for all nodes."""
+    return path.rpartition("/")[2] in _ANY_NODE
+
+
+def is_of_ros(name: str) -> bool:
+    """Returns True for a parameter that is no key of the configuration, but ROS's own."""
+    return name.partition(".")[0] in _OF_ROS
+
+
 def node_names(data: bytes) -> list[str]:
-    """The names of the nodes that the file is for, right or wrong.
+    """The names of the nodes that the file is for, with their namespaces, right or wrong.
 
     Raises:
         ConfigError: the file is no YAML mapping at all.
     """
-    return [_name(node_name) for node_name, _ in _compose(_decode(data)).value]
+    return [block.node for block in _blocks(_compose(_decode(data)), "")]
 
 
 def _decode(data: bytes) -> str:
@@ -118,31 +155,64 @@ def _invalid(line: int, reason: object) -> ConfigError:
     return ConfigError([Problem(line, "", "", f"not valid YAML: {reason}")])
 
 
-def _entries(root: MappingNode) -> Iterator[Problem | tuple[str, Parameter]]:
-    for node_name, node in root.value:
-        if _name(node_name).removeprefix("/") not in _NODE_NAMES:
-            message = expected_one_of(_NODE_NAMES, _name(node_name))
-            yield _wrong(node_name, node, f"unknown node; {message}")
-        elif not isinstance(node, MappingNode) or not node.value:
-            message = f"expected ros__parameters: under it, found {_text(node)}"
-            yield _wrong(node_name, node, message)
+@dataclass(frozen=True)
+class _Block:
+    """What stands under one node, whose name has its namespaces."""
+
+    node: str
+    key: Node
+    body: Node
+
+    @property
+    def is_own(self) -> bool:
+        return self.node.rpartition("/")[2] in _NODE_NAMES
+
+    @property
+    def is_for_all(self) -> bool:
+        return is_wildcard(self.node)
+
+    def wrong(self, message: str) -> Problem:
+        return _wrong(self.key, self.body, message)
+
+    def entries(self) -> Iterator[Problem | tuple[str, Parameter]]:
+        if not is_for_node(self.node):
+            return
+        if not isinstance(self.body, MappingNode) or not self.body.value:
+            yield self.wrong(f"expected ros__parameters: under it, found {_text(self.body)}")
+            return
+        for name, sections in self.body.value:
+            if _name(name) != "ros__parameters":
+                yield _wrong(name, sections, "expected ros__parameters")
+            elif not isinstance(sections, MappingNode):
+                yield _wrong(name, sections, f"expected sections under it, found {_text(sections)}")
+            else:
+                for of_section, parameter in _sections(sections):
+                    yield of_section, replace(parameter, is_for_all=self.is_for_all)
+
+
+def _blocks(root: MappingNode, namespace: str) -> Iterator[_Block]:
+    """The nodes; a name without parameters is a namespace, as in ROS."""
+    for key, body in root.value:
+        node = f"{namespace}/{_name(key).removeprefix('/')}"
+        is_namespace = (
+            not is_for_node(node)
+            and isinstance(body, MappingNode)
+            and all(isinstance(it, MappingNode) for _, it in body.value)
+            and not any(_name(it) == "ros__parameters" for it, _ in body.value)
+        )
+        if is_namespace and body.value:
+            yield from _blocks(body, node)
         else:
-            for name, sections in node.value:
-                yield from _node_entries(name, sections)
+            yield _Block(node, key, body)
 
 
-def _node_entries(name: Node, sections: Node) -> Iterator[Problem | tuple[str, Parameter]]:
-    if _name(name) != "ros__parameters":
-        yield _wrong(name, sections, "expected ros__parameters")
-    elif not isinstance(sections, MappingNode):
-        yield _wrong(name, sections, f"expected sections under it, found {_text(sections)}")
-    else:
-        for section, keys in sections.value:
-            if isinstance(keys, MappingNode):
-                for key, value in keys.value:
-                    yield f"{_name(section)}.{_name(key)}", _parameter(key, value)
-            else:  # ROS's flat spelling, general.topic_name: ...
-                yield _name(section), _parameter(section, keys)
+def _sections(sections: MappingNode) -> Iterator[tuple[str, Parameter]]:
+    for section, keys in sections.value:
+        if isinstance(keys, MappingNode):
+            for key, value in keys.value:
+                yield f"{_name(section)}.{_name(key)}", _parameter(key, value)
+        else:  # ROS's flat spelling, general.topic_name: ...
+            yield _name(section), _parameter(section, keys)
 
 
 def _wrong(key: Node, value: Node, message: str) -> Problem:

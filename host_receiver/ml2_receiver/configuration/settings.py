@@ -1,8 +1,7 @@
 """The configuration as it changes while the receiver runs."""
 
 import json
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -12,12 +11,15 @@ from ..table.stream_table import CAMERA_KEYS, Section
 from ..wire.json_body import Scalar
 from .calibration import Calibration
 from .config import Config, read_calibrations
-from .config_rules import Values, camera_problems, key_problems, read_values
+from .config_rules import (
+    Values,
+    camera_problems,
+    key_problems,
+    mode_of,
+    read_values,
+    without_modes,
+)
 from .parameter_file import MAX_SHOWN, Parameter
-
-_MODE = re.compile(r"(\d{1,6})x(\d{1,6})@(\d{1,6})", re.ASCII)
-_MODE_KEYS = ("resolution_width", "resolution_height", "update_rate")
-_EXAMPLE = "1280x720@30"
 
 
 @dataclass(frozen=True)
@@ -39,16 +41,19 @@ class Settings:
     def changed(self, changes: Mapping[str, object], *, may_wait: bool = False) -> "Settings":
         """The settings with some keys changed; `<camera>.mode`, "1280x720@30", stands for three.
 
+        The order of the changes does not matter: a mode and a key that contradict are refused.
+
         Args:
             may_wait: a value that is legal, but not with the camera's others, waits for them.
 
         Raises:
             ConfigError: with what config check would say.
         """
-        changed = dict(_keys(changes))
-        shown = {name: _parameter(value) for name, value in {**self.values, **changed}.items()}
         sections = load_table().sections
-        if problems := list(key_problems(shown, sections)):
+        given = {name: _parameter(value) for name, value in changes.items()}
+        changed, problems = without_modes(given, sections)
+        shown = {name: _parameter(value) for name, value in self.values.items()} | changed
+        if problems := problems or list(key_problems(shown, sections)):
             raise ConfigError(problems, "")
         values = read_values(shown, sections)
         pending = [
@@ -77,11 +82,8 @@ class Settings:
 
     def parameters(self) -> dict[str, Scalar]:
         """Returns the ROS parameters: `values`, and the configured mode of each camera."""
-        return {**self.values, **{mode_name(camera): self._mode(camera) for camera in cameras()}}
-
-    def _mode(self, camera: Section) -> str:
-        width, height, rate = (self.config.values[f"{camera.id}.{key}"] for key in _MODE_KEYS)
-        return f"{width}x{height}@{rate}"
+        modes = {mode_name(it): mode_of(it.id, self.config.values) for it in cameras()}
+        return {**self.values, **modes}
 
 
 def config_of(values: Mapping[str, object]) -> Config:
@@ -106,22 +108,6 @@ def cameras() -> list[Section]:
 
 def mode_name(camera: Section) -> str:
     return f"{camera.id}.mode"
-
-
-def _keys(changes: Mapping[str, object]) -> Iterator[tuple[str, object]]:
-    """The changes with modes taken apart."""
-    modes = {mode_name(camera): camera.id for camera in cameras()}
-    for name, value in changes.items():
-        if name not in modes:
-            yield name, value
-            continue
-        mode = _MODE.fullmatch(value) if isinstance(value, str) else None
-        if mode is None:
-            text = _parameter(value).text
-            message = f"expected WIDTHxHEIGHT@RATE such as {_EXAMPLE}, found {text}"
-            raise ConfigError([Problem(0, name, text, message)], "")
-        for key, number in zip(_MODE_KEYS, mode.groups(), strict=True):
-            yield f"{modes[name]}.{key}", int(number)
 
 
 def _is_ever_legal(name: str, value: Scalar) -> bool:

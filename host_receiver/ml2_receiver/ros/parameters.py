@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 
 from ..configuration.calibration import Calibration
 from ..configuration.config import Config
+from ..configuration.parameter_file import expected_one_of
 from ..configuration.settings import Settings, cameras, mode_name
 from ..errors import ConfigError
 from ..table.key_values import expected
@@ -25,6 +26,7 @@ from ..table.reader import load_table
 from ..table.stream_table import CAMERA_KEYS, Key, Section
 from ..wire.json_body import Scalar
 from .failures import Answer, Failures
+from .qos_overrides import unused
 
 # Declared by rclpy, by it or for publishers, or for recordings; no keys of the configuration.
 _OTHERS = re.compile(r"use_sim_time|start_type_description_service|(qos_overrides|record)\..*")
@@ -50,7 +52,7 @@ class ParameterNode(Node):
         super().__init__(
             name, context=context, automatically_declare_parameters_from_overrides=True
         )
-        self._overrides = self._take_overrides()
+        self._overrides, of_qos = self._take_overrides()
         self._settings = self._settings_of(config)
         self._changed: Callable[[Settings], None] = lambda _: None
         types = {f"{s.id}.{key.name}": key.type for s in _sections() for key in s.keys.values()}
@@ -62,6 +64,8 @@ class ParameterNode(Node):
             descriptor.type = self._types.get(name, Parameter.Type.STRING).value
             value = self._parameter(name, values[name]).value
             self.declare_parameter(name, value, descriptor, ignore_override=True)
+        for text in unused(of_qos, load_table(), self.config.prefix):
+            self.get_logger().warning(text)
 
     @property
     def config(self) -> Config:
@@ -116,8 +120,13 @@ class ParameterNode(Node):
         except ConfigError as error:
             raise ConfigError(error.problems, "ROS parameters") from error
 
-    def _take_overrides(self) -> dict[str, object]:
-        """Returns and undeclares the parameters given at the start, to declare them with types."""
+    def _take_overrides(self) -> tuple[dict[str, object], list[str]]:
+        """Undeclares the parameters given at the start, to declare them with types.
+
+        Returns:
+            those of this node, and the names of those for the QoS of publishers. A file of ROS for
+            several nodes may have sections of others, of which the log tells.
+        """
         given = {
             name: self.get_parameter(name).value
             for name in self.get_parameters_by_prefix("")
@@ -125,7 +134,17 @@ class ParameterNode(Node):
         }
         for name in given:
             self.undeclare_parameter(name)
-        return {name: value for name, value in given.items() if not _OTHERS.fullmatch(name)}
+        own, of_others, sections = {}, set(), load_table().sections
+        for name, value in given.items():
+            section = name.partition(".")[0]
+            if section in sections:
+                own[name] = value
+            elif not _OTHERS.fullmatch(name):
+                of_others.add(section)
+        for section in sorted(of_others):
+            message = f"parameter {section}: no section of this node, and ignored"
+            self.get_logger().warning(f"{message}; {expected_one_of(sections, section)}")
+        return own, [name for name in given if name.startswith("qos_overrides.")]
 
     def _parameter(self, name: str, value: Scalar) -> Parameter:
         type = self._types.get(name, Parameter.Type.STRING)

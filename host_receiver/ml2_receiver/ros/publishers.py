@@ -9,12 +9,12 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..errors import PublishError
 from ..session.sink import Publish
 from ..table.stream_table import Qos, StreamTable, Topic
 from ..topics.message_types import message_class
+from .qos_overrides import OVERRIDABLE
 from .raw_publish import raw_publish
 
 
@@ -93,5 +93,5 @@ def create_publisher(
             durability=DurabilityPolicy[qos.durability.upper()],
         ),
         event_callbacks=PublisherEventCallbacks(matched=matched and (lambda _: matched())),
-        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        qos_overriding_options=OVERRIDABLE,
     )

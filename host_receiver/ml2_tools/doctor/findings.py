@@ -165,10 +165,9 @@ def wrong_parameter_file(file: str, problems: str) -> Finding:
 def parameter_file(file: str, nodes: Sequence[str]) -> Finding:
     """Judges by the node names in a file whether ROS's own --params-file would use it too."""
     check = "configuration"
-    others = [name for name in nodes if name.removeprefix("/") not in (_NODE, "**")]
-    if not others:
+    if any(name.rpartition("/")[2] in (_NODE, "**", "*") for name in nodes):
         return Finding(check, "ok", f"{file} is well")
-    found = f"{file} is for the node {others[0]}"
+    found = f"{file} is for the node {nodes[0]}"
     fix = (
         f"load it with `ml2-receiver run --config {file}`: ROS's --params-file applies to the node"
         f" {_NODE} only what stands under /{_NODE} or /**"
