@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ml2_receiver.topics.adaptation import NOTHING_LOWERED
+from processors import Load
 from report import drops
 
 
@@ -25,6 +26,8 @@ class LiveTable:
         self._began_s: float | None = None
         self._steps: list[Text] = []
         self._adaptation = ""
+        self._load = Load()
+        self._full: str | None = None
 
     def __enter__(self) -> Self:
         self._live.start()
@@ -43,7 +46,13 @@ class LiveTable:
         ]
         self._note_step(snapshot)
         notes = [*refused, *self._steps, self._clock(snapshot["clock"])]
-        if not any(seen["count"] for seen in snapshot["topics"].values()):
+        messages = sum(seen["count"] for seen in snapshot["topics"].values())
+        if not snapshot["final"]:
+            # The final one follows a wait for late messages, in which the processors are idle.
+            self._full = self._load.note(messages)
+        if self._full:
+            notes.append(Text(self._full, style="yellow"))
+        if not messages:
             notes.append(Text("a simulation draws its pictures first: build/demo/headset.log"))
         self._live.update(Group(self._table(snapshot), *notes))
 
