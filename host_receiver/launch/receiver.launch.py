@@ -18,7 +18,9 @@ def generate_launch_description() -> LaunchDescription:
                 "name", default_value="", description="of the headset, as `ml2-receiver run --name`"
             ),
             DeclareLaunchArgument(
-                "namespace", default_value="", description="of the node; empty: that of `name`"
+                "namespace",
+                default_value="",
+                description="as `name`",
             ),
             DeclareLaunchArgument(
                 "listen", default_value="", description="HOST:PORT; empty: as `ml2-receiver run`"

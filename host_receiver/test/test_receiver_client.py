@@ -75,7 +75,7 @@ def late(ros_of_children: None, deaf_for: int) -> Iterator[LateReceiver]:
 @pytest.mark.parametrize("deaf_for", [2])
 def test_a_request_is_made_once_and_only_when_its_answer_will_arrive(late: LateReceiver) -> None:
     with tool_node("tool") as tool:
-        client = ReceiverClient(tool.context, "", 40.0, ["start"])
+        client = ReceiverClient(tool.context, "/ml2_receiver", 40.0, ["start"])
         client.call("start")
         client.set({"imu.enabled": True})
         client.close()
@@ -89,7 +89,7 @@ def test_a_request_is_made_once_and_only_when_its_answer_will_arrive(late: LateR
 @pytest.mark.parametrize("deaf_for", [NEVER])
 def test_a_receiver_that_never_answers_gets_no_request(late: LateReceiver) -> None:
     with tool_node("tool") as tool:
-        client = ReceiverClient(tool.context, "", 0.5, ["start"])
+        client = ReceiverClient(tool.context, "/ml2_receiver", 0.5, ["start"])
         with pytest.raises(RosError, match="has not answered"):
             client.call("start")
         client.close()

@@ -70,7 +70,7 @@ def test_messages_leave_nothing_behind(node: Node, executor: SingleThreadedExecu
 
 
 def test_requests_leave_nothing_behind(node: Node, receiver: Receiver) -> None:
-    client = ReceiverClient(node.context, "", 40.0)
+    client = ReceiverClient(node.context, "/ml2_receiver", 40.0)
 
     def ask() -> None:
         for _ in range(50):

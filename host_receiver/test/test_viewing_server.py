@@ -48,7 +48,7 @@ def url(ros_of_children: None) -> Iterator[str]:
     source = LiveSource("")
     view = View(source, "", with_eyes=False)
     pairing = PagePairing(view, pytest.fail)
-    steering = Steering(view, source.context, "", controls(with_eyes=False), pairing)
+    steering = Steering(view, source.context, "/ml2_receiver", controls(with_eyes=False), pairing)
     server = ViewServer(listener, view, steering, TOKEN)
     yield address
     server.close()

@@ -1,17 +1,22 @@
 """Prepares the environment before a command makes a ROS node."""
 
+import argparse
 import os
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from ..errors import RosError
 from ..ros.fastdds import apply_default_profile
+from .options import name
 
 _ROS_HINT = (
     "Run `source /opt/ros/jazzy/setup.bash`, or `make setup` in the clone and start"
     " host_receiver/ml2-receiver. `ml2-receiver record --no-ros` works without ROS 2."
 )
+
+_NAMESPACE = re.compile(r"(?:[^:]*:)?__ns:=/?(.*)")
 
 
 @contextmanager
@@ -32,7 +37,36 @@ def ros_needed() -> Iterator[None]:
         ) from error
 
 
-def node_arguments(ros_args: Sequence[str], name: str) -> list[str]:
-    """The user's, and the namespace of --name."""
-    namespace = ["-r", f"__ns:=/{name}"] if name else []
-    return ["--ros-args", *ros_args, *namespace]
+def settle_name(options: argparse.Namespace) -> None:
+    """Sets `options.name` to the node's namespace, where ROS's arguments give it instead of --name.
+
+    Both are one identity: node, topics, frames, rows of /diagnostics and the announcement have it.
+
+    Args:
+        options: has name and ros_args.
+
+    Raises:
+        RosError: they give another one, or one of several parts.
+    """
+    found = [it[1] for word in options.ros_args if (it := _NAMESPACE.fullmatch(word))]
+    namespace = found[0].rstrip("/") if found else ""  # the first holds
+    if not namespace:
+        return
+    if options.name not in ("", namespace):
+        raise RosError(
+            f"--name {options.name} and the namespace /{namespace} are of two receivers",
+            hint=f"Leave one of them out, or write --name {namespace}.",
+        )
+    try:
+        options.name = name(namespace)
+    except argparse.ArgumentTypeError as error:
+        raise RosError(
+            f"the namespace /{namespace} cannot be a receiver's name: {error}",
+            hint="Frame ids, topics and /diagnostics have it, too: choose one word.",
+        ) from error
+
+
+def node_arguments(ros_args: Sequence[str], namespace: str) -> list[str]:
+    """The user's, and the namespace that the name is; empty for none."""
+    remapping = ["-r", f"__ns:=/{namespace}"] if namespace else []
+    return ["--ros-args", *ros_args, *remapping]

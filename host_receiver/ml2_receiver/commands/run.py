@@ -10,6 +10,7 @@ from ..configuration.link_fit import bound_mbit_per_s, link_in_words
 from ..topics.calibrated_sink import CalibratedSink
 from .options import Subparsers
 from .receiving import add_options, config_file, load, ros_output, serving
+from .ros_start import settle_name
 from .session_port import SessionPort
 from .stopping import stop_signal
 from .view_beside import view_beside
@@ -49,6 +50,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check(options)
+    settle_name(options)
     stopping = stop_signal()
     file = config_file(options)
     config = load(file, options)

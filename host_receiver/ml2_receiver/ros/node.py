@@ -172,4 +172,5 @@ class RosNode:
             topic.full_name(self._prefix): {"subscribers": str(count)}
             for topic, count in self._publishers.subscribers().items()
         }
+        more["session"] = {"node": self._node.get_fully_qualified_name()}
         self._statuses.publish(status_array(self.config.name, rows, more, real_time()))

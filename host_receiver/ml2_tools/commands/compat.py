@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import node_arguments, ros_needed
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed, settle_name
 from ml2_receiver.commands.stopping import stop_signal
 
 _EPILOG = """\
@@ -40,6 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    settle_name(options)
     stopping = stop_signal()
     with ros_needed():
         from ..compatibility.node import CompatibilityNode

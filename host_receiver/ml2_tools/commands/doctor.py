@@ -179,7 +179,9 @@ def _config(node: DiagnosticsNode, receiver: str) -> Config | None:
     sections = load_table().sections.values()
     names = [f"{section.id}.{key}" for section in sections for key in section.keys]
     try:
-        with closing(ReceiverClient(node.context, receiver, PATIENCE_S)) as client:
+        with closing(
+            ReceiverClient(node.context, node.node_name(receiver, PATIENCE_S), PATIENCE_S)
+        ) as client:
             values = client.get(names)
         return dataclasses.replace(config_of(values), name=receiver) if values else None
     except (ConfigError, RosError):

@@ -43,6 +43,6 @@ def receiver_client(
     with diagnostics_node() as node:
         from ..live.receiver_client import ReceiverClient
 
-        node.rows(receiver, timeout_s)
-        with closing(ReceiverClient(node.context, receiver, timeout_s, services)) as client:
+        name = node.node_name(receiver, timeout_s)
+        with closing(ReceiverClient(node.context, name, timeout_s, services)) as client:
             yield client

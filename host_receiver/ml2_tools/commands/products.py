@@ -3,7 +3,7 @@
 import argparse
 
 from ml2_receiver.commands.options import Subparsers, add_name
-from ml2_receiver.commands.ros_start import node_arguments, ros_needed
+from ml2_receiver.commands.ros_start import node_arguments, ros_needed, settle_name
 from ml2_receiver.commands.stopping import stop_signal
 
 from .optional_packages import optional_packages
@@ -39,6 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    settle_name(options)
     stopping = stop_signal()
     with (
         ros_needed(),

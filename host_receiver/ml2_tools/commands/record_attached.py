@@ -27,9 +27,9 @@ def record_attached(options: argparse.Namespace) -> int:
     with diagnostics_node() as node:
         from ..live.receiver_client import ReceiverClient
 
-        node.rows(options.name, PATIENCE_S)
+        name = node.node_name(options.name, PATIENCE_S)
         services = [_START, _STOP]
-        with closing(ReceiverClient(node.context, options.name, PATIENCE_S, services)) as client:
+        with closing(ReceiverClient(node.context, name, PATIENCE_S, services)) as client:
             _done(client.set(_parameters(options)))
             print(f"{_done(client.call(_START))} until Ctrl-C", flush=True)
             folder = str(options.out.absolute())

@@ -111,11 +111,11 @@ def _live(options: argparse.Namespace) -> Iterator[tuple[View, Steered]]:
     from ..viewing.view import View
 
     with diagnostics_node() as node:
-        node.rows(options.name, PATIENCE_S)
+        receiver = node.node_name(options.name, PATIENCE_S)
     source = LiveSource(options.name)
     view = View(source, options.name, options.eyes)
     pairing = PagePairing(view, lambda: _pairing_offer(options))
-    steering = Steering(view, source.context, options.name, controls(options.eyes), pairing)
+    steering = Steering(view, source.context, receiver, controls(options.eyes), pairing)
     try:
         yield view, steering
     finally:

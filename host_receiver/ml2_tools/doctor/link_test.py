@@ -27,7 +27,8 @@ def try_link(node: DiagnosticsNode, receiver: str) -> Values:
         RosError: there is no test.
     """
     before = node.rows(receiver, _ANSWER_S).get("link", {}).get("tests")
-    with closing(ReceiverClient(node.context, receiver, _ANSWER_S, [_SERVICE])) as client:
+    name = node.node_name(receiver, _ANSWER_S)
+    with closing(ReceiverClient(node.context, name, _ANSWER_S, [_SERVICE])) as client:
         is_done, reason = client.call(_SERVICE)
     if not is_done:
         raise RosError(reason)

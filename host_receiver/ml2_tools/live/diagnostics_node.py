@@ -82,6 +82,15 @@ class DiagnosticsNode:
         domain = os.environ.get("ROS_DOMAIN_ID", "0")
         raise RosError(f"no receiver in ROS domain {domain}", hint=NO_RECEIVER_HINT)
 
+    def node_name(self, receiver: str, timeout_s: float) -> str:
+        """Returns the full name of a receiver's node, of which its parameters and services are.
+
+        Raises:
+            RosError: as rows().
+        """
+        usual = f"/{receiver}/ml2_receiver" if receiver else "/ml2_receiver"
+        return self.rows(receiver, timeout_s).get("session", {}).get("node", usual)
+
     def _diagnosed(self, payload: bytes) -> None:
         rows: dict[str, dict[str, Values]] = {}
         for status in deserialize_message(payload, DiagnosticArray).status:

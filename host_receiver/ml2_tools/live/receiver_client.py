@@ -32,7 +32,7 @@ class ReceiverClient:
 
     Args:
         context: that of a node which has heard of the receiver.
-        receiver: as in its --name, or empty.
+        receiver: the full name of its node, as DiagnosticsNode.node_name() returns it.
         timeout_s: for each answer.
         services: those that will be called.
     """
@@ -40,7 +40,7 @@ class ReceiverClient:
     def __init__(
         self, context: Context, receiver: str, timeout_s: float, services: Iterable[str] = ()
     ) -> None:
-        self._name = f"{'/' if receiver else ''}{receiver}/ml2_receiver"
+        self._name = receiver
         self._timeout_s = timeout_s
         self._node = rclpy.create_node("ml2_client", context=context)
         self._executor = SingleThreadedExecutor(context=context)

@@ -33,7 +33,7 @@ class Steering:
     Args:
         view: is notified of new values, by `changed`.
         context: the context for a node of its own.
-        receiver: the receiver's --name, or empty.
+        receiver: the full name of the receiver's node.
         controls: the controls by section.
         pairing: pairs headsets with the receiver; close() ends it.
     """
