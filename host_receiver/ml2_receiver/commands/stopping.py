@@ -4,6 +4,8 @@ import os
 import signal
 import threading
 
+from ..stop_limit import STOP_LIMIT
+
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -17,7 +19,10 @@ def heed_interrupts() -> None:
 
 
 def stop_signal() -> threading.Event:
-    """Set by Ctrl-C and by SIGTERM, which then end nothing by themselves; for the main thread."""
+    """Set by Ctrl-C and by SIGTERM, which then end nothing by themselves; for the main thread.
+
+    A process that has not ended some seconds later, because a thread hangs, is ended.
+    """
     stopping = threading.Event()
     heard, told = os.pipe()
     os.set_blocking(told, False)
@@ -34,3 +39,4 @@ def _hear(heard: int, stopping: threading.Event) -> None:
     while True:
         if os.read(heard, 1)[0] in _SIGNALS:
             stopping.set()
+            STOP_LIMIT.enforce()

@@ -12,6 +12,7 @@ from queue import Empty, SimpleQueue
 from ..errors import PublishError
 from ..session.report import Report
 from ..session.sink import Applied, Publish
+from ..stop_limit import STOP_LIMIT
 from ..table.stream_table import StreamTable, Topic
 from ..topics.config_topic import config_text
 from ..topics.string_message import encode_string
@@ -88,6 +89,7 @@ class Recorder:
             topic.name: self._open(self._bag_topic(f"{prefix}/{topic.name}", topic.type, topic.qos))
             for topic in table.receiver_topics
         }
+        self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="recorder")
         self._thread.start()
 
@@ -103,6 +105,7 @@ class Recorder:
 
     def close(self) -> None:
         """Writes what is queued, and the index; nothing may be called after but `progress`."""
+        self._is_closing = True
         self._jobs.put(None)
         self._thread.join()
 
@@ -197,6 +200,8 @@ class Recorder:
             return
         self._written[topic.name] += 1
         self._writer.write(topic, time_ns, payload)
+        if self._is_closing:
+            STOP_LIMIT.making_progress()
         with self._lock:
             self._queued_bytes -= len(payload) + _MESSAGE_BYTES
 

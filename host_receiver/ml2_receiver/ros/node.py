@@ -33,6 +33,8 @@ from .spinning import spin_until, wake
 from .status_array import status_array
 
 _DIAGNOSTICS_PERIOD_S = 1.0
+# The longest that the end of the node waits for a callback.
+_CALLBACK_S = 2.0
 
 
 class RosNode:
@@ -112,13 +114,18 @@ class RosNode:
         self._spinner.start()
 
     def close(self) -> None:
-        """Ends the node; nothing may be called after."""
+        """Ends the node; nothing may be called after.
+
+        A callback that hangs costs no recording: it is ended without waiting for the callback.
+        """
         self._is_closing.set()
         wake(self._executor)
         if self._spinner.is_alive():
-            self._spinner.join()
+            self._spinner.join(_CALLBACK_S)
         if self._recording is not None:
             self._recording.close()
+        if self._spinner.is_alive():
+            return  # it uses them
         self._executor.shutdown()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
