@@ -22,6 +22,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+# Of a message, whatever a file or a peer puts into it.
+MAX_CHARACTERS = 2000
+
 
 class ReceiverError(Exception):
     """The environment is not usable; the message says what happened and what was expected.
@@ -32,7 +35,8 @@ class ReceiverError(Exception):
     """
 
     def __init__(self, message: str, *, hint: str = "") -> None:
-        super().__init__(message)
+        is_long = len(message) > MAX_CHARACTERS
+        super().__init__(f"{message[: MAX_CHARACTERS - 3]}..." if is_long else message)
         self.hint = hint
 
     def in_one_line(self) -> str:

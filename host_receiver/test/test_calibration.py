@@ -1,3 +1,5 @@
+import os
+import pty
 from pathlib import Path
 
 import pytest
@@ -67,6 +69,29 @@ def test_what_is_no_calibration_is_refused(tmp_path: Path, text: str, message: s
     file.write_text(text)
     with pytest.raises(CalibrationError, match=f"left.yaml.*{message}"):
         load_calibration(file)
+
+
+def test_aliases_are_refused_and_messages_are_short(tmp_path: Path) -> None:
+    """Nine levels of nine references each stand for 400 million numbers."""
+    levels = [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 9)]
+    bomb, text = tmp_path / "bomb.yaml", tmp_path / "text.yaml"
+    bomb.write_text("\n".join(["a0: &a0 [1]", *levels, "camera_matrix: *a8"]))
+    text.write_text(calibration_yaml(camera_matrix=["x" * 30_000]))
+    for file, said in ((bomb, "found an alias"), (text, "expected rows, cols and data")):
+        with pytest.raises(CalibrationError, match=said) as refused:
+            load_calibration(file)
+        assert len(str(refused.value)) <= 2000
+
+
+def test_what_is_no_regular_file_is_refused_at_once(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    terminal, other = pty.openpty()
+    for path in (pipe, Path(os.ttyname(other)), Path("/dev/zero")):
+        with pytest.raises(CalibrationError, match="expected a regular file"):
+            load_calibration(path)
+    os.close(terminal)
+    os.close(other)
 
 
 def test_the_configuration_names_a_file_beside_itself(tmp_path: Path) -> None:

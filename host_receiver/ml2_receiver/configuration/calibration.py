@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 
 from ..errors import CalibrationError
-from .whole_file import replace_file
+from .whole_file import read_file, replace_file
+from .yaml_tree import TreeLoader
 
 _MAX_BYTES = 64 * 1024
 # sensor_msgs/distortion_models.hpp, and how many coefficients ROS programs read for each.
@@ -36,15 +37,14 @@ def load_calibration(path: Path) -> Calibration:
         CalibrationError: it cannot be read, or is no calibration; says what was expected.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1)
+        data = read_file(path, _MAX_BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise CalibrationError(f"{path} cannot be read: {reason}") from error
     if len(data) > _MAX_BYTES:
         raise CalibrationError(f"{path}: expected at most {_MAX_BYTES} bytes")
     try:
-        return parse_calibration(yaml.safe_load(data))
+        return parse_calibration(yaml.load(data, TreeLoader))
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise CalibrationError(f"{path}: {' '.join(str(error).split())}") from error
     except CalibrationError as error:

@@ -4,15 +4,14 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from typing import Any
 
 import yaml
-from yaml.composer import ComposerError
 from yaml.constructor import SafeConstructor
 from yaml.nodes import MappingNode, Node, ScalarNode
 from yaml.reader import ReaderError
 
 from ..errors import ConfigError, Problem
+from .yaml_tree import TreeLoader
 
 MAX_BYTES = 64 * 1024
 
@@ -38,14 +37,8 @@ class Parameter:
     is_for_all: bool = False
 
 
-class _Loader(yaml.SafeLoader):
+class _Loader(TreeLoader):
     """YAML 1.1 with the differences ROS's own parser has: no aliases, and 1e-3 is a number."""
-
-    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.get_event().start_mark  # type: ignore[no-untyped-call]
-            raise ComposerError(None, None, "found an alias, which ROS 2 does not read", mark)
-        return super().compose_node(parent, index)
 
 
 _Loader.add_implicit_resolver(

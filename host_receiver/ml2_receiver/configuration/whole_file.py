@@ -1,10 +1,25 @@
-"""Replaces files as a whole."""
+"""Reads and replaces files as a whole."""
 
 import os
 import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
+
+
+def read_file(path: Path, most_bytes: int) -> bytes:
+    """Returns the content of a regular file, or the first `most_bytes` + 1 of it; never waits.
+
+    For paths that others name: opening a named pipe or a terminal would wait for its other end.
+
+    Raises:
+        OSError: it cannot be read, or is no regular file.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(0, "expected a regular file")
+        return file.read(most_bytes + 1)
 
 
 def replace_file(path: Path, data: bytes) -> None:
