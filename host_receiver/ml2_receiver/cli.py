@@ -1,18 +1,23 @@
 """The command ml2-receiver."""
 
 import argparse
+import os
 import re
+import select
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import shtab
 
 from .commands.stopping import heed_interrupts
 from .errors import ReceiverError
 from .generated.version import VERSION
+from .stop_limit import STOP_LIMIT
 
 __all__ = ["main"]
 
@@ -48,19 +53,41 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         0 if the command succeeded, 1 if it found a problem in what it checked, 2 if it failed, with
-        the reason on stderr.
+        the reason on stderr; 130 after Ctrl-C, and 141 if nobody reads the output any more, as of
+        programs that end by these signals.
     """
     heed_interrupts()
-    arguments = sys.argv[1:] if arguments is None else arguments
-    options = command_line(arguments).parse_args(arguments)
     try:
+        return _run(sys.argv[1:] if arguments is None else arguments)
+    except KeyboardInterrupt:
+        threading.Thread(target=STOP_LIMIT.enforce, daemon=True).start()  # for threads that hang
+        return 128 + signal.SIGINT
+    except BrokenPipeError:
+        if not _is_unread(sys.stdout):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python flushes
+        return 128 + signal.SIGPIPE
+
+
+def _run(arguments: Sequence[str]) -> int:
+    try:
+        options = command_line(arguments).parse_args(arguments)
         exit_code: int = options.run(options)
+        return exit_code
     except ReceiverError as error:
         print(error, file=sys.stderr)
         if error.hint:
             print(f"hint: {error.hint}", file=sys.stderr)
         return 2
-    return exit_code
+    finally:
+        sys.stdout.flush()
+
+
+def _is_unread(output: TextIO) -> bool:
+    """Returns True for a pipe that nobody reads any more."""
+    poll = select.poll()
+    poll.register(output, select.POLLERR)
+    return bool(poll.poll(0))
 
 
 def command_line(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
