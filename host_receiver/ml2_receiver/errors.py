@@ -22,8 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-# Of a message, whatever a file or a peer puts into it.
-MAX_CHARACTERS = 2000
+from .printable import printable
 
 
 class ReceiverError(Exception):
@@ -35,8 +34,7 @@ class ReceiverError(Exception):
     """
 
     def __init__(self, message: str, *, hint: str = "") -> None:
-        is_long = len(message) > MAX_CHARACTERS
-        super().__init__(f"{message[: MAX_CHARACTERS - 3]}..." if is_long else message)
+        super().__init__(printable(message, has_lines=True))
         self.hint = hint
 
     def in_one_line(self) -> str:

@@ -11,9 +11,9 @@ ROOT = Path(__file__).resolve().parents[1]
 # Lowest first. A name is a module or a package below the top-level package.
 LAYERS = {
     "ml2_receiver": (
-        "errors", "user_folder", "stop_limit", "generated", "wire", "table", "configuration",
-        "security", "processes", "transport", "pairing", "session", "topics", "recording", "ros",
-        "zenoh", "commands", "cli", "__main__",
+        "printable", "errors", "user_folder", "stop_limit", "generated", "wire", "table",
+        "configuration", "security", "processes", "transport", "pairing", "session", "topics",
+        "recording", "ros", "zenoh", "commands", "cli", "__main__",
     ),
     "ml2_tools": (
         "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor", "export",
@@ -23,6 +23,7 @@ LAYERS = {
 # Modules of the driver that the toolbox may use; a name stands for all below it.
 PUBLIC = (
     "ml2_receiver.errors",
+    "ml2_receiver.printable",
     "ml2_receiver.generated",
     "ml2_receiver.wire",
     "ml2_receiver.table",

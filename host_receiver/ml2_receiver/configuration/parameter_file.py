@@ -11,6 +11,7 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 from yaml.reader import ReaderError
 
 from ..errors import ConfigError, Problem
+from ..printable import printable
 from .yaml_tree import TreeLoader
 
 MAX_BYTES = 64 * 1024
@@ -227,18 +228,14 @@ def _value(node: Node) -> object:
 
 
 def _name(key: Node) -> str:
-    return _printable(key.value) if isinstance(key, ScalarNode) else _text(key)
+    return printable(key.value) if isinstance(key, ScalarNode) else _text(key)
 
 
 def _text(node: Node) -> str:
     if not isinstance(node, ScalarNode):
         kind = "mapping" if isinstance(node, MappingNode) else "list"
         return f"a {kind}" if node.value else f"an empty {kind}"
-    text = _printable(node.value)
+    text = printable(node.value)
     if len(text) > MAX_SHOWN:
         text = text[:MAX_SHOWN] + "..."
     return f'"{text}"' if node.style else text or "nothing"
-
-
-def _printable(text: str) -> str:
-    return text if text.isprintable() else ascii(text)[1:-1]

@@ -5,6 +5,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Literal
 
+from ..printable import printable
+
 _MAX_CHARACTERS = 1000
 # At most 24 MB a day.
 _PER_HOUR = 1000
@@ -46,8 +48,7 @@ class EventLimit:
         if self._second.left and self._hour.left:
             self._second.left -= 1
             self._hour.left -= 1
-            text = text[:_MAX_CHARACTERS]
-            self._log_line(text if text.isprintable() else repr(text)[1:-1][:_MAX_CHARACTERS])
+            self._log_line(printable(text, _MAX_CHARACTERS))
             if not self._hour.left:
                 self._log_line("too many events: more are only counted until the hour is over")
         else:

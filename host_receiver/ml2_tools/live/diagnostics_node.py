@@ -11,12 +11,16 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
 from ml2_receiver.errors import NO_RECEIVER_HINT, RosError
+from ml2_receiver.printable import printable
 from ml2_receiver.ros.context import tool_node
 from ml2_receiver.topics.status_name import split_status_name
 
 from .raw_taker import RawSubscription, RawTaker
 
 _DEPTH = 10
+
+# A value may be JSON of all streams.
+_LONGEST = 64 * 1024
 
 type Values = Mapping[str, str]
 type Rows = Mapping[str, Values]
@@ -95,9 +99,9 @@ class DiagnosticsNode:
         rows: dict[str, dict[str, Values]] = {}
         for status in deserialize_message(payload, DiagnosticArray).status:
             if (name := split_status_name(status.name)) is not None:
-                receiver, row = name
-                values = {pair.key: pair.value for pair in status.values}
-                rows.setdefault(receiver, {})[row] = values | {"message": status.message}
+                receiver, row = map(printable, name)
+                values = {printable(it.key): printable(it.value, _LONGEST) for it in status.values}
+                rows.setdefault(receiver, {})[row] = values | {"message": printable(status.message)}
         with self._changed:
             self._rows |= rows
             self._changed.notify_all()

@@ -16,6 +16,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from ml2_receiver.errors import RosError
+from ml2_receiver.printable import printable
 from ml2_receiver.ros.spinning import spin_until
 from ml2_receiver.wire.json_body import Scalar
 
@@ -62,7 +63,7 @@ class ReceiverClient:
         parameters = [Parameter(name, value=it).to_parameter_msg() for name, it in values.items()]
         request = SetParametersAtomically.Request(parameters=parameters)
         result = self._request(self._set, request).result
-        return result.successful, result.reason
+        return result.successful, printable(result.reason)
 
     def get(self, names: Sequence[str]) -> dict[str, Scalar]:
         """Returns the values of these parameters; empty if the receiver has not all of them.
@@ -80,7 +81,7 @@ class ReceiverClient:
             RosError: it does not answer.
         """
         answer = self._request(self._services[service], Trigger.Request())
-        return answer.success, answer.message
+        return answer.success, printable(answer.message)
 
     def _client(self, type: Any, service: str) -> Client:
         return self._node.create_client(type, f"{self._name}/{service}")

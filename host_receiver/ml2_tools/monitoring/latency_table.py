@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
+from rich.markup import escape
 from rich.table import Table
 
 from ..errors import LatencyError
@@ -24,7 +25,7 @@ def latency_table(breakdowns: Breakdowns, duration_s: float) -> Table:
     for heading in ("messages", *shares, "mean", "p50", "p99", "jitter"):
         table.add_column(heading, justify="right", no_wrap=True)
     for name, (stream, breakdown) in breakdowns.items():
-        table.add_row(_short(name, stream), *_cells(breakdown))
+        table.add_row(escape(_short(name, stream)), *_cells(breakdown))
     return table
 
 
