@@ -1,6 +1,8 @@
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 SHELL := bash
+# A pipe fails with any of its programs.
+.SHELLFLAGS := -o pipefail -c
 
 DURATION ?= 15
 SEED ?= 1
@@ -220,7 +222,7 @@ ruff:
 	$(run) ruff format --check --config $(settings) $(python)
 
 mypy:
-	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || exit; done
+	for folder in $(python); do $(run) mypy --config-file $(settings) $$folder || { echo "mypy: wrong in $$folder" >&2; exit 1; }; done
 
 lint-kotlin:
 	$(if_unchecked) $(kotlin) *.kts -- $(submake) ktlint detekt

@@ -3,6 +3,8 @@
 # the end it repeats the last lines of those that failed, and names them:
 #   MAKE=... config/at_a_time.sh COUNT TARGET...
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/errors.sh"
 shopt -s nullglob
 
 logs=$(mktemp --directory)

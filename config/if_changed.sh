@@ -3,6 +3,8 @@
 #   config/if_changed.sh STAMP INPUT... -- COMMAND...
 # An input is a file or a folder. STAMP keeps a hash of the inputs; its time is renewed, since make compares times.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/errors.sh"
 
 stamp=$1
 shift

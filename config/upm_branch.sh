@@ -3,6 +3,8 @@
 #   config/upm_branch.sh build/dist/dev.ml2sensors.unity-VERSION.tgz origin
 # Earlier commits stay, since projects that installed them have locked their hashes.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/errors.sh"
 tarball=$1 remote=$2
 
 files=$(mktemp -d)
@@ -13,6 +15,10 @@ tar --extract --gzip --strip-components 1 --directory "$files/package" --file "$
 export GIT_INDEX_FILE=$files/index
 git --work-tree "$files/package" add --all --force "$files/package"
 parent=()
-if git fetch --quiet "$remote" upm 2>/dev/null; then parent=(-p "$(git rev-parse FETCH_HEAD)"); fi
+branch=$(git ls-remote --heads "$remote" upm)
+if [[ $branch ]]; then
+  git fetch --quiet "$remote" upm
+  parent=(-p "$(git rev-parse FETCH_HEAD)")
+fi
 commit=$(git commit-tree "$(git write-tree)" "${parent[@]}" -m "Unity package $(basename "$tarball" .tgz)")
 git push "$remote" "$commit:refs/heads/upm"

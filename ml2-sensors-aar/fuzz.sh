@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Runs Jazzer on each compiled FuzzTarget for so many seconds; what it has found interesting stays in target/fuzz.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../config/errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 seconds=$1

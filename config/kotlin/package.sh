@@ -4,6 +4,8 @@
 # Kotlin's Maven plugin compiles incrementally, but does not see that classes of another module, or the main classes of
 # a test, changed. So a cache is removed, and what it was for is compiled whole, when the interface of those changed.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 library=ml2-sensors-aar

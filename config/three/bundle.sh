@@ -3,6 +3,8 @@
 # committed, so that users need neither Node nor a network.
 # Usage: bundle.sh OUTPUT
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../errors.sh"
 output=$(realpath --canonicalize-missing "$1")
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -2,6 +2,8 @@
 # Builds the type support of messages that have no wheel, those of messages/, against the ROS 2 wheels in an environment
 # and installs it there: messages.sh VENV. Does nothing for a package that is there.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 venv=$(readlink -f "$1")
 sources=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/messages
 site_packages=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')

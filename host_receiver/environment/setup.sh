@@ -4,6 +4,8 @@
 # --check it only fails if there is something to install. With `--program NAME` it installs the Debian package of that
 # name if there is no such program, and nothing else.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # inherited from a Python with the wheels, it would hide the libraries of ours
 
@@ -24,7 +26,7 @@ main() {
   if ((${#missing[@]} == 0)) && [[ -x $venv/bin/python && $(inputs) == "$(cat "$stamp" 2>/dev/null)" ]]; then
     return
   fi
-  if [[ ${1:-} == --check ]]; then return 1; fi
+  if [[ ${1:-} == --check ]]; then exit 1; fi
   rm -f "$stamp"
   echo "[1/4] Debian packages"
   install_packages "${missing[@]}"
@@ -62,17 +64,21 @@ inputs() {
 }
 
 install_packages() {
-  local missing=("$@") become=() may_install=true
+  local missing=("$@") become=()
   if ! "$environment/find_python.sh" >/dev/null; then missing+=(python3.12-dev python3.12-venv); fi
   if ((${#missing[@]} == 0)); then return; fi
   command -v apt-get >/dev/null || fail "install these (named as in Debian) and run this again: ${missing[*]}"
   if ((EUID != 0)); then become=(sudo -n); fi
-  "${become[@]}" apt-get update -qq 2>/dev/null || may_install=false
-  if [[ ${missing[*]} == *python3.12* ]] && ! apt-cache show python3.12-venv >/dev/null 2>&1; then
+  if ((EUID != 0)) && ! sudo -n true; then
+    fail "run this, then this again: sudo apt-get install ${missing[*]}"
+  fi
+  "${become[@]}" apt-get update -qq ||
+    fail "apt-get cannot read its lists of packages: mend what it says above (network, disk), then run this again"
+  if [[ ${missing[*]} == *python3.12* && ! $(apt-cache search --names-only '^python3.12-venv$') ]]; then
     fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
   fi
-  $may_install || fail "run this, then this again: sudo apt-get install ${missing[*]}"
-  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"
+  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" ||
+    fail "apt-get did not install them: mend what it says above (network, disk), then run this again"
 }
 
 venv_is_usable() { # not after a move, nor after ROS came from apt or went
@@ -84,13 +90,15 @@ venv_is_usable() { # not after a move, nor after ROS came from apt or went
 make_venv() {
   local options=(--clear)
   if $ros_from_apt; then options+=(--system-site-packages); fi
-  "$("$environment/find_python.sh")" -m venv "${options[@]}" "$venv"
+  "$("$environment/find_python.sh")" -m venv "${options[@]}" "$venv" ||
+    fail "no Python environment in $venv: mend what it says above (disk, access), then run this again"
 }
 
 # With uv, which takes a tenth of pip's time. It does not see packages of the system, and reads no settings of pip; where
 # packages come only through these, pip installs.
 install_fast() {
-  "$venv/bin/python" -m pip install --quiet --disable-pip-version-check uv==0.13.9
+  "$venv/bin/python" -m pip install --quiet --disable-pip-version-check uv==0.13.9 ||
+    fail "pip cannot install: mend what it says above (network, disk), then run this again"
   if ! "$venv/bin/uv" pip install --quiet --python "$venv/bin/python" "${@/#/--requirement=$environment/}"; then
     echo "uv could not install them: pip does, which takes about a minute"
     pip_install "$@"
@@ -100,7 +108,8 @@ install_fast() {
 pip_install() {
   local options=("${@/#/--requirement=$environment/}")
   if [[ ! -t 1 ]]; then options+=(--quiet); fi
-  "$venv/bin/python" -m pip install --disable-pip-version-check "${options[@]}"
+  "$venv/bin/python" -m pip install --disable-pip-version-check "${options[@]}" ||
+    fail "pip cannot install: mend what it says above (network, disk), then run this again"
 }
 
 fail() {

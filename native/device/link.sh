@@ -5,6 +5,8 @@
 # names that only need the system's, and a liblog that prints. Equal sources give equal bytes. Other folders than these
 # two: link.sh DEVICE LINUX.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "$0")/../.."
 
 out=${1:-build/native/device}

@@ -3,6 +3,8 @@
 # library that goes into the AAR, bionic's names, the simulation, an OpenXR loader and what these need of this system
 # beside its C and C++ libraries. `order` lists the libraries as they are to be loaded: each after those that it needs.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "$0")/../.."
 
 native=build/native

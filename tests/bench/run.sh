@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # `make bench`: each path beside a bare loop over the same bytes, in one run; results in build/bench.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 benchmark=ml2-sensors-aar/benchmark/target

@@ -2,6 +2,8 @@
 # Runs each fuzz target of the receiver for SECONDS; what is found interesting stays in build/fuzz, and is gone on from.
 # Usage: run.sh SECONDS [TARGET]...
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 seconds=$1

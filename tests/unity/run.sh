@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Compiles the Unity package with mono against stubs of Unity's types, and runs its tests on the native library.
 set -euo pipefail
+# shellcheck source=/dev/null
+source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 package=unity_package

@@ -1,0 +1,5 @@
+# shellcheck shell=bash
+# Sourced by the scripts: one that ends early says which command failed, where, and how.
+set -o errtrace
+# shellcheck disable=SC2154
+trap 'status=$?; echo "${BASH_SOURCE[0]##*/}:$LINENO: exit code $status of: $BASH_COMMAND" >&2' ERR

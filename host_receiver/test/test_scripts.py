@@ -1,0 +1,131 @@
+"""What the scripts of the checkout say where a machine lacks something."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from waiting import LIMIT_S
+
+ROOT = Path(__file__).resolve().parents[2]
+NOBODY = 65534
+is_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can be another user, or mount")
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """The scripts of set-up in a folder that everybody can write, and `bin` for programs."""
+    for folder in ("config", "host_receiver/environment"):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    for file in ("pyproject.toml", "setup.py"):
+        shutil.copy(ROOT / "host_receiver" / file, tmp_path / "host_receiver")
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "home").mkdir()
+    for path in (tmp_path, *tmp_path.rglob("*")):
+        path.chmod(0o777)
+    for parent in tmp_path.parents:
+        if parent.stat().st_uid == os.getuid() and parent.name.startswith("pytest"):
+            parent.chmod(0o755)
+    return tmp_path
+
+
+@pytest.fixture
+def full_disk(checkout: Path) -> Iterator[Path]:
+    """`build` on a disk with 300 kB."""
+    build = checkout / "build"
+    build.mkdir()
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=300k", "full", build], check=True)
+    yield build
+    subprocess.run(["umount", build], check=True)
+
+
+def program(checkout: Path, name: str, text: str) -> None:
+    file = checkout / "bin" / name
+    file.write_text(f"#!/bin/sh\n{text}\n")
+    file.chmod(0o755)
+
+
+def run(checkout: Path, *words: str, user: int | None = None) -> tuple[int, list[str]]:
+    """The exit code, and the lines of standard error."""
+    path = f"{checkout / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        words,
+        cwd=checkout,
+        env={**os.environ, "PATH": path, "HOME": str(checkout / "home")},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+        user=user,
+    )
+    return done.returncode, done.stderr.splitlines()
+
+
+def lack(checkout: Path, package: str) -> None:
+    """Has setup find that a Debian package is missing."""
+    with (checkout / "host_receiver/environment/debian-packages.txt").open("a") as table:
+        table.write(f"{package} no-such-program\n")
+
+
+def test_a_script_that_ends_early_says_where_and_of_what(checkout: Path) -> None:
+    script = checkout / "script.sh"
+    script.write_text("set -euo pipefail\nsource config/errors.sh\nlook() {\n  ls /none\n}\nlook\n")
+    code, errors = run(checkout, "bash", "script.sh")
+    assert code == 2
+    assert "script.sh:4: exit code 2 of: ls /none" in errors
+
+
+def test_every_script_says_it() -> None:
+    command = ["git", "grep", "-lE", "^#!/usr/bin/env bash"]
+    listed = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    if listed.returncode:
+        pytest.skip("this is no clone of git")
+    silent = {it for it in listed.stdout.split() if "/errors.sh" not in (ROOT / it).read_text()}
+    assert {Path(it).name for it in silent} == {
+        "gradlew",  # Gradle's own
+        "ml2-headset",  # becomes another program, as the next
+        "ml2-receiver",
+        "find_python.sh",  # says nothing of the Pythons that do not fit
+    }
+
+
+def test_without_a_network_setup_says_what_to_mend(checkout: Path) -> None:
+    lack(checkout, "some-package")
+    program(checkout, "apt-get", "echo 'Could not resolve host' >&2; exit 100")
+    program(checkout, "sudo", 'shift; exec "$@"')
+    code, errors = run(checkout, "host_receiver/environment/setup.sh")
+    assert code == 1
+    assert "Could not resolve host" in errors
+    assert errors[-1].startswith("setup: apt-get cannot read its lists of packages: mend what")
+
+
+@is_root
+def test_without_root_and_sudo_setup_says_the_command(checkout: Path) -> None:
+    lack(checkout, "some-package")
+    program(checkout, "sudo", "echo 'sudo: a password is required' >&2; exit 1")
+    code, errors = run(checkout, "host_receiver/environment/setup.sh", user=NOBODY)
+    assert code == 1
+    assert errors[-1].startswith("setup: run this, then this again: sudo apt-get install ")
+    assert "some-package" in errors[-1]
+
+
+@is_root
+def test_on_a_full_disk_setup_says_what_to_mend(checkout: Path, full_disk: Path) -> None:
+    code, errors = run(checkout, "host_receiver/environment/setup.sh")
+    assert code == 1
+    assert errors[-1].startswith(f"setup: no Python environment in {full_disk / 'venv'}: mend what")
+
+
+def test_in_an_empty_home_the_first_build_needs_no_list_of_jars(checkout: Path) -> None:
+    shutil.copy(ROOT / "pom.xml", checkout)
+    program(checkout, "mvn", 'echo "mvn $*" >&2')
+    code, errors = run(checkout, "config/kotlin/package.sh", "--batch-mode")
+    assert code == 0
+    assert errors[-1].startswith("mvn --batch-mode package ")
+
+
+def test_a_check_of_setup_says_nothing(checkout: Path) -> None:
+    assert run(checkout, "host_receiver/environment/setup.sh", "--check") == (1, [])
