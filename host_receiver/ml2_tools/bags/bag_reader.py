@@ -1,28 +1,29 @@
 """Reads recordings, also truncated ones of a receiver that was killed."""
 
 import io
-import re
 import struct
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
+import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import MAGIC_SIZE, StreamReader, breakup_chunk
+from mcap.summary import Summary
 
 from ml2_receiver.errors import ProtocolError, RecordingError
 from ml2_receiver.topics.config_topic import ConfigText
 from ml2_receiver.topics.string_message import decode_string
-from ml2_receiver.wire.kinds import Kind
 
-# `ml2-receiver record` ends a chunk with the message that makes it larger than 4 MiB.
-MAX_RECORD_BYTES = 4 * Kind.DATA.max_length
-_MOST_DIGITS = 18
+from .bag_files import bag_files
+
+# Of a record that is read, and of a chunk that is unpacked. `ml2-receiver record` ends a chunk with
+# the message that makes it larger than 4 MiB; other programs make some of 100 MB.
+MAX_RECORD_BYTES = 256 * 1024 * 1024
 _CONFIG_SUFFIX, _STRING = "/config", "std_msgs/msg/String"
 BROKEN = (McapError, OverflowError, ValueError, KeyError, struct.error, zstandard.ZstdError)
 
@@ -50,7 +51,7 @@ class Bag:
     """
 
     def __init__(self, path: Path) -> None:
-        self._files = _files(path)
+        self._files = bag_files(path, _first_ns)
         self.types = self._read_types()
 
     @property
@@ -92,25 +93,43 @@ class BagReader(Bag):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._path = path
-        configs = [
+        names = {
             name
             for name, type in self.types.items()
             if name.endswith(_CONFIG_SUFFIX) and type == _STRING
-        ]
-        if len(configs) != 1:
+        }
+        if not names:
             raise RecordingError(
                 f"{path} is not a recording of ml2-receiver: it has no topic .../config"
             )
-        self.prefix = configs[0].removesuffix(_CONFIG_SUFFIX)
-        self.config = self._read_config(configs[0])
+        topic, self.config = self._read_config(names)
+        self.prefix = topic.removesuffix(_CONFIG_SUFFIX)
 
-    def _read_config(self, topic: str) -> ConfigText:
+    def _read_config(self, names: set[str]) -> tuple[str, ConfigText]:
+        """The headset's configuration, by its content: other nodes may name a topic so, too."""
+        found: dict[str, ConfigText] = {}
+        wrong: dict[str, Exception] = {}
         for message in self.messages():
-            if message.topic == topic:
-                try:
-                    return ConfigText.parse(decode_string(message.payload))
-                except (ValueError, ProtocolError) as error:
-                    raise RecordingError(f"{self._path}: {topic}: {error}") from error
+            topic = message.topic
+            if topic not in names or topic in found or topic in wrong:
+                continue
+            try:
+                found[topic] = ConfigText.parse(decode_string(message.payload))
+            except (ValueError, ProtocolError) as error:
+                wrong[topic] = error
+            if len(found) + len(wrong) == len(names):
+                break
+        if len(found) > 1:
+            prefixes = ", ".join(sorted(it.removesuffix(_CONFIG_SUFFIX) for it in found))
+            raise RecordingError(
+                f"{self._path} has several headsets: {prefixes}",
+                hint="Copy the topics of one of them into a recording of its own.",
+            )
+        for topic, config in found.items():
+            return topic, config
+        for topic, mistake in wrong.items():
+            raise RecordingError(f"{self._path}: {topic}: {mistake}") from mistake
+        topic = sorted(names)[0]
         raise RecordingError(f"{self._path} has no message on {topic}: no headset was connected")
 
 
@@ -174,39 +193,56 @@ def _split_chunk(chunk: Chunk) -> list[McapRecord]:
     size = chunk.uncompressed_size
     if chunk.compression == "zstd":
         size = max(size, zstandard.frame_content_size(chunk.data))
-    elif chunk.compression:
-        raise ValueError(f"compression is {chunk.compression!r}, expected 'zstd' or none")
     if size > MAX_RECORD_BYTES:
-        raise ValueError(f"a chunk has {size} B, expected at most {MAX_RECORD_BYTES}")
+        raise RecordingError(f"not supported: a chunk of {size} B, at most {MAX_RECORD_BYTES} are")
+    if chunk.compression == "lz4":
+        # Bounded, where mcap would unpack whatever the data say.
+        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
+        chunk = replace(chunk, compression="", data=data)
+    elif chunk.compression not in ("", "zstd"):
+        raise RecordingError(
+            f"not supported: chunks compressed with {chunk.compression!r}; zstd and lz4 are"
+        )
     return breakup_chunk(chunk, validate_crc=True)
 
 
 def _indexed(path: Path) -> list[McapRecord]:
-    """Returns the schemas and channels in the file's index; an empty list without an index."""
-    with open_file(path) as file, suppress(*BROKEN, OSError):
-        summary = SeekingReader(file, record_size_limit=MAX_RECORD_BYTES).get_summary()
-        if summary is not None:
-            return [*summary.schemas.values(), *summary.channels.values()]
-    return []
+    """Returns the schemas and channels in the file's index; an empty list without a full one."""
+    summary = whole_summary(path)
+    return [] if summary is None else [*summary.schemas.values(), *summary.channels.values()]
+
+
+def whole_summary(path: Path) -> Summary | None:
+    """The index of a file, if it has all parts that are read; all of them are optional."""
+    with open_file(path) as file:
+        try:
+            summary = SeekingReader(file, record_size_limit=MAX_RECORD_BYTES).get_summary()
+        except (*BROKEN, OSError):
+            return None
+    if summary is None or summary.statistics is None:
+        return None
+    statistics = summary.statistics
+    is_whole = (
+        len(summary.channels) == statistics.channel_count
+        and len(summary.chunk_indexes) == statistics.chunk_count
+        and all(it.schema_id in {0, *summary.schemas} for it in summary.channels.values())
+        and sum(statistics.channel_message_counts.values()) == statistics.message_count
+    )
+    return summary if is_whole else None
+
+
+def _first_ns(path: Path) -> int | None:
+    """The time of a file's first message; None without one."""
+    summary = whole_summary(path)
+    if summary is not None and summary.statistics is not None:
+        statistics = summary.statistics
+        return statistics.message_start_time if statistics.message_count else None
+    times = (it.log_time for it in _records(path) if isinstance(it, Message))
+    return next(times, None)
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
     return (record for piece in pieces(path) for record in piece.records)
-
-
-def _files(path: Path) -> list[Path]:
-    """Returns the .mcap files in the order of their numbers: NAME_0, NAME_1, ..."""
-    if not path.is_dir():
-        return [path]
-    files = list(path.glob("*.mcap"))
-    if not files:
-        raise RecordingError(f"expected .mcap files in {path}, found none")
-    return sorted(files, key=lambda file: (_number(file), file.name))
-
-
-def _number(file: Path) -> int:
-    last = re.search(r"(\d+)\D*$", file.stem)
-    return int(last[1][:_MOST_DIGITS]) if last else 0
 
 
 class _BoundedFile(io.BufferedReader):

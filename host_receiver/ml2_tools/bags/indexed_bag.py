@@ -8,19 +8,16 @@ from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 
-from mcap.reader import SeekingReader
 from mcap.records import ChunkIndex
 
 from ml2_receiver.errors import RecordingError
 
 from .bag_reader import (
-    BROKEN,
-    MAX_RECORD_BYTES,
     BagMessage,
     BagReader,
     named_messages,
-    open_file,
     pieces,
+    whole_summary,
 )
 
 _time_ns = attrgetter("time_ns")
@@ -78,8 +75,8 @@ class IndexedBag(BagReader):
             chunks += self._index(file) or self._scan(file)
         if not chunks:
             raise RecordingError(
-                f"{path} has no messages in chunks",
-                hint="Expected a recording that `ml2-receiver record` made, or the folder of one.",
+                f"not supported: {path} has no chunks, by which messages of any time are found",
+                hint="`play`, `inspect`, `export` and `evaluate` read it.",
             )
         self._chunks = sorted(chunks, key=lambda it: it.begin_ns)
         self.begin_ns = self._chunks[0].begin_ns
@@ -119,12 +116,7 @@ class IndexedBag(BagReader):
 
     def _index(self, file: Path) -> list[_Chunk]:
         """Returns the chunks by the index of a file; none without one."""
-        with open_file(file) as opened:
-            try:
-                reader = SeekingReader(opened, record_size_limit=MAX_RECORD_BYTES)
-                summary = reader.get_summary()
-            except (*BROKEN, OSError):
-                return []
+        summary = whole_summary(file)
         if summary is None:
             return []
         names = self._names[file] = {it.id: it.topic for it in summary.channels.values()}
