@@ -27,6 +27,6 @@ if [[ $content == "$(cat "$stamp" 2>/dev/null)" ]]; then
   exit
 fi
 rm -f "$stamp"
-"$@"
+"$@" || { code=$?; echo "$(basename "$stamp"): exit code $code of: $*" >&2; exit $code; }
 mkdir -p "$(dirname "$stamp")"
 echo "$content" >"$stamp"

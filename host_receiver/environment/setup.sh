@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # inherited from a Python with the wheels, it would hide the libraries of ours
 
 environment=host_receiver/environment
-mkdir -p build
+mkdir -p build || { echo "setup: cannot make the folder build in $PWD: give your user access to it" >&2; exit 1; }
 venv=$(readlink -f build/venv)
 stamp=$venv/.setup-inputs
 ros_from_apt=false
@@ -72,7 +72,7 @@ install_packages() {
   if ((EUID != 0)) && ! sudo -n true; then
     fail "run this, then this again: sudo apt-get install ${missing[*]}"
   fi
-  "${become[@]}" apt-get update -qq ||
+  "${become[@]}" apt-get update -qq -o APT::Update::Error-Mode=any ||
     fail "apt-get cannot read its lists of packages: mend what it says above (network, disk), then run this again"
   if [[ ${missing[*]} == *python3.12* && ! $(apt-cache search --names-only '^python3.12-venv$') ]]; then
     fail "ROS 2 Jazzy needs Python 3.12, which apt does not have here: pyenv install 3.12, then run this again"
