@@ -119,22 +119,25 @@ def test_the_files_are_those_that_the_metadata_name(
 
 
 @pytest.mark.parametrize(
-    ("files", "said"),
+    ("files", "mode", "said"),
     [
-        (["gone.mcap"], "names gone.mcap, which is not there"),
-        (["a.db3"], "not supported: a.db3 is in rosbag2's SQLite format"),
-        (["a.mcap.zstd"], "not supported: a.mcap.zstd is compressed as a whole"),
-        (7, "names no files"),
+        (["gone.mcap"], "", "names gone.mcap, which is not there"),
+        (["a.db3"], "", "not supported: a.db3 is in rosbag2's SQLite format"),
+        (["a.mcap.zstd"], "FILE", "not supported: a.mcap.zstd is compressed as a whole"),
+        (["a.mcap"], "MESSAGE", "not supported: {folder} has messages compressed one by one"),
+        (7, "", "names no files"),
     ],
 )
 def test_metadata_of_what_is_not_read_say_why(
-    messages: list[Row], tmp_path: Path, files: object, said: str
+    messages: list[Row], tmp_path: Path, files: object, mode: str, said: str
 ) -> None:
     write(tmp_path / "a.mcap", messages)
-    information = {"rosbag2_bagfile_information": {"relative_file_paths": files}}
-    (tmp_path / "metadata.yaml").write_text(yaml.safe_dump(information))
+    information = {"relative_file_paths": files, "compression_mode": mode}
+    (tmp_path / "metadata.yaml").write_text(
+        yaml.safe_dump({"rosbag2_bagfile_information": information})
+    )
     for command in ("play", "inspect"):
-        assert said in refusal(command, tmp_path)
+        assert said.format(folder=tmp_path) in refusal(command, tmp_path)
 
 
 def test_the_headset_is_found_by_what_its_topic_says(messages: list[Row], tmp_path: Path) -> None:

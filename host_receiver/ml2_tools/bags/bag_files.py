@@ -52,8 +52,9 @@ def _named(folder: Path) -> list[Path] | None:
     metadata = folder / "metadata.yaml"
     try:
         document = yaml.load(metadata.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-        names = document["rosbag2_bagfile_information"]["relative_file_paths"]
-        files = [folder / Path(name).name for name in names]
+        information = document["rosbag2_bagfile_information"]
+        files = [folder / Path(name).name for name in information["relative_file_paths"]]
+        mode = str(information.get("compression_mode", "")).upper()
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -63,6 +64,11 @@ def _named(folder: Path) -> list[Path] | None:
             f"{metadata} names no files: {' '.join(str(error).split())}",
             hint="Remove it: then all .mcap files of the folder are read.",
         ) from error
+    if mode == "MESSAGE":
+        raise RecordingError(
+            f"not supported: {folder} has messages compressed one by one (compression_mode MESSAGE)",
+            hint="Convert it with `ros2 bag convert`, or record with compressed chunks instead.",
+        )
     for file in files:
         if _is_unsupported(file):
             raise _unsupported(file)
