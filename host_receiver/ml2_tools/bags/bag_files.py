@@ -66,7 +66,7 @@ def _named(folder: Path) -> list[Path] | None:
         ) from error
     if mode == "MESSAGE":
         raise RecordingError(
-            f"not supported: {folder} has messages compressed one by one (compression_mode MESSAGE)",
+            f"not supported: {folder} has messages compressed one by one (MESSAGE)",
             hint="Convert it with `ros2 bag convert`, or record with compressed chunks instead.",
         )
     for file in files:
