@@ -77,7 +77,11 @@ internal class TimestampConverter(
     /** Returns the documented clock for a reading of any age, or null; throws if no reading has told a clock for long. */
     private fun documented(timestamp: Long, offsetNanos: Long): ClockDomain? {
         val bootNanos = clocks.boot.nowNanos()
-        if (isOnChange && timestamp > 0 && bootNanos - timestamp >= PLAUSIBLE_AGE_NANOS.first) return ClockDomain.BOOTTIME
+        if (isOnChange && timestamp > 0 &&
+            bootNanos - timestamp >= PLAUSIBLE_AGE_NANOS.first
+        ) {
+            return ClockDomain.BOOTTIME
+        }
         if (bootNanos < decideFromNanos || ++undecided < UNDECIDED_LIMIT) return null
         throw SourceException(
             "expected timestamps within a second of CLOCK_BOOTTIME ($bootNanos) or CLOCK_MONOTONIC " +
