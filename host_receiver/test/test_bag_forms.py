@@ -145,7 +145,9 @@ def test_the_headset_is_found_by_what_its_topic_says(messages: list[Row], tmp_pa
     others = [
         (name, _STRING, "cdr", messages[0][3], hello) for name in ("/slam/config", "/x/app/config")
     ]
-    write(tmp_path / "a.mcap", [*others, *messages])
+    own = next(it for it in messages if it[0] == f"{PREFIX}/config")
+    copied = (f"{PREFIX}/custom/config", *own[1:])
+    write(tmp_path / "a.mcap", [*others, copied, *messages])
     assert BagReader(tmp_path).prefix == PREFIX
 
 

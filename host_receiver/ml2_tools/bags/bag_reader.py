@@ -119,10 +119,17 @@ class BagReader(Bag):
                 wrong[topic] = error
             if len(found) + len(wrong) == len(names):
                 break
+        # An app's own topics are below its headset's, whatever they say.
+        prefixes = [it.removesuffix(_CONFIG_SUFFIX) for it in found]
+        found = {
+            topic: config
+            for topic, config in found.items()
+            if not any(topic.startswith(f"{prefix}/custom/") for prefix in prefixes)
+        }
         if len(found) > 1:
-            prefixes = ", ".join(sorted(it.removesuffix(_CONFIG_SUFFIX) for it in found))
+            several = ", ".join(sorted(it.removesuffix(_CONFIG_SUFFIX) for it in found))
             raise RecordingError(
-                f"{self._path} has several headsets: {prefixes}",
+                f"{self._path} has several headsets: {several}",
                 hint="Copy the topics of one of them into a recording of its own.",
             )
         for topic, config in found.items():
