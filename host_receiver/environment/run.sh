@@ -3,8 +3,6 @@
 #   host_receiver/environment/run.sh python3 -m ml2_receiver run
 # That is the Python of `make setup`, or without one the machine's, where ROS has been sourced.
 set -euo pipefail
-# shellcheck source=/dev/null
-source "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../config/errors.sh"
 receiver=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 venv=$(dirname "$receiver")/build/venv
 

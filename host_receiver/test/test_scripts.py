@@ -5,6 +5,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -16,20 +17,19 @@ is_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can be another
 
 
 @pytest.fixture
-def checkout(tmp_path: Path) -> Path:
+def checkout() -> Iterator[Path]:
     """The scripts of set-up in a folder that everybody can write, and `bin` for programs."""
-    for folder in ("config", "host_receiver/environment"):
-        shutil.copytree(ROOT / folder, tmp_path / folder)
-    for file in ("pyproject.toml", "setup.py"):
-        shutil.copy(ROOT / "host_receiver" / file, tmp_path / "host_receiver")
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "home").mkdir()
-    for path in (tmp_path, *tmp_path.rglob("*")):
-        path.chmod(0o777)
-    for parent in tmp_path.parents:
-        if parent.stat().st_uid == os.getuid() and parent.name.startswith("pytest"):
-            parent.chmod(0o755)
-    return tmp_path
+    with TemporaryDirectory() as folder:  # another user cannot enter pytest's
+        root = Path(folder)
+        for name in ("config", "host_receiver/environment"):
+            shutil.copytree(ROOT / name, root / name)
+        for name in ("pyproject.toml", "setup.py"):
+            shutil.copy(ROOT / "host_receiver" / name, root / "host_receiver")
+        (root / "bin").mkdir()
+        (root / "home").mkdir()
+        for path in (root, *root.rglob("*")):
+            path.chmod(0o777)
+        yield root
 
 
 @pytest.fixture
@@ -88,6 +88,7 @@ def test_every_script_says_it() -> None:
         "gradlew",  # Gradle's own
         "ml2-headset",  # becomes another program, as the next
         "ml2-receiver",
+        "run.sh",
         "find_python.sh",  # says nothing of the Pythons that do not fit
     }
 
