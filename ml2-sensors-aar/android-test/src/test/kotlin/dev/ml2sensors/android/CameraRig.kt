@@ -239,7 +239,8 @@ internal class CameraRig(private val manager: CameraManager) {
             handler: Handler,
         ) {
             if (holdsSessions) {
-                heldSessions += { super.createCaptureSession(outputs, callback, handler) }
+                val isClosed = ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing")
+                heldSessions += { if (!isClosed.get()) super.createCaptureSession(outputs, callback, handler) }
                 return
             }
             if (!refusesSessions) return super.createCaptureSession(outputs, callback, handler)
