@@ -20,16 +20,14 @@ import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineScope
-import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
+import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.ReceiveChannel
-import kotlinx.coroutines.currentCoroutineContext
+import kotlinx.coroutines.delay
 import kotlinx.coroutines.flow.StateFlow
-import kotlinx.coroutines.job
 import kotlinx.coroutines.launch
-import kotlinx.coroutines.plus
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import java.util.concurrent.ConcurrentHashMap
@@ -55,11 +53,6 @@ internal class ActiveStreams(
         val job: Job,
     )
 
-    /** Runs streams, whose sources may block, on threads that others do not wait for. */
-    private val streamScope = scope + Dispatchers.IO.limitedParallelism(MOST_BLOCKED)
-
-    private val stopping = StoppingStreams()
-
     private val headset = DerivedStreamsHeadset(headset)
     private val streams = StreamStates(this.headset)
     private val isRecording = headset.timeline == Headset.Timeline.RECORDED
@@ -79,16 +72,13 @@ internal class ActiveStreams(
     private val pipelines = StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders) {
         events.add(it)
     }
-    private val local = LocalStreams(this.headset, streamScope, ::setState)
-
-    @Volatile
+    private val local = LocalStreams(this.headset, scope, ::setState)
     private var isConfigured = false
     private var rechecking: Job? = null
 
     /** The warm-up of the library, which [start] waits for. */
     var warming: Job? = null
 
-    /** Held for changes of what is below and of the states; never while a device or a stream is awaited. */
     private val changes = Mutex()
     private val recordingEnd = RecordingEnd()
 
@@ -137,10 +127,11 @@ internal class ActiveStreams(
             StreamTable.byId(id)?.let { headset.negotiate(it, values) }
                 ?: Answer.Refused("this headset has no stream $id")
         }
-        val changed = changes.withLock {
+        changes.withLock {
             isConfigured = true
-            rechecking?.cancel()
-            headWatch?.cancel()
+            rechecking?.cancelAndJoin()
+            local.end()
+            headWatch?.cancelAndJoin()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
             for ((id, answer) in answers) {
@@ -148,11 +139,11 @@ internal class ActiveStreams(
                     accepted[checkNotNull(StreamTable.byId(id))] = it
                 }
             }
-            running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }
-        }
-        stopping.end(local.take() + changed.mapValues { (_, it) -> it.job })
-        changes.withLock {
-            changed.keys.forEach { remove(it) }
+            val changed = running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }
+            changed.forEach { (spec, it) ->
+                it.job.cancelAndJoin()
+                remove(spec)
+            }
             val images = accepted.mapNotNull { (spec, values) ->
                 StreamPipelines.imageSetting(spec, values)?.let { spec.id to it }
             }
@@ -161,10 +152,7 @@ internal class ActiveStreams(
             streams.setAnswers(answers, running.keys)
             if (!isRecording) {
                 val refused = requested.filterKeys { answers[it] is Answer.Refused }
-                rechecking = streamScope.launch {
-                    val own = currentCoroutineContext().job
-                    headset.recheck(refused) { if (own.isActive) streams.available = it }
-                }
+                rechecking = scope.launch { headset.recheck(refused) { streams.available = it } }
             }
         }
         return answers
@@ -173,12 +161,8 @@ internal class ActiveStreams(
     override suspend fun follow(link: ImagePacing): Unit = adaptation.follow(link)
 
     /** Runs [configured] without sending anything, until the first CONFIGURE of this instance. */
-    suspend fun runLocally(configured: Map<String, StreamValues>) {
-        if (isConfigured || streams.flow.value.isNotEmpty()) return
-        val asked = local.ask(configured)
-        changes.withLock {
-            if (!isConfigured && streams.flow.value.isEmpty()) streams.setStates(local.begin(asked))
-        }
+    suspend fun runLocally(configured: Map<String, StreamValues>): Unit = changes.withLock {
+        if (!isConfigured && streams.flow.value.isEmpty()) streams.setStates(local.begin(configured))
     }
 
     /** Sets the state of a stream under the lock, so that it is not set before its start is; null means as answered. */
@@ -209,7 +193,7 @@ internal class ActiveStreams(
             clock.awaitStamps()
             if (isRecording) clock.freeze()
             changes.withLock {
-                val watchBefore = headWatch?.apply { cancel() }
+                headWatch?.cancelAndJoin()
                 // What was configured in the meantime has a START of its own
                 val new = configured.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it, and nothing that is new is said twice
@@ -219,10 +203,7 @@ internal class ActiveStreams(
                 others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
                 if (!isRecording && StreamTable.tf !in running && running.keys.any { it.hasPoses }) {
-                    headWatch = streamScope.launch {
-                        watchBefore?.join()
-                        watchHead()
-                    }
+                    headWatch = scope.launch { watchHead() }
                 }
             }
         }
@@ -234,12 +215,8 @@ internal class ActiveStreams(
     ) {
         if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values), frameIds)
         val frameIds = frameIds
-        val job = streamScope.launch {
-            stopping.awaitEnd(spec) { setState(spec, it) }
-            val outage = changes.withLock { streams.stopped(spec.id) }
-            run(spec, values, frameIds, outage)
-        }
-        running[spec] = Running(values, frameIds, job)
+        val outage = streams.stopped(spec.id)
+        running[spec] = Running(values, frameIds, scope.launch { run(spec, values, frameIds, outage) })
     }
 
     /** Reports changes of head tracking while poses are sent without `tf`, which reports them itself. */
@@ -251,16 +228,15 @@ internal class ActiveStreams(
         }
     }
 
-    override suspend fun stopSources() {
-        val jobs = changes.withLock {
+    override suspend fun stopSources(): Unit =
+        changes.withLock {
             isConfigured = true
-            rechecking?.cancel()
-            headWatch?.cancel()
+            rechecking?.cancelAndJoin()
+            local.end()
+            headWatch?.cancelAndJoin()
             accepted.clear()
-            running.mapValues { (_, it) -> it.job }
+            running.values.forEach { it.job.cancelAndJoin() }
         }
-        stopping.end(local.take() + jobs)
-    }
 
     override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
 
@@ -308,8 +284,5 @@ internal class ActiveStreams(
     private companion object {
         /** More than the number of streams: each fails once until it is requested again. */
         const val MOST_FAILURES = 64
-
-        /** More than the number of streams, of which each may block a thread, and the watchdogs beside them. */
-        const val MOST_BLOCKED = 256
     }
 }
