@@ -11,9 +11,9 @@ ROOT = Path(__file__).resolve().parents[1]
 # Lowest first. A name is a module or a package below the top-level package.
 LAYERS = {
     "ml2_receiver": (
-        "printable", "errors", "user_folder", "stop_limit", "generated", "wire", "table",
-        "configuration", "security", "processes", "transport", "pairing", "session", "topics",
-        "recording", "ros", "zenoh", "commands", "cli", "__main__",
+        "printable", "json_text", "errors", "user_folder", "private_files", "stop_limit", "generated", "wire",
+        "table", "configuration", "security", "processes", "transport", "pairing", "session",
+        "topics", "recording", "ros", "zenoh", "commands", "cli", "__main__",
     ),
     "ml2_tools": (
         "errors", "geometry", "images", "bags", "live", "monitoring", "headset", "doctor", "export",
@@ -24,6 +24,8 @@ LAYERS = {
 PUBLIC = (
     "ml2_receiver.errors",
     "ml2_receiver.printable",
+    "ml2_receiver.json_text",
+    "ml2_receiver.private_files",
     "ml2_receiver.generated",
     "ml2_receiver.wire",
     "ml2_receiver.table",

@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 from ..errors import RecordingError, file_hint
+from ..private_files import make_private_folder
 
 METADATA = "metadata.yaml"
 
@@ -14,7 +15,9 @@ def make_folder(
     is_overwriting: bool,
     remedy: str = "Choose another folder, or replace the recording with --overwrite.",
 ) -> None:
-    """Makes an empty folder; with `is_overwriting`, replaces an earlier recording.
+    """Makes an empty folder that only its owner can enter.
+
+    With `is_overwriting`, replaces an earlier recording.
 
     Args:
         remedy: the hint of the error when the folder exists.
@@ -28,7 +31,7 @@ def make_folder(
                 raise RecordingError(f"{folder} exists already", hint=remedy)
             _check_replaceable(folder)
             shutil.rmtree(folder)
-        folder.mkdir(parents=True)
+        make_private_folder(folder)
     except OSError as error:
         raise cannot_record(folder, error) from error
 

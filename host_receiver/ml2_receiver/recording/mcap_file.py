@@ -10,6 +10,7 @@ from mcap.writer import CompressionType, Writer
 
 from ..generated.type_hashes import HASHES
 from ..generated.version import VERSION
+from ..private_files import create_private_file
 from .bag_metadata import BagFile, to_yaml
 from .bag_topic import BagTopic
 from .mcap_end import end_file
@@ -20,7 +21,7 @@ COMPRESSIONS = {"none": CompressionType.NONE, "zstd": CompressionType.ZSTD}
 
 
 class McapFile:
-    """One MCAP file that is being written. Not thread-safe.
+    """One MCAP file that is being written; only its owner can read it. Not thread-safe.
 
     All methods but cut() raise OSError if the disk fails.
 
@@ -39,7 +40,7 @@ class McapFile:
         self.flushed_bytes = 0
         self._channels: dict[BagTopic, Channel] = {}
         self._schemas: dict[str, Schema] = {}
-        self._file = path.open("w+b")
+        self._file = create_private_file(path)
         self._writer = Writer(self._file, _CHUNK_BYTES, COMPRESSIONS[compression])
         self._writer.start(Profile.ROS2, f"ml2-receiver {VERSION}")
         for topic in topics:

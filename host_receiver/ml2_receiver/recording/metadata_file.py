@@ -4,11 +4,14 @@ import threading
 from pathlib import Path
 from queue import SimpleQueue
 
+from ..private_files import write_private_file
 from .bag_folder import METADATA
 
 
 class MetadataFile:
-    """The file metadata.yaml, complete at any moment. close() must be called.
+    """The file metadata.yaml, complete at any moment; only its owner can read it.
+
+    close() must be called.
 
     A separate thread writes, because replacing a file on a busy disk may take a second, and the
     messages of that second would wait in memory.
@@ -57,5 +60,5 @@ class MetadataFile:
 
     def _replace(self, text: str) -> None:
         draft = self._folder / f"{METADATA}.draft"
-        draft.write_text(text, "utf-8")
+        write_private_file(draft, text.encode())
         draft.replace(self._folder / METADATA)

@@ -2,11 +2,12 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fcntl import LOCK_EX, flock
 from pathlib import Path
 
 from ..errors import KeysError, file_hint
+from ..private_files import make_private_folder, write_private_file
 
 _OTHERS_WRITE = 0o022
 REMOVE_HINT = "Remove it, and pair the headset again: `ml2-receiver pair`."
@@ -21,8 +22,9 @@ def locked(folder: Path) -> Iterator[None]:
             be used.
     """
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        descriptor = os.open(folder, os.O_RDONLY)
+        with suppress(FileExistsError):
+            make_private_folder(folder)
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
             flock(descriptor, LOCK_EX)
             if os.fstat(descriptor).st_mode & _OTHERS_WRITE:
@@ -40,8 +42,7 @@ def write(file: Path, data: bytes) -> None:
     """Replaces a file atomically; only the user can read it."""
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     try:
-        draft.touch(mode=0o600)
-        draft.write_bytes(data)
+        write_private_file(draft, data)
         draft.replace(file)
     finally:
         draft.unlink(missing_ok=True)

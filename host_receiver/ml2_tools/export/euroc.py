@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from ml2_receiver.private_files import make_private_folder, write_private_file
 from ml2_receiver.topics.stamps import header_stamp_ns
 
 from ..bags.bag_reader import BagReader
@@ -86,7 +87,7 @@ class _Folder:
     """The folder of one sensor, with data.csv and sensor.yaml; stamps must rise."""
 
     def __init__(self, folder: Path, columns: str) -> None:
-        folder.mkdir(parents=True)
+        make_private_folder(folder)
         self.folder = folder
         self.stamps_ns: list[int] = []
         self._rows = [columns]
@@ -99,8 +100,8 @@ class _Folder:
         self._rows.append(f"{at_ns},{text}")
 
     def write(self, sensor: dict[str, Any]) -> None:
-        (self.folder / "data.csv").write_text("\n".join((*self._rows, "")), "utf-8")
-        (self.folder / "sensor.yaml").write_text(asl_yaml(sensor), "utf-8")
+        write_private_file(self.folder / "data.csv", "\n".join((*self._rows, "")).encode())
+        write_private_file(self.folder / "sensor.yaml", asl_yaml(sensor).encode())
 
     def rate_hz(self) -> int:
         if len(self.stamps_ns) < 2:
@@ -111,7 +112,7 @@ class _Folder:
 class _ImageFolder(_Folder):
     def __init__(self, folder: Path, type: str) -> None:
         super().__init__(folder, "#timestamp [ns],filename")
-        (folder / "data").mkdir()
+        make_private_folder(folder / "data")
         self._type = type
 
     def add(self, payload: bytes) -> None:
@@ -120,7 +121,7 @@ class _ImageFolder(_Folder):
         self.row(at_ns, f"{at_ns}.png")
         is_encoded, png = cv2.imencode(".png", pixels, _COMPRESSION)
         assert is_encoded
-        (self.folder / "data" / f"{at_ns}.png").write_bytes(png.data)
+        write_private_file(self.folder / "data" / f"{at_ns}.png", png.data)
 
     def close(self, camera: RigCamera, rig: Rig) -> None:
         calibration = camera.calibration
