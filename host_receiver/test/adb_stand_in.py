@@ -1,8 +1,9 @@
 """A headset behind adb, as strict as both: a command they do not have ends the test.
 
-It is the program `adb` of a test; its folder ADB_STAND_IN has `state.json`, and `calls` with a line
-for each call. Words behind `shell` are joined by spaces and split again by the headset's shell, as
-adb does it.
+It is the program `adb` of a test; its folder ADB_STAND_IN has `state.json`, `words` with a line for
+each call, and `calls` with the same, but what the headset's shell reads from standard input stands
+there as a word. Words behind `shell` are joined by spaces and split again by the headset's shell,
+as adb does it.
 """
 
 import json
@@ -72,6 +73,10 @@ class Headset:
 
 def main(words: list[str]) -> None:
     folder = Path(os.environ["ADB_STAND_IN"])
+    with (folder / "words").open("a") as seen:
+        seen.write(json.dumps(words) + "\n")
+    if words == ["shell", "sh"]:
+        words = ["shell", sys.stdin.read().removesuffix("\n")]
     with (folder / "calls").open("a") as calls:
         calls.write(json.dumps(words) + "\n")
     headset = Headset(folder)

@@ -94,6 +94,14 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path: Path) -> None:
     os.close(other)
 
 
+def test_what_is_refused_is_closed(tmp_path: Path) -> None:
+    opened = len(list(Path("/proc/self/fd").iterdir()))
+    for path in (tmp_path, Path("/dev/zero")):
+        with pytest.raises(CalibrationError, match="expected a regular file"):
+            load_calibration(path)
+    assert len(list(Path("/proc/self/fd").iterdir())) == opened
+
+
 def test_the_configuration_names_a_file_beside_itself(tmp_path: Path) -> None:
     (tmp_path / "left.yaml").write_text(calibration_yaml())
     (tmp_path / "config.yaml").write_text(CONFIG)

@@ -1,6 +1,8 @@
 """`ml2-receiver headset` with a stand-in for adb and the headset behind it."""
 
+import io
 import json
+import os
 import re
 import shlex
 import sys
@@ -218,8 +220,71 @@ def test_an_answer_of_another_version_is_said_to_be_one(
     assert "more: expected" in refusal("headset", "stop")
 
 
-def test_a_wrong_uri_is_not_repeated(adb: Adb) -> None:
-    assert "b2b2" not in refusal("headset", "start", "--pair", URI[:-1])
+@pytest.mark.parametrize("wrong", [URI[:-1], URI[2:], URI.replace("ml2s://", "ml2s:/")])
+def test_a_wrong_uri_is_not_repeated(adb: Adb, wrong: str) -> None:
+    assert "b2b2" not in refusal("headset", "start", "--pair", wrong)
+
+
+def test_a_uri_is_read_from_a_file(adb: Adb, tmp_path: Path) -> None:
+    file = tmp_path / "uri"
+    file.write_text(f"{URI}\r\nthis machine is 10.0.0.1, too\n")
+    assert main(["headset", "start", "--pair", str(file)]) == 0
+    assert adb.commands[0] == tell("PAIR", f" --es uri '{URI}'")
+
+
+@pytest.mark.parametrize("typed", [URI, f"  {URI}  \n", f"{URI}\npaired with 'a'\n"])
+def test_a_uri_is_read_from_standard_input(
+    adb: Adb, monkeypatch: pytest.MonkeyPatch, typed: str
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.encode())))
+    assert main(["headset", "start", "--pair", "-"]) == 0
+    assert adb.commands[0] == tell("PAIR", f" --es uri '{URI}'")
+
+
+def test_no_other_user_can_read_the_token_in_the_words_of_a_program(
+    adb: Adb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(URI))
+    assert main(["headset", "start", "--usb", "--pair", "-"]) == 0
+    assert any("PAIR" in line and "b2b2" in line for line in adb.commands)
+    assert "b2b2" not in (tmp_path / "words").read_text()
+
+
+@pytest.mark.parametrize(
+    "typed", [b"", b"\n", b"x" * 100_000, b"\xff\xfe\n", URI[:-1].encode(), f"\n{URI}".encode()]
+)
+def test_standard_input_without_a_uri_pairs_nobody(
+    adb: Adb, monkeypatch: pytest.MonkeyPatch, typed: bytes
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed)))
+    said = refusal("headset", "start", "--pair", "-")
+    assert "on standard input" in said
+    assert "b2b2" not in said
+    assert len(said) < 400
+
+
+def test_closed_standard_input_pairs_nobody(adb: Adb, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    assert "found nothing" in refusal("headset", "start", "--pair", "-")
+
+
+def test_a_file_of_a_uri_is_regular_and_small(adb: Adb, tmp_path: Path) -> None:
+    pipe, large, other = tmp_path / "pipe", tmp_path / "large", tmp_path / "other"
+    os.mkfifo(pipe)
+    large.write_text(f"{URI}\n".ljust(5000))
+    other.write_bytes(URI[:-1].encode() + b"\xff\n")
+    for file, reason in {
+        pipe: "expected a regular file",
+        Path("/dev/zero"): "expected a regular file",
+        tmp_path: "expected a regular file",
+        tmp_path / "none": "No such file",
+        large: "expected at most 4096 bytes",
+        other: f"in {other}, found another line",
+    }.items():
+        said = refusal("headset", "start", "--pair", str(file))
+        assert reason in said
+        assert str(file) in said
+        assert "b2b2" not in said
 
 
 def test_the_readme_of_the_app_has_every_command(adb: Adb) -> None:

@@ -17,7 +17,9 @@ import bag_scene
 from fake_sink import FakeSink
 from ml2_receiver.commands.zenoh_start import zenoh_output
 from ml2_receiver.configuration.config import parse_config
+from ml2_receiver.errors import ZenohError
 from ml2_receiver.topics.fan_out import FanOut
+from ml2_receiver.zenoh.configuration import session_configuration
 from mock_device import MockDevice
 from refusals import refusal
 from ros_messages import TYPES
@@ -155,6 +157,14 @@ def test_an_endpoint_has_protocol_host_and_port(address: str) -> None:
     error = refusal("run", "--no-ros", "--zenoh", address).splitlines()[-1]
     expected = "expected PROTOCOL/HOST:PORT, such as tcp/192.168.1.5:7447"
     assert error.endswith(f"argument --zenoh: {expected}, found {address!r}")
+
+
+def test_a_key_in_an_endpoint_is_not_repeated() -> None:
+    for address in ("tls/router#root=SECRET", "tls/router:0?a=b#root=SECRET"):
+        assert "SECRET" not in refusal("run", "--no-ros", "--zenoh", address)
+    with pytest.raises(ZenohError) as refused:
+        session_configuration("tls/router:1#=;=SECRET", None)
+    assert "SECRET" not in str(refused.value)
 
 
 @pytest.mark.parametrize(

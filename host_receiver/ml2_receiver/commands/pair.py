@@ -27,15 +27,16 @@ _POLL_S = 0.2
 # Unpaired peers must not make the code scroll away.
 _LINES_PER_S = 2
 _EPILOG = """\
-Shows a URI for one device, for five minutes; `ml2-receiver headset start --pair URI` brings it to
-the headset's app by a cable, and it can be pasted there. Whoever sees it can pair, so show it to
-nobody else. It works with or without a receiver that runs, and one that runs lets the device in at
-once.
+Shows a URI for one device, for five minutes; `ml2-receiver headset start --pair -` reads it and
+brings it to the headset's app by a cable, and it can be pasted there. Whoever sees it can pair, so
+show it to nobody else: not as a word of a command, which other users of this machine can read. It
+works with or without a receiver that runs, and one that runs lets the device in at once.
 
 Exit code: 0 when a device was paired, else 2.
 
 examples:
-  ml2-receiver pair                          then `headset start --pair URI` in another terminal
+  ml2-receiver pair | ml2-receiver headset start --pair -      by a cable
+  ml2-receiver pair                          then `headset start --pair -` in another terminal
   ml2-receiver pair --listen 127.0.0.1:0     for a simulated headset: ml2-headset --pair URI
   ml2-receiver pair --port 7756              for `run --listen 0.0.0.0:7756`
 """
@@ -87,8 +88,8 @@ def _show(uris: Sequence[PairingUri]) -> None:
     first, *others = uris
     if sys.stdout.isatty():
         print("By a cable, from another terminal:\n")
-        print(f"  ml2-receiver headset start --pair '{first}'\n")
-        print("Or paste the last line into the app. For apps that read QR codes:\n")
+        print("  ml2-receiver headset start --pair -\n")
+        print("and paste the last line there, or into the app. For apps that read QR codes:\n")
         segno.make_qr(str(first), error="l").terminal(compact=True)
     print(first, flush=True)
     for other in others:

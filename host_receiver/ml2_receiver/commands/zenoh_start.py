@@ -36,7 +36,7 @@ def add_zenoh(parser: argparse.ArgumentParser) -> None:
         "--zenoh-config",
         type=Path,
         metavar="FILE",
-        help="configuration of the Zenoh session, such as its certificates, in JSON5",
+        help="configuration of the Zenoh session, such as its certificates and keys, in JSON5",
     )
     parser.add_argument(
         "--no-ros", action="store_true", help="publish only on Zenoh; needs no ROS 2"
@@ -102,6 +102,7 @@ def _endpoint(text: str) -> str:
     found = _ENDPOINT.fullmatch(text)
     if found is None or not 1 <= int(found[1]) <= 0xFFFF:
         raise argparse.ArgumentTypeError(
-            f"expected PROTOCOL/HOST:PORT, such as tcp/192.168.1.5:7447, found {text!r}"
+            "expected PROTOCOL/HOST:PORT, such as tcp/192.168.1.5:7447,"
+            f" found {text.partition('#')[0]!r}"  # what follows may hold a key
         )
     return text

@@ -78,7 +78,7 @@ class PairingOffer:
                 raise PairingError(
                     "no headset was paired: too many wrong tokens arrived",
                     hint="Somebody on the network may be guessing. Pair on another network, or by"
-                    " cable: `ml2-receiver headset start --pair URI`.",
+                    " cable: `ml2-receiver headset start --pair -`.",
                 )
             if not self._pairing.left_s and self._listener.device is None:
                 raise PairingError(

@@ -38,7 +38,9 @@ def session_configuration(endpoint: str, file: Path | None) -> zenoh.Config:
     try:
         config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     except zenoh.ZError as error:
-        raise ZenohError(f"Zenoh does not take {endpoint!r}: {_in_one_line(error)}") from error
+        router, hash, options = endpoint.partition("#")
+        reason = _in_one_line(error).replace(hash + options, "")  # they may hold a key
+        raise ZenohError(f"Zenoh does not take {router!r}: {reason}") from error
     return config
 
 

@@ -14,9 +14,9 @@ from rich.table import Table
 
 from ml2_receiver.commands.options import Subparsers, add_file, port
 from ml2_receiver.commands.session_port import PORT
-from ml2_receiver.errors import PairingError
 from ml2_receiver.generated.version import VERSION
 from ml2_receiver.pairing.uri import PairingUri
+from ml2_receiver.pairing.uri_source import uri_of
 from ml2_receiver.table.reader import load_table
 
 from ..errors import AdbError
@@ -33,7 +33,8 @@ variable ANDROID_SERIAL chooses. Exit code: 0; 1 when `start` did not connect; 2
 examples:
   ml2-receiver headset install
   ml2-receiver headset grant                          all permissions that streams need
-  ml2-receiver headset start --pair 'ml2s://...'      what `ml2-receiver pair` shows
+  ml2-receiver headset start --pair -                 pair by the URI that `ml2-receiver pair` shows
+  ml2-receiver pair | ml2-receiver headset start --pair -     the same, and nobody sees it
   ml2-receiver headset start --usb                    by the cable alone, without a network
   ml2-receiver headset status --json | jq .status.state
 """
@@ -61,7 +62,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def _add_start(actions: Subparsers) -> None:
     start = actions.add_parser("start", help="stream, whichever app is in front")
-    start.add_argument("--pair", type=_uri, metavar="URI", help="pair first")
+    start.add_argument(
+        "--pair",
+        metavar="-|FILE|URI",
+        help="pair first, by the URI on standard input or in a file; other users of this machine"
+        " can read the words of a command",
+    )
     place = start.add_mutually_exclusive_group()
     place.add_argument(
         "--receiver",
@@ -80,13 +86,6 @@ def _add_start(actions: Subparsers) -> None:
     start.set_defaults(run=_start)
 
 
-def _uri(text: str) -> PairingUri:
-    try:
-        return PairingUri.parse(text)
-    except PairingError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
-
-
 def _install(options: argparse.Namespace) -> int:
     if not options.apk.is_file():
         raise AdbError(
@@ -94,16 +93,17 @@ def _install(options: argparse.Namespace) -> int:
         )
     with _doing("installing"):
         adb("install", "-r", str(options.apk), timeout_s=_INSTALL_TIMEOUT_S)
-    print("installed; next: `ml2-receiver pair`, then `ml2-receiver headset start --pair URI`")
+    print("installed; next: `ml2-receiver pair | ml2-receiver headset start --pair -`")
     return 0
 
 
 def _start(options: argparse.Namespace) -> int:
+    uri = None if options.pair is None else uri_of(options.pair)
     if options.usb is not None:
         _reverse(options.usb)
-    if options.pair is not None:
+    if uri is not None:
         with _doing("pairing"):
-            app.pair(str(options.pair if options.usb is None else _by_cable(options.pair)))
+            app.pair(str(uri if options.usb is None else _by_cable(uri)))
     if options.usb is not None:
         app.go_to(f"127.0.0.1:{options.usb}")
     elif options.receiver is not None:

@@ -25,8 +25,11 @@ _HINTS = {
 }
 
 
-def adb(*arguments: str, timeout_s: float = _TIMEOUT_S) -> str:
+def adb(*arguments: str, timeout_s: float = _TIMEOUT_S, typed: str = "") -> str:
     """Runs adb and returns its output.
+
+    Args:
+        typed: what it reads on standard input.
 
     Raises:
         AdbError: adb is missing, reaches no headset, or failed. The message is adb's own.
@@ -34,7 +37,7 @@ def adb(*arguments: str, timeout_s: float = _TIMEOUT_S) -> str:
     try:
         completed = subprocess.run(
             ["adb", *arguments],
-            stdin=subprocess.DEVNULL,
+            input=typed,
             capture_output=True,
             encoding="utf-8",
             errors="replace",
@@ -63,6 +66,15 @@ def shell(*words: str) -> str:
         AdbError: adb or the command failed.
     """
     return adb("shell", shlex.join(words))
+
+
+def secret_shell(*words: str) -> str:
+    """Works as shell(), but no other user of this machine can read the words.
+
+    Raises:
+        AdbError: adb or the command failed.
+    """
+    return adb("shell", "sh", typed=f"{shlex.join(words)}\n")
 
 
 def _hint(words: str) -> str:

@@ -5,7 +5,7 @@ The README of ml2-sensors-aar/app describes the commands; only adb's shell may s
 
 import secrets
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,7 +14,7 @@ from ml2_receiver.wire.json_body import JsonBody
 from ml2_receiver.wire.messages import ClockStatus, Thermal
 
 from ..errors import AdbError
-from .adb import adb, shell
+from .adb import adb, secret_shell, shell
 
 _INSTALL_HINT = "Install the app of this release: `ml2-receiver headset install`."
 PACKAGE = "dev.ml2sensors.app"
@@ -83,7 +83,7 @@ def stop() -> None:
 
 def pair(uri: str) -> None:
     """Pairs with the receiver that shows `uri`, connects to it and streams."""
-    _send_command("PAIR", uri=uri)
+    _send_command("PAIR", secret_shell, uri=uri)
 
 
 def go_to(receiver: str) -> None:
@@ -104,7 +104,7 @@ def grant(permission: str) -> None:
     shell("pm", "grant", PACKAGE, permission)
 
 
-def _send_command(action: str, **extras: str) -> Sequence[Answer]:
+def _send_command(action: str, run: Callable[..., str] = shell, **extras: str) -> Sequence[Answer]:
     """Sends a command with extras, and returns the app's answer.
 
     Raises:
@@ -115,7 +115,7 @@ def _send_command(action: str, **extras: str) -> Sequence[Answer]:
     for name, text in extras.items():
         options += ["--es", name, text]
     service = ("-n", f"{PACKAGE}/.StreamingService", "-a", f"{PACKAGE}.{action}")
-    output = shell("am", "start-foreground-service", *service, *options)
+    output = run("am", "start-foreground-service", *service, *options)
     if "Error" in output:
         raise AdbError("the app is not on the headset", hint=_INSTALL_HINT)
     answers = _answers(request)
