@@ -31,7 +31,7 @@ internal class BatterySource(
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = Answer.Applied(requested)
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        access.callbackSamples { queue ->
+        access.callbackSamples("$stream") { queue ->
             val receiver = object : BroadcastReceiver() {
                 override fun onReceive(context: Context, intent: Intent) = queue.offer(sample(intent))
             }

@@ -22,6 +22,7 @@ import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.flow
 import kotlinx.coroutines.flow.update
 import java.util.Locale
+import java.util.concurrent.ConcurrentHashMap
 
 /**
  * Captures the colour camera, alone or with what the headset shows (mixed reality), as JPEGs through Camera2, or raw for
@@ -43,6 +44,9 @@ internal class Camera2Source(
     private val encoderSpeed: EncoderSpeed = EncoderSpeed(encoder),
 ) : SensorSource {
     private val access = SensorAccess()
+
+    /** The latest run of each stream, which may have been left behind. */
+    private val runs = ConcurrentHashMap<StreamSpec, Job>()
 
     override val backend: String get() = BACKEND
 
@@ -69,6 +73,7 @@ internal class Camera2Source(
         collector: FlowCollector<Sample>,
     ) {
         val camera = camera(stream, values)
+        if (runs[stream]?.isCompleted == false) throw ColorCapture.stuck(camera.id)
         val plan = camera.plan(values) ?: throw SourceException(camera.lacks(values.size))
         val tags = VendorTags(if (stream == StreamTable.mixedReality) MIXED_REALITY_TAGS else COLOR_TAGS)
         val timestamps =
@@ -79,7 +84,7 @@ internal class Camera2Source(
             }
         ColorCapture(stream, cameraManager, camera, plan, values.hz, encoder, workers, ending, clocks.boot) { tracker ->
             ExposureReader(plan.size.width, plan.size.height, tags, tracker, timestamps)
-        }.deliverTo(collector, poses)
+        }.deliverTo(collector, poses) { runs[stream] = it }
     }
 
     override fun pause(): Unit = access.pause()

@@ -18,8 +18,10 @@ import dev.ml2sensors.source.DeviceClock
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.ImageSample
 import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.CoroutineDispatcher
+import kotlinx.coroutines.CoroutineExceptionHandler
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
@@ -29,7 +31,9 @@ import kotlinx.coroutines.coroutineScope
 import kotlinx.coroutines.flow.FlowCollector
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.withContext
+import kotlinx.coroutines.withTimeoutOrNull
 import java.util.concurrent.Executor
+import kotlin.time.Duration.Companion.seconds
 
 /**
  * One run of a camera for one collector. A camera thread copies the images, [workers] encode them to JPEG unless they are
@@ -63,15 +67,37 @@ internal class ColorCapture(
     /** Not cancelled with the collector: an image that was copied is always encoded, and returns its memory. */
     private val encoding = Job()
 
-    /** Delivers every image that the camera delivers, or counts it, also when the run fails. */
-    suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses): Unit = coroutineScope {
-        launch {
-            queue.closeAfter {
-                SlotPool(stream).use { slots -> onThreadOfItsOwn { capture(it, copier(slots), poses) } }
+    /**
+     * Delivers every image that the camera delivers, or counts it, also when the run fails. Returns when the camera is
+     * closed, or has not been for [CLOSING]: then the run is left behind.
+     *
+     * @param begun receives the run, which ends with the camera's last callback.
+     */
+    suspend fun deliverTo(collector: FlowCollector<Sample>, poses: ColorPoses, begun: (Job) -> Unit): Unit =
+        coroutineScope {
+            // Not a child, so that a camera that never answers does not keep the collector
+            val run = CoroutineScope(
+                Dispatchers.Default + CoroutineExceptionHandler { _, e ->
+                    queue.close(e)
+                },
+            ).launch {
+                queue.closeAfter {
+                    SlotPool(stream).use { slots -> onThreadOfItsOwn { capture(it, copier(slots), poses) } }
+                }
+            }
+            begun(run)
+            val closing = launch {
+                ended.join()
+                if (withTimeoutOrNull(CLOSING) { run.join() } == null) queue.close(stuck(camera.id))
+            }
+            try {
+                queue.deliverTo(collector)
+            } finally {
+                closing.cancel()
+                run.cancel()
+                withContext(NonCancellable) { withTimeoutOrNull(CLOSING) { run.join() } }
             }
         }
-        queue.deliverTo(collector)
-    }
 
     private fun copier(slots: SlotPool): ImageCopier = when {
         plan.isRaw -> RawCopier(width, height, slots, ::lose)
@@ -185,10 +211,19 @@ internal class ColorCapture(
 
     private fun lose(reason: DropReason): Unit = queue.countLost(1, reason)
 
-    private companion object {
+    companion object {
         /** One image that is copied, and those that arrive meanwhile. */
-        const val CAMERA_IMAGES = 3
-        const val QUEUED_FRAMES = 2
+        private const val CAMERA_IMAGES = 3
+        private const val QUEUED_FRAMES = 2
+
+        /** How long a camera may take to close. */
+        private val CLOSING = 2.seconds
+
+        /** Returns what says that a run has been left behind. */
+        fun stuck(id: String): SourceException = SourceException(
+            "camera $id has neither opened nor closed since it was asked to; it is used again when it answers; " +
+                "if that lasts, restart the headset",
+        )
     }
 }
 

@@ -17,7 +17,6 @@ import dev.ml2sensors.source.hasParameterSets
 import dev.ml2sensors.source.isKeyFrame
 import java.nio.ByteBuffer
 import java.util.concurrent.ConcurrentLinkedQueue
-import java.util.concurrent.CountDownLatch
 
 /**
  * Android's encoder [name], asynchronous, with a thread of its own for what it makes.
@@ -65,16 +64,14 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
 
     private fun failure(e: RuntimeException) = SourceException("Android's encoder $name failed: ${e.message}", e)
 
-    /** Ends on the encoder's own thread, so that no callback meets a codec that was released. */
+    /**
+     * Ends on the encoder's own thread, so that no callback meets a codec that was released. The thread is left behind if
+     * the codec is not released within [CLOSING_MILLIS].
+     */
     override fun close() {
-        val released = CountDownLatch(1)
-        handler.post {
-            codec.release()
-            released.countDown()
-        }
-        released.await()
+        handler.post { codec.release() }
         thread.quitSafely()
-        thread.join()
+        thread.join(CLOSING_MILLIS)
     }
 
     private inner class Callback : MediaCodec.Callback() {
@@ -115,6 +112,7 @@ internal class MediaCodecEncoder(private val name: String, format: MediaFormat, 
     }
 
     private companion object {
+        const val CLOSING_MILLIS = 2_000L
         val KEY_FRAME = Bundle().apply { putInt(MediaCodec.PARAMETER_KEY_REQUEST_SYNC_FRAME, 0) }
     }
 }

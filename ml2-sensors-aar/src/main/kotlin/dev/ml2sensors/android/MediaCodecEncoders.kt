@@ -5,6 +5,7 @@ import android.media.MediaCodecInfo.CodecCapabilities
 import android.media.MediaCodecInfo.EncoderCapabilities
 import android.media.MediaCodecList
 import android.media.MediaFormat
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.SourceException
 import dev.ml2sensors.source.VideoEncoder
 import dev.ml2sensors.source.VideoEncoders
@@ -14,6 +15,8 @@ import java.io.IOException
 
 /** The H.264 encoders that Android lists; those in hardware first. The bit rate is constant where the encoder can do that. */
 internal class MediaCodecEncoders : VideoEncoders() {
+    private val calls = PlatformCalls()
+
     override fun refusal(settings: VideoSettings): String? {
         if (encoder(settings) != null) return null
         val names = encoders().joinToString { it.name }.ifEmpty { "none" }
@@ -23,7 +26,11 @@ internal class MediaCodecEncoders : VideoEncoders() {
     override fun open(settings: VideoSettings, output: VideoOutput): VideoEncoder {
         val info = encoder(settings) ?: throw SourceException(refusal(settings).orEmpty())
         return try {
-            MediaCodecEncoder(info.name, info.abilities.formatOf(settings), output)
+            calls.call("Android's encoder ${info.name} is opened", late = VideoEncoder::close) {
+                MediaCodecEncoder(info.name, info.abilities.formatOf(settings), output)
+            }
+        } catch (e: SourceException) {
+            throw e
         } catch (e: IOException) {
             throw SourceException("Android's encoder ${info.name} does not open: ${e.message}", e)
         } catch (e: RuntimeException) { // Codecs throw more kinds than are documented

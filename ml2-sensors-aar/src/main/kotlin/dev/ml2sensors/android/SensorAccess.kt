@@ -1,6 +1,7 @@
 package dev.ml2sensors.android
 
 import dev.ml2sensors.capture.SampleQueue
+import dev.ml2sensors.source.PlatformCalls
 import dev.ml2sensors.source.Sample
 import kotlinx.coroutines.CompletableJob
 import kotlinx.coroutines.Job
@@ -12,6 +13,8 @@ import kotlinx.coroutines.flow.flow
 
 /** When a source may use its sensors: not while it is paused, and until it is closed. Thread-safe. */
 internal class SensorAccess : AutoCloseable {
+    private val calls = PlatformCalls()
+
     /** Completes when the present use has to end; null while paused, and complete for good once closed. */
     private val present = MutableStateFlow<CompletableJob?>(Job())
 
@@ -27,18 +30,20 @@ internal class SensorAccess : AutoCloseable {
     /**
      * Returns the samples that a platform callback puts into a queue, while the flow is collected.
      *
-     * @param register registers the callback, and returns what unregisters it.
+     * @param what names the sensor.
+     * @param register registers the callback, and returns what unregisters it. Neither may ever return.
+     * @throws dev.ml2sensors.source.NoAnswerException when the platform has not answered.
      */
-    fun callbackSamples(register: (SampleQueue) -> AutoCloseable): Flow<Sample> = flow {
+    fun callbackSamples(what: String, register: (SampleQueue) -> AutoCloseable): Flow<Sample> = flow {
         use { ending ->
             val queue = SampleQueue(QUEUED_READINGS)
-            val registration = register(queue)
+            val registration = calls.call("$what is registered", late = AutoCloseable::close) { register(queue) }
             val closing = ending.invokeOnCompletion { queue.close(cause = null) }
             try {
                 queue.deliverTo(this)
             } finally {
                 closing.dispose()
-                registration.close()
+                calls.call("$what is unregistered") { registration.close() }
             }
         }
     }

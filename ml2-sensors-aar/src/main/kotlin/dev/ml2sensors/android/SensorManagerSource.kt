@@ -49,7 +49,7 @@ internal class SensorManagerSource(
         if (find(stream) != null) Answer.Applied(requested) else Answer.Refused(absence(stream))
 
     override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> =
-        access.callbackSamples { queue ->
+        access.callbackSamples("$stream") { queue ->
             val (row, sensor) = find(stream) ?: throw SourceException(absence(stream))
             val timestamps =
                 TimestampConverter(clocks, row.isOnChange) { base -> foundBases.update { it + (stream to base) } }

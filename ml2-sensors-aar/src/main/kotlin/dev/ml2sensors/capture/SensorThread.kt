@@ -4,8 +4,10 @@ import dev.ml2sensors.source.StreamValues
 import dev.ml2sensors.table.StreamSpec
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.withTimeoutOrNull
 import java.util.concurrent.locks.ReentrantLock
 import kotlin.concurrent.withLock
+import kotlin.time.Duration.Companion.seconds
 
 /** One collector of one stream. */
 internal class Subscription(val stream: StreamSpec, val values: StreamValues, val queue: SampleQueue)
@@ -49,32 +51,48 @@ internal class SensorThread(
     private var sensor: OpenSensor? = null
     private var running = emptyList<Subscription>()
 
-    /** @param admit throws when [subscription] cannot run beside the others. */
+    /** True while the vendor has not returned from a call that [unsubscribe] has waited for. */
+    @Volatile
+    private var isStuck = false
+
+    /**
+     * @param admit throws when [subscription] cannot run beside the others.
+     * @throws CaptureException.VendorFailure while the vendor does not return.
+     */
     fun subscribe(subscription: Subscription, admit: (others: List<Subscription>) -> Unit) {
         lock.withLock {
             check(!desired.isClosed) { "${thread.name} is closed" }
+            if (isStuck) throw stuck()
             admit(desired.subscriptions)
             change { DesiredState(it.version + 1, it.subscriptions + subscription, it.isPaused) }
         }
     }
 
-    /** Returns when the sensor runs, or is closed, without [subscription]. */
+    /** Returns when the sensor runs, or is closed, without [subscription], or when the vendor does not return. */
     suspend fun unsubscribe(subscription: Subscription) {
         val version = change { DesiredState(it.version + 1, it.subscriptions - subscription, it.isPaused) }
-        appliedVersion.first { it >= version }
+        if (isStuck) return
+        withTimeoutOrNull(LIMIT) { appliedVersion.first { it >= version } } ?: lock.withLock {
+            isStuck = appliedVersion.value < version
+        }
     }
+
+    private fun stuck() = CaptureException.VendorFailure(
+        "the vendor's library has not returned to the thread '${thread.name}'; the sensor is used again when it " +
+            "does; if that lasts, restart the headset",
+    )
 
     fun pause(isPaused: Boolean) {
         change { DesiredState(it.version + 1, it.subscriptions, isPaused) }
     }
 
-    /** Ends all subscriptions and returns when the sensor is closed. */
+    /** Ends all subscriptions and returns when the sensor is closed, after [LIMIT] at most. */
     override fun close() {
         lock.withLock {
             desired.subscriptions.forEach { it.queue.close(cause = null) }
             change { DesiredState(it.version + 1, isClosed = true) }
         }
-        thread.join()
+        thread.join(LIMIT.inWholeMilliseconds)
     }
 
     /** Applies [next], unless the thread is closed; returns the new version. */
@@ -111,7 +129,10 @@ internal class SensorThread(
             end(newcomers.ifEmpty { running }, e)
             if (newcomers.isEmpty()) closeSensor()
         }
-        appliedVersion.value = next.version
+        lock.withLock {
+            appliedVersion.value = next.version
+            isStuck = false
+        }
     }
 
     private fun switchTo(subscriptions: List<Subscription>) {
@@ -129,5 +150,10 @@ internal class SensorThread(
     private fun end(subscriptions: List<Subscription>, cause: Throwable) {
         change { DesiredState(it.version + 1, it.subscriptions - subscriptions.toSet(), it.isPaused) }
         subscriptions.forEach { it.queue.close(cause) }
+    }
+
+    private companion object {
+        /** Many times what a vendor's camera takes to open or close. */
+        val LIMIT = 3.seconds
     }
 }

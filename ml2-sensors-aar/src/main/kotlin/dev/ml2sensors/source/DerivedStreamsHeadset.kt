@@ -9,9 +9,13 @@ import kotlinx.coroutines.flow.Flow
  * messages the app makes. Refuses video that the headset's platform does not encode.
  */
 internal class DerivedStreamsHeadset(private val headset: Headset) : Headset by headset {
-    /** Negotiates with the headset; a source that throws refuses only its own stream. */
+    private val calls = PlatformCalls()
+
+    /** Negotiates with the headset; a source that throws or does not answer refuses only its own stream. */
     override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer = try {
-        answer(stream, requested)
+        calls.call("the sensor of $stream is asked what it can do") { answer(stream, requested) }
+    } catch (e: NoAnswerException) {
+        Answer.Refused(e.message.orEmpty())
     } catch (e: Exception) {
         Answer.Refused("${e.javaClass.simpleName}: ${e.message}")
     }

@@ -20,14 +20,16 @@ import dev.ml2sensors.wire.Event
 import dev.ml2sensors.wire.Status
 import kotlinx.coroutines.CancellationException
 import kotlinx.coroutines.CoroutineScope
+import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
-import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.channels.BufferOverflow
 import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.channels.ReceiveChannel
-import kotlinx.coroutines.delay
+import kotlinx.coroutines.currentCoroutineContext
 import kotlinx.coroutines.flow.StateFlow
+import kotlinx.coroutines.job
 import kotlinx.coroutines.launch
+import kotlinx.coroutines.plus
 import kotlinx.coroutines.sync.Mutex
 import kotlinx.coroutines.sync.withLock
 import java.util.concurrent.ConcurrentHashMap
@@ -53,6 +55,11 @@ internal class ActiveStreams(
         val job: Job,
     )
 
+    /** Runs streams, whose sources may block, on threads that others do not wait for. */
+    private val streamScope = scope + Dispatchers.IO.limitedParallelism(MOST_BLOCKED)
+
+    private val stopping = StoppingStreams()
+
     private val headset = DerivedStreamsHeadset(headset)
     private val streams = StreamStates(this.headset)
     private val isRecording = headset.timeline == Headset.Timeline.RECORDED
@@ -72,13 +79,16 @@ internal class ActiveStreams(
     private val pipelines = StreamPipelines(outgoing, clock.stamps, tree, adaptation, this.headset.videoEncoders) {
         events.add(it)
     }
-    private val local = LocalStreams(this.headset, scope, ::setState)
+    private val local = LocalStreams(this.headset, streamScope, ::setState)
+
+    @Volatile
     private var isConfigured = false
     private var rechecking: Job? = null
 
     /** The warm-up of the library, which [start] waits for. */
     var warming: Job? = null
 
+    /** Held for changes of what is below and of the states; never while a device or a stream is awaited. */
     private val changes = Mutex()
     private val recordingEnd = RecordingEnd()
 
@@ -127,11 +137,10 @@ internal class ActiveStreams(
             StreamTable.byId(id)?.let { headset.negotiate(it, values) }
                 ?: Answer.Refused("this headset has no stream $id")
         }
-        changes.withLock {
+        val changed = changes.withLock {
             isConfigured = true
-            rechecking?.cancelAndJoin()
-            local.end()
-            headWatch?.cancelAndJoin()
+            rechecking?.cancel()
+            headWatch?.cancel()
             frameIds = FrameIds(framePrefix)
             accepted.clear()
             for ((id, answer) in answers) {
@@ -139,11 +148,11 @@ internal class ActiveStreams(
                     accepted[checkNotNull(StreamTable.byId(id))] = it
                 }
             }
-            val changed = running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }
-            changed.forEach { (spec, it) ->
-                it.job.cancelAndJoin()
-                remove(spec)
-            }
+            running.filter { (spec, it) -> accepted[spec] != it.values || it.frameIds != frameIds }
+        }
+        stopping.end(local.take() + changed.mapValues { (_, it) -> it.job })
+        changes.withLock {
+            changed.keys.forEach { remove(it) }
             val images = accepted.mapNotNull { (spec, values) ->
                 StreamPipelines.imageSetting(spec, values)?.let { spec.id to it }
             }
@@ -152,7 +161,10 @@ internal class ActiveStreams(
             streams.setAnswers(answers, running.keys)
             if (!isRecording) {
                 val refused = requested.filterKeys { answers[it] is Answer.Refused }
-                rechecking = scope.launch { headset.recheck(refused) { streams.available = it } }
+                rechecking = streamScope.launch {
+                    val own = currentCoroutineContext().job
+                    headset.recheck(refused) { if (own.isActive) streams.available = it }
+                }
             }
         }
         return answers
@@ -161,8 +173,12 @@ internal class ActiveStreams(
     override suspend fun follow(link: ImagePacing): Unit = adaptation.follow(link)
 
     /** Runs [configured] without sending anything, until the first CONFIGURE of this instance. */
-    suspend fun runLocally(configured: Map<String, StreamValues>): Unit = changes.withLock {
-        if (!isConfigured && streams.flow.value.isEmpty()) streams.setStates(local.begin(configured))
+    suspend fun runLocally(configured: Map<String, StreamValues>) {
+        if (isConfigured || streams.flow.value.isNotEmpty()) return
+        val asked = local.ask(configured)
+        changes.withLock {
+            if (!isConfigured && streams.flow.value.isEmpty()) streams.setStates(local.begin(asked))
+        }
     }
 
     /** Sets the state of a stream under the lock, so that it is not set before its start is; null means as answered. */
@@ -193,7 +209,7 @@ internal class ActiveStreams(
             clock.awaitStamps()
             if (isRecording) clock.freeze()
             changes.withLock {
-                headWatch?.cancelAndJoin()
+                val watchBefore = headWatch?.apply { cancel() }
                 // What was configured in the meantime has a START of its own
                 val new = configured.filter { (spec, values) -> accepted[spec] == values && spec !in running }
                 // The tree first, so that no image comes before it, and nothing that is new is said twice
@@ -203,7 +219,10 @@ internal class ActiveStreams(
                 others.forEach { (spec, values) -> begin(spec, values) }
                 if (StreamTable.custom in running) custom.open(link, known)
                 if (!isRecording && StreamTable.tf !in running && running.keys.any { it.hasPoses }) {
-                    headWatch = scope.launch { watchHead() }
+                    headWatch = streamScope.launch {
+                        watchBefore?.join()
+                        watchHead()
+                    }
                 }
             }
         }
@@ -215,8 +234,12 @@ internal class ActiveStreams(
     ) {
         if (spec == StreamTable.tf) tree.begin(outgoing.of(spec, values), frameIds)
         val frameIds = frameIds
-        val outage = streams.stopped(spec.id)
-        running[spec] = Running(values, frameIds, scope.launch { run(spec, values, frameIds, outage) })
+        val job = streamScope.launch {
+            stopping.awaitEnd(spec) { setState(spec, it) }
+            val outage = changes.withLock { streams.stopped(spec.id) }
+            run(spec, values, frameIds, outage)
+        }
+        running[spec] = Running(values, frameIds, job)
     }
 
     /** Reports changes of head tracking while poses are sent without `tf`, which reports them itself. */
@@ -228,15 +251,16 @@ internal class ActiveStreams(
         }
     }
 
-    override suspend fun stopSources(): Unit =
-        changes.withLock {
+    override suspend fun stopSources() {
+        val jobs = changes.withLock {
             isConfigured = true
-            rechecking?.cancelAndJoin()
-            local.end()
-            headWatch?.cancelAndJoin()
+            rechecking?.cancel()
+            headWatch?.cancel()
             accepted.clear()
-            running.values.forEach { it.job.cancelAndJoin() }
+            running.mapValues { (_, it) -> it.job }
         }
+        stopping.end(local.take() + jobs)
+    }
 
     override fun counts(): Map<String, Status.ChannelCounts> = outgoing.counts()
 
@@ -284,5 +308,8 @@ internal class ActiveStreams(
     private companion object {
         /** More than the number of streams: each fails once until it is requested again. */
         const val MOST_FAILURES = 64
+
+        /** More than the number of streams, of which each may block a thread, and the watchdogs beside them. */
+        const val MOST_BLOCKED = 256
     }
 }

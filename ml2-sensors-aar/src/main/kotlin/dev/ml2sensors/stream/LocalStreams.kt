@@ -10,7 +10,6 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Job
-import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.launch
 
 /**
@@ -23,15 +22,24 @@ internal class LocalStreams(
     private val scope: CoroutineScope,
     private val onState: suspend (StreamSpec, StreamState) -> Unit,
 ) {
-    private val running = ArrayList<Job>()
+    private val running = HashMap<StreamSpec, Job>()
 
-    /** Runs the streams [wanted], by id; empty values mean the stream's defaults. */
-    fun begin(wanted: Map<String, StreamValues>): Map<String, StreamState> = wanted.mapValues { (id, values) ->
-        val spec = StreamTable.byId(id) ?: return@mapValues StreamState.Refused("this headset has no stream $id")
-        val requested = values.takeIf { StreamValues() != it } ?: spec.defaultValues()
-        val answer = headset.negotiate(spec, requested)
-        running += scope.launch { run(spec, requested, answer) }
-        answer.toState()
+    /** A stream that is wanted, and what the headset answers. */
+    class Asked(val spec: StreamSpec, val values: StreamValues, val answer: Answer)
+
+    /** Asks for the streams [wanted], by id; empty values mean the stream's defaults. An unknown stream is null. */
+    fun ask(wanted: Map<String, StreamValues>): Map<String, Asked?> = wanted.mapValues { (id, values) ->
+        StreamTable.byId(id)?.let { spec ->
+            val requested = values.takeIf { StreamValues() != it } ?: spec.defaultValues()
+            Asked(spec, requested, headset.negotiate(spec, requested))
+        }
+    }
+
+    /** Runs the streams [asked]; returns their states. */
+    fun begin(asked: Map<String, Asked?>): Map<String, StreamState> = asked.mapValues { (id, stream) ->
+        if (stream == null) return@mapValues StreamState.Refused("this headset has no stream $id")
+        running[stream.spec] = scope.launch { run(stream.spec, stream.values, stream.answer) }
+        stream.answer.toState()
     }
 
     /** Runs one stream, and negotiates again before each attempt: it may be accepted by then. */
@@ -46,9 +54,6 @@ internal class LocalStreams(
         }) { it.collect {} }
     }
 
-    /** Returns when all have stopped. */
-    suspend fun end() {
-        running.forEach { it.cancelAndJoin() }
-        running.clear()
-    }
+    /** Returns the streams that run, for the caller to end. */
+    fun take(): Map<StreamSpec, Job> = running.toMap().also { running.clear() }
 }

@@ -20,7 +20,6 @@ import kotlinx.coroutines.Dispatchers
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.SupervisorJob
 import kotlinx.coroutines.cancel
-import kotlinx.coroutines.cancelAndJoin
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.StateFlow
 import kotlinx.coroutines.flow.asStateFlow
@@ -117,13 +116,14 @@ public class Ml2Streamer(
 
     /**
      * Stops the sources, sends what they have delivered, sends [reason] to the receiver, and returns when everything
-     * has ended, after [STOP_LIMIT] at most.
+     * has ended, after [STOP_LIMIT] and [ABORT_LIMIT] at most.
      */
     public suspend fun stop(reason: String = "stopped") {
         stopReason.complete(reason)
         synchronized(this) { running }?.let { job ->
             withTimeoutOrNull(STOP_LIMIT) { job.join() }
-            job.cancelAndJoin()
+            job.cancel()
+            withTimeoutOrNull(ABORT_LIMIT) { job.join() }
         }
         scope.cancel()
         mutableState.value = StreamerState.Ended(stopReason.await())
@@ -163,6 +163,9 @@ public class Ml2Streamer(
 
     private companion object {
         val STOP_LIMIT = 8.seconds
+
+        /** For the end of what was cancelled; longer than streams take to stop. */
+        val ABORT_LIMIT = 5.seconds
 
         /** True once this process has warmed up. */
         val isWarm = AtomicBoolean()

@@ -14,23 +14,32 @@ import dev.ml2sensors.table.StreamTable
 import dev.ml2sensors.transport.TransportSecurity
 import kotlinx.coroutines.CoroutineScope
 import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.ExperimentalCoroutinesApi
 import kotlinx.coroutines.Job
 import kotlinx.coroutines.SupervisorJob
 import kotlinx.coroutines.cancel
+import kotlinx.coroutines.channels.BufferOverflow
+import kotlinx.coroutines.channels.Channel
 import kotlinx.coroutines.launch
 import kotlinx.coroutines.runBlocking
 import kotlinx.coroutines.withTimeoutOrNull
 import kotlinx.serialization.json.Json
 import java.io.IOException
 import java.nio.ByteBuffer
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.TimeUnit
+import kotlin.concurrent.thread
 import kotlin.time.Duration.Companion.milliseconds
 
 /**
  * The headset for the Unity package: numbers, texts and JSON, no Kotlin types. C# leases frames from the native
  * library, see [view].
  *
- * Thread-safe. Only [close] blocks, for at most 0.5 s. Misuse throws IllegalArgumentException or IllegalStateException.
+ * Thread-safe. Only [close] blocks, for at most 0.5 s, whatever the headset does. No lock is held while anything is
+ * awaited, and the listener is called by a coroutine of its own. Misuse throws IllegalArgumentException or
+ * IllegalStateException.
  */
+@OptIn(ExperimentalCoroutinesApi::class) // isEmpty
 internal class Ml2Unity private constructor(private val app: Context, private val listener: Ml2UnityListener) {
     private class Topic(val name: String, val type: String)
 
@@ -42,7 +51,16 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     private var isClosed = false
     private var last = UnityStatus("ended", receiver = "", reason = "not started")
     private val pairing = UnityPairing(app)
-    private val notifying = Any()
+
+    /** What the listener is to be told. */
+    private val changes = Channel<String>(MOST_CHANGES, BufferOverflow.DROP_OLDEST)
+    private val notifying = scope.launch(Dispatchers.IO) {
+        for (change in changes) {
+            listener.changed(change)
+            // Two threads may have told theirs in the wrong order
+            if (changes.isEmpty) status().let { if (it != change) listener.changed(it) }
+        }
+    }
 
     init {
         scope.launch {
@@ -80,26 +98,31 @@ internal class Ml2Unity private constructor(private val app: Context, private va
      * @param insecure true for connections without encryption or authentication, which the receiver must allow, too.
      * Eye images are refused, and an empty [receiver] means the only one on the network.
      */
-    @Synchronized
     fun start(receiver: String, defaultsJson: String, insecure: Boolean) {
-        check(!isClosed) { "this Ml2Unity is closed; call open again" }
-        start(UnityRun.Request(receiver, json.decodeFromString(defaultsJson.ifEmpty { "{}" }), insecure))
+        val next = runOf(UnityRun.Request(receiver, json.decodeFromString(defaultsJson.ifEmpty { "{}" }), insecure))
+        check(begin(next)) { "this Ml2Unity is closed; call open again" }
         if (insecure) Log.w(TAG, "insecure: nothing is encrypted, and any machine can impersonate the receiver")
     }
 
-    @Synchronized
     private fun restart() {
-        run?.request?.takeUnless { it.isInsecure }?.let(::start)
+        val request = synchronized(this) { run }?.request?.takeUnless { it.isInsecure } ?: return
+        begin(runOf(request))
     }
 
-    private fun start(request: UnityRun.Request) {
+    private fun runOf(request: UnityRun.Request): UnityRun {
         val browser = nsdBrowser(app)
         val keys = AndroidKeys.of(app)
         val isPairedOne = request.receiver.isEmpty() && !request.isInsecure
         val receiver = if (isPairedOne) keys.receiver(browser) else Receiver.parse(request.receiver, browser)
         val security = if (request.isInsecure) TransportSecurity.Insecure() else keys.security()
+        return UnityRun(headset, receiver, security, request)
+    }
+
+    /** Runs [next] instead of the present run; returns false if this is closed. */
+    @Synchronized
+    private fun begin(next: UnityRun): Boolean {
+        if (isClosed) return false
         stop()
-        val next = UnityRun(headset, receiver, security, request)
         topics.forEach { next.open(it.name, it.type) }
         run = next
         val before = ending
@@ -107,6 +130,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             before?.join()
             next.run { changed() }
         }
+        return true
     }
 
     /** Ends streams and session in order, without waiting for it. */
@@ -116,12 +140,13 @@ internal class Ml2Unity private constructor(private val app: Context, private va
         run = null
         ending = scope.launch {
             ended.stop()
-            synchronized(this@Ml2Unity) { last = ended.status() }
+            val status = ended.status()
+            synchronized(this@Ml2Unity) { last = status }
             changed()
         }
     }
 
-    /** Stops, and closes the headset for good. */
+    /** Stops, and closes the headset for good. What takes longer than 0.5 s goes on on another thread. */
     fun close() {
         val ended = synchronized(this) {
             if (isClosed) return
@@ -129,9 +154,20 @@ internal class Ml2Unity private constructor(private val app: Context, private va
             stop()
             ending
         }
-        runBlocking { withTimeoutOrNull(CLOSE_LIMIT) { ended?.join() } }
-        headset.close()
-        scope.cancel()
+        val closed = CountDownLatch(1)
+        thread(isDaemon = true, name = "ml2s close") {
+            runBlocking {
+                withTimeoutOrNull(ENDING_LIMIT) {
+                    ended?.join()
+                    changes.close()
+                    notifying.join()
+                }
+            }
+            headset.close()
+            scope.cancel()
+            closed.countDown()
+        }
+        closed.await(CLOSE_LIMIT.inWholeMilliseconds, TimeUnit.MILLISECONDS)
     }
 
     /** Releases all sensors while the app is in the background; the session stays. */
@@ -155,7 +191,7 @@ internal class Ml2Unity private constructor(private val app: Context, private va
      * many pairings were tried since [open]; the receiver that was paired last is the last of them.
      */
     fun status(): String {
-        val status = synchronized(this) { run?.status() ?: last }
+        val status = synchronized(this) { run }?.status() ?: synchronized(this) { last }
         return json.encodeToString(status.copy(pairing = pairing.status))
     }
 
@@ -212,15 +248,23 @@ internal class Ml2Unity private constructor(private val app: Context, private va
     /** Returns the ROS time in ns of what was captured at [captureNanos], CLOCK_BOOTTIME; 0 while unknown. */
     fun stampNanos(captureNanos: Long): Long = synchronized(this) { run }?.stampNanos(captureNanos) ?: 0
 
-    /** Calls the listener; must not be called while this is locked. */
-    private fun changed(): Unit = synchronized(notifying) { listener.changed(status()) }
+    /** Has the listener called. */
+    private fun changed() {
+        changes.trySend(status())
+    }
 
     companion object {
         private val json = Json {
             encodeDefaults = true
             explicitNulls = false
         }
-        private val CLOSE_LIMIT = 500.milliseconds
+
+        /** Of what [close] waits for, less than Unity's main thread may be blocked, and for a session to end in order. */
+        private val CLOSE_LIMIT = 450.milliseconds
+        private val ENDING_LIMIT = 400.milliseconds
+
+        /** More than come while a listener is busy; older ones are left out. */
+        private const val MOST_CHANGES = 64
         private const val TAG = "ML2 Sensors"
 
         /** Opens the headset; nothing runs before [start]. [context] is any of the app's. */

@@ -211,11 +211,12 @@ class NativePixelSourceTest {
 
     /** The pictures that the simulated device drew for [stream], from its cache: [bytes] each, at whole pages. */
     private fun frames(stream: StreamSpec, bytes: Int): Sequence<ByteBuffer> {
-        val file = Path.of("target/frame_cache").listDirectoryEntries("${stream.id}-*.frames").first()
-        val cached = ByteBuffer.wrap(file.readBytes())
+        val files = Path.of("target/frame_cache").listDirectoryEntries("${stream.id}-*.frames")
         val pitch = (bytes + PAGE - 1) / PAGE * PAGE
-        return (0 until cached.capacity() / pitch).asSequence().map { index ->
-            cached.duplicate().position(index * pitch).limit(index * pitch + bytes)
+        return files.asSequence().map { ByteBuffer.wrap(it.readBytes()) }.flatMap { cached ->
+            (0 until cached.capacity() / pitch).asSequence().map { index ->
+                cached.duplicate().position(index * pitch).limit(index * pitch + bytes)
+            }
         }
     }
 

@@ -27,6 +27,7 @@ import kotlinx.coroutines.flow.Flow
 import kotlinx.coroutines.flow.MutableStateFlow
 import kotlinx.coroutines.flow.map
 import kotlinx.coroutines.flow.onEach
+import kotlinx.coroutines.flow.retry
 import kotlinx.coroutines.flow.take
 import kotlinx.coroutines.flow.toList
 import kotlinx.coroutines.runBlocking
@@ -39,12 +40,14 @@ import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
 import org.robolectric.shadows.ShadowLog
+import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
 import kotlin.test.assertContentEquals
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertNull
 import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.seconds
 
 /** On Android 10's own Camera2, with cameras below it. */
 @RunWith(RobolectricTestRunner::class)
@@ -53,7 +56,7 @@ import kotlin.test.assertTrue
     manifest = Config.NONE,
     shadows = [
         CameraRig.Manager::class, CameraRig.Session::class, CameraRig.Reader::class,
-        CameraRig.TaggedResult::class, CameraRig.TaggedTotalResult::class,
+        CameraRig.TaggedResult::class, CameraRig.TaggedTotalResult::class, CameraRig.Device::class,
     ],
 )
 class Camera2SourceTest {
@@ -484,6 +487,88 @@ class Camera2SourceTest {
         source.close()
         awaitComplete()
         assertEquals(emptyList(), source.samples(StreamTable.color, values).toList())
+    }
+
+    @Test
+    fun aCameraThatNeverSaysThatItIsClosedKeepsNoCollectorAndIsUsedAgainWhenItDoes() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        CameraRig.holdsClosings = true
+        copies().test {
+            rig.awaitRunning()
+            cancel()
+        }
+        assertIsStuck()
+        rig.answerClosings()
+        assertIsUsedAgain()
+    }
+
+    @Test
+    fun aCameraThatDoesNotSayItsEndEndsTheFlowsOfAClosedSource() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        CameraRig.holdsClosings = true
+        source.samples(StreamTable.color, values).test(timeout = 20.seconds) {
+            rig.awaitRunning()
+            source.close()
+            assertTrue("camera 1 has neither" in assertIs<SourceException>(awaitError()).message.orEmpty())
+        }
+        rig.answerClosings()
+        while (CameraRig.readers.isNotEmpty()) yield()
+    }
+
+    @Test
+    fun aCameraThatNeverOpensKeepsNoCollectorAndIsClosedWhenItDoes() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        CameraRig.holdsOpenings = true
+        copies().test {
+            while (!CameraRig.isOpeningHeld) yield()
+            cancel()
+        }
+        assertIsStuck()
+        rig.answerOpenings()
+        while (CameraRig.readers.isNotEmpty()) yield()
+        assertTrue(CameraRig.opened.isClosed)
+        assertIsUsedAgain()
+    }
+
+    @Test
+    fun callsOfTheCameraServiceThatDoNotReturnKeepNoCollector() = runBlocking {
+        rig.add("1", listOf(JPEG))
+        CameraRig.opening = CountDownLatch(1)
+        copies().test {
+            while (CameraRig.readers.isEmpty()) yield()
+            cancel()
+        }
+        assertIsStuck()
+        CameraRig.opening?.countDown()
+        while (CameraRig.readers.isNotEmpty() || hasCameraThread()) yield()
+        CameraRig.opening = null
+        CameraRig.closing = CountDownLatch(1)
+        copies().test {
+            rig.awaitRunning()
+            cancel()
+        }
+        assertIsStuck()
+        CameraRig.closing?.countDown()
+        CameraRig.closing = null
+        assertIsUsedAgain()
+    }
+
+    private fun hasCameraThread() = Thread.getAllStackTraces().keys.any { it.name.startsWith("ml2s-camera") }
+
+    private suspend fun assertIsStuck() = source.samples(StreamTable.color, values).test {
+        val expected = "camera 1 has neither opened nor closed since it was asked to"
+        assertTrue(expected in assertIs<SourceException>(awaitError()).message.orEmpty())
+    }
+
+    private suspend fun assertIsUsedAgain() {
+        while (CameraRig.readers.isNotEmpty() || hasCameraThread()) yield()
+        while (rig.nextRunning() != null) Unit
+        // The run ends a little after its thread
+        copies().retry { "neither opened nor closed" in it.message.orEmpty() }.test {
+            rig.awaitRunning().capture(FakeImage.jpeg(device.monotonicNanos, byteArrayOf(1)))
+            awaitImage()
+            cancel()
+        }
     }
 
     /** Runs [test] with a running camera whose images have poses. */

@@ -134,6 +134,18 @@ internal class CameraRig(private val manager: CameraManager) {
         while (true) (heldOpenings.poll() ?: return)()
     }
 
+    /** Configures the sessions that were held. */
+    fun answerSessions() {
+        holdsSessions = false
+        while (true) (heldSessions.poll() ?: return)()
+    }
+
+    /** Lets the cameras that were closed say so. */
+    fun answerClosings() {
+        holdsClosings = false
+        while (true) (heldClosings.poll() ?: return)()
+    }
+
     /** Delivers an image to the only reader, and waits until its listener has run. */
     fun Running.image(image: Image): Boolean = deliver(image).also { handler.runAndWait {} }
 
@@ -168,6 +180,7 @@ internal class CameraRig(private val manager: CameraManager) {
             executor: Executor,
             uid: Int,
         ): CameraDevice {
+            opening?.await()
             failure?.let { throw it }
             val isAnswered = AtomicBoolean()
             val answering = Executor { command ->
@@ -208,12 +221,28 @@ internal class CameraRig(private val manager: CameraManager) {
     /** Refuses sessions as told. */
     @Implements(className = "android.hardware.camera2.impl.CameraDeviceImpl")
     class Device : ShadowCameraDeviceImpl() {
+        @RealObject
+        lateinit var device: CameraDevice
+
+        @Implementation
+        override fun close() {
+            closing?.await()
+            if (!holdsClosings) return super.close()
+            ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing").set(true)
+            heldClosings += { super.close() }
+        }
+
         @Implementation
         override fun createCaptureSession(
             outputs: List<Surface>,
             callback: CameraCaptureSession.StateCallback,
             handler: Handler,
         ) {
+            if (holdsSessions) {
+                val isClosed = ReflectionHelpers.getField<AtomicBoolean>(device, "mClosing")
+                heldSessions += { if (!isClosed.get()) super.createCaptureSession(outputs, callback, handler) }
+                return
+            }
             if (!refusesSessions) return super.createCaptureSession(outputs, callback, handler)
             val type = Class.forName("android.hardware.camera2.impl.CameraCaptureSessionImpl")
             handler.post { callback.onConfigureFailed(Shadow.newInstanceOf(type) as CameraCaptureSession) }
@@ -295,11 +324,28 @@ internal class CameraRig(private val manager: CameraManager) {
         /** True while openings are not answered. */
         @Volatile
         var holdsOpenings = false
+
+        /** While they are not open, no call to open or close a camera returns. */
+        @Volatile
+        var opening: CountDownLatch? = null
+
+        @Volatile
+        var closing: CountDownLatch? = null
+
+        /** True while cameras that are closed do not say so. */
+        @Volatile
+        var holdsClosings = false
+        private val heldClosings = ConcurrentLinkedQueue<() -> Unit>()
         private val unclosed = CopyOnWriteArrayList<Opened>()
         private val heldOpenings = ConcurrentLinkedQueue<() -> Unit>()
 
         @Volatile
         var refusesSessions = false
+
+        /** True while sessions are neither configured nor refused. */
+        @Volatile
+        var holdsSessions = false
+        private val heldSessions = ConcurrentLinkedQueue<() -> Unit>()
 
         /** Why no session can be asked to deliver. */
         @Volatile

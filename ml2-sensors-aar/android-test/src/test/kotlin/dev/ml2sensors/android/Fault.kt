@@ -11,6 +11,7 @@ import dev.ml2sensors.table.StreamSpec
 import dev.ml2sensors.table.StreamTable
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.Shadows.shadowOf
+import java.util.concurrent.CountDownLatch
 import kotlin.random.Random
 
 /** A fault of the platform. [begin] draws its details, and returns what ends it, or null if it does not last. */
@@ -85,9 +86,44 @@ private val CAMERA_FAULTS = listOf(
         { CameraRig.openError = null }
     },
     Fault("openings hang") {
-        CameraRig.holdsOpenings = true
-        loseCamera(CameraRig.DISCONNECTED);
-        { platform.rig.answerOpenings() }
+        loseCamera(CameraRig.DISCONNECTED)
+        platform.muteCamera({ CameraRig.holdsOpenings = true }, { platform.rig.answerOpenings() })
+    },
+    Fault("calls to open cameras do not return") {
+        loseCamera(CameraRig.DISCONNECTED)
+        val answer = CountDownLatch(1)
+        platform.muteCamera({ CameraRig.opening = answer }, {
+            CameraRig.opening = null
+            answer.countDown()
+        })
+    },
+    Fault("cameras do not say that they are closed") {
+        val end = platform.muteCamera({ CameraRig.holdsClosings = true }, { platform.rig.answerClosings() })
+        loseCamera(CameraRig.DISCONNECTED)
+        end
+    },
+    Fault("calls to close cameras do not return") {
+        val answer = CountDownLatch(1)
+        val end = platform.muteCamera({ CameraRig.closing = answer }, {
+            CameraRig.closing = null
+            answer.countDown()
+        })
+        loseCamera(CameraRig.DISCONNECTED)
+        end
+    },
+    Fault("sessions never answer") {
+        loseCamera(CameraRig.DISCONNECTED)
+        platform.muteCamera({ CameraRig.holdsSessions = true }, { platform.rig.answerSessions() })
+    },
+    Fault("the pose tracker does not return") { random ->
+        val answer = CountDownLatch(1)
+        val call = listOf("open", "close").random(random)
+        val end = platform.muteCamera({ platform.poses.hanging = call to answer }, {
+            platform.poses.hanging = null
+            answer.countDown()
+        })
+        loseCamera(CameraRig.DISCONNECTED)
+        end
     },
     Fault("sessions are refused") {
         CameraRig.refusesSessions = true
@@ -125,6 +161,18 @@ private val SENSOR_FAULTS = listOf(
         val silence = platform.silence(some(platform.sensors.keys, random));
         {
             SensorHub.refuses = false
+            silence()
+        }
+    },
+    Fault("calls to start sensors do not return") { random ->
+        val answer = CountDownLatch(1)
+        SensorHub.hanging = answer
+        val silence = platform.silence(platform.sensors.keys)
+        some(platform.sensors.keys, random).forEach(::restart);
+        {
+            SensorHub.hanging = null
+            answer.countDown()
+            awaitLateAnswers()
             silence()
         }
     },

@@ -77,6 +77,20 @@ internal class HarshPlatform(private val app: Application) {
         NO_RESULT(isAnswered = false),
     }
 
+    /** True while the camera, its service or the vendor's tracker does not answer. */
+    val isCameraMute: Boolean get() = mutes > 0
+    private var mutes = 0
+
+    /** Lets the camera not answer, in the way that [begin] begins; returns what ends that by [end]. */
+    fun muteCamera(begin: () -> Unit, end: () -> Unit): () -> Unit {
+        mutes++
+        begin()
+        return {
+            end()
+            mutes--
+        }
+    }
+
     /** Opens the product's sources, as an app does. */
     fun openHeadset(): AndroidHeadset {
         NativeSlots.load()

@@ -120,6 +120,7 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @JvmStatic
             @Implementation
             fun nativeEnableSensor(queue: Long, handle: Int, periodMicros: Int, latencyMicros: Int): Int {
+                hanging?.await()
                 if (refuses) return FAILED
                 val it = queues.getValue(queue)
                 it.enabled[it.sensor(handle)] = periodMicros to latencyMicros
@@ -142,6 +143,8 @@ internal class SensorHub(private val sensorManager: SensorManager) {
             @JvmStatic
             @Resetter
             fun reset() {
+                hanging?.countDown()
+                hanging = null
                 queues.clear()
                 refuses = false
             }
@@ -152,6 +155,10 @@ internal class SensorHub(private val sensorManager: SensorManager) {
         private const val FAILED = -1
         private val handles = AtomicLong()
         private val queues = ConcurrentHashMap<Long, Queue>()
+
+        /** While it is not open, no call to start a sensor returns. */
+        @Volatile
+        var hanging: CountDownLatch? = null
 
         /** Whether sensors do not start. */
         var refuses = false

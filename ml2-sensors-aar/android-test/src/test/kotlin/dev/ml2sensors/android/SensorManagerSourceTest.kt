@@ -8,6 +8,7 @@ import dev.ml2sensors.source.Answer
 import dev.ml2sensors.source.ClockDomain
 import dev.ml2sensors.source.DropReason
 import dev.ml2sensors.source.LostSamples
+import dev.ml2sensors.source.NoAnswerException
 import dev.ml2sensors.source.Sample
 import dev.ml2sensors.source.ScalarSample
 import dev.ml2sensors.source.SourceException
@@ -28,6 +29,7 @@ import org.junit.runner.RunWith
 import org.robolectric.RobolectricTestRunner
 import org.robolectric.RuntimeEnvironment
 import org.robolectric.annotation.Config
+import java.util.concurrent.CountDownLatch
 import kotlin.test.assertEquals
 import kotlin.test.assertIs
 import kotlin.test.assertNotEquals
@@ -192,6 +194,27 @@ class SensorManagerSourceTest {
                 assertEquals(device.bootNanos - 1, assertIs<ScalarSample>(awaitItem()).captureNanos)
                 cancel()
             }
+        }
+    }
+
+    @Test
+    fun aRegistrationThatDoesNotReturnFailsItsFlowAndIsUndoneWhenItDoes() = runBlocking {
+        val sensor = hub.add(Sensor.TYPE_LIGHT, "Ambient Light Sensor")
+        val answer = CountDownLatch(1)
+        SensorHub.hanging = answer
+        repeat(2) {
+            source.samples(StreamTable.lightSensor, StreamValues()).test {
+                val failure = assertIs<NoAnswerException>(awaitError())
+                assertEquals(true, failure.message?.startsWith("light_sensor is registered: no answer within"))
+            }
+        }
+        SensorHub.hanging = null
+        answer.countDown()
+        while (hub.queueCount > 0) yield()
+        source.samples(StreamTable.lightSensor, StreamValues()).test {
+            hub.measure(sensor, device.bootNanos, 1f)
+            assertIs<ScalarSample>(awaitItem())
+            cancel()
         }
     }
 

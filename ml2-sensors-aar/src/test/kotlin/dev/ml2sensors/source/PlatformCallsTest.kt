@@ -1,0 +1,68 @@
+package dev.ml2sensors.source
+
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.util.concurrent.CountDownLatch
+import java.util.concurrent.LinkedBlockingQueue
+import java.util.concurrent.TimeUnit
+import kotlin.test.assertEquals
+import kotlin.test.assertFailsWith
+import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.milliseconds
+
+@Timeout(60)
+class PlatformCallsTest {
+    private val calls = PlatformCalls(limit = 50.milliseconds)
+
+    @Test
+    fun aCallReturnsAndThrowsWhatThePlatformDoes() {
+        assertEquals(3, calls.call("counting") { 3 })
+        val failure = assertFailsWith<SecurityException> { calls.call("asking") { throw SecurityException("no") } }
+        assertEquals("no", failure.message)
+    }
+
+    @Test
+    fun aCallThatDoesNotReturnFailsAndThoseAfterItAtOnceUntilItDoes() {
+        val answer = CountDownLatch(1)
+        val late = LinkedBlockingQueue<String>()
+        repeat(2) {
+            val failure = assertFailsWith<NoAnswerException> {
+                calls.call("opening", late::add) {
+                    answer.await()
+                    "open $it"
+                }
+            }
+            assertTrue(failure.message.orEmpty().startsWith("opening: no answer within 50ms"), "$failure")
+        }
+        assertEquals("another", calls.call("asking") { "another" })
+        answer.countDown()
+        assertEquals("open 0", late.poll(LIMIT_SECONDS, TimeUnit.SECONDS))
+        assertEquals("open", calls.call("opening") { "open" })
+        assertTrue(late.isEmpty())
+    }
+
+    @Test
+    fun everyLateResultIsUndone() {
+        val answer = CountDownLatch(1)
+        val late = LinkedBlockingQueue<Int>()
+        val callers = List(8) { number ->
+            Thread {
+                runCatching {
+                    calls.call("opening", late::add) {
+                        answer.await()
+                        number
+                    }
+                }
+            }.apply { start() }
+        }
+        callers.forEach { it.join() }
+        answer.countDown()
+        val undone = generateSequence { late.poll(1, TimeUnit.SECONDS) }.toSet()
+        assertTrue(undone.isNotEmpty())
+        while (runCatching { calls.call("opening") {} }.isFailure) Thread.onSpinWait()
+    }
+
+    private companion object {
+        const val LIMIT_SECONDS = 20L
+    }
+}

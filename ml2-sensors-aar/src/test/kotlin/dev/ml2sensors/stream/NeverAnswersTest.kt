@@ -1,0 +1,143 @@
+package dev.ml2sensors.stream
+
+import dev.ml2sensors.session.HostSession
+import dev.ml2sensors.session.ScriptedHost
+import dev.ml2sensors.source.Answer
+import dev.ml2sensors.source.BatterySample
+import dev.ml2sensors.source.ChargeStatus
+import dev.ml2sensors.source.Headset
+import dev.ml2sensors.source.Sample
+import dev.ml2sensors.source.StreamValues
+import dev.ml2sensors.source.VectorSample
+import dev.ml2sensors.table.StreamSpec
+import dev.ml2sensors.table.StreamTable
+import dev.ml2sensors.transport.TransportSecurity
+import kotlinx.coroutines.Dispatchers
+import kotlinx.coroutines.NonCancellable
+import kotlinx.coroutines.flow.Flow
+import kotlinx.coroutines.flow.emitAll
+import kotlinx.coroutines.flow.first
+import kotlinx.coroutines.flow.flow
+import kotlinx.coroutines.launch
+import kotlinx.coroutines.runBlocking
+import kotlinx.coroutines.withContext
+import kotlinx.coroutines.withTimeout
+import org.junit.jupiter.api.AfterEach
+import org.junit.jupiter.api.Test
+import org.junit.jupiter.api.Timeout
+import java.util.concurrent.ConcurrentHashMap
+import java.util.concurrent.CountDownLatch
+import kotlin.test.assertEquals
+import kotlin.test.assertIs
+import kotlin.test.assertTrue
+import kotlin.time.Duration.Companion.seconds
+
+/** A headset whose calls do not return until the test says so. */
+@Timeout(120)
+class NeverAnswersTest {
+    private val host = ScriptedHost()
+    private val fake = FakeHeadset()
+    private val answer = CountDownLatch(1)
+    private val asking: MutableSet<StreamSpec> = ConcurrentHashMap.newKeySet()
+    private val closing: MutableSet<StreamSpec> = ConcurrentHashMap.newKeySet()
+    private val opening: MutableSet<StreamSpec> = ConcurrentHashMap.newKeySet()
+    private val headset = object : Headset by fake {
+        override fun negotiate(stream: StreamSpec, requested: StreamValues): Answer {
+            if (stream in asking) answer.await()
+            return fake.negotiate(stream, requested)
+        }
+
+        override fun samples(stream: StreamSpec, values: StreamValues): Flow<Sample> = flow {
+            if (stream in opening) answer.await()
+            try {
+                emitAll(fake.samples(stream, values))
+            } finally {
+                if (stream in closing) withContext(NonCancellable + Dispatchers.IO) { answer.await() }
+            }
+        }
+    }
+    private val streamer = Ml2Streamer(headset, host.address, TransportSecurity.Insecure(allowsEyeImages = true))
+
+    @AfterEach
+    fun close() {
+        answer.countDown()
+        runBlocking { streamer.stop() }
+        host.close()
+    }
+
+    private fun session(streams: String): HostSession {
+        val session = host.awaitHello()
+        session.welcome(host.received())
+        session.configure(1, streams)
+        session.start(1)
+        return session
+    }
+
+    private suspend fun await(id: String, isSo: (StreamState?) -> Boolean) =
+        withTimeout(20.seconds) { streamer.streams.first { isSo(it[id]) } }
+
+    @Test
+    fun aStreamThatDoesNotStopIsLostAloneAndSaysSoAndComesBack() = runBlocking<Unit> {
+        closing += StreamTable.worldLeft
+        streamer.start()
+        val session = session("""{"world_left": {}, "gyro_left": {}}""")
+        fake.awaitRunning(StreamTable.worldLeft)
+        val gyroscope = launch(Dispatchers.Default) {
+            while (true) fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
+        }
+        session.configure(2, """{"gyro_left": {}, "battery": {}}""")
+        session.start(2)
+        fake.deliver(StreamTable.battery, BatterySample(fake.clock.nowNanos(), 4f, 1f, 0.5f, ChargeStatus.DISCHARGING))
+        session.awaitData("battery")
+        session.configure(3, """{"gyro_left": {}, "battery": {}, "world_left": {}}""")
+        session.start(3)
+        await("world_left") { it is StreamState.Waiting && "has not let go" in it.reason }
+        session.awaitData("gyro_left/imu", session.data("gyro_left/imu").size + 20)
+        answer.countDown()
+        fake.awaitRunning(StreamTable.worldLeft)
+        fake.deliver(StreamTable.worldLeft, fake.image(fake.clock.nowNanos()))
+        await("world_left") { it is StreamState.Accepted }
+        gyroscope.cancel()
+    }
+
+    @Test
+    fun theNextSessionIsConfiguredToo() = runBlocking<Unit> {
+        closing += StreamTable.worldLeft
+        streamer.start()
+        val first = session("""{"world_left": {}, "gyro_left": {}}""")
+        fake.awaitRunning(StreamTable.worldLeft)
+        first.configure(2, "{}")
+        first.close()
+        session("""{"gyro_left": {}}""")
+        fake.awaitRunning(StreamTable.gyroLeft)
+    }
+
+    @Test
+    fun questionsWithoutAnAnswerRefuseTheirStreamsAlone() = runBlocking<Unit> {
+        asking += listOf(StreamTable.color, StreamTable.depth)
+        streamer.start()
+        val hello = host.awaitHello()
+        assertTrue("\"color\"" !in hello.hello.json.getValue("capabilities").toString())
+        hello.welcome()
+        val answers = hello.configure(1, """{"color": {}, "depth": {}, "gyro_left": {}}""")
+        assertTrue("no answer within" in answers.getValue("color").toString(), "$answers")
+        assertEquals("""{"result":"applied","values":{}}""", answers.getValue("gyro_left").toString())
+        hello.start(1)
+        fake.awaitRunning(StreamTable.gyroLeft)
+    }
+
+    @Test
+    fun aThreadThatASourceBlocksIsNotThatOfOthers() = runBlocking<Unit> {
+        opening += StreamTable.all.filter { it != StreamTable.gyroLeft && it != StreamTable.custom }
+        streamer.start()
+        val all = opening.joinToString { "\"${it.id}\": {}" }
+        session("""{$all, "gyro_left": {}}""")
+        fake.deliver(StreamTable.gyroLeft, VectorSample(fake.clock.nowNanos(), 0.0, 0.0, 0.0))
+        await("depth") { it is StreamState.Waiting && "no capture for" in it.reason }
+        val state = withTimeout(40.seconds) {
+            streamer.stop("over")
+            streamer.state.first { it is StreamerState.Ended }
+        }
+        assertEquals("over", assertIs<StreamerState.Ended>(state).reason)
+    }
+}
