@@ -112,7 +112,7 @@ internal class HeadsetCommand : CoreCliktCommand("ml2-headset") {
             )
         }
         try {
-            return EurocRecording.open(folder)
+            return EurocRecording.open(folder).also { recording -> recording.notes.forEach { echo(it, err = true) } }
         } catch (failure: RecordingException) {
             throw PrintMessage("Error: ${failure.message}", EXIT_USAGE, printError = true)
         }

@@ -14,7 +14,7 @@ internal class CameraPlayer(private val camera: RecordedCamera, private val grou
     private val width = camera.intrinsics.width
     private val height = camera.intrinsics.height
     private val pool = BufferPool(width * height, BUFFERS)
-    private val decoder = GreyPngDecoder(width, height)
+    private val decoder = GreyImageDecoder(width, height)
 
     fun track(): ReplayTrack = ReplayTrack(LongArray(camera.images.size) { camera.images[it].stampNanos }, ::sample)
 

@@ -2,12 +2,15 @@ package dev.ml2sensors.simulator.replay
 
 import java.io.File
 
+/** Of the poses that a data set has, those of the body: EuRoC's, Monado's and TUM-VI's names. */
+private val GROUND_TRUTHS = listOf("state_groundtruth_estimate0", "gt", "mocap0")
+
 /**
- * A recording in the EuRoC/ASL format. All files are checked when it is opened, except for the images, which are decoded
- * during the replay.
+ * A recording in the EuRoC/ASL format, as EuRoC, TUM-VI, Monado and others write it. Opening it checks all files but the
+ * pixels of the images, which are decoded during the replay.
  *
- * It reads `cam0` (the left camera), `cam1` (the right one), `imu0` and `state_groundtruth_estimate0` in the folder
- * `mav0`. A missing folder means that the recording does not have that sensor.
+ * It reads `cam0` (the left camera), `cam1` (the right one), `imu0`, and `state_groundtruth_estimate0`, `gt` or `mocap0`
+ * in the folder `mav0`. A missing folder means that the recording does not have that sensor.
  */
 public class EurocRecording private constructor(
     /** The name of the folder it was read from. */
@@ -16,31 +19,48 @@ public class EurocRecording private constructor(
     internal val right: RecordedCamera?,
     internal val imu: RecordedImu?,
     internal val groundTruth: GroundTruth?,
+    /** A sentence for each thing that is left out or converted. */
+    public val notes: List<String>,
 ) {
     public companion object {
         /**
-         * @param folder the folder that holds `mav0`.
+         * @param folder the folder that holds `mav0`, or `mav0` itself.
          * @throws RecordingException if there is no sensor, or a file does not follow the format.
          */
         public fun open(folder: File): EurocRecording {
-            val sensors = folder.resolve("mav0")
+            val sensors = folder.resolve("mav0").takeIf(File::isDirectory) ?: folder
+            val notes = mutableListOf<String>()
+            val groundTruth = GROUND_TRUTHS.firstOrNull { sensors.resolve(it).isDirectory }
 
-            fun <T> sensor(name: String, open: (File) -> T): T? =
-                sensors.resolve(name).takeIf(File::isDirectory)?.let(open)
+            fun <T> sensor(name: String, open: (File, MutableList<String>) -> T): T? =
+                sensors.resolve(name).takeIf(File::isDirectory)?.let { open(it, notes) }
 
             val recording = EurocRecording(
-                folder.canonicalFile.name,
+                name(folder.canonicalFile),
                 sensor("cam0", RecordedCamera::open),
                 sensor("cam1", RecordedCamera::open),
                 sensor("imu0", RecordedImu::open),
-                sensor("state_groundtruth_estimate0", GroundTruth::open),
+                groundTruth?.let { sensor(it, GroundTruth::open) },
+                notes,
             )
             val found = listOf(recording.left, recording.right, recording.imu, recording.groundTruth)
-            if (found.all { it == null }) {
-                val expected = "cam0, cam1, imu0 or state_groundtruth_estimate0"
-                throw RecordingException(sensors, null, expected, "none of them")
-            }
+            if (found.all { it == null }) throw nothingIn(folder)
+            val others = sensors.list { file, name -> file.resolve(name).resolve("data.csv").isFile }.orEmpty()
+                .filterNot { it in setOf("cam0", "cam1", "imu0", groundTruth) }
+            if (others.isNotEmpty()) notes += "$sensors: not replayed: ${others.sorted().joinToString()}"
             return recording
+        }
+
+        private fun name(folder: File): String =
+            if (folder.name == "mav0") folder.parentFile?.name ?: folder.name else folder.name
+
+        private fun nothingIn(folder: File): RecordingException {
+            val expected = "mav0 with cam0, cam1, imu0, or ${GROUND_TRUTHS.joinToString(" or ")}"
+            val inside = folder.listFiles { file ->
+                file.resolve("mav0").isDirectory
+            }.orEmpty().map(File::getName).sorted()
+            val hint = if (inside.isEmpty()) "" else "; there is one in ${inside.joinToString()}"
+            return RecordingException(folder, null, expected, "none of them$hint")
         }
     }
 }

@@ -7,7 +7,7 @@ import dev.ml2sensors.message.interpolate
 import java.io.File
 import kotlin.math.abs
 
-/** The poses of the body in the world, from the folder `state_groundtruth_estimate0`. */
+/** The poses of the body in the world. */
 internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
     /** Returns the pose at [stampNanos], interpolated between two rows, or null outside the recorded time. */
     fun poseAt(stampNanos: Long): Transform? {
@@ -22,8 +22,13 @@ internal class GroundTruth(val stamps: LongArray, val poses: List<Transform>) {
     companion object {
         private const val NORM_TOLERANCE = 1e-3
 
-        fun open(folder: File): GroundTruth {
-            val rows = CsvTable(folder.resolve("data.csv"), columns = 17).rows()
+        /**
+         * Reads time, position and quaternion (w first). Ignores further columns, such as EuRoC's velocity and biases.
+         *
+         * @param notes receives sentences on what is left out.
+         */
+        fun open(folder: File, notes: MutableList<String>): GroundTruth {
+            val rows = CsvTable(folder.resolve("data.csv"), columns = 8).rows(notes)
             return GroundTruth(LongArray(rows.size) { rows[it].stampNanos }, rows.map(::pose))
         }
 

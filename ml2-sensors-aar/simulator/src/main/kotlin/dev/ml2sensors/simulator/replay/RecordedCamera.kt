@@ -1,59 +1,51 @@
 package dev.ml2sensors.simulator.replay
 
-import dev.ml2sensors.message.Transform
-import dev.ml2sensors.source.Distortion
-import dev.ml2sensors.source.Intrinsics
 import java.io.File
+import kotlin.math.roundToInt
 
-/**
- * A `cam*` folder: 8-bit grey PNG files and their times, in order.
- *
- * @property inBody the pose of the optical frame in the body frame (`T_BS`).
- */
-internal class RecordedCamera(
-    val images: List<Image>,
-    val rateHz: Int,
-    val intrinsics: Intrinsics,
-    val inBody: Transform,
-) {
+/** A `cam*` folder: image files and their times, in order. */
+internal class RecordedCamera(val images: List<Image>, val rateHz: Int, private val calibration: CameraCalibration) {
     class Image(val stampNanos: Long, val file: File)
 
+    val intrinsics get() = calibration.intrinsics
+
+    /** The pose of the optical frame in the body frame. */
+    val inBody get() = calibration.inBody
+
     companion object {
-        /** A message on the wire holds at most 16 MiB (PROTOCOL.md, Kinds). */
-        private const val MAX_SIDE_PIXELS = 4095.0
+        private const val NANOS_PER_SECOND = 1e9
 
-        fun open(folder: File): RecordedCamera {
-            val yaml = SensorYaml(folder.resolve("sensor.yaml"))
-            return RecordedCamera(
-                images(folder),
-                yaml.int("rate_hz").also { if (it <= 0) throw yaml.error("rate_hz", "positive", "$it") },
-                intrinsics(yaml),
-                extrinsics(yaml),
-            )
+        /** @param notes receives sentences on what is left out or converted. */
+        fun open(folder: File, notes: MutableList<String>): RecordedCamera {
+            val calibration = CameraCalibration.of(folder)
+            val images = images(folder, notes)
+            val (width, height) = calibration.intrinsics
+            GreyImageDecoder(width, height).otherFormat(images.first().file)?.let {
+                notes += "${folder.name}: images of $it are converted to 8-bit grey"
+            }
+            return RecordedCamera(images, calibration.rateHz ?: rateHz(images), calibration)
         }
 
-        private fun images(folder: File): List<Image> =
-            CsvTable(folder.resolve("data.csv"), columns = 2).rows().map { row ->
-                val file = folder.resolve("data").resolve(row.text(1))
-                if (!file.isFile) throw row.error("an image data/${row.text(1)}", "no such file")
-                Image(row.stampNanos, file)
-            }
-
-        private fun intrinsics(yaml: SensorYaml): Intrinsics {
-            yaml.expect("camera_model", "pinhole")
-            yaml.expect("distortion_model", "radial-tangential")
-            val size = yaml.numbers("resolution", 2)
-            if (size.any { it % 1 != 0.0 || it !in 1.0..MAX_SIDE_PIXELS }) {
-                throw yaml.error("resolution", "integers of 1 to ${MAX_SIDE_PIXELS.toInt()}", "$size")
-            }
-            val (fx, fy, cx, cy) = yaml.numbers("intrinsics", 4)
-            val (k1, k2, p1, p2) = yaml.numbers("distortion_coefficients", 4)
-            val distortion = Distortion.PlumbBob(k1, k2, p1, p2, k3 = 0.0)
-            return Intrinsics(size[0].toInt(), size[1].toInt(), fx, fy, cx, cy, distortion)
+        private fun rateHz(images: List<Image>): Int {
+            val periods = images.zipWithNext { before, image -> image.stampNanos - before.stampNanos }.sorted()
+            val median = periods.getOrNull(periods.size / 2) ?: return 1
+            return (NANOS_PER_SECOND / median).roundToInt().coerceAtLeast(1)
         }
 
-        private fun SensorYaml.expect(key: String, value: String) {
-            if (text(key) != value) throw error(key, value, "'${text(key)}'")
+        private fun images(folder: File, notes: MutableList<String>): List<Image> {
+            val table = folder.resolve("data.csv")
+            val data = folder.resolve("data")
+            val rows = CsvTable(table, columns = 2).rows(notes)
+            val (found, missing) = rows.partition { data.resolve(it.text(1)).isFile }
+            if (found.isEmpty()) throw missing.first().error("an image data/${missing.first().text(1)}", "no such file")
+            missing.firstOrNull()?.let {
+                val count = "${missing.size} of ${rows.size}"
+                notes += "$table:${it.line}: no file ${it.text(1)} in data; images left out: $count"
+            }
+            val listed = rows.mapTo(HashSet()) { it.text(1) }
+            val unlisted = data.list().orEmpty().count { it !in listed && !it.startsWith('.') }
+            if (unlisted > 0) notes += "$data: files left out because they have no row in data.csv: $unlisted"
+            return found.map { Image(it.stampNanos, data.resolve(it.text(1))) }
         }
     }
 }

@@ -57,39 +57,49 @@ class EurocRecordingTest {
     @Test
     fun folderWithoutAnySensorIsNoRecording() {
         val failure = assertFailsWith<RecordingException> { EurocRecording.open(folder) }
-        assertEquals(folder.resolve("mav0"), failure.file)
+        assertEquals(folder, failure.file)
         assertEquals("none of them", failure.found)
+    }
+
+    @Test
+    fun folderAboveTheDataSetIsToldWhereItIs() {
+        SyntheticRecording(folder.resolve("room1"))
+        val failure = assertFailsWith<RecordingException> { EurocRecording.open(folder) }
+        assertEquals("none of them; there is one in room1", failure.found)
     }
 
     @TestFactory
     fun damagedFileIsNamedWithLineExpectedAndFound(): List<DynamicTest> = listOf(
         Damage("cam0/data.csv", ",$SECOND.png", "", 3, "2 columns", "1"),
-        Damage("cam0/data.csv", "$SECOND.png", "absent.png", 3, "data/absent.png", "no such"),
-        Damage("cam0/data.csv", "$SECOND.png", "\u0000.png", 3, "data/\u0000.png", "no such file"),
         Damage("cam0/data.csv", "$SECOND,", "1.5,", 3, "integer nanoseconds", "1.5"),
         Damage("cam0/data.csv", "$SECOND,", "99999999999999999999,", 3, "nanoseconds", "9999"),
         Damage("cam0/data.csv", "$SECOND,", "${SyntheticRecording.FIRST},", 3, "time after", "1403"),
         Damage("imu0/data.csv", "2e-3", "nan", 2, "finite number", "nan"),
         Damage("imu0/data.csv", "2e-3", "NaN", 2, "finite number", "NaN"),
         Damage("imu0/data.csv", "2e-3", "1e999", 2, "finite number", "1e999"),
-        Damage("imu0/data.csv", "2e-3", "2e-3,1", 2, "7 columns", "8"),
+        Damage("imu0/data.csv", ",9.80,0,-0.0", "", 2, "7 columns", "4"),
+        Damage("imu0/data.csv", "#timestamp", "time,x\n#timestamp", 1, "7 columns", "2"),
+        Damage("imu0/data.csv", "0.1,-1,2e-3", "x,-1,2e-3", 3, "finite number", "x"),
+        Damage(TRUTH, ",1,2,3,0.8,0.6,0,0,0,0,0,0,0,0,0,0,0", ",1,2,3,0.8,0.6,0", 3, "8 columns", "7"),
         Damage(TRUTH, "0.8,0.6,0,0", "0.8,0.6,1,0", 3, "unit quaternion", "0.8,0.6"),
         Damage(CAM1, "  data: [", "  data: ]", 6, "YAML", "but found ']'"),
-        Damage(CAM1, "T_BS:", "T_SB:", null, "T_BS.data to be present", "nothing"),
+        Damage(CAM1, "T_BS:", "T_SB:", null, "T_BS to be present", "nothing"),
         Damage(CAM1, "0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 0.0]", 6, "16 numbers", "15"),
         Damage(CAM1, "0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 1.0, 1.0]", 6, "rigid transform", "1.0, 1.0"),
         Damage(CAM1, "[0.0, -1.0,", "[0.0, 1.0,", 6, "rigid transform", "[0.0, 1.0"),
         Damage(CAM1, "[0.0, -1.0,", "[0.0, -1e300,", 6, "rigid transform", "-1.0E300"),
         Damage(CAM1, "rate_hz: 20", "rate_hz: 0", 10, "rate_hz to be positive", "0"),
-        Damage(CAM1, "rate_hz: 20", "rate_hz: 20.5", 10, "rate_hz to be an integer", "20.5"),
-        Damage(CAM1, "rate_hz: 20", "rate_hz: [20]", 10, "one value", "a collection"),
+        Damage(CAM1, "rate_hz: 20", "rate_hz: fast", 10, "rate_hz to be a finite number", "'fast'"),
+        Damage(CAM1, "rate_hz: 20", "rate_hz: [20]", 10, "rate_hz to be a finite number", "a collection"),
         Damage(CAM1, "[5, 3]", "[0, 3]", 11, "resolution to be integers of 1 to 4095", "[0.0, 3.0]"),
         Damage(CAM1, "[5, 3]", "[5, 65536]", 11, "integers of 1 to 4095", "65536"),
         Damage(CAM1, "[5, 3]", "[5, 2.5]", 11, "integers of 1 to 4095", "2.5"),
         Damage(CAM1, "[5, 3]", "{a: 3}", 11, "list of numbers", "something else"),
-        Damage(CAM1, "457.296", "x", 13, "finite numbers", "'x'"),
+        Damage(CAM1, "457.296", "x", 13, "a finite number", "'x'"),
         Damage(CAM1, "pinhole", "omni", 12, "camera_model to be pinhole", "'omni'"),
-        Damage(CAM1, "radial-tangential", "equidistant", 14, "radial-tangential", "'equidistant'"),
+        Damage(CAM1, "radial-tangential", "fov", 14, "radial-tangential, equidistant or none", "'fov'"),
+        Damage(CAM1, "0.00019359, ", "", 15, "distortion_coefficients to be k1, k2, p1, p2", "-0.28340811"),
+        Damage(CAM1, ", 1.76187114e-05]", ", 1e-5, 0, 0.1]", 15, "if any, k3 (the others 0)", "0.1"),
     ).map { damage ->
         dynamicTest("${damage.path}: ${damage.old} -> ${damage.new}") {
             val files = SyntheticRecording(Files.createTempDirectory(folder.toPath(), "damaged").toFile())

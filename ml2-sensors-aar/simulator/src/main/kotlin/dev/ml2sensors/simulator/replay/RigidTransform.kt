@@ -10,21 +10,26 @@ import kotlin.math.abs
 /** The largest accepted deviation of an entry from that of a rotation; files are written with few digits. */
 private const val TOLERANCE = 1e-3
 
+private val LAST_ROW = listOf(0.0, 0.0, 0.0, 1.0)
+
 private val AXES = listOf(Vector3(1.0, 0.0, 0.0), Vector3(0.0, 1.0, 0.0), Vector3(0.0, 0.0, 1.0))
 
-/** Reads `T_BS`, the pose of the sensor in the body frame: a homogeneous 4x4 matrix, row by row. */
-internal fun extrinsics(yaml: SensorYaml): Transform {
-    val rows = yaml.numbers("T_BS.data", 16).chunked(4)
+/**
+ * Returns the transform whose homogeneous 4x4 matrix has the [entries], row by row.
+ *
+ * @param fails is thrown if they are none; its parameter is what was found.
+ */
+internal fun rigidTransform(entries: List<Double>, fails: (String) -> RecordingException): Transform {
+    val rows = entries.chunked(4)
     val rotation = rows.take(3).map { it.take(3) }
-    if (rows[3] != listOf(0.0, 0.0, 0.0, 1.0) || rotation.flatten().any { abs(it) > 1 + TOLERANCE }) {
-        throw yaml.error("T_BS.data", "a rigid transform", "$rows")
-    }
+    val isHomogeneous = rows[3].zip(LAST_ROW).all { (found, expected) -> abs(found - expected) < TOLERANCE }
+    if (!isHomogeneous || rotation.flatten().any { abs(it) > 1 + TOLERANCE }) throw fails("$rows")
     val quaternion = quaternion(rotation)
     val isRotation = AXES.withIndex().all { (column, axis) ->
         val (x, y, z) = quaternion.rotate(axis)
         listOf(x, y, z).withIndex().all { (row, value) -> abs(value - rotation[row][column]) < TOLERANCE }
     }
-    if (!isRotation) throw yaml.error("T_BS.data", "a rigid transform", "$rows")
+    if (!isRotation) throw fails("$rows")
     return Transform(Vector3(rows[0][3], rows[1][3], rows[2][3]), quaternion)
 }
 
